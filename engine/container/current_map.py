@@ -4,7 +4,7 @@ import logging
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 from engine.container.monitor.setup import ContainerMonitor
 from engine.container.shared_indexes import SharedIndexes
@@ -12,19 +12,31 @@ from engine.protocols import machine_link
 from engine.specs.containers import Launch
 from engine.specs.layer_files import open_layers
 from engine.specs.robot_layers import filters_of, layers_of
-from ppaas.clone.people import FOLLOW_PERSON, LEG_DETECTOR
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.nodes.amcl.node import AmclNode
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.map_server.node import MapServerNode
 from ppaas.nodes.move_base.node import MoveBaseNode
+from ppaas.people.nodes import FOLLOW_PERSON, LEG_DETECTOR, PEOPLE_COORDINATOR
 from ppaas.plans.reuse.measured_times import Times
 from ppaas.plans.reuse.scope import Note
 from ppaas.plans.reuse.setup import ReuseSetup
 from ppaas.plans.stored import PlanLibrary
 
 logger = logging.getLogger(__name__)
+
+ON_LAYERS = (AmclNode.name, LEG_DETECTOR, FOLLOW_PERSON, PEOPLE_COORDINATOR)
+"""Nodes that use the layers of the map, beside Move Base and the map server; most containers lack some of them."""
+
+
+@runtime_checkable
+class OnLayers(Protocol):
+    """Node that uses the layers of the map."""
+
+    def use_layers(self, layers: MapLayers) -> None:
+        """Go on with other layers."""
+        ...
 
 
 class CurrentMap:
@@ -108,13 +120,10 @@ class CurrentMap:
             raise
         self.spec, self.indexes, self.layers = spec, indexes, layers
         self.reuse = replace(self.reuse, version=frame.map.version)
-        amcl = graph.nodes.get(AmclNode.name)
-        if isinstance(amcl, AmclNode):
-            amcl.use_layers(layers)
-        _use_in_leg_detector(graph, layers)
-        _use_in_follower(graph, layers)
-        if spec.people is not None:
-            _coordinate_on(graph, layers)
+        for name in ON_LAYERS:
+            node: object = graph.nodes.get(name)
+            if isinstance(node, OnLayers):
+                node.use_layers(layers)
         if monitoring is not None:
             monitoring.recall("its map was replaced")
         return _publish(graph, layers, frame.changes)
@@ -122,35 +131,6 @@ class CurrentMap:
     def _set_filters(self, filters: dict[str, Any]) -> None:
         self._filters.clear()
         self._filters.update(filters)
-
-
-def _coordinate_on(graph: Graph, layers: MapLayers) -> None:
-    from ppaas.nodes.people_coordinator.node import PeopleCoordinatorNode  # noqa: PLC0415  # as in graph_building
-
-    coordinator = graph.nodes.get(PeopleCoordinatorNode.name)
-    if isinstance(coordinator, PeopleCoordinatorNode):
-        coordinator.use_layers(layers)
-
-
-def _use_in_leg_detector(graph: Graph, layers: MapLayers) -> None:
-    if LEG_DETECTOR not in graph.nodes:
-        return
-    # Imported only here, so that not every container loads it.
-    from ppaas.nodes.leg_detector.node import LegDetectorNode  # noqa: PLC0415
-
-    node = graph.nodes[LEG_DETECTOR]
-    assert isinstance(node, LegDetectorNode)
-    node.use_layers(layers)
-
-
-def _use_in_follower(graph: Graph, layers: MapLayers) -> None:
-    if FOLLOW_PERSON not in graph.nodes:
-        return
-    from ppaas.nodes.follow_person.node import FollowPersonNode  # noqa: PLC0415  # as above
-
-    node = graph.nodes[FOLLOW_PERSON]
-    assert isinstance(node, FollowPersonNode)
-    node.use_layers(layers)
 
 
 def _publish(graph: Graph, layers: MapLayers, changes: Sequence[tuple[int, int, int, int]] | None) -> bool:

@@ -6,10 +6,7 @@ from ppaas.clone.node_parameters import NodeParameters
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.nodes.base import Context, Node
 from ppaas.nodes.frames import FrameNames
-
-TORSO_DETECTOR, LEG_DETECTOR = "torso_detector", "leg_detector"
-PEOPLE_TRACKER = "people_tracker"
-FOLLOW_PERSON = "follow_person"
+from ppaas.people.nodes import FOLLOW_PERSON, LEG_DETECTOR, PEOPLE_TRACKER, TORSO_DETECTOR
 
 Makers = dict[str, Callable[[Context], Node]]
 

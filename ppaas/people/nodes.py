@@ -5,6 +5,8 @@ from typing import Any
 
 TORSO_DETECTOR, LEG_DETECTOR = "torso_detector", "leg_detector"
 PEOPLE_TRACKER, FOLLOW_PERSON = "people_tracker", "follow_person"
+PEOPLE_COORDINATOR = "people_coordinator"
+"""The node of a group of robots, in a container of its own."""
 
 _OF_TRACKERS = (TORSO_DETECTOR, LEG_DETECTOR, PEOPLE_TRACKER)
 

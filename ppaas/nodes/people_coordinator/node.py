@@ -22,6 +22,7 @@ from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
 from ppaas.nodes.message_checks import expect
 from ppaas.people.coordinator.coordinator import Coordinator
+from ppaas.people.nodes import PEOPLE_COORDINATOR
 from ppaas.people.settings import settings_of
 
 PERIOD = 0.2
@@ -49,7 +50,7 @@ class PeopleCoordinatorNode(Node):
         Coordinator of the group, with its settings.
     """
 
-    name: ClassVar[str] = "people_coordinator"
+    name: ClassVar[str] = PEOPLE_COORDINATOR
     subscribes: ClassVar[tuple[Topic, ...]] = (topics.PEOPLE_REPORT,)
     publishes: ClassVar[tuple[Topic, ...]] = (topics.PEOPLE_STATE,)
     services: ClassVar[tuple[Service, ...]] = (GET_PEOPLE, GET_PEOPLE_COUNTS, CONFIGURE_PEOPLE)
