@@ -30,6 +30,9 @@ from ppaas.transforms.spatial import Rigid, matrix_of
 SLACK = 0.01
 """Jitter of a camera's images [s]; so much earlier than `max_rate` allows, an image is still used."""
 
+CLOSE = 0.8
+"""Distance from which a person is surely detected [m]: of one who is nearer, the image has neither head nor hips."""
+
 
 class TorsoDetectorNode(Node):
     """Subscribes to depth images, ``camera_info`` and ``tf``; publishes the people in each image.
@@ -140,6 +143,7 @@ class TorsoDetectorNode(Node):
 
 
 def view_of(detector: TorsoDetector, parameters: TorsoDetectorParameters) -> SensorView:
-    """Return the region in which a detector detects people, in the robot's frame."""
+    """Return the region in which a detector detects all people, in the robot's frame."""
     (x, y), yaw, field = detector.position, detector.yaw, detector.field_of_view
-    return SensorView(x, y, yaw, field, parameters.range_min, parameters.range_max)
+    nearest = min(max(parameters.range_min, CLOSE), parameters.range_max)
+    return SensorView(x, y, yaw, field, nearest, parameters.range_max)

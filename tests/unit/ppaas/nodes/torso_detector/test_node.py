@@ -24,7 +24,7 @@ from ppaas.nodes.topics import (
     TORSO_MEASUREMENTS,
     TORSO_VIEW,
 )
-from ppaas.nodes.torso_detector.node import TorsoDetectorNode
+from ppaas.nodes.torso_detector.node import CLOSE, TorsoDetectorNode
 from ppaas.perception.compressed_depth import compress
 from ppaas.perception.torso.parameters import TorsoDetectorParameters
 from ppaas.transforms.spatial import Rigid
@@ -106,7 +106,7 @@ def test_the_view_is_published_when_it_is_known_or_changes(image: DepthImage) ->
     [view] = fixture.views
     assert view.field_of_view == pytest.approx(math.radians(57.0), abs=0.01)
     assert (view.x, view.y, view.yaw) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
-    assert (view.range_min, view.range_max) == (0.5, 6.0)
+    assert (view.range_min, view.range_max) == (CLOSE, 6.0)
     fixture.mounted(DepthCameraModel(320, 240, x=0.2)).see(DEPTH_IMAGE.name, raw(image))
     assert fixture.views[-1].x == pytest.approx(0.2)
 
