@@ -34,8 +34,6 @@ ERROR = 1.425e-3
 RESOLUTION = 2.85e-3
 """Step between two depths around z is ``RESOLUTION`` z² [1/m]."""
 
-MIRROR_MARGIN = 0.05
-"""Depth of shapes behind a mirror that count as in front of it [m]."""
 NOISE_TABLE = 1 << 16
 """Number of random numbers that images take their noise from, each row from a random start."""
 
