@@ -94,4 +94,5 @@ def _person(person: Row, order: Row | None, now: float) -> Row:
 
 def _robot(robot: Row, follows: int | None) -> Row:
     x, y = (None, None) if robot["position"] is None else (f"{place:.2f}" for place in robot["position"])
-    return robot | {"x": x, "y": y, "follows": follows, "reason": robot["reason"] or None}
+    deviation = None if robot["deviation"] is None else f"{robot['deviation']:.2f}"
+    return robot | {"x": x, "y": y, "deviation": deviation, "follows": follows, "reason": robot["reason"] or None}

@@ -6,7 +6,7 @@ import { label, line } from "./shapes.js";
 const SHOULDERS = { across: 0.25, along: 0.15, head: 0.1 }; // half of the width, of the depth, of the head [m]
 const LEAST = 5; // pixels: a person seen from afar is still found
 const STANDING = 0.15; // m/s: slower people have no heading
-const CLOSE = 45; // pixels a metre from which the names of tf frames are legible
+const CLOSE = 90; // pixels a metre from which the names of all tf frames are legible
 
 export class PeopleLayer {
   #state;
@@ -57,21 +57,21 @@ export class PeopleLayer {
     context.globalAlpha = 0.75;
     line(context, view, this.#state.tail(person.id), colour, 2);
     context.globalAlpha = 1;
-    for (const frame of person.seen_by) this.#drawSight(context, view, frame, at, colour);
+    for (const frame of person.seen_by) this.#drawSight(context, view, frame, at, colour, person.id === this.#state.picked);
     const order = this.#state.order(person.id);
     const robot = order && this.#state.robot(order.robot);
     if (robot) outline(context, [view.toScreen(robot), at], colour, 3.5, [9, 6], false);
   }
 
   /** A thin line from the robot that sees a person, with the name of the person's tf frame. */
-  #drawSight(context, view, frame, at, colour) {
+  #drawSight(context, view, frame, at, colour, picked) {
     const robot = this.#state.robot(robotOf(frame));
     if (!robot) return;
     const from = view.toScreen(robot);
     context.globalAlpha = 0.5;
     outline(context, [from, at], colour, 1, [], false);
     context.globalAlpha = 1;
-    if (view.scale < CLOSE) return;
+    if (view.scale < CLOSE && !picked) return;
     label(context, frame, from.x + 0.6 * (at.x - from.x), from.y + 0.6 * (at.y - from.y), this.#theme.ink, this.#theme.halo, false);
   }
 

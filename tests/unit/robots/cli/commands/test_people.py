@@ -39,7 +39,7 @@ async def test_people_are_listed_with_who_follows_them_and_why(watched: CommandL
     rows = [row for row in ended.rows if row]
     assert ["1", "Zoë", "seen", "1.00", "2.00", "0.5", "0s", "-", "tb1/4", "tb1", "nearest"] in rows
     assert ["2", "-", "predicted", "4.00", "2.00", "0.5", "0s", "3", "tb1/4", "-", "-"] in rows
-    assert ["tb1", "0.00", "2.00", "0.2", "2", "1", "yes", "-"] in rows
+    assert ["tb1", "0.00", "2.00", "0.20", "2", "1", "yes", "-"] in rows
     assert ["tb2", "-", "-", "-", "0", "-", "yes", "-"] in rows
     whole = json.loads((await watched("people", "house", "--json")).out)
     assert [one["id"] for one in whole["people"]] == [1, 2]
