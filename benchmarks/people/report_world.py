@@ -108,9 +108,9 @@ class ReportWorld:
         view = view_of(0, robot.pose, robot.view)
         wide = view.__class__(0, view.pose, view.half_angle + 0.06, view.range_min - 0.4, view.range_max + 0.4 - edge)
         (within,) = in_views([wide], self.people)
-        rows = np.flatnonzero(within)
-        clear = self._walls.free_between(view.pose, self.people[rows])
-        clear &= ~hidden_by_people(view.pose, self.people[rows], self.people, BODY)
+        rows, origin = np.flatnonzero(within), np.array(view.pose[:2])
+        clear = self._walls.free_between(origin, self.people[rows])
+        clear &= ~hidden_by_people(np.broadcast_to(origin, (len(rows), 2)), self.people[rows], self.people, BODY)
         seen: list[int] = rows[clear].tolist()
         return seen
 

@@ -13,7 +13,7 @@ from ppaas.people.tracks.filter_bank import inverse_2x2
 
 Array = NDArray[np.float64]
 
-OFFSETS_A_CYCLE = 10
+OFFSETS_A_CYCLE = 5
 """Robots that a cycle compares with the others; the next cycle takes the next ones."""
 CONFIRMS = 1.0
 """Distance to a person whom others see within which they confirm a torso of a robot that is not trusted [m]."""

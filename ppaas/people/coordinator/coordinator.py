@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from ppaas.costmap.costmap import Costmap
 from ppaas.errors import InvalidInput
-from ppaas.geometry import Pose2D
 from ppaas.messages.people_coordination import LOST, PeopleReport, PeopleState, ZoneCount
 from ppaas.people.coordinator import agreement, conversations
 from ppaas.people.coordinator.cost_fields import PathCosts
@@ -27,7 +26,7 @@ from ppaas.people.coordinator.robots import MOST_ROBOTS, Robot, Robots
 from ppaas.people.coordinator.saved_state import load_state, save_state
 from ppaas.people.coordinator.sightings import observe
 from ppaas.people.coordinator.state_message import state_of
-from ppaas.people.coordinator.visibility import View, Walls, view_of, visible_pairs
+from ppaas.people.coordinator.visibility import View, Walls, in_views, view_of, visible_pairs
 from ppaas.people.coordinator.zone_counts import ZoneCounts
 from ppaas.people.rules.base import Candidate
 from ppaas.people.rules.registry import create
@@ -35,10 +34,11 @@ from ppaas.people.settings import PeopleSettings
 from ppaas.people.tracks.assignment import solver
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 LONGEST_STEP = 5.0
 """Limit of the time that people are predicted at once [s]."""
-WITNESSES_A_CYCLE = 10
+WITNESSES_A_CYCLE = 5
 """Robots whose views a cycle compares with the people whom others see; the next cycle takes the next ones."""
 BEHIND = 1.0
 """Distance behind a wall from which a robot cannot see a person, apart from its deviation [m]."""
@@ -223,9 +223,14 @@ class Coordinator:
     def _merge(self, reporting: Mapping[str, Robot], views: list[View], now: float) -> None:
         """Join identities that are one person, and correct the offsets of the robots that disagreed."""
         numbers = {name: number for number, name in enumerate(sorted(reporting))}
+        reach: dict[int, Mask] = {}
+        for view, within in zip(views, in_views(views, self.table.positions), strict=True):
+            reach[view.robot] = reach[view.robot] | within if view.robot in reach else within
 
         def should_see(names: Collection[str], row: int, other: int) -> bool:
-            theirs = {numbers[name] for name in names if name in numbers}
+            theirs = {numbers.get(name, -1) for name in names}
+            if not any(reach[each][row] for each in theirs if each in reach):
+                return False
             return bool(self._visible([view for view in views if view.robot in theirs], [row], [row, other]))
 
         pairs = self._duplicates.find(self.table, now, should_see)
@@ -282,7 +287,7 @@ class Coordinator:
         """Add evidence for and against a robot: its people in walls, or so far behind that it cannot see them."""
         if len(robot.world):
             pose = robot.report.pose
-            clear = self._walls.free_between(Pose2D(pose.x, pose.y), robot.world, BEHIND + robot.deviation)
+            clear = self._walls.free_between(np.array([pose.x, pose.y]), robot.world, BEHIND + robot.deviation)
             robot.trust.see(seconds, walled=int((~clear).sum()), clear=int(clear.sum()))
 
     def _denied(self, robot: Robot, views: list[View], names: list[str]) -> dict[int, list[str]]:
@@ -298,7 +303,7 @@ class Coordinator:
         return deny
 
     def _free_between(self, one: Array, other: Array) -> bool:
-        return bool(self._walls.free_between(Pose2D(*one.tolist()), other[np.newaxis], 0.1)[0])
+        return bool(self._walls.free_between(one, other[np.newaxis], 0.1)[0])
 
     def _count_zones(self, now: float) -> None:
         if self.settings.history:

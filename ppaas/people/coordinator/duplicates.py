@@ -26,7 +26,7 @@ EQUAL = 0.3
 """Distance within which two differences are equal [m]."""
 STEADY = 0.25
 """Largest standard deviation of the difference [m]."""
-MOST_PAIRS = 20
+MOST_PAIRS = 10
 """Pairs that are examined in a cycle, the nearest first."""
 
 ShouldSee = Callable[[Collection[str], int, int], bool]

@@ -1,5 +1,6 @@
 """Visibility: which people the views of robots should show, where walls and other people do not hide them."""
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -8,7 +9,6 @@ from numpy.typing import NDArray
 
 from ppaas.costmap.costmap import LETHAL_OBSTACLE, Costmap
 from ppaas.geometry import Pose2D
-from ppaas.maps.raycast import cast_rays
 from ppaas.messages.people_coordination import SensorView
 
 Array = NDArray[np.float64]
@@ -20,6 +20,8 @@ DEPTH = 0.4
 """Margin at the ends of the range of a view [m]."""
 WALL = 0.3
 """Distance by which a wall may be nearer than a person beside it [m]."""
+CELL = 0.1
+"""Edge of the cells in which walls are looked up, unless those of the map are larger [m]."""
 BEHIND = 0.3
 """Least distance between a person and one who hides them [m]."""
 
@@ -63,18 +65,50 @@ class Walls:
     def __init__(self, costmap: Costmap) -> None:
         self._info = costmap.info
         self._occupied = costmap.data == LETHAL_OBSTACLE
+        factor = max(1, round(CELL / costmap.info.resolution))
+        height, width = (-(-side // factor) for side in costmap.info.shape)
+        blocks = np.zeros((height * factor, width * factor), np.bool_)
+        blocks[: costmap.info.height, : costmap.info.width] = self._occupied
+        cells = blocks.reshape(height, factor, width, factor).max(axis=(1, 3))
+        # A border of free cells, so that what is outside the map can be looked up.
+        self._coarse: Mask = np.pad(cells, 1)
+        self._edge = costmap.info.resolution * factor
 
-    def free_between(self, origin: Pose2D, points: Array, margin: float = WALL) -> Mask:
-        """Return whether no wall is between an origin and (n, 2) points [m], apart from the last ``margin`` [m]."""
-        off = points - (origin.x, origin.y)
-        distances = np.hypot(off[:, 0], off[:, 1])
+    def free_between(self, origins: Array, points: Array, margin: float = WALL) -> Mask:
+        """Return whether no wall is between origins and points, apart from the last ``margin`` [m].
+
+        Rays are sampled twice in each cell of some 0.1 m, which is a wall if any part of it is.
+
+        Parameters
+        ----------
+        origins : (n, 2) or (2,) array
+            x, y [m].
+        points : (n, 2) array
+            x, y [m].
+        margin : float
+            [m]
+        """
         if not len(points):
             return np.zeros(0, np.bool_)
-        angles = np.arctan2(off[:, 1], off[:, 0])
-        start = Pose2D(origin.x, origin.y, 0.0)
-        ranges = cast_rays(self._occupied, self._info, start, angles, float(distances.max()))
-        free: Mask = ranges >= distances - margin
+        start = self._local(np.broadcast_to(origins, points.shape))
+        off = self._local(points) - start
+        distances = np.hypot(off[:, 0], off[:, 1])
+        steps = max(2, math.ceil(2.0 * float(distances.max())))
+        reach = np.maximum(distances - margin / self._edge, 0.0) / np.maximum(distances, 1e-9)
+        share = np.linspace(0.0, 1.0, steps) * reach[:, np.newaxis]
+        column = (start[:, 0, np.newaxis] + share * off[:, 0, np.newaxis]).astype(np.int32) + 1
+        row = (start[:, 1, np.newaxis] + share * off[:, 1, np.newaxis]).astype(np.int32) + 1
+        height, width = self._coarse.shape
+        hit = self._coarse[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)].max(axis=1)
+        free: Mask = ~hit
         return free
+
+    def _local(self, points: Array) -> Array:
+        """Return positions in the map's own axes [coarse cells]."""
+        origin = self._info.origin
+        x, y = points[:, 0] - origin.x, points[:, 1] - origin.y
+        c, s = math.cos(origin.theta), math.sin(origin.theta)
+        return np.stack((c * x + s * y, c * y - s * x), axis=-1) / self._edge
 
     def is_wall(self, points: Array) -> Mask:
         """Return which of (n, 2) points are in a wall [m]; none outside the map."""
@@ -102,13 +136,13 @@ def in_views(views: Sequence[View], people: Array) -> Mask:
     return mask
 
 
-def hidden_by_people(origin: Pose2D, points: Array, bodies: Array, radius: float) -> Mask:
-    """Return which of (n, 2) points [m] are hidden from an origin by the (m, 2) bodies [m] of this radius [m]."""
-    off, others = points - (origin.x, origin.y), bodies - (origin.x, origin.y)
+def hidden_by_people(origins: Array, points: Array, bodies: Array, radius: float) -> Mask:
+    """Return which of (n, 2) points [m] are hidden from (n, 2) origins [m] by (m, 2) bodies [m] of this radius [m]."""
+    off = points - origins
     distances = np.hypot(off[:, 0], off[:, 1])
-    direction = off / np.maximum(distances, 1e-9)[:, np.newaxis]
-    along = direction @ others.T
-    across = direction[:, 0, np.newaxis] * others[:, 1] - direction[:, 1, np.newaxis] * others[:, 0]
+    east, north = (off / np.maximum(distances, 1e-9)[:, np.newaxis]).T[..., np.newaxis]
+    x, y = bodies[:, 0] - origins[:, 0, np.newaxis], bodies[:, 1] - origins[:, 1, np.newaxis]
+    along, across = east * x + north * y, east * y - north * x
     before = (along > 0.0) & (along < distances[:, np.newaxis] - BEHIND)
     return np.asarray((before & (np.abs(across) < radius)).any(axis=1), np.bool_)
 
@@ -132,15 +166,11 @@ def visible_pairs(
         Radius of their bodies [m].
     """
     numbers = np.array(sorted(wanted), np.intp)
-    pairs: set[tuple[int, int]] = set()
-    if not len(numbers):
+    within, who = np.nonzero(in_views(views, people[numbers]))
+    if not len(who):
         return []
-    within = in_views(views, people[numbers])
-    for view, row in zip(views, within, strict=True):
-        candidates = numbers[row]
-        if not len(candidates):
-            continue
-        points = people[candidates]
-        seen = walls.free_between(view.pose, points) & ~hidden_by_people(view.pose, points, bodies, radius)
-        pairs |= {(view.robot, int(person)) for person in candidates[seen]}
-    return sorted(pairs)
+    origins = np.array([view.pose[:2] for view in views])[within]
+    points = people[numbers[who]]
+    seen = walls.free_between(origins, points)
+    seen[seen] = ~hidden_by_people(origins[seen], points[seen], bodies, radius)
+    return sorted({(views[view].robot, int(numbers[k])) for view, k in zip(within[seen], who[seen], strict=True)})
