@@ -40,13 +40,13 @@ def measure(options: PeopleOptions, done: Callable[[], None]) -> PartResult:
     InvalidInput
         The file of results is not one.
     """
-    results = _results(options.jobs, options.processes, options.keep, done)
+    results = results_of(options.jobs, options.processes, options.keep, done)
     figures = [figure for policy, each in _by(results, _policy) for figure in _figures(policy, each)]
-    rows = [_row(each) for _, each in _by(results, _setting)]
-    return PartResult(figures, rows, msgspec.to_builtins(results))
+    return PartResult(figures, rows_of(results), msgspec.to_builtins(results))
 
 
-def _results(jobs: Sequence[PeopleJob], processes: int, keep: Path | None, done: Callable[[], None]) -> Results:
+def results_of(jobs: Sequence[PeopleJob], processes: int, keep: Path | None, done: Callable[[], None]) -> Results:
+    """Return the results of runs, in the order of the jobs; those that a file contains are not repeated."""
     if keep is None:
         return run_all(run, jobs, processes, done)
     known = results_file.read(keep)
@@ -109,6 +109,11 @@ def _by(results: Results, key: Callable[[PeopleResult], Any]) -> list[tuple[Any,
     """Return the results grouped by a key, in the order in which the keys first appear."""
     keys = list(dict.fromkeys(map(key, results)))
     return [(name, list(group)) for name, group in groupby(sorted(results, key=lambda r: keys.index(key(r))), key)]
+
+
+def rows_of(results: Results) -> list[dict[str, str]]:
+    """Return a row for each map, number of robots and of people, policy and fault."""
+    return [_row(each) for _, each in _by(results, _setting)]
 
 
 def _row(results: Results) -> dict[str, str]:

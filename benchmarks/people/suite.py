@@ -9,13 +9,13 @@ from benchmarks.harness.parallel_runs import run_all
 from benchmarks.people.options import PartResult, PeopleOptions
 from ppaas.errors import InvalidInput, PPaaSError
 
-RUNS = "coordination"
-"""The part that has a process for each of its runs."""
+RUNS = ("coordination", "faults")
+"""The parts that have a process for each of their runs."""
 
 PARTS: dict[str, Callable[[PeopleOptions], PartResult]] = {}
 """The other parts; each has one process."""
 
-NAMES = (RUNS, *PARTS)
+NAMES = (*RUNS, *PARTS)
 """Names of all parts, in the order in which they run."""
 
 
@@ -28,8 +28,7 @@ def measure(options: PeopleOptions, only: Sequence[str], progress: Progress) -> 
         A file cannot be read.
     """
     chosen = [name for name in NAMES if not only or name in only]
-    runs = len(options.jobs) if RUNS in chosen else 0
-    task = progress.add_task("measuring", total=runs + len(chosen))
+    task = progress.add_task("measuring", total=len(chosen) + sum(_number(name, options) for name in chosen))
     results = {}
     for name in chosen:
         progress.update(task, description=name)
@@ -43,12 +42,22 @@ def measure(options: PeopleOptions, only: Sequence[str], progress: Progress) -> 
     return results
 
 
-def _measure(name: str, options: PeopleOptions, done: Callable[[], None]) -> PartResult:
-    if name == RUNS:
-        # Imported only here, so that the other parts load neither clones nor TrackEval.
-        from benchmarks.people import coordination  # noqa: PLC0415
+def _number(name: str, options: PeopleOptions) -> int:
+    """Return the number of runs of a part."""
+    if name == "faults":
+        from benchmarks.people import faults  # noqa: PLC0415 - see below
 
-        return coordination.measure(options, done)
+        return len(faults.jobs_of(options))
+    return len(options.jobs) if name in RUNS else 0
+
+
+def _measure(name: str, options: PeopleOptions, done: Callable[[], None]) -> PartResult:
+    if name in RUNS:
+        # Imported only here, so that the other parts load neither clones nor TrackEval.
+        from benchmarks.people import coordination, faults  # noqa: PLC0415
+
+        measure_runs = faults.measure if name == "faults" else coordination.measure
+        return measure_runs(options, done)
     (result,) = run_all(PARTS[name], [options], 1, lambda: None, fresh=True)
     return result
 

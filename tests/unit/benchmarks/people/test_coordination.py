@@ -6,7 +6,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from benchmarks.people import coordination
+from benchmarks.people import coordination, faults
 from benchmarks.people.options import PeopleOptions
 from benchmarks.people.runs import results_file
 from tests.unit.benchmarks.people.runs.results import JOB, RESULT
@@ -32,3 +32,14 @@ def test_switches_are_per_person_and_ten_minutes() -> None:
     assert coordination.switches_per_person([RESULT]) == pytest.approx(2.0)
     longer = msgspec.structs.replace(RESULT, simulated=900.0)
     assert coordination.switches_per_person([RESULT, longer]) == pytest.approx(1.0)
+
+
+def test_each_fault_has_a_run_beside_one_without(tmp_path: Path) -> None:
+    options = PeopleOptions((JOB,), keep=tmp_path / "runs.jsonl", quick=True)
+    jobs = faults.jobs_of(options)
+    assert jobs[0].fault == ""
+    for job in jobs:
+        results_file.append(tmp_path / "runs.jsonl", job, msgspec.structs.replace(RESULT, fault=job.fault))
+    part = faults.measure(options, lambda: None)
+    assert {row["fault"] for row in part.rows} == {"-", "crowd", *(job.fault for job in jobs if job.fault)}
+    assert [figure.yardstick for figure in part.figures[:4]] == [True, True, False, False]
