@@ -5,6 +5,7 @@ import os
 import re
 import shlex
 import sys
+from typing import Any
 
 import msgspec
 import pytest
@@ -13,7 +14,13 @@ from ppaas.nodes.frames import PERSON
 from ppaas.nodes.people_tracker.parameters import PeopleTrackerParameters
 from ppaas.nodes.people_tracker.readings import MOST_PEOPLE
 from ppaas.parameters import Parameters
+from ppaas.people.coordinator.conversations import LASTS, NEAR
+from ppaas.people.coordinator.coordinator import LATE
+from ppaas.people.coordinator.parameters import CoordinatorParameters
+from ppaas.people.coordinator.robot_clock import SLOWEST
 from ppaas.people.robot_tracks.clock_offsets import LATEST, TOLERANCE
+from ppaas.people.rules.base import Candidate
+from ppaas.people.rules.registry import rule_names
 from ppaas.perception.legs.detector import MAP_MARGIN
 from ppaas.perception.legs.pairing import STRIDING
 from ppaas.perception.legs.parameters import LegDetectorParameters
@@ -46,6 +53,33 @@ def test_numbers_are_those_of_the_code() -> None:
     assert f"more than {LATEST:g} s later" in page
     for name in ("1", "torso_1", "person_1", "user_1"):
         assert PERSON.fullmatch(f"tb1/{name}")
+
+
+def test_rules_are_those_that_are_installed() -> None:
+    assert {name.strip("`") for name, _ in table(PAGE, "rule", "who is followed")} == set(rule_names())
+
+
+def test_the_rule_of_the_page_chooses() -> None:
+    [code] = [block for block in blocks(PAGE, "python") if "PeopleRule" in block]
+    names: dict[str, Any] = {}
+    exec(compile(code, PAGE, "exec"), names)
+    people = [Candidate(1, first_seen=5.0), Candidate(2, first_seen=9.0), Candidate(3, followed=True)]
+    assert names["Newest"]().choose(people, [], 2) == [3, 2]
+
+
+def test_times_and_distances_of_the_coordinator_are_those_of_the_code() -> None:
+    page, values = re.sub(r"\s+", " ", text_of(PAGE)), CoordinatorParameters()
+    assert f"or did in the last {values.seen_for:g} s" in page
+    assert f"from all robots, up to {values.predict_for:g} s" in page
+    assert f"over the last {values.switch_history:g} s, and is smaller" in page
+    assert f"at most over the last {values.deviation_history:g} s" in page
+    assert f"within {NEAR:g} m of each other for {LASTS:g} s" in page
+    assert f"for {values.give_up_for:g} s, and one that handed over for {values.hold:g} s" in page
+    assert f"late by more than {SLOWEST:g} s" in page
+    assert f"After {values.report_timeout:g} s it sees nobody" in page
+    assert f"after {LATE * values.report_timeout:g} s it hands over" in page
+    assert f"after {values.robot_timeout:g} s it has left" in page
+    assert values.forget_after == 60.0
 
 
 def test_robot_files_of_the_page_are_valid() -> None:
