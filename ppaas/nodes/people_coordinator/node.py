@@ -31,6 +31,9 @@ PERIOD = 0.2
 FIRST = 0.01
 """Time from the start to the first state [s]; a checkpoint is restored in it."""
 
+UNSAVED = 50
+"""Numbers of people that are left out after a checkpoint: as many may have been given since it was stored."""
+
 GET_PEOPLE = Service("people_coordinator/get_people", GetPeople)
 GET_PEOPLE_COUNTS = Service("people_coordinator/get_people_counts", GetPeopleCounts)
 CONFIGURE_PEOPLE = Service("people_coordinator/configure_people", ConfigurePeople)
@@ -97,8 +100,9 @@ class PeopleCoordinatorNode(Node):
         return self._coordinator.checkpoint()
 
     def restore(self, state: bytes) -> None:
-        """Continue with the identities, counts and orders of a checkpoint."""
+        """Continue with the identities, counts and orders of a checkpoint; no number of a person is used twice."""
         self._coordinator.restore(state)
+        self._coordinator.table.next_id += UNSAVED
 
     def _begin(self) -> None:
         self._first.stop()

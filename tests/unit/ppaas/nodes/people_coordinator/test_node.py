@@ -26,7 +26,7 @@ from ppaas.messages.people_coordination import (
 from ppaas.messages.people_msgs import PositionMeasurement
 from ppaas.nodes.base import Checkpoint
 from ppaas.nodes.graph import Graph
-from ppaas.nodes.people_coordinator.node import PERIOD, PeopleCoordinatorNode
+from ppaas.nodes.people_coordinator.node import PERIOD, UNSAVED, PeopleCoordinatorNode
 from ppaas.people.settings import PeopleSettings
 from tests.support.world.planar_world import walled_map
 from tests.support.world.service_calls import call_service
@@ -94,6 +94,7 @@ def test_identities_go_on_from_a_checkpoint_and_so_does_their_number(layers: Map
     other.graph.restore([checkpoint])
     (after,) = other.run(1.0).people
     assert (after.id, after.first_seen) == (before.id, before.first_seen)
+    assert msgspec.msgpack.decode(other.graph.checkpoints()[0].state)["next_id"] == before.id + 1 + UNSAVED
     with pytest.raises(InvalidInput, match="people coordinator"):
         Group(layers).graph.restore([Checkpoint("people_coordinator", b"of another release")])
 
