@@ -20,9 +20,12 @@ from robots.sim.bodies import furniture as pieces
 from robots.sim.bodies.body import SHOULDER, Stance, body_shapes, head_height, random_body
 from robots.sim.bodies.furniture import Furniture
 from robots.sim.depth.camera import DepthCamera, DepthCameraModel, DepthImage, Scene
-from robots.sim.depth.shapes import Shapes, joined
+from robots.sim.depth.shapes import Shapes, box, capsule, ellipsoid, joined, shapes_of
 
 Floats = NDArray[np.float64]
+
+CLUTTER = "clutter"
+"""Kind of furniture that is a heap of boxes, balls and rods, of up to the size of a person."""
 
 KINDS = (pieces.CHAIR, pieces.TABLE, pieces.COAT_STAND, pieces.COLUMN, pieces.POSTER)
 """Kinds of furniture in scenes."""
@@ -194,13 +197,18 @@ class SceneGenerator:
         model, distance = self._model, math.hypot(*at)
         if at[0] < 0.3:
             return 0.0
-        across = np.linspace(-0.5, 0.5, TORSO_COLUMNS) * TORSO_WIDTH
-        x, y = at[0] - at[1] / distance * across - model.x, at[1] + at[0] / distance * across - model.y
-        z = shoulder - np.linspace(0.0, 1.0, TORSO_ROWS) * TORSO_HEIGHT - model.z
+        z, across = np.meshgrid(
+            shoulder - np.linspace(0.0, 1.0, TORSO_ROWS) * TORSO_HEIGHT,
+            np.linspace(-0.5, 0.5, TORSO_COLUMNS) * TORSO_WIDTH,
+            indexing="ij",
+        )
+        points = np.stack((at[0] - at[1] / distance * across, at[1] + at[0] / distance * across, z), axis=2)
+        right, down, ahead = model.rotation @ (points - (model.x, model.y, model.z)).reshape(-1, 3).T
         (fx, fy), (cx, cy) = model.focal_lengths, model.centre
-        # Only level cameras are used.
-        columns = np.broadcast_to(np.rint(cx - fx * y / x), (TORSO_ROWS, TORSO_COLUMNS)).astype(int)
-        rows = np.rint(cy - fy * z[:, None] / x[None, :]).astype(int)
+        columns, rows = (
+            np.rint(centre + focal * part / np.maximum(ahead, 0.1)).astype(int).reshape(z.shape)
+            for centre, focal, part in ((cx, fx, right), (cy, fy, down))
+        )
         inside = (columns >= 0) & (columns < model.width) & (rows >= 0) & (rows < model.height)
         shown = np.zeros(inside.shape, bool)
         pixel = rows[inside], columns[inside]
@@ -225,6 +233,8 @@ class SceneGenerator:
             piece = pieces.table(pose, float(rng.uniform(0.8, 1.8)), float(rng.uniform(0.6, 0.9)))
         elif kind == pieces.COAT_STAND:
             piece = pieces.coat_stand(pose, hat=bool(rng.random() < 0.4))
+        elif kind == CLUTTER:
+            piece = Furniture(CLUTTER, pose, clutter(rng).placed(pose))
         else:
             piece = pieces.column(pose, float(rng.uniform(0.1, 0.3)))
         placed.furniture.append(piece)
@@ -264,6 +274,27 @@ class SceneGenerator:
         return math.hypot(x - eye.x, y - eye.y) < seen or bool(np.isnan(seen))
 
 
+def clutter(rng: np.random.Generator) -> Shapes:
+    """Return a heap of boxes, balls and rods, in its own frame."""
+    capsules, solids = [], []
+    highest = float(rng.uniform(0.6, 2.0))
+    for _ in range(int(rng.integers(2, 12))):
+        (x, y), z = rng.normal(0.0, 0.25, 2).tolist(), float(rng.uniform(0.0, highest))
+        half = rng.uniform(0.03, 0.35, 3).tolist()
+        yaw = float(rng.uniform(0.0, math.pi))
+        shape = rng.integers(4)
+        if shape < 2:
+            solids.append(box((x, y, z), (half[0], half[1], half[2]), yaw))
+        elif shape < 3:
+            solids.append(ellipsoid((x, y, z), (half[0], half[1], half[2]), yaw))
+        else:
+            lean = rng.normal(0.0, 0.1, 2).tolist()
+            capsules.append(
+                capsule((x, y, max(z - half[0], 0.0)), (x + lean[0], y + lean[1], z + half[0]), half[1] / 3)
+            )
+    return shapes_of(capsules, solids)
+
+
 def scenes(
     seed: int, worlds: int, images: int, model: DepthCameraModel | None = None, kinds: Sequence[str] = KINDS
 ) -> Iterator[DetectorScene]:
@@ -276,7 +307,7 @@ def scenes(
     worlds, images : int
         Number of worlds, and of images of each.
     model : DepthCameraModel, optional
-        The camera.
+        The camera; by default one of 640 × 480 pixels, level and 1 m above the floor.
     kinds : sequence of str
         Kinds of furniture to draw from.
     """

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.people.torso.boosting import boost
-from benchmarks.people.torso.scenes import KINDS, DetectorScene, PersonTruth, scenes
+from benchmarks.people.torso.scenes import CLUTTER, KINDS, DetectorScene, PersonTruth, scenes
 from benchmarks.people.torso.source import template_source, tree_source
 from benchmarks.people.torso.template_fit import Samples, fit
 from ppaas.perception.depth_scan import PinholeCamera
@@ -40,6 +40,9 @@ ON = 0.15
 
 HARD_KINDS = (*KINDS, COAT_STAND, COAT_STAND, POSTER)
 """Furniture to learn from, with more of what looks like people."""
+
+CLUTTERED_KINDS = (*KINDS, COAT_STAND, *[CLUTTER] * 12)
+"""Furniture of scenes with much clutter."""
 
 REACH = (0.5, 7.0)
 """Distances of proposals [m]."""
@@ -125,6 +128,24 @@ def _people_at(places: NDArray[np.float64], people: list[PersonTruth]) -> NDArra
     return labels
 
 
+def tilted(rng: np.random.Generator) -> DepthCameraModel:
+    """Return a camera at a random height that looks up or down."""
+    return DepthCameraModel(
+        320, 240, z=float(rng.uniform(0.5, 1.6)), pitch=math.radians(float(rng.uniform(-15.0, 40.0)))
+    )
+
+
+def cluttered_samples(seed: int, worlds: int, images: int, templates: UpperBody) -> TreeSamples:
+    """Return the features of candidates in scenes with much clutter, seen by cameras of any mount."""
+    parts = [TreeSamples(np.empty((0, FEATURES), np.uint8), np.empty(0))]
+    for k in range(worlds):
+        model = tilted(np.random.default_rng((seed, k)))
+        parts.append(
+            tree_samples_of(scenes((seed + 1) * 10_000 + k, 1, images, model, CLUTTERED_KINDS), model, templates)
+        )
+    return TreeSamples(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+
+
 def main() -> None:
     """Train, and write the source texts."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -137,9 +158,11 @@ def main() -> None:
     fitted = fit(samples_of(scenes(given.seed, given.worlds // 20, given.images, model), model))
     (given.folder / "template_weights.py").write_text(template_source(fitted))
     seen = scenes(given.seed + 1, given.worlds, given.images, model, HARD_KINDS)
-    found = tree_samples_of(seen, model, fitted.templates())
-    features = np.concatenate([found.features, mirrored(found.features)])
-    trees = boost(features, np.tile(found.labels, 2))
+    level = tree_samples_of(seen, model, fitted.templates())
+    other = cluttered_samples(given.seed, given.worlds // 2, given.images, fitted.templates())
+    features = np.concatenate([level.features, other.features])
+    labels = np.concatenate([level.labels, other.labels])
+    trees = boost(np.concatenate([features, mirrored(features)]), np.tile(labels, 2))
     (given.folder / "tree_weights.py").write_text(tree_source(trees))
 
 

@@ -1,0 +1,38 @@
+import numpy as np
+
+from benchmarks.people.torso.source import template_source, tree_source
+from benchmarks.people.torso.template_fit import Samples, fit
+from ppaas.perception.torso.patches import COLUMNS, LOWEST, ROW_HEIGHT, ROWS
+from ppaas.perception.torso.template import SHAPE
+from ppaas.perception.torso.trees import LEAVES, NODES, Trees
+
+
+def samples() -> Samples:
+    """Return people, who have a row of step 5 at the top of the head, among noise."""
+    rng = np.random.default_rng(0)
+    patches = rng.integers(0, 3, (40, ROWS, COLUMNS)).astype(np.uint8)
+    tops = np.zeros(40)
+    tops[:20] = rng.choice([1.2, 1.3, 1.6, 1.7, 1.8], 20)
+    for patch, top in zip(patches[:20], tops[:20], strict=True):
+        patch[round((top - LOWEST) / ROW_HEIGHT)] = 5
+    return Samples(patches, tops)
+
+
+def test_fitted_templates_find_people_and_their_heads() -> None:
+    known = samples()
+    match = fit(known, rounds=2).templates().match(known.patches)
+    assert ((match.odds > 0.0) == (known.tops > 0.0)).all()
+    np.testing.assert_allclose(match.top[:20], known.tops[:20], atol=0.03)
+
+
+def test_source_texts_have_the_numbers() -> None:
+    fitted, found = fit(samples(), rounds=1), dict[str, object]()
+    exec(template_source(fitted), found)
+    assert len(found["WEIGHTS"]) == 2  # type: ignore[arg-type]
+    assert np.prod(SHAPE) * 5 / 4 < len("".join(str(found["WEIGHTS"]).split()))
+    trees = Trees(
+        np.full((3, NODES), 300, np.uint16), np.zeros((3, NODES), np.uint8), np.ones((3, LEAVES), np.float32), -1.0
+    )
+    text = tree_source(trees)
+    assert "BIAS = -1.0000" in text
+    assert all(len(line) <= 120 for line in text.splitlines())
