@@ -16,18 +16,21 @@ from ppaas.errors import InvalidInput
 from ppaas.messages.people_coordination import LOST, PeopleReport, PeopleState, ZoneCount
 from ppaas.people.coordinator import agreement, conversations
 from ppaas.people.coordinator.cost_fields import PathCosts
+from ppaas.people.coordinator.deviation import position_deviation
 from ppaas.people.coordinator.duplicates import Duplicates
 from ppaas.people.coordinator.follow_controller import FollowController, Scene
 from ppaas.people.coordinator.parameters import CoordinatorParameters
 from ppaas.people.coordinator.people_table import MOST_PEOPLE, PeopleTable
 from ppaas.people.coordinator.presence import forgotten, update_presence
-from ppaas.people.coordinator.reports import read_report
+from ppaas.people.coordinator.reports import Report, read_report
 from ppaas.people.coordinator.robots import MOST_ROBOTS, Robot, Robots
 from ppaas.people.coordinator.saved_state import load_state, save_state
 from ppaas.people.coordinator.sightings import observe
 from ppaas.people.coordinator.state_message import state_of
 from ppaas.people.coordinator.visibility import View, Walls, in_views, view_of, visible_pairs
+from ppaas.people.coordinator.world_frame import to_world
 from ppaas.people.coordinator.zone_counts import ZoneCounts
+from ppaas.people.map_area import MapArea
 from ppaas.people.rules.base import Candidate
 from ppaas.people.rules.registry import create
 from ppaas.people.settings import PeopleSettings
@@ -40,6 +43,8 @@ LONGEST_STEP = 5.0
 """Limit of the time that people are predicted at once [s]."""
 WITNESSES_A_CYCLE = 5
 """Robots whose views a cycle compares with the people whom others see; the next cycle takes the next ones."""
+OUTSIDE = 0.5
+"""Distance from the free space of the map beyond which nobody is, apart from the deviation of the robot [m]."""
 BEHIND = 1.0
 """Distance behind a wall from which a robot cannot see a person, apart from its deviation [m]."""
 LATE = 5.0
@@ -83,7 +88,7 @@ class Coordinator:
         self.follow = FollowController(self.parameters)
         self.zones = ZoneCounts(self.settings)
         self._duplicates = Duplicates()
-        self._walls = Walls(costmap)
+        self._walls, self._area = Walls(costmap), MapArea(costmap)
         self._costs = PathCosts(costmap, self.parameters.cells_per_cycle)
         self.at = self.began = -math.inf
         solver()  # import it now: it takes longer than a cycle may
@@ -91,7 +96,7 @@ class Coordinator:
 
     def use_costmap(self, costmap: Costmap) -> None:
         """Replace the map; identities and orders are kept."""
-        self._walls = Walls(costmap)
+        self._walls, self._area = Walls(costmap), MapArea(costmap)
         self._costs.use_costmap(costmap)
 
     def configure(self, settings: PeopleSettings) -> None:
@@ -123,7 +128,18 @@ class Coordinator:
         read = read_report(report)
         if read.robot not in self.robots.known and len(self.robots.known) >= MOST_ROBOTS:
             raise InvalidInput(f"a group may have up to {MOST_ROBOTS} robots; {read.robot!r} is one more")
-        self.robots.take(read, now)
+        self.robots.take(self._on_map(read), now)
+
+    def _on_map(self, report: Report) -> Report:
+        """Return a report without the people who appear outside the free space of the map, as those in mirrors do."""
+        if not report.ids:
+            return report
+        positions, _ = to_world(report.pose, report.pose_covariance, report.torsos, report.covariances)
+        known = self.robots.known.get(report.robot)
+        if known is not None:
+            positions = known.offset.corrected(positions, (report.pose.x, report.pose.y))
+        most = OUTSIDE + position_deviation(report.covariance)
+        return report.without(self._area.distance(positions) > most)
 
     def step(self, now: float) -> PeopleState:
         """Run a cycle.
@@ -285,6 +301,7 @@ class Coordinator:
 
     def _compare_with_map(self, robot: Robot, seconds: float) -> None:
         """Add evidence for and against a robot: its people in walls, or so far behind that it cannot see them."""
+        robot.trust.see(seconds, walled=robot.report.outside, clear=0)
         if len(robot.world):
             pose = robot.report.pose
             clear = self._walls.free_between(np.array([pose.x, pose.y]), robot.world, BEHIND + robot.deviation)

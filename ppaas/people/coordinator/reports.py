@@ -1,7 +1,7 @@
 """Reports of robots, checked and as arrays."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +49,8 @@ class Report:
     views : list of SensorView
     can_follow : bool
     following : int
+    outside : int
+        Number of its people who were left out, because nobody can be where they appear.
     """
 
     robot: str
@@ -64,6 +66,23 @@ class Report:
     views: list[SensorView]
     can_follow: bool
     following: int
+    outside: int = 0
+
+    def without(self, left_out: NDArray[np.bool_]) -> "Report":
+        """Return the report without some of its people, by an (n,) mask."""
+        if not left_out.any():
+            return self
+        kept = ~left_out
+        numbers = np.flatnonzero(kept).tolist()
+        return replace(
+            self,
+            ids=[self.ids[number] for number in numbers],
+            frames=[self.frames[number] for number in numbers],
+            torsos=self.torsos[kept],
+            covariances=self.covariances[kept],
+            scores=self.scores[kept],
+            outside=self.outside + int(left_out.sum()),
+        )
 
 
 def read_report(message: PeopleReport) -> Report:

@@ -217,6 +217,22 @@ def test_a_robot_that_sees_people_behind_walls_is_not_trusted() -> None:
     assert "behind walls" in stage.run(25.0)[-1].robots[0].reason
 
 
+def test_people_in_mirrors_outside_the_map_are_left_out_and_the_others_count() -> None:
+    stage = Stage([A], [stands(6.0, 6.0)])
+
+    def reflect(report: PeopleReport) -> PeopleReport:
+        ghosts = [
+            msgspec.structs.replace(each, object_id=f"{each.object_id}0", name="", pos=Point(30.0, 0.0))
+            for each in report.people
+        ]
+        return msgspec.structs.replace(report, people=[*report.people, *ghosts])
+
+    stage.changes["a"] = reflect
+    state = stage.run(6.0)[-1]
+    assert (state.count, len(state.people)) == (1, 1)
+    assert state.robots[0].trusted
+
+
 def test_a_report_that_is_not_finite_is_refused_and_changes_nothing() -> None:
     stage = Stage([A], [stands(7.0, 6.0)])
     before = stage.run(1.0)[-1]
