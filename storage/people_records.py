@@ -23,11 +23,20 @@ LONGEST_ZONE = 64
 
 
 class MapPeople(msgspec.Struct, frozen=True):
-    """Settings of the robots of a user on a map."""
+    """Settings of the robots of a user on a map.
+
+    Parameters
+    ----------
+    user, map : str
+    settings : PeopleSettings
+    counted_from : int
+        Counts of hours that began before are not collected any more, because the user removed them [s since the epoch].
+    """
 
     user: str
     map: str
     settings: PeopleSettings = PeopleSettings()
+    counted_from: int = 0
 
     @property
     def key(self) -> tuple[str, str]:

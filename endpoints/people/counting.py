@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.people.retention import forget_all_expired, oldest_hour
+from endpoints.people.retention import forget_all_expired, oldest_hour, people_of
 from endpoints.services.services import Services
 from engine.processes.background import repeat
 from ppaas.clock import epoch
@@ -91,10 +91,11 @@ async def collect_counts(services: Services, user: str, map_id: str, now: float,
     Unavailable
         The group has no coordinator, or the coordinator or the store does not answer.
     """
-    settings = await run_in_threadpool(services.store.people_settings, user, map_id)
+    people = await run_in_threadpool(people_of, services.store, user, map_id)
+    settings = people.settings
     if not settings.history:
         return False
-    oldest = oldest_hour(settings, now)
+    oldest = max(oldest_hour(settings, now), people.counted_from)
     found = await services.cloud.people_counts(user, map_id, max(int(since), oldest))
     rows = [
         PeopleCount(user, map_id, one.hour, one.zone, one.people) for one in found if _counts(one, settings, oldest)

@@ -6,13 +6,13 @@ from contextlib import suppress
 from msgspec.structs import replace
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.people.retention import forget_expired
+from endpoints.people.retention import forget_expired, people_of
 from endpoints.services.services import Services
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, InvalidInput, InvalidParameter, NotFound, NotPermitted
 from ppaas.people.rules.registry import create
 from ppaas.people.settings import PeopleSettings
-from storage.people_records import MapPeople, changed_meanwhile
+from storage.people_records import HOUR, MapPeople, changed_meanwhile
 from storage.ports import Store
 
 NAMED = "named"
@@ -46,31 +46,45 @@ async def change_settings(services: Services, user: str, map_id: str, change: Ch
     Unavailable
         The store or the coordinator does not answer. The settings may be stored already: try again.
     """
-    before, after = await run_in_threadpool(_put, services.store, user, map_id, change)
+    before, after = await run_in_threadpool(_update, services.store, user, map_id, lambda people: _with(people, change))
     try:
-        await _configure(services, user, map_id, after)
+        await _configure(services, user, map_id, after.settings)
     except (InvalidInput, NotFound):
-        await run_in_threadpool(_put_back, services.store, MapPeople(user, map_id, before), after)
+        await run_in_threadpool(_put_back, services.store, before, after.settings)
         raise
-    await run_in_threadpool(forget_expired, services.store, MapPeople(user, map_id, after), epoch())
-    return after
+    await run_in_threadpool(forget_expired, services.store, after, epoch())
+    return after.settings
 
 
 async def forget_counts(services: Services, user: str, map_id: str) -> None:
-    """Remove all counts of a user on a map, also those of the coordinator: it forgets them without ``history``.
+    """Remove all counts of a user on a map, also those of the coordinator.
+
+    A coordinator that runs forgets its counts when it is configured without ``history``. One that does not has them in
+    its checkpoint: what it counted in this hour and before is not collected when it runs again.
 
     Raises
     ------
     Unavailable
         The store or the coordinator does not answer: try again.
     """
-    settings = await run_in_threadpool(services.store.people_settings, user, map_id)
+    groups = services.cloud.people_groups()
     try:
-        if settings.history:
-            await services.cloud.configure_people(user, map_id, replace(settings, history=False))
-            await _configure(services, user, map_id, settings)
+        if any((group.user, group.map, group.state) == (user, map_id, "ready") for group in groups):
+            await _let_forget(services, user, map_id)
+        else:
+            later = _next_hour()
+            await run_in_threadpool(
+                _update, services.store, user, map_id, lambda people: replace(people, counted_from=later)
+            )
     finally:
         await run_in_threadpool(services.store.remove_people_counts, user, map_id)
+
+
+async def _let_forget(services: Services, user: str, map_id: str) -> None:
+    settings = await run_in_threadpool(services.store.people_settings, user, map_id)
+    if settings.history:
+        await services.cloud.configure_people(user, map_id, replace(settings, history=False))
+        await _configure(services, user, map_id, settings)
 
 
 def follow(people: list[int]) -> Change:
@@ -78,23 +92,31 @@ def follow(people: list[int]) -> Change:
     return lambda settings: replace(settings, rule=NAMED, targets=people, followed_at_once=max(1, len(people)))
 
 
-def _put(store: Store, user: str, map_id: str, change: Change) -> tuple[PeopleSettings, PeopleSettings]:
-    """Store changed settings; return the previous and the new ones. If others were stored meanwhile, change these."""
+def _update(
+    store: Store, user: str, map_id: str, change: Callable[[MapPeople], MapPeople]
+) -> tuple[MapPeople, MapPeople]:
+    """Change a record; return the previous one and the new one. If another was stored meanwhile, change that."""
     for _ in range(ATTEMPTS):
-        before = store.people_settings(user, map_id)
+        before = people_of(store, user, map_id)
         after = change(before)
-        _check_rule(after.rule)
         with suppress(Conflict):
-            store.put_people_settings(MapPeople(user, map_id, after), instead_of=before)
+            store.put_people_settings(after, instead_of=before.settings)
             return before, after
     raise changed_meanwhile(map_id)
 
 
-def _check_rule(name: str) -> None:
+def _next_hour() -> int:
+    return (int(epoch()) // HOUR + 1) * HOUR
+
+
+def _with(people: MapPeople, change: Change) -> MapPeople:
+    """Return a record with changed settings; ``InvalidParameter`` if their rule is not installed or not allowed."""
+    settings = change(people.settings)
     try:
-        create(name)
+        create(settings.rule)
     except (NotFound, NotPermitted) as error:
         raise InvalidParameter(f"rule: {error}") from error
+    return replace(people, settings=settings)
 
 
 def _put_back(store: Store, record: MapPeople, refused: PeopleSettings) -> None:

@@ -1,11 +1,11 @@
 """Specifications of containers, map layers and robots, and the launch of a container."""
 
-import hashlib
 from typing import Any, Literal
 
 import msgspec
 
 from ppaas.costmap.global_parameters import CostParameters
+from ppaas.people.group_names import coordinator_checkpoint
 from ppaas.people.settings import PeopleSettings
 from ppaas.robot_model.description import RobotDescription
 
@@ -140,15 +140,10 @@ class ContainerSpec(msgspec.Struct, frozen=True):
 
     @property
     def checkpoint_name(self) -> str:
-        """Name of its checkpoints among those of its user: that of the robot; empty if it only plans.
-
-        The name of a coordinator's is made of the id of its map.
-        """
+        """Name of its checkpoints among those of its user: that of the robot or group; empty if it only plans."""
         if self.robot is not None:
             return self.robot.id
-        return (
-            "" if self.people is None else f"people-{hashlib.blake2b(self.map.id.encode(), digest_size=16).hexdigest()}"
-        )
+        return "" if self.people is None else coordinator_checkpoint(self.map.id)
 
     @property
     def group(self) -> str:

@@ -11,6 +11,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from ppaas.errors import NotFound
+from ppaas.people.group_names import coordinator_checkpoint
 from storage.migration.copying import PAGE, Key, RecordKind, by_pages, each
 from storage.people_records import BEFORE_ALL, MapPeople, PeopleCount
 from storage.ports import Store
@@ -45,6 +46,12 @@ def _robots(store: Store) -> Iterator[list[RobotRecord]]:
 
 def _robot_keys(store: Store) -> Iterator[list[Key]]:
     return ([(robot.user, robot.id) for robot in page] for page in _robots(store))
+
+
+def _clone_keys(store: Store) -> Iterator[list[Key]]:
+    """Yield the keys of the checkpoints of clones, and of those of coordinators of people."""
+    groups = ([(people.user, coordinator_checkpoint(people.map))] for people in _people(store))
+    return ([key for key in page if _has(_clone, store, key)] for page in chain(_robot_keys(store), groups))
 
 
 def _beside_robots(read: Callable[[Store, Any], object]) -> Callable[[Store], Iterator[list[Key]]]:
@@ -203,7 +210,7 @@ KINDS: tuple[RecordKind[Store], ...] = (
     ),
     RecordKind(
         "checkpoints",
-        _beside_robots(_clone),
+        _clone_keys,
         each(_clone),
         _add_clones,
         _replace_clone,

@@ -23,6 +23,7 @@ from endpoints.services.services import Services
 from endpoints.services.version_removal import expire_versions
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, NotFound
+from ppaas.people.group_names import coordinator_checkpoint
 from storage.opened_maps import OpenMap
 from storage.ports import Store
 from storage.records import MapRecord, Publication, User
@@ -144,6 +145,8 @@ def _remove(services: Services, map_id: str) -> None:
 def _forget_map(store: Store, map_id: str) -> None:
     store.remove_plans(map_id)
     store.remove_history(map_id)
+    for people in store.people_of_map(map_id):
+        store.remove_clone(people.user, coordinator_checkpoint(map_id))
     store.remove_people(map_id)
 
 

@@ -5,6 +5,7 @@ import asyncio
 import pytest
 from msgspec.structs import replace
 
+from endpoints.people.counting import collect_counts
 from endpoints.people.settings import Change, change_settings, forget_counts
 from endpoints.services.services import Services
 from ppaas.errors import NotFound, Unavailable
@@ -12,6 +13,7 @@ from ppaas.messages.people_coordination import ZoneCount
 from ppaas.people.settings import PeopleSettings
 from storage.people_records import HOUR, MapPeople, PeopleCount
 from tests.support.endpoints.fake_cloud import FakeCloud
+from tests.support.endpoints.people import add_group
 
 ANN = ("ann", "house")
 
@@ -51,12 +53,26 @@ async def test_counts_are_removed_also_if_the_coordinator_does_not_answer(
     services.store.put_people_settings(MapPeople(*ANN, PeopleSettings(history=True)))
     services.store.add_people_counts([PeopleCount(*ANN, HOUR, "", 3)])
     monkeypatch.setattr(cloud, "configure_people", silent)
+    add_group(cloud, *ANN)
     with pytest.raises(Unavailable):
         await forget_counts(services, *ANN)
     assert services.store.people_counts(*ANN) == []
 
 
+async def test_counts_in_the_checkpoint_of_a_coordinator_that_does_not_run_do_not_come_back(
+    services: Services, cloud: FakeCloud, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("endpoints.people.settings.epoch", lambda: 9.5 * HOUR)
+    services.store.put_people_settings(MapPeople(*ANN, PeopleSettings(history=True)))
+    await forget_counts(services, *ANN)
+    await change_settings(services, *ANN, naming(1))
+    cloud.zone_counts[ANN] = [ZoneCount("", hour * HOUR, 3) for hour in (8, 9, 10)]
+    assert await collect_counts(services, *ANN, 10.2 * HOUR)
+    assert services.store.people_counts(*ANN) == [PeopleCount(*ANN, 10 * HOUR, "", 3)]
+
+
 async def test_the_coordinator_forgets_its_counts_and_goes_on_counting(services: Services, cloud: FakeCloud) -> None:
+    add_group(cloud, *ANN)
     settings = PeopleSettings(history=True)
     services.store.put_people_settings(MapPeople(*ANN, settings))
     cloud.zone_counts[ANN] = [ZoneCount("", HOUR, 3)]

@@ -5,11 +5,13 @@ import pytest
 
 from endpoints.services.services import Services
 from engine.service.views import PeopleGroupView
-from ppaas.errors import InvalidInput, Unavailable
+from ppaas.errors import InvalidInput, NotFound, Unavailable
+from ppaas.people.group_names import coordinator_checkpoint
 from ppaas.people.settings import PeopleSettings
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.people import add_group, person
 from tests.support.endpoints.problems import problem_of
+from tests.support.storage.records import clone
 from tests.unit.endpoints.conftest import LogIn, Publish
 
 PEOPLE = "/v1/maps/house/people"
@@ -174,5 +176,8 @@ async def test_settings_and_counts_go_with_their_map(
     client: httpx.AsyncClient, ann: dict[str, str], services: Services
 ) -> None:
     await client.put(SETTINGS, headers=ann, json={"history": True})
+    services.store.save_clone(clone(coordinator_checkpoint("house")))
     assert (await client.delete("/v1/maps/house", headers=ann)).status_code == 204
     assert services.store.people_maps() == []
+    with pytest.raises(NotFound):
+        services.store.clone("ann", coordinator_checkpoint("house"))

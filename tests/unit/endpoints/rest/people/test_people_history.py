@@ -9,6 +9,7 @@ from ppaas.messages.people_coordination import ZoneCount
 from ppaas.people.settings import PeopleSettings, Zone
 from storage.people_records import HOUR, MapPeople, PeopleCount
 from tests.support.endpoints.fake_cloud import FakeCloud
+from tests.support.endpoints.people import add_group
 from tests.unit.endpoints.conftest import LogIn, Publish
 
 HISTORY = "/v1/maps/house/people/history"
@@ -60,6 +61,7 @@ async def test_the_list_has_the_current_hour_so_far(
 async def test_removed_counts_do_not_come_back(
     client: httpx.AsyncClient, ann: dict[str, str], cloud: FakeCloud, services: Services
 ) -> None:
+    add_group(cloud, "ann", "house")
     cloud.zone_counts["ann", "house"] = [ZoneCount("", NOW, 7)]
     assert (await client.delete(HISTORY, headers=ann)).status_code == 204
     assert await listed(client, ann) == []
