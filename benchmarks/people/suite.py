@@ -6,14 +6,17 @@ from rich.progress import Progress
 
 from benchmarks.harness.figures import Figure
 from benchmarks.harness.parallel_runs import run_all
-from benchmarks.people import coordinator
+from benchmarks.people import coordinator, detector
 from benchmarks.people.options import PartResult, PeopleOptions
 from ppaas.errors import InvalidInput, PPaaSError
 
 RUNS = ("coordination", "faults")
 """The parts that have a process for each of their runs."""
 
-PARTS: dict[str, Callable[[PeopleOptions], PartResult]] = {"coordinator": coordinator.measure}
+PARTS: dict[str, Callable[[PeopleOptions], PartResult]] = {
+    "detector": detector.measure,
+    "coordinator": coordinator.measure,
+}
 """The other parts; each has one process."""
 
 NAMES = (*RUNS, *PARTS)
