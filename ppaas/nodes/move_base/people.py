@@ -2,11 +2,12 @@
 
 import math
 
+from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.costmap.social_layer import PersonNearby, Proxemics
 from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.geometry import Pose2D
 from ppaas.messages.base.std_msgs import Header
-from ppaas.messages.people_coordination import LOST, PeopleState
+from ppaas.messages.people_coordination import LOST, PREDICTED, SEEN, PeopleState
 from ppaas.messages.people_msgs import People
 from ppaas.nodes.frames import MAP
 from ppaas.parameters import Parameters
@@ -22,6 +23,12 @@ FASTEST = 3.0
 
 STEP = 0.2
 """Steps of the time for which positions are predicted [s]: the local costmap is not updated more often for people."""
+
+BODY = 0.22
+"""Radius of the body of a person, of which a laser sees the legs alone [m]."""
+
+WELL_KNOWN = 0.1
+"""Variance up to which the position of a hidden person is known well [m²]."""
 
 COORDINATED = 1.0
 """Time for which people of the coordinator are predicted after its last message [s]; it sends five a second."""
@@ -130,6 +137,17 @@ class SeenPeople:
         seen = (person for person in self._state.people if person.state != LOST)
         return people + tuple(
             PersonNearby(*predicted(person, age), *_slowed(person.velocity.x, person.velocity.y)) for person in seen
+        )
+
+    def bodies(self, now: float) -> tuple[MovingObstacle, ...]:
+        """Return the bodies of people of the coordinator whose positions are known well, where they are predicted."""
+        age = self._age(now)
+        if age is None or not self._parameters.enabled:
+            return ()
+        return tuple(
+            MovingObstacle(*predicted(each, age), *_slowed(each.velocity.x, each.velocity.y), BODY)
+            for each in self._state.people
+            if each.state == SEEN or (each.state == PREDICTED and max(each.covariance) <= WELL_KNOWN)
         )
 
     def between(self, now: float) -> tuple[PersonNearby, ...]:

@@ -166,8 +166,9 @@ class Surroundings:
         return robots + self.walkers(now)
 
     def walkers(self, now: float) -> tuple[MovingObstacle, ...]:
-        """Return the moving objects that the laser sees, without robots, at their predicted current positions."""
-        return tuple(mover.after(now - self._moving.at) for mover in self._seen_moving(now))
+        """Return the moving objects that the laser sees, without robots, and people, at their predicted positions."""
+        seen = tuple(mover.after(now - self._moving.at) for mover in self._seen_moving(now))
+        return seen + self._people.bodies(now)
 
     def pose(self, now: float) -> Pose2D:
         """Return the pose of the robot in the map frame.
@@ -186,6 +187,7 @@ class Surroundings:
         self._clear_after_jump(pose, now)
         readings = self._readings(now)
         others = tuple(swept_discs((*self._near(pose, now), *self._seen_moving(now)), self._ahead, own))
+        others += self._bodies(pose, now)
         people, between = self._people.now(now), self._people.between(now)
         if self.costs is None or readings or self._is_elsewhere(pose, others, people + between):
             self._looked = pose, others, people + between
@@ -296,6 +298,15 @@ class Surroundings:
             for mover in seen
             if all(math.hypot(mover.x - robot.x, mover.y - robot.y) > mover.radius + robot.radius for robot in robots)
         ]
+
+    def _bodies(self, pose: Pose2D, now: float) -> tuple[Disc, ...]:
+        """Return the bodies of people in the window, without those that touch the robot: it must be able to leave."""
+        bodies = ((each, math.hypot(each.x - pose.x, each.y - pose.y)) for each in self._people.bodies(now))
+        return tuple(
+            (each.x, each.y, each.radius)
+            for each, apart in bodies
+            if each.radius + self._robot_radius < apart < self._local.reach + each.radius
+        )
 
     def _near(self, pose: Pose2D, now: float) -> list[MovingObstacle]:
         """Return the other robots near the window, from the last message, unless that is too old."""

@@ -47,6 +47,12 @@ SLOWEST = 0.15
 TURN, TURNED = 0.3, 0.15
 """Angle to the person from which a waiting robot turns, and up to which it does [rad]."""
 
+NAMED = "named"
+"""Rule by which robots follow the people that users name."""
+
+BESIDE_AREA = 0.75
+"""Distance from the searched area within which somebody comes from it [m]."""
+
 UNKNOWN = 5.0
 """Time after which a person without a position is given up [s]."""
 
@@ -282,6 +288,9 @@ class Following:
             search = self._search = Search(self.places, seen, velocity, target.seen_at)
             self._search_began = now
             self._progress.reset()
+        newcomer = self._newcomer(search)
+        if newcomer is not None:
+            self.give_up(f"person {newcomer} appeared where person {self.person} may be", not_found=True)
         search.update(now, robot, views)
         if now - self._search_began > self._parameters.search_timeout:
             seconds = self._parameters.search_timeout
@@ -292,3 +301,16 @@ class Following:
         elif self._progress.is_stuck(now, robot, place):
             search.skip()
         return Step(SEARCHING, f"searching for person {self.person}", 0.0, place, self._parameters.max_speed)
+
+    def _newcomer(self, search: Search) -> int | None:
+        """Return the id of a person who appeared where the searched one may be, most likely the same with another id.
+
+        The coordinator keeps no identity for long without a sight. If a user named the person, the search goes on.
+        """
+        state, seen = self._state, self._target.seen
+        if state is None or seen is None or state.rule == NAMED:
+            return None
+        left = max(seen.last_seen.seconds(), seen.first_seen.seconds())
+        came = (person for person in state.people if person.state == SEEN and person.first_seen.seconds() > left)
+        there = (each for each in came if search.may_be_at(each.position.x, each.position.y, BESIDE_AREA))
+        return next((each.id for each in there if each.id != self.person), None)

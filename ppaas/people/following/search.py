@@ -95,10 +95,12 @@ class Search:
         """Size of the area in which the person may be [m²]."""
         return float(self._area.sum()) * self._info.resolution**2
 
-    def may_be_at(self, x: float, y: float) -> bool:
-        """Return whether the person may be at a point [m]."""
+    def may_be_at(self, x: float, y: float, within: float = 0.0) -> bool:
+        """Return whether the person may be at a point, or within a distance of it [m]."""
         cell = self._info.cell_of(x, y)
-        return cell is not None and bool(self._area[cell])
+        if cell is None or not within:
+            return cell is not None and bool(self._area[cell])
+        return bool((self._area & (self._from((x, y)) <= within)).any())
 
     def update(self, now: float, robot: Pose2D, views: Iterable[SensorView]) -> None:
         """Grow the area for the time since the last update, and remove what the robot sees now.

@@ -1,14 +1,15 @@
 import math
 
+import msgspec
 import pytest
 
 from ppaas.errors import InvalidInput, InvalidParameter, TransformError
 from ppaas.geometry import Pose2D
 from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Point
-from ppaas.messages.people_coordination import LOST, SEEN, PeopleState, TrackedPerson
+from ppaas.messages.people_coordination import LOST, PREDICTED, SEEN, PeopleState, TrackedPerson
 from ppaas.messages.people_msgs import People, Person
-from ppaas.nodes.move_base.people import COORDINATED, FASTEST, MOST_PEOPLE, SeenPeople, SocialLayerParameters
+from ppaas.nodes.move_base.people import BODY, COORDINATED, FASTEST, MOST_PEOPLE, SeenPeople, SocialLayerParameters
 from ppaas.transforms.planar import TransformTree
 
 ANN = Person("ann", Point(1.0, 0.0), Point(0.5, 0.0))
@@ -107,3 +108,14 @@ def test_non_finite_people_of_the_coordinator_are_refused_and_earlier_ones_stay(
     with pytest.raises(InvalidInput, match=str(MOST_PEOPLE)):
         layer.take_state(PeopleState(Header(), 1, [tracked()] * (MOST_PEOPLE + 1)), 100.1)
     assert len(layer.now(100.1)) == 1
+
+
+def test_bodies_are_those_of_people_whose_positions_are_known_well():
+    hidden = tracked(2.0, number=2, state=PREDICTED)
+    layer = coordinated(
+        tracked(), msgspec.structs.replace(hidden, covariance=[0.5, 0.0, 0.0, 0.5]), tracked(state=LOST)
+    )
+    (body,) = layer.bodies(100.4)
+    assert body == pytest.approx((1.2, 0.0, 0.5, 0.0, BODY))
+    assert len(coordinated(hidden).bodies(100.0)) == 1
+    assert coordinated(tracked(), enabled=False).bodies(100.0) == () == layer.bodies(102.0)

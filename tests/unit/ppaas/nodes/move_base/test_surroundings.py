@@ -116,3 +116,17 @@ def test_people_of_the_coordinator_raise_costs_where_they_are_predicted(reset):
     now, soon, late = costs
     assert now[0] > 150 and soon[1] > 150 and soon[2] > now[2]
     assert max(late) < 20, "the message is out of date"
+
+
+def test_bodies_of_people_are_obstacles_that_are_not_remembered_and_slow_the_robot_down(reset):
+    around, clock = reset.around, reset.driving.clock
+    people = [
+        TrackedPerson(1, Point(2.0, 2.5), Point(-0.5, 0.0), [0.0] * 4),
+        TrackedPerson(2, Point(*START[:2]), Point(0.0, 0.0), [0.0] * 4),
+    ]
+    reset.driving.graph.inject("people_coordinator/state", PeopleState(Header(frame_id="map"), 2, people))
+    costmap = around.look_around(START, clock())
+    assert costmap.data[costmap.info.cell_of(2.0, 2.5)] == LETHAL_OBSTACLE
+    assert costmap.data[costmap.info.cell_of(*START[:2])] < LETHAL_OBSTACLE, "the robot must be able to leave"
+    assert any(walker.vx == -0.5 for walker in around.walkers(clock()))
+    assert around.look_around(START, clock() + 3.0).data[costmap.info.cell_of(2.0, 2.5)] < LETHAL_OBSTACLE

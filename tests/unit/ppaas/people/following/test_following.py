@@ -2,12 +2,13 @@
 
 import math
 
+import msgspec
 import numpy as np
 import pytest
 
 from ppaas.costmap.build_layers import build_layers
 from ppaas.geometry import Pose2D
-from ppaas.messages.base.std_msgs import Header
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Point
 from ppaas.messages.people_coordination import (
     FOLLOWING,
@@ -205,3 +206,24 @@ def test_search_begins_again_on_another_map():
     found.use_places(HALL)
     hear(found, person(8.0, state=PREDICTED), now=4.5)
     assert found.step(4.6, ROBOT, VIEWS).state == SEARCHING
+
+
+@pytest.mark.parametrize(
+    ("x", "first_seen", "rule", "state"),
+    [
+        (8.2, 12, "nearest", GAVE_UP), (8.2, 12, "named", SEARCHING), (8.2, 3, "nearest", SEARCHING),
+        (1.0, 12, "nearest", SEARCHING),
+    ],
+    ids=["appeared there", "another is named", "known before", "elsewhere"],
+)  # fmt: skip
+def test_search_ends_for_somebody_who_appears_where_the_person_may_be(x, first_seen, rule, state):
+    lost = person(8.0, state=LOST)
+    found = following(msgspec.structs.replace(person(8.0), first_seen=Time(2, 0), last_seen=Time(10, 0)))
+    hear(found, lost, now=4.0)
+    assert found.step(4.0, ROBOT, VIEWS).state == SEARCHING
+    other = msgspec.structs.replace(person(x, number=9), first_seen=Time(first_seen, 0))
+    found.hear(PeopleState(Header(), 1, [lost, other], rule=rule), 4.2)
+    done = found.step(4.2, ROBOT, VIEWS)
+    assert done.state == state
+    if state == GAVE_UP:
+        assert done.reason == "person 9 appeared where person 1 may be"
