@@ -145,9 +145,9 @@ def _remove(services: Services, map_id: str) -> None:
 def _forget_map(store: Store, map_id: str) -> None:
     store.remove_plans(map_id)
     store.remove_history(map_id)
-    for people in store.people_of_map(map_id):
-        store.remove_clone(people.user, coordinator_checkpoint(map_id))
     store.remove_people(map_id)
+    for user in store.users():  # any of them may have had robots on it
+        store.remove_clone(user.id, coordinator_checkpoint(map_id))
 
 
 @contextmanager
