@@ -20,7 +20,7 @@ from tests.support.engine.engine_links import dial_link, hello, receive
 from tests.support.engine.fake_machine import FakeMachine
 from tests.support.engine.listening import Listening
 from tests.support.engine.remembering_listener import RememberingListener
-from tests.support.engine.specs import robot_request
+from tests.support.engine.specs import coordinator_request, coordinator_spec, robot_request
 from tests.support.waiting import until
 
 
@@ -51,8 +51,7 @@ def running(container: str = "old", robot: str = "tb1") -> control_link.RunningC
 def keep(store: MemoryStore, carried: control_link.RunningContainer, instance: str = "before") -> None:
     """Store a checkpoint of a container as the last one of its robot."""
     spec = carried.spec
-    assert spec.robot is not None
-    store.save_clone(CloneCheckpoint(spec.user, spec.robot.id, marks(spec, instance), 1.0))
+    store.save_clone(CloneCheckpoint(spec.user, spec.checkpoint_name, marks(spec, instance), 1.0))
 
 
 async def test_robot_reconnects_to_its_adopted_container(
@@ -74,6 +73,20 @@ async def test_robot_reconnects_to_its_adopted_container(
     assert [view.containers for view in service.machines()] == [1]
     assert not machine.has_orders(), "nothing was started"
     await stream.close()
+    await machine.leave()
+
+
+async def test_a_coordinator_is_adopted_for_its_group(
+    service: MasterDriver, store: MemoryStore, tmp_path: Path, listener: RememberingListener
+) -> None:
+    spec = msgspec.structs.replace(coordinator_spec("old"), session="s")
+    carried = control_link.RunningContainer(spec, spec.cores, "its secret", 42)
+    keep(store, carried)
+    keep(store, running("clone"))
+    machine = await FakeMachine.join(tmp_path, carries=(carried, running("clone")))
+    assert await machine.welcome == control_link.Welcome("this", ("old", "clone"))
+    assert listener.adopted == [coordinator_request().key, robot_request().key]
+    assert [service.coordinates(key) for key in listener.adopted] == [True, False]
     await machine.leave()
 
 
