@@ -18,7 +18,9 @@ from benchmarks.people.options import PartResult, PeopleOptions
 from ppaas.errors import Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.maps.generate import office
+from ppaas.messages.people_msgs import PositionMeasurementArray
 from ppaas.messages.ppaas_msgs import NodeHomes
+from ppaas.nodes.topics import TORSO_MEASUREMENTS
 from robots.client.robot_client import RobotClient
 from robots.client.robot_file import RobotFile
 from robots.demo.exploration import background
@@ -67,10 +69,11 @@ CASES = (
 
 
 class Traffic(NamedTuple):
-    """Bytes per second from the robot to the cloud, and back."""
+    """Bytes per second from the robot to the cloud, and back; and images per second that the node has processed."""
 
     up: float
     down: float
+    processed: float
 
 
 class CountingProxy:
@@ -127,25 +130,34 @@ def measure(options: PeopleOptions) -> PartResult:
     """Return the traffic of each case, and the share of the link that the node on the robot uses."""
     found = asyncio.run(_measure_all(options))
     rest = found[CASES[0]]
-    own = {case: Traffic(each.up - rest.up, each.down - rest.down) for case, each in found.items() if case.images}
+    own = {
+        case: Traffic(each.up - rest.up, each.down - rest.down, each.processed)
+        for case, each in found.items()
+        if case.images
+    }
     raw, local = own[CASES[1]], own[CASES[3]]
-    share = max(sum(local), 0.0) / sum(raw)
+    share = (local.up + local.down) / (raw.up + raw.down)
     size = f"{DepthCameraModel().width}×{DepthCameraModel().height}"
     figures = [
-        Figure(PART, case.name, round(sum(each) / 1e3, 3), "KB/s", note=f"up and down; {size} at {RATE:g} Hz")
+        Figure(
+            PART, case.name, round((each.up + each.down) / 1e3, 3), "KB/s", note=f"up and down; {size} at {RATE:g} Hz"
+        )
         for case, each in own.items()
     ]
     figures.append(Figure(PART, "node on the robot ÷ raw images", round(share, 5), "", limit=SHARE))
     rows = [_row(case.name, each) for case, each in own.items()]
     rows.append(_row("the rest: scans, odometry, commands", rest))
-    results = [{"case": case.name, "up": each.up, "down": each.down} for case, each in found.items()]
+    results = [{"case": case.name, **each._asdict()} for case, each in found.items()]
     return PartResult(figures, rows, results)
 
 
 def _row(name: str, traffic: Traffic) -> dict[str, str]:
-    images = f"{traffic.up / RATE / 1e3:,.1f} KB" if name != CASES[0].name else ""
-    return {"traffic of": name, "to the cloud": f"{traffic.up / 1e3:,.1f} KB/s",
-            "to the robot": f"{traffic.down / 1e3:,.1f} KB/s", "for each image": images}  # fmt: skip
+    return {
+        "traffic of": name,
+        "to the cloud": f"{traffic.up / 1e3:,.1f} KB/s",
+        "to the robot": f"{traffic.down / 1e3:,.1f} KB/s",
+        "images processed": f"{traffic.processed:.1f} Hz",
+    }
 
 
 async def _measure_all(options: PeopleOptions) -> dict[Case, Traffic]:
@@ -179,11 +191,19 @@ async def _measure(target: Target, proxy: CountingProxy, url: str, case: Case, o
                 background(run_local_nodes(client, computer, {NODE: case.home}, lambda _: None))
             )
             await homes.wait_for(case.home)
+        # Not through the proxy.
+        operator = await stack.enter_async_context(
+            RobotClient(target.url, robot=name, token=target.token, role="operator")
+        )
+        stamps = list[float]()
+        await operator.subscribe(
+            TORSO_MEASUREMENTS.name, PositionMeasurementArray, lambda found: stamps.append(found.header.stamp.seconds())
+        )
         await asyncio.sleep(SETTLING)
         seconds = QUICK_SECONDS if options.quick else SECONDS
-        up, down = proxy.up, proxy.down
+        up, down, before = proxy.up, proxy.down, len(stamps)
         await asyncio.sleep(seconds)
-        return Traffic((proxy.up - up) / seconds, (proxy.down - down) / seconds)
+        return Traffic((proxy.up - up) / seconds, (proxy.down - down) / seconds, (len(stamps) - before) / seconds)
 
 
 class _Homes:

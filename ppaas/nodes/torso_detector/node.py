@@ -51,7 +51,7 @@ class TorsoDetectorNode(Node):
     """
 
     name: ClassVar[str] = "torso_detector"
-    demands: ClassVar[Demands] = Demands(0.2, rates=RATES)
+    demands: ClassVar[Demands] = Demands(0.4, rates=RATES)
     subscribes: ClassVar[tuple[Topic, ...]] = (
         topics.DEPTH_IMAGE, topics.COMPRESSED_DEPTH_IMAGE, topics.DEPTH_CAMERA_INFO, topics.TF, topics.TF_STATIC,
     )  # fmt: skip

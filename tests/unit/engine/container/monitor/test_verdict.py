@@ -13,7 +13,9 @@ from engine.container.monitor.facts import Link, NodeFacts, Robot
 from engine.container.monitor.parameters import CRITERIA, NodeMonitorParameters
 from engine.container.monitor.verdict import asked, judge
 from ppaas.errors import InvalidInput, InvalidParameter
+from ppaas.nodes.amcl.node import AmclNode
 from ppaas.nodes.base import Demands
+from ppaas.nodes.torso_detector.node import TorsoDetectorNode
 
 PLAIN = NodeMonitorParameters()
 PI = Robot(4, 1.5, 1.0, ("driver",))
@@ -43,6 +45,19 @@ def test_node_with_high_data_rates_runs_on_the_robot() -> None:
     verdict = judge(middling, GOOD, image, first)
     assert verdict.home == "robot"
     assert "its topics would use 9000 KB/s of a link with 10000 KB/s" in verdict.reasons[0]
+
+
+def test_the_torso_detector_runs_where_the_images_are_although_amcl_runs_in_the_cloud() -> None:
+    """On a robot a little faster than a Raspberry Pi 4; on the Pi itself if bandwidth is the first criterion."""
+    better = Robot(4, 1.8, 1.5, ("torso_detector", "amcl"))
+    detector, amcl = (NodeFacts(kind.name, kind.demands, kind.demands.rates) for kind in (TorsoDetectorNode, AmclNode))
+    verdict = judge(better, GOOD, detector, PLAIN)
+    assert verdict.home == "robot"
+    assert any("its topics would use 24576 KB/s" in reason for reason in verdict.reasons)
+    assert judge(better, GOOD, amcl, PLAIN).home == "cloud"
+    pi = Robot(PI.cores, PI.clock, PI.benchmark, better.nodes)
+    first = NodeMonitorParameters(priorities=("network_bandwidth", "computation_power"))
+    assert (judge(pi, GOOD, detector, PLAIN).home, judge(pi, GOOD, detector, first).home) == ("cloud", "robot")
 
 
 def test_time_critical_node_runs_on_a_capable_robot() -> None:
