@@ -47,7 +47,7 @@ def test_parameters_are_those_of_the_code(node: str, defaults: Parameters) -> No
 def test_numbers_are_those_of_the_code() -> None:
     page = re.sub(r"\s+", " ", text_of(PAGE))
     assert f"Two legs nearer than {STRIDING:g} m" in page
-    assert f"Hits within {MAP_MARGIN:g} m" in page
+    assert f"hits within {MAP_MARGIN:g} m" in page
     assert f"more than {MOST_PEOPLE} people" in page
     assert f"off by more than {TOLERANCE:g} s" in page
     assert f"more than {LATEST:g} s later" in page

@@ -6,6 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from ppaas.costmap.map_layers import MapLayers
+from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.costmap.obstacle_layer import LaserReading
 from ppaas.errors import TransformError
 from ppaas.geometry import Pose2D
@@ -13,13 +14,15 @@ from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Point
 from ppaas.messages.people_coordination import SensorView
 from ppaas.messages.people_msgs import PositionMeasurement, PositionMeasurementArray
+from ppaas.messages.ppaas_msgs import RobotStates
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.base import Context, Demands, Node, Payload, Topic
 from ppaas.nodes.frames import FrameListener, FrameNames
 from ppaas.nodes.message_checks import expect
+from ppaas.nodes.other_robots import OTHERS_FRESH, others_of
 from ppaas.nodes.robot_scans import RobotScan, ScanReader, WaitingScans
-from ppaas.nodes.topics import LEG_MEASUREMENTS, LEG_VIEW, SCAN, SCAN_RATE, TF, TF_STATIC
+from ppaas.nodes.topics import LEG_MEASUREMENTS, LEG_VIEW, ROBOTS, SCAN, SCAN_RATE, TF, TF_STATIC
 from ppaas.perception.legs.detector import LegDetection, LegDetector, MapInFrame
 from ppaas.perception.legs.parameters import LegDetectorParameters
 
@@ -31,11 +34,16 @@ WIDEST_SPACING = 0.07
 """Distance between two beams up to which few legs are missed [m]."""
 
 
+ROBOT = 0.35
+"""Distance from another robot within which a detection is that robot [m]."""
+
+
 class LegDetectorNode(Node):
-    """Subscribes to scans and ``tf``; publishes ``leg_tracker_measurements`` and ``leg_detector/view``.
+    """Subscribes to scans, ``tf`` and ``robots``; publishes ``leg_tracker_measurements`` and ``leg_detector/view``.
 
     Scans wait until odometry has reached their stamps. Measurements have the stamp of their scan and are in the robot's
-    frame. If the robot is localized on a published map, hits on what is in the map are left out.
+    frame. If the robot is localized on a published map, hits on what is in the map are left out, and so are the other
+    robots on it.
 
     Parameters
     ----------
@@ -50,7 +58,7 @@ class LegDetectorNode(Node):
 
     name: ClassVar[str] = "leg_detector"
     demands: ClassVar[Demands] = Demands(0.1, rates={SCAN.name: SCAN_RATE})
-    subscribes: ClassVar[tuple[Topic, ...]] = (SCAN, TF, TF_STATIC)
+    subscribes: ClassVar[tuple[Topic, ...]] = (SCAN, TF, TF_STATIC, ROBOTS)
     publishes: ClassVar[tuple[Topic, ...]] = (LEG_MEASUREMENTS, LEG_VIEW)
 
     def __init__(
@@ -66,6 +74,8 @@ class LegDetectorNode(Node):
         self._scans, self._waiting = ScanReader(self._frames), WaitingScans()
         self._detectors: dict[str, LegDetector] = {}
         self._view: SensorView | None = None
+        self._robots: tuple[MovingObstacle, ...] = ()
+        self._robots_at = -math.inf
 
     def use_layers(self, layers: MapLayers) -> None:
         """Replace the map by another in the same frame."""
@@ -73,7 +83,7 @@ class LegDetectorNode(Node):
             self._layers = layers
 
     def on_message(self, topic: str, message: Payload) -> None:
-        """Handle a scan or transforms.
+        """Handle a scan, transforms, or the states of the other robots on the map.
 
         Raises
         ------
@@ -86,6 +96,9 @@ class LegDetectorNode(Node):
             read = self._scans.read(expect(message, LaserScan), self.context.elapsed())
             self._waiting.add(read, self._frames.newest())
             self._publish_view(read)
+        elif topic == ROBOTS.name:
+            self._robots = others_of(expect(message, RobotStates), 0.0)
+            self._robots_at = self.context.elapsed()
         else:
             self._frames.hear(topic, expect(message, TFMessage), self.context.elapsed(), self.context.now())
         errors = self._waiting.process(self._frames.newest(), self.context.elapsed(), self._detect)
@@ -98,7 +111,10 @@ class LegDetectorNode(Node):
             return
         robot = self._frames.odometry(stamp)
         reading = LaserReading.of(scan.scan, robot @ scan.laser)
-        found = detector.detect(reading, stamp, self._map(robot, stamp))
+        known = self._map(robot, stamp)
+        found = detector.detect(reading, stamp, known)
+        if known is not None:
+            found = [each for each in found if not self._is_robot(known.pose @ Pose2D(each.x, each.y))]
         header = Header(stamp=scan.scan.header.stamp if scan.stamp else Time.of(stamp), frame_id=self._frames.base)
         inverse = robot.inverse()
         people = [_message(header, number, each, inverse) for number, each in enumerate(found)]
@@ -108,6 +124,12 @@ class LegDetectorNode(Node):
         if frame not in self._detectors and len(self._detectors) < MOST_LASERS:
             self._detectors[frame] = LegDetector(self._parameters)
         return self._detectors.get(frame)
+
+    def _is_robot(self, place: Pose2D) -> bool:
+        """Return whether another robot is at a place on the map."""
+        age = self.context.elapsed() - self._robots_at
+        now = [robot.after(age) for robot in self._robots] if age <= OTHERS_FRESH else []
+        return any(math.hypot(robot.x - place.x, robot.y - place.y) < ROBOT for robot in now)
 
     def _map(self, robot: Pose2D, stamp: float) -> MapInFrame | None:
         """Return the map in the frame of the odometry; None if the robot's place on it is not known at that time."""

@@ -27,6 +27,10 @@ CLEAR = 0.1
 CURVED = 0.015
 """Bend above which a segment is round [m]; that of a leg with a radius of 6 cm is 0.02 to 0.05 m."""
 
+ROUND, ROUNDEST = 0.08, 0.3
+"""Bend by width above which a wide segment is one round object, such as a column or another robot, rather than two
+legs, and that from which it certainly is."""
+
 LEAST = -6.0
 """Least value."""
 
@@ -47,7 +51,8 @@ def both_evidence(segments: Segments) -> Floats:
     """Return the logarithm of the odds that each segment is two legs side by side, (m,) array."""
     spread = np.hypot(BOTH_SPREAD, 0.45 * segments.spacing)
     odds = -0.5 * ((segments.width - BOTH_WIDTH) / spread) ** 2
-    odds += _edges(segments) - 1.0 * (segments.bend > 4.0 * CURVED)
+    odds += _edges(segments)
+    odds -= 5.0 * np.clip((segments.bend / segments.width - ROUND) / (ROUNDEST - ROUND), 0.0, 1.0)
     odds -= 2.0 * (segments.depth > 2.0 * DEEPEST)
     odds -= 3.0 * (segments.count < 4)
     return np.maximum(odds, LEAST)

@@ -10,14 +10,16 @@ from ppaas.clone.assembly import build_clone
 from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import InvalidInput, TransformError
 from ppaas.geometry import Pose2D
-from ppaas.messages.base.std_msgs import Time
+from ppaas.messages.base.std_msgs import Header, Time
+from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.people_coordination import SensorView
 from ppaas.messages.people_msgs import PositionMeasurementArray
+from ppaas.messages.ppaas_msgs import RobotStates
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.leg_detector.node import LegDetectorNode
-from ppaas.nodes.topics import LEG_MEASUREMENTS, LEG_VIEW, SCAN, TF
+from ppaas.nodes.topics import LEG_MEASUREMENTS, LEG_VIEW, ROBOTS, SCAN, TF
 from ppaas.perception.legs.parameters import LegDetectorParameters
 from ppaas.transforms.planar import transform_message
 from tests.support.world.legs import LAYERS, scan_of, stand
@@ -65,6 +67,19 @@ def test_person_is_measured_in_the_frame_of_the_robot_once_odometry_reaches_the_
     assert math.hypot(found.pos.x - 2.0, found.pos.y - 0.5) < 0.1
     assert 0.7 < found.reliability <= 1.0
     assert 0.0 < found.covariance[0] == found.covariance[4] < 0.02
+
+
+def test_other_robots_on_the_map_are_no_people(graph):
+    robot, received = Pose2D(6.0, 5.0, 1.0), measured(graph)
+    legs = stand(7.0, 6.0, facing=0.8)
+    moved(graph, 99.9)
+    for told in (False, True):
+        if told:
+            header, pose = Header(stamp=Time.of(100.0), frame_id="map"), Pose.of(Pose2D(7.0, 6.0))
+            graph.inject(ROBOTS.name, RobotStates(header, [pose], [], []))
+        graph.inject(SCAN.name, scan_of(robot, 100.0 + told, legs))
+        moved(graph, 100.1 + told, in_map=robot)
+    assert [any(each.initialization for each in message.people) for message in received] == [True, False]
 
 
 def test_view_of_the_laser_is_told_once(graph):

@@ -48,6 +48,15 @@ def test_chairs_poles_and_walls_begin_no_track():
         assert [each for each in found if each.may_begin] == []
 
 
+def test_robot_that_drives_is_no_person():
+    """It has the width of two legs side by side, but it is round."""
+    moving = detector()
+    for step in range(20):
+        robot = np.array([(5.0 + 0.05 * step, 7.5)]), 0.18
+        found = moving.detect(reading_of(HERE, NOTHING, robot, seed=step), 0.1 * step, MAP)
+        assert [each for each in found if each.may_begin] == []
+
+
 def test_walls_of_the_map_are_left_out_only_where_the_robot_is_localized():
     by_the_wall = stand(11.8, 5.0, 0.0)
     reading = reading_of(Pose2D(10.0, 5.0), by_the_wall)
