@@ -6,7 +6,7 @@ from rich.progress import Progress
 
 from benchmarks.harness.figures import Figure
 from benchmarks.harness.parallel_runs import run_all
-from benchmarks.people import coordinator, detector
+from benchmarks.people import bandwidth, coordinator, detector
 from benchmarks.people.options import PartResult, PeopleOptions
 from ppaas.errors import InvalidInput, PPaaSError
 
@@ -16,6 +16,7 @@ RUNS = ("coordination", "faults")
 PARTS: dict[str, Callable[[PeopleOptions], PartResult]] = {
     "detector": detector.measure,
     "coordinator": coordinator.measure,
+    "bandwidth": bandwidth.measure,
 }
 """The other parts; each has one process."""
 
