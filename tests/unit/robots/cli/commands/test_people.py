@@ -125,24 +125,17 @@ async def test_counts_are_listed_and_forgotten(ppaas: CommandLine, monkeypatch: 
     assert store.people_counts("ann", "house") == []
 
 
-@pytest.mark.parametrize(
-    ("arguments", "why"),
-    [
-        (("--follow", "9"), "unknown person '9'; known: 1, 2"),
-        (("--name", "Zoë"), "is not ID=NAME"),
-        (("--rule", "tallest"), "unknown rule 'tallest'; known: longest_seen, named, nearest"),
-        (("--retention-hours", "0"), "greater than 0"),
-    ],
-)
-async def test_invalid_choices_are_reported(watched: CommandLine, arguments: tuple[str, ...], why: str) -> None:
-    ended = await watched("people", "house", *arguments)
-    assert ended.status == 1
-    assert why in ended.err
+async def test_invalid_choices_are_reported_and_change_nothing(watched: CommandLine) -> None:
+    reported = {
+        ("--follow", "9"): "unknown person '9'; known: 1, 2",
+        ("--name", "Zoë"): "is not ID=NAME",
+        ("--rule", "tallest"): "unknown rule 'tallest'; known: longest_seen, named, nearest",
+        ("--retention-hours", "0"): "greater than 0",
+    }
+    for arguments, why in reported.items():
+        ended = await watched("people", "house", *arguments)
+        assert ended.status == 1
+        assert why in ended.err
+    for arguments in (("--watch", "--history"), ("--follow", "1", "--rule", "nearest"), ("--count", "1")):
+        assert (await watched("people", "house", *arguments)).status == 2
     assert settings(watched) == PeopleSettings()
-
-
-@pytest.mark.parametrize(
-    "arguments", [("--watch", "--history"), ("--follow", "1", "--rule", "nearest"), ("--count", "1")]
-)
-async def test_contradictory_options_are_usage_errors(watched: CommandLine, arguments: tuple[str, ...]) -> None:
-    assert (await watched("people", "house", *arguments)).status == 2
