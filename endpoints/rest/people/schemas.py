@@ -9,6 +9,7 @@ from endpoints.rest.schemas import Number, RequestBody, ResponseBody
 from engine.service.path_requests import MAX_COORDINATE
 from engine.service.views import PeopleGroupView
 from ppaas.messages.people_coordination import FollowOrder, GroupRobot, PeopleState, TrackedPerson
+from ppaas.people.rules.registry import rule_names
 from ppaas.people.settings import LONGEST_RETENTION, MOST_CORNERS, MOST_TARGETS, MOST_ZONES, PeopleSettings, Zone
 
 MAX_PERSON = (1 << 53) - 1
@@ -184,6 +185,7 @@ class PeopleAnswer(ResponseBody):
     at: float | None = Field(description="Time of the positions [s since the epoch]; null without a coordinator")
     count: int = Field(description="Number of different people whom robots see now")
     rule: str = Field(description="Rule that chooses whom to follow")
+    rules: list[str] = Field(description="Names of the installed rules")
     people: list[PersonAnswer]
     following: list[FollowAnswer]
     robots: list[PeopleRobotAnswer]
@@ -196,7 +198,17 @@ class PeopleAnswer(ResponseBody):
         if group is not None:
             state = "starting" if group.state == "ready" else group.state
             fields = {"coordinator": state, "reason": reason or group.reason}
-        return cls(map=map_id, at=None, count=0, rule=rule, people=[], following=[], robots=robots, **fields)
+        return cls(
+            map=map_id,
+            at=None,
+            count=0,
+            rule=rule,
+            rules=list(rule_names()),
+            people=[],
+            following=[],
+            robots=robots,
+            **fields,
+        )
 
     @classmethod
     def of(cls, map_id: str, group: PeopleGroupView, state: PeopleState) -> "PeopleAnswer":
@@ -210,6 +222,7 @@ class PeopleAnswer(ResponseBody):
             at=state.header.stamp.seconds(),
             count=state.count,
             rule=state.rule,
+            rules=list(rule_names()),
             people=[PersonAnswer.of(person) for person in state.people],
             following=[FollowAnswer.of(order) for order in state.orders],
             robots=[robot for _, robot in sorted((silent | known).items())],

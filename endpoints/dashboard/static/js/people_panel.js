@@ -56,7 +56,7 @@ export class PeoplePanel {
     say(byId("people-count"), String(count));
     say(byId("people-note"), noteOf(state.answer));
     show(byId("people"), people, ({ id }) => String(id), (person) => this.#create(person), (item, person) => this.#fill(item, person, state));
-    if (state.settings) this.#showSettings(state.settings);
+    if (state.settings) this.#showSettings(state.settings, state.answer.rules);
   }
 
   #create({ id, name }) {
@@ -84,8 +84,7 @@ export class PeoplePanel {
   }
 
   /** Show the settings, except in a field that the user is about to change. */
-  #showSettings({ rule, followed_at_once: atOnce, history, zones }) {
-    const rules = Object.keys(RULES).includes(rule) ? Object.keys(RULES) : [...Object.keys(RULES), rule];
+  #showSettings({ rule, followed_at_once: atOnce, history, zones }, rules) {
     show(this.#rule, rules, (name) => name, (name) => make("option", { value: name, textContent: RULES[name] ?? name }), () => {});
     const free = (field) => document.activeElement !== field;
     if (free(this.#rule)) this.#rule.value = rule;

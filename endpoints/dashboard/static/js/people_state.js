@@ -4,7 +4,7 @@
 export const TAIL = 20;
 /** Least distance between two points of a tail [m]. */
 const APART = 0.05;
-const NOBODY = { coordinator: "none", reason: "", count: 0, rule: "", people: [], following: [], robots: [] };
+const NOBODY = { coordinator: "none", reason: "", count: 0, rule: "", rules: [], people: [], following: [], robots: [] };
 
 /** What a person is called. @param {{id: number, name: string}} person */
 export function nameOf({ id, name }) {

@@ -33,6 +33,7 @@ async def test_people_are_shown_with_who_follows_whom_and_why(
     add_group(cloud, "ann", "house", person(1, name="Zoë"), person(2, x=4.0, state="predicted"))
     answer = (await client.get(PEOPLE, headers=ann)).json()
     assert (answer["coordinator"], answer["count"], answer["at"], answer["rule"]) == ("ready", 2, 100.5, "nearest")
+    assert answer["rules"] == ["longest_seen", "named", "nearest"]
     first, second = answer["people"]
     assert (first["id"], first["name"], first["position"], first["velocity"]) == (1, "Zoë", [1.0, 2.0], [0.5, 0.0])
     assert (first["first_seen"], first["last_seen"], first["seen_by"]) == (90.0, 100.0, ["tb1/4"])
