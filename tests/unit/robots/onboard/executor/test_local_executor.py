@@ -7,6 +7,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from engine.specs.containers import RobotConfig
 from ppaas.change_log import LogChange, LogEntry
 from ppaas.geometry import Pose2D
 from ppaas.maps.generate import office
@@ -15,11 +16,15 @@ from ppaas.maps.occupancy import to_message
 from ppaas.messages import decode, encode
 from ppaas.messages.actionlib_msgs import GoalID
 from ppaas.messages.base.message import Message
-from ppaas.messages.base.std_msgs import Header
-from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovariance, Twist, TwistWithCovariance
+from ppaas.messages.base.std_msgs import Header, Time
+from ppaas.messages.geometry_msgs import Point, Pose, PoseStamped, PoseWithCovariance, Twist, TwistWithCovariance
 from ppaas.messages.nav_msgs import GetPlanRequest, GetPlanResponse, Odometry
+from ppaas.messages.people_coordination import PeopleReport
+from ppaas.messages.people_msgs import People, Person
+from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.amcl.node import AmclNode
 from ppaas.nodes.base import Reply
+from ppaas.transforms.planar import transform_message
 from robots.onboard.executor import protocol
 from robots.onboard.executor.local_executor import LocalExecutor
 
@@ -220,3 +225,24 @@ async def test_invalid_commands_are_reported_as_errors(
     assert isinstance(failed, protocol.NodeFailed)
     assert failed.slug == slug
     assert text in failed.text
+
+
+async def test_frames_of_people_are_named_by_the_id_of_the_robot(
+    home: LocalExecutor, frames: list[protocol.FromExecutor]
+) -> None:
+    """The configuration is that of the cloud, which has more fields than a robot needs."""
+    robot = RobotConfig("tb1", "turtlebot2", (2.0, 2.0, 0.0), "dijkstra", "dwa", {"people_tracker": {}})
+    begin(home, msgspec.json.decode(msgspec.json.encode(robot), type=protocol.CloneConfig))
+    home.take(protocol.Add("people_tracker", ""))
+    stamp = Time.of(home.graph.now())
+    for parent, child in (("odom", "base_link"), ("map", "odom")):
+        transform = TFMessage([transform_message(parent, child, Pose2D(1.0, 1.0), stamp)])
+        home.take(protocol.Tell("tf", msgspec.Raw(encode(transform))))
+    people = People(Header(stamp=stamp, frame_id="base_link"), [Person("1", Point(2.0, 0.0))])
+    home.take(protocol.Tell("people", msgspec.Raw(encode(people))))
+    frames.clear()
+    await asyncio.sleep(0.11)
+    home.take(protocol.AskStates())
+    said = {frame.topic: bytes(frame.payload) for frame in frames if isinstance(frame, protocol.Said)}
+    assert b'"tb1/torso_1"' in said["tf"]
+    assert decode(PeopleReport, said["people_tracker/report"]).robot == "tb1"
