@@ -1,4 +1,4 @@
-"""Part ``faults``: bad input of one robot, and its effect on the group."""
+"""Part ``faults``: bad input of one robot or of the place, and its effect on the group."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -8,7 +8,7 @@ import msgspec
 from benchmarks.harness.figures import Figure
 from benchmarks.people import coordination
 from benchmarks.people.options import PartResult, PeopleOptions
-from benchmarks.people.runs.faults import REPORT_FAULTS
+from benchmarks.people.runs.faults import MIRRORS, REPORT_FAULTS
 from benchmarks.people.runs.job import PeopleJob, PeopleResult
 
 PART = "faults"
@@ -39,7 +39,7 @@ def jobs_of(options: PeopleOptions) -> Sequence[PeopleJob]:
     """Return the runs."""
     minutes = QUICK if options.quick else MINUTES
     sound = replace(options.jobs[0], robots=ROBOTS, people=PEOPLE, minutes=minutes, policy="paper", seed=options.seed)
-    faulty = [replace(sound, fault=fault) for fault in REPORT_FAULTS]
+    faulty = [replace(sound, fault=fault) for fault in (*REPORT_FAULTS, MIRRORS)]
     return [sound, *faulty, replace(sound, people=CROWD, fault=CROWDED)]
 
 

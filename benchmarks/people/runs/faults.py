@@ -109,6 +109,9 @@ REPORT_FAULTS: dict[str, Callable[[], Fault]] = {
 }  # fmt: skip
 """Faults of reports by their names."""
 
+MIRRORS = "mirrors"
+"""Fault of the place: mirrors on its walls, which depth cameras see people in."""
+
 DOUBTFUL = ("disagree", "lies", "freezes", "leaves", "nan")
 """Faults in which people whom only the robot sees may be counted, and need not be."""
 

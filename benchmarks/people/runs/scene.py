@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.people.runs import true_detections
-from benchmarks.people.runs.faults import BEGIN, DOUBTFUL, ROBOT, fault_of
+from benchmarks.people.runs.faults import BEGIN, DOUBTFUL, MIRRORS, ROBOT, fault_of
 from benchmarks.people.runs.group import Group
 from benchmarks.people.runs.job import PeopleJob
 from benchmarks.people.runs.patrol import Patrol
@@ -12,6 +12,7 @@ from benchmarks.people.runs.robot import MODEL, PeopleRobot
 from ppaas.costmap.build_layers import build_layers
 from ppaas.messages.people_coordination import PeopleReport, PeopleState, SensorView
 from ppaas.robot_model.known_models import robot_model
+from robots.demo.people_mirrors import hang_mirrors
 from robots.demo.people_score import Truth
 from robots.demo.people_visibility import visible_shares
 from robots.demo.people_world import build_world, present
@@ -24,6 +25,8 @@ RATE = 5.0
 """Rate of depth images, of the coordinator, and of the score [Hz]."""
 TRUE_VIEW = SensorView(0.0, 0.0, 0.0, float(np.radians(57.0)), 0.5, 5.0)
 """View of the detector that true positions stand for."""
+MIRRORS_ON_WALLS = 8
+"""Number of mirrors in a run with them."""
 DOUBT = 0.3
 """Largest share of a torso in the view of a robot that has a fault: its people are at the edge, and not in view."""
 
@@ -48,6 +51,8 @@ class PeopleScene:
         rng = np.random.default_rng((job.seed, job.robots, job.people))
         camera = DepthCameraModel(*job.size) if job.detections == "camera" else None
         self.world, keepout, self._surroundings, ways = build_world(job.grid, job.robots, job.people, camera, rng)
+        if job.fault == MIRRORS:
+            hang_mirrors(self.world, ways, MIRRORS_ON_WALLS)
         layers = build_layers(job.grid, robot_radius=robot_model(MODEL).robot_radius, keepout=keepout)
         self.group = Group(layers.costmap, job.policy)
         self.robots = [
