@@ -2,7 +2,6 @@
 
 import math
 
-import numpy as np
 import pytest
 
 from ppaas.clock import ManualClock
@@ -10,6 +9,8 @@ from ppaas.clone.assembly import build_clone
 from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import InvalidInput, TransformError
 from ppaas.geometry import Pose2D
+from ppaas.maps.grid import OCCUPIED, GridMap
+from ppaas.messages import decode, encode
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.people_coordination import SensorView
@@ -18,11 +19,11 @@ from ppaas.messages.ppaas_msgs import RobotStates
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.graph import Graph
-from ppaas.nodes.leg_detector.node import LegDetectorNode
-from ppaas.nodes.topics import LEG_MEASUREMENTS, LEG_VIEW, ROBOTS, SCAN, TF
+from ppaas.nodes.leg_detector.node import MOST_LASERS, LegDetectorNode
+from ppaas.nodes.topics import LEG_MEASUREMENTS, LEG_VIEW, ROBOTS, SCAN, TF, TF_STATIC
 from ppaas.perception.legs.parameters import LegDetectorParameters
 from ppaas.transforms.planar import transform_message
-from tests.support.world.legs import LAYERS, scan_of, stand
+from tests.support.world.legs import GRID, LAYERS, scan_of, stand
 from tests.support.world.planar_world import walled_map
 
 ODOM = Pose2D(2.0, 1.0, 0.3)
@@ -110,9 +111,27 @@ def test_clone_has_the_detector_if_its_robot_has_parameters_for_it(clock):
         assert ("leg_detector" in graph.nodes) is bool(parameters)
 
 
+def test_map_that_replaces_another_is_used_for_the_next_scan(graph):
+    robot, received = Pose2D(6.0, 5.0, 1.0), measured(graph)
+    legs = stand(7.0, 6.0, facing=0.8)
+    walled = GRID.data.copy()
+    walled[tuple(slice(*(round(20.0 * (x + side)) for side in (-0.5, 0.5))) for x in (6.0, 7.0))] = OCCUPIED
+    moved(graph, 99.9)
+    for stamp in (100.0, 101.0):
+        graph.inject(SCAN.name, scan_of(robot, stamp, legs))
+        moved(graph, stamp + 0.1, in_map=robot)
+        graph.nodes["leg_detector"].use_layers(build_layers(GridMap(walled, GRID.info)))
+    assert [len(message.people) > 0 for message in received] == [True, False]
+
+
 def test_number_of_lasers_is_limited(graph):
     received = measured(graph)
-    moved(graph, 100.0)
-    scan = scan_of(Pose2D(6.0, 5.0), 100.0, np.empty((0, 2)))
-    graph.inject(SCAN.name, scan)
-    assert len(received) == 1
+    moved(graph, 99.9)
+    scan = scan_of(Pose2D(6.0, 5.0), 100.0)
+    mounts = [transform_message("base_link", f"laser_{k}", Pose2D(0.0, 0.0), Time()) for k in range(MOST_LASERS + 2)]
+    graph.inject(TF_STATIC.name, TFMessage(mounts))
+    for mount in mounts:
+        scan.header.frame_id = mount.child_frame_id
+        graph.inject(SCAN.name, decode(LaserScan, encode(scan)))
+    moved(graph, 100.1)
+    assert len(received) == MOST_LASERS

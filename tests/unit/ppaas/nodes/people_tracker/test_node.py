@@ -1,10 +1,13 @@
 """Node ``people_tracker``: robots of any make report the people they see, each with a frame of its own."""
 
+import contextlib
 import math
 from collections.abc import Sequence
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from ppaas.clock import ManualClock
 from ppaas.errors import InvalidInput, TransformError
@@ -335,3 +338,37 @@ def test_people_are_forgotten_when_the_odometry_jumps():
     robot.detect((2.0, 0.0))
     robot.pass_time()
     assert [person.object_id for person in robot.report.people] == ["torso_2"]
+
+
+Numbers = st.floats(allow_nan=True, allow_infinity=True, width=32)
+Wild = st.one_of(st.floats(-3.0, 6.0), Numbers)
+
+
+@settings(max_examples=30)
+@given(
+    st.lists(
+        st.tuples(st.sampled_from([-2.0, -0.5, 0.0, 0.1, 0.7]), st.lists(st.tuples(Wild, Wild, Wild), max_size=3)),
+        min_size=1,
+        max_size=6,
+    )
+)
+def test_whatever_a_robot_sends_its_reports_are_finite_and_their_covariances_valid(steps):
+    robot = Robot()
+    robot.send(topics.TORSO_VIEW.name, VIEW)
+    for late, people in steps:
+        robot.stand()
+        header = Header(stamp=Time.of(robot.clock() - late), frame_id="base_link")
+        found = [
+            PositionMeasurement(header, "t", "1", Point(x, y), 0.9, [c, c, 0.0, c, 1.0, 0.0, 0.0, 0.0, 1.0])
+            for x, y, c in people
+        ]
+        with contextlib.suppress(InvalidInput, TransformError):
+            robot.send(topics.TORSO_MEASUREMENTS.name, PositionMeasurementArray(header, found))
+        robot.pass_time()
+    for report in robot.heard.get(topics.PEOPLE_REPORT.name, []):
+        assert len({person.object_id for person in report.people}) == len(report.people)
+        for person in report.people:
+            assert all(map(math.isfinite, (person.pos.x, person.pos.y, *person.covariance)))
+            xx, xy, yy = (person.covariance[k] for k in (0, 1, 4))
+            assert xx > 0.0
+            assert xx * yy > xy * xy
