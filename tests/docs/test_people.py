@@ -24,6 +24,7 @@ from ppaas.people.rules.registry import rule_names
 from ppaas.perception.legs.detector import MAP_MARGIN
 from ppaas.perception.legs.pairing import STRIDING
 from ppaas.perception.legs.parameters import LegDetectorParameters
+from ppaas.perception.torso.parameters import TorsoDetectorParameters
 from robots.client.robot_file import RobotFile, load_robot_file
 from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import ADDRESS, blocks, table, text_of
@@ -34,7 +35,12 @@ EXAMPLES = ROOT / "docs" / "examples"
 
 
 @pytest.mark.parametrize(
-    ("node", "defaults"), [("leg_detector", LegDetectorParameters()), ("people_tracker", PeopleTrackerParameters())]
+    ("node", "defaults"),
+    [
+        ("torso_detector", TorsoDetectorParameters()),
+        ("leg_detector", LegDetectorParameters()),
+        ("people_tracker", PeopleTrackerParameters()),
+    ],
 )
 def test_parameters_are_those_of_the_code(node: str, defaults: Parameters) -> None:
     listed = {}
