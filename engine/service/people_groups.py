@@ -208,8 +208,8 @@ class PeopleGroups:
         if group.link is None or group.link.closed is not None:
             group.retry_at = float("-inf")
             return
-        text = msgspec.json.encode(settings).decode()
-        await self._call(user, map_id, "configure_people", ConfigurePeopleRequest(text))
+        text = msgspec.json.encode(settings).decode()  # it also outlives its robots for a while
+        await _ask(group.link, "configure_people", ConfigurePeopleRequest(text))
 
     async def _call(self, user: str, map_id: str, service: str, request: Message) -> bytes:
         group = self._groups.get((user, map_id))
@@ -220,8 +220,12 @@ class PeopleGroups:
         if group.link is None:
             reason = group.refusal or Unavailable("its robots are just starting; try again")
             raise Unavailable(f"the people coordinator of map {map_id!r} has no container: {reason}")
-        await group.link.ready(READY_TIMEOUT)
-        return await group.link.call(f"people_coordinator/{service}", encode(request), ANSWER_TIMEOUT)
+        return await _ask(group.link, service, request)
+
+
+async def _ask(link: PlaceLink, service: str, request: Message) -> bytes:
+    await link.ready(READY_TIMEOUT)
+    return await link.call(f"people_coordinator/{service}", encode(request), ANSWER_TIMEOUT)
 
 
 def _tracks(request: PlaceRequest) -> bool:

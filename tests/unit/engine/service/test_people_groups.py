@@ -168,6 +168,11 @@ async def test_a_coordinator_starts_with_the_stored_settings_and_answers(groups:
     configured = answer(far, "configure_people", b"{}")
     _, request = await asyncio.gather(groups.people.configure("ann", "house", changed), configured)
     assert json.loads(str(request["settings"]))["targets"] == [4]
+    await groups.service.close_place("robot:ann/tb1", GONE)
+    await groups.after(0.0)
+    configured = answer(far, "configure_people", b"{}")
+    _, request = await asyncio.gather(groups.people.configure("ann", "house", settings), configured)
+    assert json.loads(str(request["settings"]))["targets"] == [], "it outlives its robots, which may come back"
     await far.stream.close()
 
 
