@@ -21,7 +21,7 @@ HELP = "people: exact counts, identities, following and handovers of several rob
 
 MOST_ROBOTS, MOST_PEOPLE, MOST_SEEDS, MOST_MINUTES, MOST_JOBS = 50, 200, 100, 120.0, 64
 ROBOTS, PEOPLE, MAPS = (2, 5, 10), (1, 5, 20), ("office", "warehouse")
-PARTS = ("coordination", "faults", "detector", "coordinator", "bandwidth")
+PARTS = ("coordination", "faults", "detector", "legs", "coordinator", "bandwidth")
 POLICIES = ("paper", "nearest", "single")
 DETECTIONS = ("camera", "laser", "truth")
 

@@ -6,7 +6,7 @@ from rich.progress import Progress
 
 from benchmarks.harness.figures import Figure
 from benchmarks.harness.parallel_runs import run_all
-from benchmarks.people import bandwidth, coordinator, detector
+from benchmarks.people import bandwidth, coordinator, detector, legs
 from benchmarks.people.options import PartResult, PeopleOptions
 from ppaas.errors import InvalidInput, PPaaSError
 
@@ -15,6 +15,7 @@ RUNS = ("coordination", "faults")
 
 PARTS: dict[str, Callable[[PeopleOptions], PartResult]] = {
     "detector": detector.measure,
+    "legs": legs.measure,
     "coordinator": coordinator.measure,
     "bandwidth": bandwidth.measure,
 }
