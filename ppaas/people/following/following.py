@@ -31,6 +31,13 @@ AHEAD = 1.0
 BESIDE = math.radians(120.0)
 """Direction of the places at the left and the right side of a person, from the heading: beside, and a little behind."""
 
+REAR, STRAIGHT = math.radians(60.0), math.radians(30.0)
+"""Angle from straight behind up to which a distant robot is behind a person: on a bow, a narrow camera would see the
+person no longer. Angle up to which it drives on the path that the person walked, as it does when it is near."""
+
+FAR = 1.5
+"""Distance from which a robot is distant, relative to the one wanted."""
+
 APPROACHING, NEAR, TOWARDS = 0.2, 4.0, math.radians(60.0)
 """A person approaches who comes nearer faster than this [m/s], from within this distance [m], and walks in a direction
 that is off that to the robot by at most this [rad]."""
@@ -236,7 +243,11 @@ class Following:
         if target.heading is None or not (target.walking or p.side != "behind"):
             return math.atan2(robot.y - ahead[1], robot.x - ahead[0]), None
         if p.side == "behind":
-            return wrap_angle(target.heading + math.pi), target.behind(now, AHEAD, p.distance)
+            off = wrap_angle(math.atan2(robot.y - ahead[1], robot.x - ahead[0]) - target.heading - math.pi)
+            wanted = target.heading + math.pi + min(max(off, -REAR), REAR)
+            far = abs(off) > STRAIGHT and math.dist(ahead, robot[:2]) > FAR * p.distance
+            direct = far and self.places.sees(ahead, (robot.x, robot.y))
+            return wrap_angle(wanted), None if direct else target.behind(now, AHEAD, p.distance)
         return wrap_angle(target.heading + (BESIDE if p.side == "left" else -BESIDE)), None
 
     def _request(
