@@ -25,6 +25,8 @@ KEPT = 12.0
 """Reduction of the cost of the person that a torso was before."""
 CERTAIN = 0.5
 """Distance to the person that a torso was before within which it is that person, if no other person is near [m]."""
+APART = 0.35
+"""Distance between the torsos of one person whom two robots see, apart from 0.7 of both deviations together [m]."""
 CLEARLY = 0.4
 """Distance by which any other person must be farther from such a torso [m]."""
 SUDDEN = 0.2
@@ -97,6 +99,7 @@ def recognize(torsos: Torsos, known: Known, parameters: CoordinatorParameters) -
     people[:] = _unmistakable(torsos, apart)
     for rows in _by_robot(torsos.robots, people == NOBODY):
         people[rows] = _recognized(torsos.part(rows), known, apart[rows], parameters)
+    _split(torsos, people)
     return _with_newcomers(torsos, people, len(known.positions), parameters)
 
 
@@ -124,6 +127,19 @@ def _by_robot(robots: Ints, wanted: NDArray[np.bool_]) -> list[Ints]:
     """Return the rows of each robot, of those robots that have wanted rows; they are then all wanted."""
     rows = np.flatnonzero(wanted)
     return np.split(rows, np.flatnonzero(np.diff(robots[rows])) + 1) if len(rows) else []
+
+
+def _split(torsos: Torsos, people: Ints) -> None:
+    """Take the torsos from people, in place, that are too far from that of another robot to be the same person.
+
+    The torso of the first robot stays: otherwise two people between whom the prediction lies would be one for ever.
+    """
+    order = np.argsort(people, kind="stable")
+    numbers, first = np.unique(people[order], return_index=True)
+    anchors = order[first][np.searchsorted(numbers, people)]
+    off = torsos.positions - torsos.positions[anchors]
+    limit = APART + 0.7 * np.hypot(torsos.deviations, torsos.deviations[anchors])
+    people[(people != NOBODY) & (np.hypot(off[:, 0], off[:, 1]) > limit)] = NOBODY
 
 
 def _unmistakable(torsos: Torsos, apart: Array) -> Ints:

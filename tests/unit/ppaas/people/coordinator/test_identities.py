@@ -88,3 +88,8 @@ def test_the_count_is_between_the_most_of_one_robot_and_the_sum_of_all(
     each = [[person for (robot, _, _), person in zip(rows, found, strict=True) if robot == r] for r in range(3)]
     assert all(len(set(persons)) == len(persons) for persons in each)
     assert max(map(len, each)) <= people_counter(found) <= len(rows)
+
+
+def test_two_people_between_whom_a_prediction_lies_do_not_stay_one() -> None:
+    seen = torsos((0, 3.0, 1.0), (1, 3.9, 1.0), before={0: 0, 1: 0})
+    assert len(set(recognize(seen, known((3.45, 1.0)), PARAMETERS).tolist())) == 2
