@@ -24,10 +24,10 @@ FASTEST = 3.0
 STEP = 0.2
 """Steps of the time for which positions are predicted [s]: the local costmap is not updated more often for people."""
 
-BODY = 0.22
+BODY = 0.25
 """Radius of the body of a person, of which a laser sees the legs alone [m]."""
 
-WELL_KNOWN = 0.1
+WELL_KNOWN = 0.25
 """Variance up to which the position of a hidden person is known well [m²]."""
 
 COORDINATED = 1.0
