@@ -1,7 +1,7 @@
 """World of robots and people: an office or a warehouse with furniture, people at work, and robots among them."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from itertools import cycle, islice
 from typing import NamedTuple
 
@@ -23,7 +23,7 @@ from robots.sim.bodies.furniture import (
     furnished,
     table,
 )
-from robots.sim.courses import GoalRules
+from robots.sim.courses import GoalRules, drivable
 from robots.sim.depth.camera import DepthCameraModel
 from robots.sim.pedestrian import PedestrianModel
 from robots.sim.robot import SimulatedRobotModel
@@ -42,6 +42,10 @@ HABITS = ("wander", "talk", "talk", "sit", "wander", "wander", "come_and_go", "w
 """Habits of people, in turn."""
 HIDING = {COAT_STAND: 0.22, COLUMN: 0.2}
 """Kinds of furniture that hide a torso, and their radii [m]."""
+PLACES = 10
+"""Number of places tried for a piece of furniture."""
+CONNECTED = 0.8
+"""Share of the area for robots that a piece of furniture must leave connected."""
 TALKING = 1.0
 """Distance of two who talk [m]."""
 SHORTEST_STAY, LONGEST_STAY = 30.0, 90.0
@@ -86,7 +90,7 @@ def build_world(
     world = World(grid, int(rng.integers(1 << 30)), epoch=EPOCH, bodies=True)
     world.pedestrian_model = WALKERS
     habits = list(islice(cycle(HABITS), people))
-    pieces = list(_furniture(grid, habits.count("sit"), rng))
+    pieces = _furniture(grid, habits.count("sit"), rng)
     for piece in pieces:
         world.add_furniture(piece)
     walls = furnished(grid, pieces)
@@ -106,10 +110,11 @@ def present(world: World) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
     return np.where(away[:, np.newaxis], np.nan, world.people())
 
 
-def _furniture(grid: GridMap, sitters: int, rng: np.random.Generator) -> Iterator[Furniture]:
-    """Yield furniture at random places: chairs, tables, coat stands and a column."""
+def _furniture(grid: GridMap, sitters: int, rng: np.random.Generator) -> list[Furniture]:
+    """Return furniture at random places that leave the map connected: chairs, tables, coat stands and a column."""
     free = ShortestPaths(grid, SPACE, rng)
-    taken: list[Pose2D] = []
+    placed: list[Furniture] = []
+    area = _connected_area(grid, placed)
     makers: list[Callable[[Pose2D], Furniture]] = [
         *[chair] * (sitters + 2),
         table,
@@ -119,8 +124,21 @@ def _furniture(grid: GridMap, sitters: int, rng: np.random.Generator) -> Iterato
         column,
     ]
     for make in makers:
-        taken.append(_apart(free, taken))
-        yield make(taken[-1])
+        for _ in range(PLACES):
+            piece = make(_apart(free, [other.pose for other in placed]))
+            left = _connected_area(grid, [*placed, piece])
+            if left >= CONNECTED * area:
+                break
+        # Those who sit need their chairs.
+        if left >= CONNECTED * area or piece.kind == CHAIR:
+            placed.append(piece)
+            area = left
+    return placed
+
+
+def _connected_area(grid: GridMap, furniture: list[Furniture]) -> int:
+    """Return the number of cells of the largest area in which robots can drive."""
+    return int(np.count_nonzero(drivable(furnished(grid, furniture), GoalRules().clearance, np.random.default_rng(0))))
 
 
 def _surroundings(world: World) -> Surroundings:

@@ -1,3 +1,5 @@
+import numpy as np
+
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.people_coordination import FollowOrder, PeopleState
 from robots.demo.demonstration import DemoOptions
@@ -11,6 +13,13 @@ def test_the_stage_has_the_robots_and_people_asked_for() -> None:
     assert all(robot.model.camera is not None for robot in stage.scene.world.robots)
     without = set_stage(DemoOptions(robots=1, people=1, seed=3, sensor="laser"))
     assert without.scene.world.robots[0].model.camera is None
+
+
+def test_furniture_does_not_lock_robots_into_a_part_of_the_office() -> None:
+    # In this office, a table may close the corridor.
+    stage = set_stage(DemoOptions(robots=2, people=3, seed=2))
+    places = np.array([stage.scene.ways.anywhere()[:2] for _ in range(100)])
+    assert (np.ptp(places, axis=0) > (10.0, 7.0)).all()
 
 
 def test_only_changes_are_written() -> None:
