@@ -188,9 +188,9 @@ def candidates(
         Points of its image.
     templates : UpperBody
     range_min, range_max : float
-        Limits of the distance from the camera [m].
+        Limits of the distance of torsos from the camera [m].
     """
-    places = propose(view, points, range_min, range_max)
+    places = propose(view, points, range_min - DEPTH_OF_TORSO, range_max - DEPTH_OF_TORSO)
     if not len(places):
         return Candidates(places, np.empty(0, np.float32), np.empty(0, np.float32))
     match = templates.match(patches_at(view, points, places))

@@ -19,7 +19,7 @@ class TorsoDetectorParameters(Parameters, frozen=True):
         Largest number of images per second that are used [Hz].
     """
 
-    range_min: float = 0.5
+    range_min: float = 0.7
     range_max: float = 6.0
     threshold: float = 0.5
     initialization_threshold: float = 0.6
