@@ -77,9 +77,12 @@ class UpperBody:
     def odds(self, patches: NDArray[np.uint8]) -> NDArray[np.float32]:
         """Return the log odds of patches for each height of `TOPS`, (n, number of heights) float32."""
         cells = ROWS * COLUMNS
-        active = np.zeros((len(patches), cells * STEPS), np.float32)
-        np.put_along_axis(active, patches.reshape(-1, cells) + np.arange(cells) * STEPS, 1.0, axis=1)
-        odds: NDArray[np.float32] = active @ self._weights + self._biases
+        used = patches.reshape(-1, cells) + np.arange(cells) * STEPS
+        # Sums of rows instead of a product with a matrix of zeros and ones, for which numpy starts threads.
+        odds = np.empty((len(patches), len(self._tops)), np.float32)
+        for k, rows in enumerate(used):
+            odds[k] = self._weights[rows].sum(axis=0)
+        odds += self._biases
         return odds
 
 
