@@ -31,6 +31,9 @@ CLEARLY = 0.4
 """Distance by which any other person must be farther from such a torso [m]."""
 SUDDEN = 0.2
 """Standard deviation of what people do that no model of motion foresees, in a cycle [m]."""
+STAYS, STANDING = 4.0, 10.0
+"""Cost of a person who stayed while hidden: twice the logarithm of the odds of having gone at once, and the mean time
+of standing [s]."""
 FASTEST = 2.5
 """Speed with which a person who is hidden may move [m/s]."""
 
@@ -187,8 +190,15 @@ def _costs(torsos: Torsos, known: Known, near: Ints, parameters: CoordinatorPara
     if known.hidden[near].any():
         walked = (0.5 * FASTEST * known.hidden[near]) ** 2
         costs = np.minimum(costs, _explained(off, total, wider + walked, parameters.gate))
+        costs = np.minimum(costs, _stayed(off, known.hidden[near]))
     kept: Array = costs - KEPT * same
     return kept
+
+
+def _stayed(off: Array, hidden: Array) -> Array:
+    """Return the costs of (t, n) differences [m] for people who stood hidden for (n,) times [s]."""
+    square = (off**2).sum(axis=-1) / SUDDEN**2
+    return np.where((hidden > 0.0) & (square < STAYS), square + STAYS + hidden / STANDING, np.inf)
 
 
 def _explained(off: Array, covariances: Array, wider: Array, gate: float) -> Array:

@@ -1,0 +1,59 @@
+"""Reports of robots: what is not finite or out of range is refused by name."""
+
+import math
+from typing import Any
+
+import msgspec
+import pytest
+
+from ppaas.errors import InvalidInput
+from ppaas.geometry import Pose2D
+from ppaas.messages.base.std_msgs import Header, Time
+from ppaas.messages.geometry_msgs import Point, Pose, PoseWithCovariance
+from ppaas.messages.people_coordination import PeopleReport, SensorView
+from ppaas.messages.people_msgs import PositionMeasurement
+from ppaas.people.coordinator.reports import UNKNOWN_VARIANCE, read_report
+
+HEADER = Header(stamp=Time.of(100.0), frame_id="map")
+PERSON = PositionMeasurement(HEADER, "a/1", "1", Point(2.0, 1.0))
+REPORT = PeopleReport(HEADER, "a", PoseWithCovariance(Pose.of(Pose2D(1.0, 2.0, 0.5))), [PERSON])
+
+
+def changed(**fields: Any) -> PeopleReport:
+    return msgspec.structs.replace(REPORT, **fields)
+
+
+def person(**fields: Any) -> PeopleReport:
+    return changed(people=[msgspec.structs.replace(PERSON, **fields)])
+
+
+def pose(value: float) -> PeopleReport:
+    return changed(pose=PoseWithCovariance(REPORT.pose.pose, [value] + [0.0] * 35))
+
+
+def test_a_report_is_read_as_arrays() -> None:
+    read = read_report(REPORT)
+    assert (read.robot, read.stamp, read.ids, read.frames) == ("a", 100.0, ["1"], ["a/1"])
+    assert read.torsos.tolist() == [[2.0, 1.0]]
+    assert read.covariances[0].tolist() == [[UNKNOWN_VARIANCE, 0.0], [0.0, UNKNOWN_VARIANCE]]
+
+
+@pytest.mark.parametrize(
+    ("report", "reason"),
+    [
+        (changed(robot=""), "name its robot"),
+        (pose(math.nan), "finite"),
+        (pose(-1.0), "negative"),
+        (person(pos=Point(math.inf, 0.0)), "finite"),
+        (person(pos=Point(1e4, 0.0)), "within"),
+        (person(reliability=math.nan), "finite"),
+        (person(covariance=[-1.0] + [0.0] * 8), "negative"),
+        (changed(people=[PERSON, PERSON]), "different ids"),
+        (changed(people=[msgspec.structs.replace(PERSON, object_id=str(k)) for k in range(201)]), "up to 200"),
+        (changed(views=[SensorView(0.0, 0.0, 0.0, math.nan, 0.0, 5.0)]), "views"),
+        (changed(views=[SensorView(0.0, 0.0, 0.0, 1.0, 0.0, 5.0)] * 17), "up to 16"),
+    ],
+)
+def test_a_report_that_is_wrong_is_refused_with_the_reason(report: PeopleReport, reason: str) -> None:
+    with pytest.raises(InvalidInput, match=reason):
+        read_report(report)

@@ -1,0 +1,42 @@
+"""Trust in a robot: others deny or confirm its people."""
+
+from ppaas.people.coordinator.trust import ALONE, WALLS, TrustRecord
+
+
+def judged(*, confirmed: int, denied: int, witnesses: list[str], reliable: set[str]) -> TrustRecord:
+    record = TrustRecord()
+    for _ in range(50):
+        record.forget(0.2)
+        record.compare(0.2, confirmed=confirmed, denied=denied, witnesses=witnesses)
+        record.judge(reliable)
+    return record
+
+
+def test_a_robot_whose_people_two_others_deny_is_not_trusted() -> None:
+    assert judged(confirmed=0, denied=1, witnesses=["b", "c"], reliable=set()).reason == ALONE
+
+
+def test_the_word_of_one_other_is_not_enough_unless_it_is_reliable() -> None:
+    assert judged(confirmed=0, denied=1, witnesses=["b"], reliable=set()).trusted
+    assert judged(confirmed=0, denied=1, witnesses=["b"], reliable={"b"}).reason == ALONE
+
+
+def test_a_robot_whose_people_others_confirm_is_trusted_and_reliable() -> None:
+    record = judged(confirmed=2, denied=1, witnesses=["b", "c"], reliable=set())
+    assert record.trusted and record.reliable
+
+
+def test_trust_comes_back_when_others_confirm_its_people() -> None:
+    record = judged(confirmed=0, denied=1, witnesses=["b", "c"], reliable=set())
+    for _ in range(100):
+        record.forget(0.2)
+        record.compare(0.2, confirmed=1, denied=0, witnesses=[])
+        record.judge(set())
+    assert record.trusted
+
+
+def test_people_behind_walls_for_long_are_not_believed() -> None:
+    record = TrustRecord()
+    record.see(9.0, walled=1, clear=0)
+    record.judge(set())
+    assert record.reason == WALLS
