@@ -28,10 +28,10 @@ class BoostingParameters(NamedTuple):
         Least weight of the samples of a leaf.
     """
 
-    trees: int = 200
+    trees: int = 300
     rate: float = 0.15
     ridge: float = 2.0
-    drawn: float = 0.3
+    drawn: float = 0.22
     lightest: float = 3.0
 
 
