@@ -17,7 +17,7 @@ from ppaas.parameters import Parameters
 from ppaas.people.coordinator.conversations import LASTS, NEAR
 from ppaas.people.coordinator.coordinator import LATE
 from ppaas.people.coordinator.parameters import CoordinatorParameters
-from ppaas.people.coordinator.robot_clock import SLOWEST
+from ppaas.people.coordinator.robots.robot_clock import SLOWEST
 from ppaas.people.robot_tracks.clock_offsets import LATEST, TOLERANCE
 from ppaas.people.rules.base import Candidate
 from ppaas.people.rules.registry import rule_names

@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.people.coordinator.offsets import jacobian_of
 from ppaas.people.coordinator.people_table import PeopleTable, PersonRecord
-from ppaas.people.coordinator.robots import Robot, prior_of
+from ppaas.people.coordinator.robots.group import Robot, prior_of
+from ppaas.people.coordinator.robots.offsets import jacobian_of
 from ppaas.people.coordinator.sightings import Sightings
 from ppaas.people.tracks.filter_bank import inverse_2x2
 

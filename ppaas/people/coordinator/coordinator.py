@@ -1,8 +1,8 @@
 """Coordinator: reports of robots in, identities, a count and orders to follow out.
 
-A cycle has the five steps of the paper's case study: the maximum position deviation of each robot (`deviation`), all
-torsos in the world frame (`world_frame`), identical persons recognized and counted (`identities`), the Follow Action
-Controller (`follow_action`) and the rule for switching robots (`switch_rule`).
+A cycle has the five steps of the paper's case study: the maximum position deviation of each robot
+(`robots.deviation`), all torsos in the world frame (`robots.world_frame`), identical persons recognized and counted
+(`identities`), the Follow Action Controller (`follow_action`) and the rule for switching robots (`switch_rule`).
 """
 
 import math
@@ -16,19 +16,19 @@ from ppaas.errors import InvalidInput
 from ppaas.messages.people_coordination import LOST, PeopleReport, PeopleState, ZoneCount
 from ppaas.people.coordinator import agreement, conversations
 from ppaas.people.coordinator.cost_fields import PathCosts
-from ppaas.people.coordinator.deviation import position_deviation
 from ppaas.people.coordinator.duplicates import Duplicates
 from ppaas.people.coordinator.follow_controller import FollowController, Scene
 from ppaas.people.coordinator.parameters import CoordinatorParameters
 from ppaas.people.coordinator.people_table import MOST_PEOPLE, PeopleTable
 from ppaas.people.coordinator.presence import forgotten, update_presence
-from ppaas.people.coordinator.reports import Report, read_report
-from ppaas.people.coordinator.robots import MOST_ROBOTS, Robot, Robots
+from ppaas.people.coordinator.robots.deviation import position_deviation
+from ppaas.people.coordinator.robots.group import MOST_ROBOTS, Robot, Robots
+from ppaas.people.coordinator.robots.reports import Report, read_report
+from ppaas.people.coordinator.robots.world_frame import to_world
 from ppaas.people.coordinator.saved_state import load_state, save_state
 from ppaas.people.coordinator.sightings import observe
 from ppaas.people.coordinator.state_message import state_of
 from ppaas.people.coordinator.visibility import View, Walls, in_views, view_of, visible_pairs
-from ppaas.people.coordinator.world_frame import to_world
 from ppaas.people.coordinator.zone_counts import ZoneCounts
 from ppaas.people.map_area import MapArea
 from ppaas.people.rules.base import Candidate

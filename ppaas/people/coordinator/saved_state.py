@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ppaas.errors import InvalidInput
 from ppaas.people.coordinator.follow_controller import Order
 from ppaas.people.coordinator.people_table import PersonRecord
-from ppaas.people.coordinator.robots import Earlier
+from ppaas.people.coordinator.robots.group import Earlier
 from ppaas.people.tracks.filter_bank import MODELS
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ppaas.people.coordinator.identities import NOBODY, Known, Torsos, recognize
 from ppaas.people.coordinator.parameters import CoordinatorParameters
 from ppaas.people.coordinator.people_table import CONFIRMED, MOST_EVIDENCE, PeopleTable
-from ppaas.people.coordinator.robots import Robot
+from ppaas.people.coordinator.robots.group import Robot
 from ppaas.people.tracks.filter_bank import inverse_2x2
 
 Array = NDArray[np.float64]

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.people.coordinator.deviation import radius_of
+from ppaas.people.coordinator.robots.deviation import radius_of
 from ppaas.people.tracks.filter_bank import squared_distances
 
 Array = NDArray[np.float64]

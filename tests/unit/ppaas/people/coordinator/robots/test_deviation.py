@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from ppaas.people.coordinator.deviation import LEAST, UNKNOWN, maximum_position_deviation, position_deviation
+from ppaas.people.coordinator.robots.deviation import LEAST, UNKNOWN, maximum_position_deviation, position_deviation
 
 
 def covariance(xx: float, xy: float, yy: float) -> list[float]:

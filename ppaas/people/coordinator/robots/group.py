@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
-from ppaas.people.coordinator.deviation import maximum_position_deviation, position_deviation
-from ppaas.people.coordinator.offsets import OffsetFilter
-from ppaas.people.coordinator.reports import Report
-from ppaas.people.coordinator.robot_clock import RobotClock
-from ppaas.people.coordinator.trust import TrustRecord
-from ppaas.people.coordinator.world_frame import to_world
+from ppaas.people.coordinator.robots.deviation import maximum_position_deviation, position_deviation
+from ppaas.people.coordinator.robots.offsets import OffsetFilter
+from ppaas.people.coordinator.robots.reports import Report
+from ppaas.people.coordinator.robots.robot_clock import RobotClock
+from ppaas.people.coordinator.robots.trust import TrustRecord
+from ppaas.people.coordinator.robots.world_frame import to_world
 
 Array = NDArray[np.float64]
 

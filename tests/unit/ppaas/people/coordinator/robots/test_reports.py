@@ -12,7 +12,7 @@ from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Point, Pose, PoseWithCovariance
 from ppaas.messages.people_coordination import PeopleReport, SensorView
 from ppaas.messages.people_msgs import PositionMeasurement
-from ppaas.people.coordinator.reports import UNKNOWN_VARIANCE, read_report
+from ppaas.people.coordinator.robots.reports import UNKNOWN_VARIANCE, read_report
 
 HEADER = Header(stamp=Time.of(100.0), frame_id="map")
 PERSON = PositionMeasurement(HEADER, "a/1", "1", Point(2.0, 1.0))
