@@ -68,7 +68,8 @@ class PeopleFigures(msgspec.Struct, frozen=True):
     count_exact : float
         Share of the time with a right count.
     identity_switches : int
-        Number of times that a person got another identity without having been out of all views for ``ABSENCE``.
+        Number of times that a person in view had another identity than when last in view, without having been out of
+        all views for ``ABSENCE``.
     followed_fraction : float
         Share of the time that a robot is within ``NEAR`` of the target, of the time that the target is in view.
     handovers, flaps : int
@@ -192,8 +193,9 @@ class PeopleScore:
 
     def _identify(self, frame: Frame) -> None:
         for identity, person in frame.person_of.items():
-            before, self._identity[person] = int(self._identity[person]), identity
-            self._switches += before not in (0, identity)
+            if frame.in_view[person]:
+                before, self._identity[person] = int(self._identity[person]), identity
+                self._switches += before not in (0, identity)
         self._last_of.update(frame.person_of)
 
     def _follow(self, frame: Frame, truth: Truth, state: PeopleState) -> None:

@@ -59,6 +59,14 @@ def test_another_identity_in_view_is_a_switch_but_not_after_a_long_absence() -> 
     assert score.figures().identity_switches == 2
 
 
+def test_another_identity_at_the_edge_of_the_views_is_no_switch() -> None:
+    score = PeopleScore(2)
+    run(score, 0.0, 3.0, (1.0, 1.0), state((1, 1.0), (2, 5.0)))
+    run(score, 3.0, 3.0, (1.0, 0.3), state((1, 1.0), (3, 5.0)))
+    run(score, 6.0, 3.0, (1.0, 1.0), state((1, 1.0), (2, 5.0)))
+    assert score.figures().identity_switches == 0
+
+
 def test_a_hidden_person_at_a_predicted_position_is_not_a_ghost() -> None:
     score = PeopleScore(2)
     told = state((1, 1.0))
