@@ -243,13 +243,18 @@ class Coordinator:
         for view, within in zip(views, in_views(views, self.table.positions), strict=True):
             reach[view.robot] = reach[view.robot] | within if view.robot in reach else within
 
-        def should_see(names: Collection[str], row: int, other: int) -> bool:
-            theirs = {numbers.get(name, -1) for name in names}
-            if not any(reach[each][row] for each in theirs if each in reach):
-                return False
-            return bool(self._visible([view for view in views if view.robot in theirs], [row], [row, other]))
+        def can_reach(one: int, other: int) -> list[View]:
+            theirs = {numbers.get(name, -1) for name in self.table.rows[one].seen_by}
+            theirs = {each for each in theirs if each in reach and reach[each][other]}
+            return [view for view in views if view.robot in theirs] if theirs else []
 
-        pairs = self._duplicates.find(self.table, now, should_see)
+        def contradict(a: int, b: int) -> bool:
+            from_a, from_b = can_reach(a, b), can_reach(b, a)
+            if not (from_a and from_b):
+                return False
+            return bool(self._visible(from_a, [b], [a, b]) and self._visible(from_b, [a], [a, b]))
+
+        pairs = self._duplicates.find(self.table, now, contradict)
         settled = set[str]()
         for kept, dropped in pairs:
             row_of = self.table.row_of()

@@ -29,9 +29,8 @@ STEADY = 0.25
 MOST_PAIRS = 10
 """Pairs that are examined in a cycle, the nearest first."""
 
-ShouldSee = Callable[[Collection[str], int, int], bool]
-"""Called with Robot IDs, and the rows of a person and of one who does not hide that person; whether any of these robots
-should see the person."""
+Contradict = Callable[[int, int], bool]
+"""Called with the rows of two people; whether some robot of each should see the other, too."""
 
 
 @dataclass(slots=True)
@@ -88,7 +87,7 @@ class Duplicates:
     def __init__(self) -> None:
         self._pairs: dict[tuple[int, int], Agreement] = {}
 
-    def find(self, table: PeopleTable, now: float, should_see: ShouldSee) -> list[tuple[int, int]]:
+    def find(self, table: PeopleTable, now: float, contradict: Contradict) -> list[tuple[int, int]]:
         """Return the pairs of ids that are one person, the older id first.
 
         Parameters
@@ -96,14 +95,14 @@ class Duplicates:
         table : PeopleTable
         now : float
             [s]
-        should_see : callable
-            See `ShouldSee`.
+        contradict : callable
+            See `Contradict`.
         """
         watched: dict[tuple[int, int], Agreement] = {}
         for a, b in _near(table):
             one, other = table.rows[a], table.rows[b]
             off = table.positions[b] - table.positions[a]
-            if math.hypot(*off) > SAME and not (should_see(one.seen_by, b, a) and should_see(other.seen_by, a, b)):
+            if math.hypot(*off) > SAME and not contradict(a, b):
                 continue
             agreement = self._pairs.get((one.id, other.id)) or Agreement(now)
             agreement.add(float(off[0]), float(off[1]))

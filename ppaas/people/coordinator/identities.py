@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from ppaas.people.coordinator.parameters import CoordinatorParameters
 from ppaas.people.tracks.assignment import assign
-from ppaas.people.tracks.filter_bank import inverse_2x2
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -21,6 +20,8 @@ Ints = NDArray[np.intp]
 NOBODY = -1
 REFERENCE = 0.3**4
 """Determinant of the covariance of a usual prediction [m⁴], relative to which wider ones cost more."""
+LONGEST_WALK = 3.0
+"""Time after which somebody who walked while hidden can be anywhere, so that any newcomer may be another person [s]."""
 KEPT = 12.0
 """Reduction of the cost of the person that a torso was before."""
 CERTAIN = 0.5
@@ -167,7 +168,8 @@ def _unmistakable(torsos: Torsos, apart: Array) -> Ints:
 def _recognized(torsos: Torsos, known: Known, apart: Array, parameters: CoordinatorParameters) -> Ints:
     """Return the person that each torso of one robot is, or `NOBODY`."""
     people = np.full(len(torsos.robots), NOBODY, np.intp)
-    reach = parameters.farthest + torsos.deviations[:, np.newaxis] + known.deviations + FASTEST * known.hidden
+    walked = FASTEST * np.minimum(known.hidden, LONGEST_WALK)
+    reach = parameters.farthest + torsos.deviations[:, np.newaxis] + known.deviations + walked
     near = np.flatnonzero((apart < reach).any(axis=0))
     if not len(near):
         return people
@@ -184,13 +186,16 @@ def _costs(torsos: Torsos, known: Known, near: Ints, parameters: CoordinatorPara
     # What a robot saw before has the same error of the robot's position in it.
     either = torsos.deviations[:, np.newaxis] ** 2 + known.deviations[near] ** 2
     wider = np.where(same, 0.0, either / 6.0) + SUDDEN**2
-    total = known.covariances[near][np.newaxis] + torsos.covariances[:, np.newaxis]
+    xx, xy, yy = (
+        torsos.covariances[:, i, k, np.newaxis] + known.covariances[near, i, k] for i, k in ((0, 0), (0, 1), (1, 1))
+    )
     off = torsos.positions[:, np.newaxis] - known.positions[near]
-    costs = _explained(off, total, wider, parameters.gate)
-    if known.hidden[near].any():
-        walked = (0.5 * FASTEST * known.hidden[near]) ** 2
-        costs = np.minimum(costs, _explained(off, total, wider + walked, parameters.gate))
-        costs = np.minimum(costs, _stayed(off, known.hidden[near]))
+    costs = _explained(off, (xx + wider, xy, yy + wider), parameters.gate)
+    hidden = known.hidden[near]
+    if hidden.any():
+        wider = wider + (0.5 * FASTEST * hidden) ** 2
+        costs = np.minimum(costs, _explained(off, (xx + wider, xy, yy + wider), parameters.gate))
+        costs = np.minimum(costs, _stayed(off, hidden))
     kept: Array = costs - KEPT * same
     return kept
 
@@ -201,10 +206,12 @@ def _stayed(off: Array, hidden: Array) -> Array:
     return np.where((hidden > 0.0) & (square < STAYS), square + STAYS + hidden / STANDING, np.inf)
 
 
-def _explained(off: Array, covariances: Array, wider: Array, gate: float) -> Array:
-    """Return the costs of (t, n) differences [m] by their covariances, widened by a variance [m²]."""
-    inverse, determinant = inverse_2x2(covariances + wider[..., np.newaxis, np.newaxis] * np.eye(2))
-    square = np.einsum("tni,tnij,tnj->tn", off, inverse, off)
+def _explained(off: Array, covariance: tuple[Array, Array, Array], gate: float) -> Array:
+    """Return the costs of (t, n) differences [m] by their covariances xx, xy, yy [m²]."""
+    xx, xy, yy = covariance
+    determinant = np.maximum(xx * yy - xy * xy, 1e-18)
+    x, y = off[..., 0], off[..., 1]
+    square = (yy * x * x - 2.0 * xy * x * y + xx * y * y) / determinant
     costs: Array = np.where(square < gate, square + np.maximum(np.log(determinant / REFERENCE), 0.0), np.inf)
     return costs
 
