@@ -93,6 +93,7 @@ class Coordinator:
         self.at = self.began = -math.inf
         solver()  # import it now: it takes longer than a cycle may
         self._turn = 0
+        self._present: list[int] = []
 
     def use_costmap(self, costmap: Costmap) -> None:
         """Replace the map; identities and orders are kept."""
@@ -165,6 +166,7 @@ class Coordinator:
         }  # fmt: skip
         self._recognize(reporting, now)
         views = self._views(reporting)
+        self._present = self.table.present
         self._update_presence(views, seconds, now)
         self._merge(reporting, views, now)
         self._compare(reporting, views, seconds)
@@ -231,7 +233,7 @@ class Coordinator:
         """
         if not wanted or not views:
             return []
-        bodies = self.table.positions[[row for row in self.table.present if row not in apart_from]]
+        bodies = self.table.positions[[row for row in self._present if row not in apart_from]]
         return visible_pairs(
             views, self._walls, self.table.positions, wanted, bodies, radius=self.parameters.body_radius
         )
@@ -264,6 +266,7 @@ class Coordinator:
                 settled |= agreement.settle(self.table, reporting, (one, other), difference)
                 self._duplicates.forget(settled)
             self._join(kept, dropped)
+        self._present = self.table.present
 
     def _join(self, kept: int, dropped: int) -> None:
         """Make two identities one, the older."""
