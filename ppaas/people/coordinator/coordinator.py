@@ -168,8 +168,10 @@ class Coordinator:
         views = self._views(reporting)
         self._present = self.table.present
         self._update_presence(views, seconds, now)
-        self._merge(reporting, views, now)
-        self._compare(reporting, views, seconds)
+        if self._turn % 2:
+            self._merge(reporting, views, now)
+        else:
+            self._compare(reporting, views, 2.0 * seconds)
         self.table.drop(forgotten(self.table, now, self.parameters, MOST_PEOPLE))
         conversations.update_groups(self.table, now, self._free_between)
         self._count_zones(now)
@@ -289,7 +291,7 @@ class Coordinator:
             robot.trust.forget(seconds)
         trusted = sorted({view.robot for view in views})
         rounds = max(1, math.ceil(len(trusted) / WITNESSES_A_CYCLE))
-        turn = set(trusted[self._turn % rounds :: rounds])
+        turn = set(trusted[self._turn // 2 % rounds :: rounds])
         for number, name in enumerate(names):
             if number in turn or not reporting[name].trust.trusted:
                 self._compare_with_map(reporting[name], rounds * seconds if number in turn else seconds)

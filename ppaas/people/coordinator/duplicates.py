@@ -18,7 +18,7 @@ SAME = 0.35
 """Distance within which two people cannot stand [m]."""
 LASTS = 1.0
 """Time for which the difference must stay the same [s]."""
-LEAST = 5
+LEAST = 3
 """Number of cycles in which it must have been seen."""
 DOUBTFUL = 3.0
 """The same time if another pair would explain as much [s]."""
