@@ -341,7 +341,11 @@ class Coordinator:
     def _follow(self, reporting: Mapping[str, Robot], now: float) -> None:
         """Steps 4 and 5: costs, targets by the rule, and orders."""
         able = {name for name, robot in reporting.items() if robot.report.can_follow and robot.trust.trusted}
-        rows = {person.id: row for row, person in enumerate(self.table.rows) if person.confirmed}
+        wanted = {*self.follow.orders, *self.settings.targets}
+        rows = {
+            person.id: row for row, person in enumerate(self.table.rows)
+            if person.confirmed and (person.seen_by or person.id in wanted)
+        }  # fmt: skip
         seen = {each: set(self.table.rows[row].seen_by) & able for each, row in rows.items()}
         pairs = {(name, each) for each, names in seen.items() for name in names if self.table.rows[rows[each]].counts}
         where = {each: (float(x), float(y)) for each, row in rows.items() for x, y in [self.table.positions[row]]}
@@ -365,7 +369,7 @@ class Coordinator:
         return robot.report.can_follow and robot.trust.trusted and not late
 
     def _candidates(self, rows: Mapping[int, int], costs: Mapping[int, Mapping[str, float]]) -> list[Candidate]:
-        """Return those who can be followed: people who are present, and those who are followed and lost."""
+        """Return those who can be followed: whom robots see, whom they follow, and whom a user picked."""
         candidates = []
         for each, row in rows.items():
             person = self.table.rows[row]
