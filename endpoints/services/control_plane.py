@@ -195,14 +195,21 @@ class ControlPlane(Protocol):
         ...
 
     async def configure_people(self, user: str, map: str, settings: PeopleSettings) -> None:  # noqa: A002
-        """Let the coordinator of a user's robots on a map, if there is one, use settings that are stored already.
+        """Make the coordinator of a user's robots on a map, if there is one, use settings that are stored already.
 
         Raises
         ------
-        InvalidInput
-            The settings name a rule that is not installed.
+        InvalidInput, NotFound
+            The coordinator refuses the settings; NotFound if it has no rule of that name.
         Unavailable
             The coordinator does not answer.
+        """
+        ...
+
+    async def end_people(self, map: str) -> None:  # noqa: A002
+        """End the people coordinators of a map that no robot uses and that is removed.
+
+        A coordinator outlives its robots for a while, and would store its checkpoint again.
         """
         ...
 

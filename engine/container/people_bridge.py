@@ -37,7 +37,6 @@ class PeopleBridge:
     def __init__(self, launch: Launch, home: NodeExecutor, machine: MachineClient) -> None:
         spec = launch.spec
         self._home, self._graph, self._machine = home, home.graph, machine
-        self._robot = "" if spec.robot is None else spec.robot.id
         self._heard = PEOPLE_STATE if spec.people is None else PEOPLE_REPORT
         self._last_report = float("-inf")
         self._refused: set[str] = set()

@@ -147,8 +147,12 @@ class Cloud:
         return await self._people.counts(user, map, since)
 
     async def configure_people(self, user: str, map: str, settings: PeopleSettings) -> None:  # noqa: A002
-        """Let the coordinator of a user's robots on a map use settings, which are stored already."""
+        """Make the coordinator of a user's robots on a map use settings, which are stored already."""
         await self._people.configure(user, map, settings)
+
+    async def end_people(self, map: str) -> None:  # noqa: A002
+        """End the people coordinators of a map that no robot uses and that is removed."""
+        await self._people.close_map(map)
 
     async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002
         """Compute a path in a planning container."""

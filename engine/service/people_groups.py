@@ -33,7 +33,7 @@ CORES = 0.25
 """Size of the container of a coordinator [cores]."""
 
 PERIOD = 0.5
-"""Time between two looks at the groups [s]."""
+"""Time between two checks of the groups [s]."""
 
 LINGER = 75.0
 """Time for which a coordinator outlives the places of its robots [s]. By then it has forgotten all people, so that the
@@ -89,7 +89,7 @@ class PeopleGroups:
         self._watch: asyncio.Task[None] | None = None
 
     def place_opened(self, key: str) -> None:
-        """Note a place that was opened or adopted; the next look at the groups finds it."""
+        """Note a place that was opened or adopted; the next check of the groups handles it."""
         request = self._service.request_of(key)
         if request is None:
             return
@@ -118,8 +118,17 @@ class PeopleGroups:
                 group.seen_at = now
                 self._fill(key, group, now)
             elif now - group.seen_at >= LINGER:
-                del self._groups[key]
-                await self._service.close_place(people_key(*key), Unavailable("no robot of its group is connected"))
+                await self._end(key, Unavailable("no robot of its group is connected"))
+
+    async def close_map(self, map_id: str) -> None:
+        """Close the places of all coordinators of a map that no robot uses, so that it can be removed."""
+        for key in tuple(self._groups):
+            if key[1] == map_id:
+                await self._end(key, Unavailable(f"map {map_id!r} is removed"))
+
+    async def _end(self, key: Key, reason: PPaaSError) -> None:
+        self._groups.pop(key, None)
+        await self._service.close_place(people_key(*key), reason)
 
     def _present(self) -> Mapping[Key, Mapping[str, PlaceRequest]]:
         """Return the requests of the robots that track people, by group and robot; forget closed places."""
@@ -190,26 +199,24 @@ class PeopleGroups:
         return decode(GetPeopleCountsResponse, answer).counts
 
     async def configure(self, user: str, map_id: str, settings: PeopleSettings) -> None:
-        """Let the coordinator of a group use settings, which are stored already.
+        """Make the coordinator of a group use settings, which are stored already.
 
         A group without a coordinator needs none: each coordinator reads the stored settings when it starts. One that
         was refused is tried again at once, since its settings may have been the reason.
 
         Raises
         ------
-        NotFound
-            The settings name a rule that is not installed.
+        InvalidInput, NotFound
+            The coordinator refuses the settings; NotFound if it has no rule of that name.
         Unavailable
             The coordinator does not answer.
         """
-        group = self._groups.get((user, map_id))
-        if group is None:
-            return
-        if group.link is None or group.link.closed is not None:
-            group.retry_at = float("-inf")
-            return
-        text = msgspec.json.encode(settings).decode()  # it also outlives its robots for a while
-        await _ask(group.link, "configure_people", ConfigurePeopleRequest(text))
+        link = self._service.place(people_key(user, map_id))  # it also outlives its robots for a while
+        if link is not None:
+            text = msgspec.json.encode(settings).decode()
+            await _ask(link, "configure_people", ConfigurePeopleRequest(text))
+        elif (user, map_id) in self._groups:
+            self._groups[user, map_id].retry_at = float("-inf")
 
     async def _call(self, user: str, map_id: str, service: str, request: Message) -> bytes:
         group = self._groups.get((user, map_id))

@@ -129,6 +129,7 @@ async def remove_map(map_id: MapId, services: Provided, user: Caller) -> None:
     if robots_in(services, map_id=map_id):
         raise Conflict(f"map {map_id!r} is in use by robots: disconnect them first")
     await services.plan_writer.settled()
+    await services.cloud.end_people(map_id)
     with invalidated(services, map_id):
         await run_in_threadpool(_remove, services, map_id)
 

@@ -99,9 +99,11 @@ async def remove_user(
             f"user {user_id!r} has connected robots; disconnect them first, or force the removal: "
             f"{', '.join(connected)}"
         )
+    removed = NotAuthenticated("this user was removed")
+    await services.cloud.end_places(user_id, removed)  # containers that run on would store their checkpoints again
     await services.accounts.remove(user_id)
     services.usage.stored.forget_user(user_id)
-    await services.cloud.end_places(user_id, NotAuthenticated("this user was removed"))
+    await services.cloud.end_places(user_id, removed)  # of robots that connected meanwhile
     services.cloud.set_limits(user_id, NO_LIMITS)
 
 

@@ -80,6 +80,7 @@ class FakeCloud:
         self.people_states: dict[tuple[str, str], PeopleState] = {}
         self.zone_counts: dict[tuple[str, str], list[ZoneCount]] = {}
         self.people_settings: dict[tuple[str, str], list[PeopleSettings]] = {}
+        self.maps_without_people: list[str] = []
         """Settings that each coordinator was configured with."""
         self.reused = ""
         """If set, id of the stored plan that every request returns."""
@@ -182,6 +183,9 @@ class FakeCloud:
         self.people_settings.setdefault((user, map), []).append(settings)
         if not settings.history:
             self.zone_counts.pop((user, map), None)
+
+    async def end_people(self, map: str) -> None:  # noqa: A002
+        self.maps_without_people.append(map)
 
     async def robot_octomap(self, user: str, robot: str, request: GetOctomapFileRequest) -> GetOctomapFileResponse:
         self.octomaps_asked.append(request)

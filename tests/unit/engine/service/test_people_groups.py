@@ -176,6 +176,27 @@ async def test_a_coordinator_starts_with_the_stored_settings_and_answers(groups:
     await far.stream.close()
 
 
+async def test_an_adopted_coordinator_takes_settings_before_its_robots_are_back(
+    groups: Groups, machine: FakeMachine
+) -> None:
+    groups.service.open_place(coordinator_request())
+    far = await machine.boot(await machine.started())
+    settings = PeopleSettings(rule="longest_seen")
+    configured = answer(far, "configure_people", b"{}")
+    _, request = await asyncio.gather(groups.people.configure("ann", "house", settings), configured)
+    assert json.loads(str(request["settings"]))["rule"] == "longest_seen"
+    await far.stream.close()
+
+
+async def test_coordinators_end_with_their_map(groups: Groups) -> None:
+    for request in (coordinator_request(), seeing("tb2", version=MapVersion("depot", "v1"))):
+        groups.connect(request)
+    await groups.after(0.0)
+    await groups.people.close_map("house")
+    assert not groups.is_open()
+    assert groups.service.place("people:ann/depot") is not None, "other maps keep theirs"
+
+
 async def test_a_coordinator_whose_settings_it_refuses_is_tried_again_once_they_change(
     groups: Groups, machine: FakeMachine
 ) -> None:

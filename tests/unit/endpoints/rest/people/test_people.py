@@ -174,14 +174,14 @@ async def test_people_whom_nobody_sees_cannot_be_followed(
 
 
 async def test_settings_and_counts_go_with_their_map(
-    client: httpx.AsyncClient, log_in: LogIn, ann: dict[str, str], services: Services
+    client: httpx.AsyncClient, log_in: LogIn, ann: dict[str, str], services: Services, cloud: FakeCloud
 ) -> None:
     await client.put(SETTINGS, headers=ann, json={"history": True})
     await log_in("bob")
     for user in ("ann", "bob"):
         services.store.save_clone(clone(coordinator_checkpoint("house"), user=user))
     assert (await client.delete("/v1/maps/house", headers=ann)).status_code == 204
-    assert services.store.people_maps() == []
+    assert (services.store.people_maps(), cloud.maps_without_people) == ([], ["house"])
     for user in ("ann", "bob"):
         with pytest.raises(NotFound):
             services.store.clone(user, coordinator_checkpoint("house"))

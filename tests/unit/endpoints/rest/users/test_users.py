@@ -75,6 +75,23 @@ async def test_a_user_with_running_robots_is_removed_by_force(
     problem_of(await client.get("/v1/users/ann", headers=admin), 404, "not-found")
 
 
+async def test_containers_end_before_their_user_is_removed_so_that_they_store_nothing_later(
+    client: httpx.AsyncClient, log_in: LogIn, cloud: FakeCloud, services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    admin, _ = await log_in("admin"), await log_in("ann")
+    remove, running = services.store.remove_user, [container("c1", user="ann", robot=None, kind="coordinator")]
+    cloud.running = running
+
+    def removing(user: str) -> None:
+        assert cloud.running == []
+        cloud.running = running  # a robot that connects in between
+        remove(user)
+
+    monkeypatch.setattr(services.store, "remove_user", removing)
+    assert (await client.delete("/v1/users/ann", headers=admin)).status_code == 204
+    assert cloud.running == []
+
+
 async def test_a_user_is_logged_out_everywhere_by_the_user_or_an_administrator(
     client: httpx.AsyncClient, log_in: LogIn, cloud: FakeCloud
 ) -> None:
