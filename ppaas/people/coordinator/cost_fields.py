@@ -100,7 +100,7 @@ class PathCosts:
         self._cycle += 1
         self.costs = {pair: cost for pair, cost in self.costs.items() if pair in pairs}
         by_person, by_robot = _partners(pairs)
-        urgent = [person for person in first if person in by_person]
+        urgent = sorted((person for person in first if person in by_person), key=self._turn)
         sources: list[str | int] = [*urgent[: self._fields]]
         rest = by_person.keys() if len(by_person) <= len(by_robot) else by_robot.keys()
         waiting = sorted((each for each in rest if each not in sources), key=lambda each: (self._turn(each), str(each)))

@@ -33,6 +33,11 @@ def test_a_cycle_grows_as_many_fields_as_it_may_and_followed_people_come_first()
     assert set(paths.costs) == ALL
 
 
+def test_of_many_followed_people_each_has_a_turn() -> None:
+    paths = PathCosts(MAP, 1)
+    assert [paths.update(ROBOTS, PEOPLE, ALL, [1, 2, 3]) for _ in range(4)] == [{1}, {2}, {3}, {1}]
+
+
 def test_costs_of_pairs_that_are_not_wanted_are_forgotten() -> None:
     paths = PathCosts(MAP, 10**7)
     paths.update(ROBOTS, PEOPLE, ALL, [])
