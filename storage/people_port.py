@@ -3,7 +3,6 @@
 from collections.abc import Iterable
 from typing import Protocol
 
-from ppaas.people.settings import PeopleSettings
 from storage.people_records import BEFORE_ALL, MapPeople, PeopleCount
 
 
@@ -13,17 +12,17 @@ class PeopleStore(Protocol):
     Counts need stored settings: those of other users and maps are not stored.
     """
 
-    def put_people_settings(self, record: MapPeople, *, instead_of: PeopleSettings | None = None) -> None:
-        """Store the settings of a user on a map.
+    def put_people_settings(self, record: MapPeople, *, instead_of: MapPeople | None = None) -> None:
+        """Store the settings of a user on a map, and from when people are counted.
 
         Raises
         ------
         Conflict
-            ``instead_of`` is given and differs from the current settings: another client changed them first.
+            ``instead_of`` is given and differs from what ``map_people`` returns: another client changed it first.
         """
         ...
 
-    def people_settings(self, user: str, map_id: str) -> PeopleSettings:
+    def map_people(self, user: str, map_id: str) -> MapPeople:
         """Return the settings of a user on a map; the defaults if none are stored."""
         ...
 

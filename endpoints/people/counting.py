@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.people.retention import forget_all_expired, oldest_hour, people_of
+from endpoints.people.retention import forget_all_expired, oldest_hour
 from endpoints.services.services import Services
 from engine.processes.background import repeat
 from ppaas.clock import epoch
@@ -91,7 +91,7 @@ async def collect_counts(services: Services, user: str, map_id: str, now: float,
     Unavailable
         The group has no coordinator, or the coordinator or the store does not answer.
     """
-    people = await run_in_threadpool(people_of, services.store, user, map_id)
+    people = await run_in_threadpool(services.store.map_people, user, map_id)
     settings = people.settings
     if not settings.history:
         return False

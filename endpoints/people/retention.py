@@ -7,12 +7,6 @@ from storage.people_records import HOUR, MapPeople
 from storage.ports import Store
 
 
-def people_of(store: Store, user: str, map_id: str) -> MapPeople:
-    """Return the settings of a user on a map, and from when people are counted; the defaults if none are stored."""
-    found = (people for people in store.people_of_map(map_id) if people.user == user)
-    return next(found, MapPeople(user, map_id))
-
-
 def oldest_hour(settings: PeopleSettings, now: float) -> int:
     """Return the start of the oldest hour whose counts are kept [s since the epoch]."""
     return max(0, math.floor((now - settings.retention_hours * HOUR) / HOUR) * HOUR)

@@ -6,7 +6,7 @@ from contextlib import suppress
 from msgspec.structs import replace
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.people.retention import forget_expired, people_of
+from endpoints.people.retention import forget_expired
 from endpoints.services.services import Services
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, InvalidInput, InvalidParameter, NotFound, NotPermitted
@@ -50,7 +50,7 @@ async def change_settings(services: Services, user: str, map_id: str, change: Ch
     try:
         await _configure(services, user, map_id, after.settings)
     except (InvalidInput, NotFound):
-        await run_in_threadpool(_put_back, services.store, before, after.settings)
+        await run_in_threadpool(_update, services.store, user, map_id, lambda now: _put_back(now, before, after))
         raise
     await run_in_threadpool(forget_expired, services.store, after, epoch())
     return after.settings
@@ -81,7 +81,7 @@ async def forget_counts(services: Services, user: str, map_id: str) -> None:
 
 
 async def _let_forget(services: Services, user: str, map_id: str) -> None:
-    settings = await run_in_threadpool(services.store.people_settings, user, map_id)
+    settings = (await run_in_threadpool(services.store.map_people, user, map_id)).settings
     if settings.history:
         await services.cloud.configure_people(user, map_id, replace(settings, history=False))
         await _configure(services, user, map_id, settings)
@@ -97,10 +97,10 @@ def _update(
 ) -> tuple[MapPeople, MapPeople]:
     """Change a record; return the previous one and the new one. If another was stored meanwhile, change that."""
     for _ in range(ATTEMPTS):
-        before = people_of(store, user, map_id)
+        before = store.map_people(user, map_id)
         after = change(before)
         with suppress(Conflict):
-            store.put_people_settings(after, instead_of=before.settings)
+            store.put_people_settings(after, instead_of=before)
             return before, after
     raise changed_meanwhile(map_id)
 
@@ -119,16 +119,15 @@ def _with(people: MapPeople, change: Change) -> MapPeople:
     return replace(people, settings=settings)
 
 
-def _put_back(store: Store, record: MapPeople, refused: PeopleSettings) -> None:
-    if store.people_settings(*record.key) == refused:
-        store.put_people_settings(record, instead_of=refused)
+def _put_back(now: MapPeople, before: MapPeople, refused: MapPeople) -> MapPeople:
+    return replace(now, settings=before.settings) if now.settings == refused.settings else now
 
 
 async def _configure(services: Services, user: str, map_id: str, settings: PeopleSettings) -> None:
     """Send settings to the coordinator, and once more if another client has stored others meanwhile."""
     while True:
         await services.cloud.configure_people(user, map_id, settings)
-        current = await run_in_threadpool(services.store.people_settings, user, map_id)
+        current = (await run_in_threadpool(services.store.map_people, user, map_id)).settings
         if current == settings:
             return
         settings = current

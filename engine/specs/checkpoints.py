@@ -90,7 +90,7 @@ class CheckpointSelection:
         if not name:
             return spec
         if spec.people is not None:
-            settings = self._store.people_settings(spec.user, spec.map.id)
+            settings = self._store.map_people(spec.user, spec.map.id).settings
             spec = msgspec.structs.replace(spec, people=settings)
         lasting = spec.people is not None or (spec.user, name) in self._parked
         self._parked.discard((spec.user, name))

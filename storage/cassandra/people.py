@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Sequence
 
-from ppaas.people.settings import PeopleSettings
 from storage.cassandra.connection.session import CassandraSession, Write
 from storage.cassandra.generations import generation_of
 from storage.encoding import decode, decode_readable, encode
@@ -35,19 +34,20 @@ class CassandraPeople:
 
     _session: CassandraSession
 
-    def put_people_settings(self, record: MapPeople, *, instead_of: PeopleSettings | None = None) -> None:
-        """Store the settings of a user on a map; ``Conflict`` if the current settings are not ``instead_of``."""
+    def put_people_settings(self, record: MapPeople, *, instead_of: MapPeople | None = None) -> None:
+        """Store the settings of a user on a map; ``Conflict`` if the stored record is not ``instead_of``."""
         key, data = self._people_key(*record.key), encode(record)
         while True:
             before = self._people_record(key)
-            if instead_of is not None and _settings(before) != instead_of:
+            if instead_of is not None and _record(before, key) != instead_of:
                 raise changed_meanwhile(record.map)
             if self._session.write_if(f"UPDATE people SET record = ? WHERE {_KEY} IF record = ?", data, *key, before):
                 return
 
-    def people_settings(self, user: str, map_id: str) -> PeopleSettings:
+    def map_people(self, user: str, map_id: str) -> MapPeople:
         """Return the settings of a user on a map; the defaults if none are stored."""
-        return _settings(self._people_record(self._people_key(user, map_id)))
+        key = self._people_key(user, map_id)
+        return _record(self._people_record(key), key)
 
     def people_of_map(self, map_id: str) -> list[MapPeople]:
         """Return the settings of all users on a map, sorted by user."""
@@ -133,5 +133,5 @@ class CassandraPeople:
         return None if row is None else row.record
 
 
-def _settings(record: bytes | None) -> PeopleSettings:
-    return PeopleSettings() if record is None else decode(record, MapPeople).settings
+def _record(stored: bytes | None, key: Key) -> MapPeople:
+    return MapPeople(key[1], key[0]) if stored is None else decode(stored, MapPeople)

@@ -3,7 +3,6 @@
 import threading
 from collections.abc import Callable, Iterable
 
-from ppaas.people.settings import PeopleSettings
 from storage.encoding import decode, decode_readable, encode
 from storage.names import check_name
 from storage.people_records import BEFORE_ALL, MapPeople, PeopleCount, changed_meanwhile, check_count, check_people
@@ -17,20 +16,20 @@ class MemoryPeople:
         self._people: dict[tuple[str, str], bytes] = {}
         self._people_counts: dict[tuple[str, str, int, str], PeopleCount] = {}
 
-    def put_people_settings(self, record: MapPeople, *, instead_of: PeopleSettings | None = None) -> None:
-        """Store the settings of a user on a map; ``Conflict`` if the current settings are not ``instead_of``."""
+    def put_people_settings(self, record: MapPeople, *, instead_of: MapPeople | None = None) -> None:
+        """Store the settings of a user on a map; ``Conflict`` if the stored record is not ``instead_of``."""
         check_people(*record.key)
         data = encode(record)
         with self._people_lock:
-            if instead_of is not None and self._settings(record.key) != instead_of:
+            if instead_of is not None and self._record(record.key) != instead_of:
                 raise changed_meanwhile(record.map)
             self._people[record.key] = data
 
-    def people_settings(self, user: str, map_id: str) -> PeopleSettings:
+    def map_people(self, user: str, map_id: str) -> MapPeople:
         """Return the settings of a user on a map; the defaults if none are stored."""
         key = check_people(user, map_id)
         with self._people_lock:
-            return self._settings(key)
+            return self._record(key)
 
     def people_of_map(self, map_id: str) -> list[MapPeople]:
         """Return the settings of all users on a map, sorted by user."""
@@ -83,6 +82,6 @@ class MemoryPeople:
             self._people = {key: data for key, data in self._people.items() if not forgotten(key)}
             self._people_counts = {key: row for key, row in self._people_counts.items() if not forgotten(key[:2])}
 
-    def _settings(self, key: tuple[str, str]) -> PeopleSettings:
+    def _record(self, key: tuple[str, str]) -> MapPeople:
         data = self._people.get(key)
-        return PeopleSettings() if data is None else decode(data, MapPeople).settings
+        return MapPeople(*key) if data is None else decode(data, MapPeople)

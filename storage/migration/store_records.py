@@ -221,7 +221,7 @@ KINDS: tuple[RecordKind[Store], ...] = (
         _people_keys,
         _read_people,
         _each(lambda target, people: target.put_people_settings(people)),
-        lambda _source, target, people, before: target.put_people_settings(people, instead_of=before.settings),
+        lambda _source, target, people, before: target.put_people_settings(people, instead_of=before),
     ),
     RecordKind(
         "counts",

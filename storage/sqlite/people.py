@@ -1,8 +1,8 @@
 """Settings and counts of people in an SQLite file."""
 
+import sqlite3
 from collections.abc import Iterable
 
-from ppaas.people.settings import PeopleSettings
 from storage.encoding import decode, decode_readable, encode
 from storage.names import check_name
 from storage.people_records import (
@@ -15,7 +15,7 @@ from storage.people_records import (
 )
 from storage.sqlite.connections import SqliteConnections
 
-_SETTINGS = "SELECT record FROM people WHERE user = ? AND map = ?"
+_RECORD = "SELECT record FROM people WHERE user = ? AND map = ?"
 
 _ADD = """INSERT INTO people_counts SELECT user, map, ?, ?, ? FROM people WHERE user = ? AND map = ?
           ON CONFLICT DO UPDATE SET people = max(people, excluded.people)"""
@@ -33,20 +33,19 @@ class SqlitePeople:
     def __init__(self, connections: SqliteConnections) -> None:
         self._people_connections = connections
 
-    def put_people_settings(self, record: MapPeople, *, instead_of: PeopleSettings | None = None) -> None:
-        """Store the settings of a user on a map; ``Conflict`` if the current settings are not ``instead_of``."""
+    def put_people_settings(self, record: MapPeople, *, instead_of: MapPeople | None = None) -> None:
+        """Store the settings of a user on a map; ``Conflict`` if the stored record is not ``instead_of``."""
         key, data = check_people(*record.key), encode(record)
         with self._people_connections.writing() as connection:
-            row = connection.execute(_SETTINGS, key).fetchone()
-            if instead_of is not None and _settings(row) != instead_of:
+            if instead_of is not None and _record(connection, key) != instead_of:
                 raise changed_meanwhile(record.map)
             connection.execute("INSERT OR REPLACE INTO people VALUES (?, ?, ?)", (*key, data))
 
-    def people_settings(self, user: str, map_id: str) -> PeopleSettings:
+    def map_people(self, user: str, map_id: str) -> MapPeople:
         """Return the settings of a user on a map; the defaults if none are stored."""
         key = check_people(user, map_id)
         with self._people_connections.reading() as connection:
-            return _settings(connection.execute(_SETTINGS, key).fetchone())
+            return _record(connection, key)
 
     def people_of_map(self, map_id: str) -> list[MapPeople]:
         """Return the settings of all users on a map, sorted by user."""
@@ -90,5 +89,6 @@ class SqlitePeople:
                 connection.execute(f"DELETE FROM {table} WHERE map = ?", (map_id,))
 
 
-def _settings(row: tuple[bytes] | None) -> PeopleSettings:
-    return PeopleSettings() if row is None else decode(row[0], MapPeople).settings
+def _record(connection: sqlite3.Connection, key: tuple[str, str]) -> MapPeople:
+    row = connection.execute(_RECORD, key).fetchone()
+    return MapPeople(*key) if row is None else decode(row[0], MapPeople)

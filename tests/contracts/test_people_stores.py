@@ -27,19 +27,19 @@ def counting(store: Store) -> Store:
 
 
 def test_settings_are_the_defaults_until_they_are_stored(store: Store) -> None:
-    assert store.people_settings("ann", "house") == PeopleSettings()
+    assert store.map_people("ann", "house").settings == PeopleSettings()
     store.put_people_settings(MapPeople("ann", "house", COUNTED))
-    assert store.people_settings("ann", "house") == COUNTED
-    assert store.people_settings("bob", "house") == store.people_settings("ann", "yard") == PeopleSettings()
+    assert store.map_people("ann", "house").settings == COUNTED
+    assert store.map_people("bob", "house").settings == store.map_people("ann", "yard").settings == PeopleSettings()
 
 
 def test_settings_are_replaced_only_if_nobody_changed_them_first(store: Store) -> None:
-    store.put_people_settings(MapPeople("ann", "house", COUNTED), instead_of=PeopleSettings())
+    store.put_people_settings(MapPeople("ann", "house", COUNTED), instead_of=MapPeople("ann", "house"))
     with pytest.raises(Conflict):
-        store.put_people_settings(MapPeople("ann", "house"), instead_of=PeopleSettings(rule="longest_seen"))
-    assert store.people_settings("ann", "house") == COUNTED
-    store.put_people_settings(MapPeople("ann", "house"), instead_of=COUNTED)
-    assert store.people_settings("ann", "house") == PeopleSettings()
+        store.put_people_settings(MapPeople("ann", "house"), instead_of=MapPeople("ann", "house", COUNTED, HOUR))
+    assert store.map_people("ann", "house").settings == COUNTED
+    store.put_people_settings(MapPeople("ann", "house"), instead_of=MapPeople("ann", "house", COUNTED))
+    assert store.map_people("ann", "house").settings == PeopleSettings()
 
 
 def test_settings_of_a_map_and_maps_are_listed_in_order(store: Store) -> None:
@@ -88,7 +88,7 @@ def test_counts_before_a_time_are_removed(counting: Store) -> None:
     counting.remove_people_counts("ann", "house")
     assert counting.people_counts("ann", "house") == []
     assert counting.people_counts("bob", "house") == [row(owner="bob")]
-    assert counting.people_settings("ann", "house") == COUNTED
+    assert counting.map_people("ann", "house").settings == COUNTED
     counting.add_people_counts([row()])
     assert counting.people_counts("ann", "house") == [row()]
 
@@ -98,7 +98,7 @@ def test_people_of_a_removed_map_are_forgotten(counting: Store) -> None:
     counting.remove_people("house")
     counting.remove_people("house")
     assert counting.people_maps() == ["yard"]
-    assert counting.people_settings("ann", "house") == PeopleSettings()
+    assert counting.map_people("ann", "house").settings == PeopleSettings()
     for owner in ("ann", "bob"):
         counting.put_people_settings(MapPeople(owner, "house"))
         assert counting.people_counts(owner, "house") == []
@@ -111,7 +111,7 @@ def test_people_of_a_removed_user_are_forgotten(counting: Store) -> None:
     counting.add_people_counts([row(), row(owner="bob")])
     counting.remove_user("ann")
     counting.add_user(user("ann"))
-    assert counting.people_settings("ann", "house") == PeopleSettings()
+    assert counting.map_people("ann", "house").settings == PeopleSettings()
     assert [record.key for record in counting.people_of_map("house")] == [("bob", "house")]
     counting.put_people_settings(MapPeople("ann", "house"))
     assert counting.people_counts("ann", "house") == []
@@ -145,7 +145,7 @@ def test_invalid_names_are_refused(store: Store, name: str) -> None:
     ]
     for pair in ((name, "house"), ("ann", name)):
         calls += [
-            lambda pair=pair: store.people_settings(*pair),  # type: ignore[misc]
+            lambda pair=pair: store.map_people(*pair),  # type: ignore[misc]
             lambda pair=pair: store.put_people_settings(MapPeople(*pair)),  # type: ignore[misc]
             lambda pair=pair: store.people_counts(*pair),  # type: ignore[misc]
             lambda pair=pair: store.remove_people_counts(*pair),  # type: ignore[misc]

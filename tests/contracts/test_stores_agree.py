@@ -118,7 +118,9 @@ class StoresAgree(RuleBasedStateMachine):
     @rule(name=names, owner=names, history=st.booleans())
     def put_people_settings(self, name: str, owner: str, history: bool) -> None:
         record = MapPeople(owner, name, PeopleSettings(history=history))
-        self.same(lambda store: store.put_people_settings(record, instead_of=PeopleSettings() if history else None))
+        self.same(
+            lambda store: store.put_people_settings(record, instead_of=MapPeople(owner, name) if history else None)
+        )
 
     @rule(name=names, owner=names, hour=hours, zone=zones, people=st.integers(0, 5))
     def add_people_counts(self, name: str, owner: str, hour: int, zone: str, people: int) -> None:
@@ -134,7 +136,7 @@ class StoresAgree(RuleBasedStateMachine):
 
     @rule(name=names, owner=names, after=st.tuples(hours, zones), limit=st.none() | st.integers(0, 3))
     def count(self, name: str, owner: str, after: tuple[int, str], limit: int | None) -> None:
-        self.same(lambda store: store.people_settings(owner, name))
+        self.same(lambda store: store.map_people(owner, name))
         self.same(lambda store: store.people_of_map(name))
         self.same(lambda store: store.people_maps())
         self.same(lambda store: store.people_counts(owner, name, after=after, limit=limit))

@@ -40,7 +40,7 @@ async def services() -> AsyncIterator[Services]:
 
 async def test_people_are_shown_named_and_chosen_in_the_dashboard(services: Services) -> None:
     def settings() -> PeopleSettings:
-        return services.store.people_settings("ann", "house")
+        return services.store.map_people("ann", "house").settings
 
     token = await services.accounts.login("ann", PASSWORD)
     async with serve(create_app(services)) as port, browsing() as browser, looking(await browser.new_context()) as page:

@@ -34,20 +34,20 @@ async def show_people(map_id: MapId, services: Provided, user: Caller) -> People
     """Show the people whom the caller's robots see on a map, and which robot follows whom and why."""
     await readable_head(services, user, map_id)
     group = _group(services, user.id, map_id)
+    reason = ""
     if group is not None and group.state == "ready":
         try:
             return PeopleAnswer.of(map_id, group, await services.cloud.people(user.id, map_id))
         except Unavailable as error:
             reason = str(error)
-            return PeopleAnswer.without(map_id, group, await _rule(services, user.id, map_id), reason)
-    return PeopleAnswer.without(map_id, group, await _rule(services, user.id, map_id))
+    return PeopleAnswer.without(map_id, group, (await _settings(services, user.id, map_id)).rule, reason)
 
 
 @router.get("/settings", response_model=PeopleSettingsAnswer, responses=KNOWN | problems(404))
 async def show_people_settings(map_id: MapId, services: Provided, user: Caller) -> PeopleSettings:
     """Show the settings of the caller's robots on a map: whom they follow, and what is counted."""
     await readable_head(services, user, map_id)
-    return await run_in_threadpool(services.store.people_settings, user.id, map_id)
+    return await _settings(services, user.id, map_id)
 
 
 @router.put("/settings", response_model=PeopleSettingsAnswer, responses=KNOWN | BODY | problems(404, 409))
@@ -77,7 +77,7 @@ async def change_people_settings(
 async def follow_people(map_id: MapId, request: FollowRequest, services: Provided, user: Caller) -> PeopleSettings:
     """Let robots follow these people and nobody else (rule `named`); `PATCH` the rule to undo it."""
     await readable_head(services, user, map_id)
-    settings = await run_in_threadpool(services.store.people_settings, user.id, map_id)
+    settings = await _settings(services, user.id, map_id)
     people = list(dict.fromkeys(_person(one, settings.names) for one in request.people))
     if people:
         known = [person.id for person in (await services.cloud.people(user.id, map_id)).people]
@@ -92,8 +92,8 @@ def _group(services: Services, user: str, map_id: str) -> PeopleGroupView | None
     return next((group for group in groups if (group.user, group.map) == (user, map_id)), None)
 
 
-async def _rule(services: Services, user: str, map_id: str) -> str:
-    return (await run_in_threadpool(services.store.people_settings, user, map_id)).rule
+async def _settings(services: Services, user: str, map_id: str) -> PeopleSettings:
+    return (await run_in_threadpool(services.store.map_people, user, map_id)).settings
 
 
 def _merged(settings: PeopleSettings, patch: dict[str, object]) -> PeopleSettings:

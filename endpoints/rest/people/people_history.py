@@ -94,7 +94,7 @@ async def _collect(services: Services, user: str, map_id: str) -> None:
 
 def _rows(store: Store, key: tuple[str, str], after: tuple[int, str], paging: HistoryPaging) -> list[PeopleCount]:
     """Return the counts of a page, and one more if there is one; blocks. Expired counts are left out."""
-    oldest = max(oldest_hour(store.people_settings(*key), epoch()), int(paging.since) - HOUR)
+    oldest = max(oldest_hour(store.map_people(*key).settings, epoch()), int(paging.since) - HOUR)
     sought = (row for row in _read(store, key, max(after, (oldest - 1, ""))) if paging.seeks(row))
     recent = takewhile(lambda row: row.hour < paging.until, sought)
     return list(islice(recent, paging.fetch_limit))

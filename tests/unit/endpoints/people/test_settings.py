@@ -26,7 +26,7 @@ async def test_changes_at_once_lose_nothing_and_the_coordinator_has_them_all(
     services: Services, cloud: FakeCloud
 ) -> None:
     await asyncio.gather(*(change_settings(services, *ANN, naming(person)) for person in range(1, 5)))
-    settings = services.store.people_settings(*ANN)
+    settings = services.store.map_people(*ANN).settings
     assert sorted(settings.names) == ["1", "2", "3", "4"]
     assert cloud.people_settings[ANN][-1] == settings
 
@@ -41,7 +41,7 @@ async def test_settings_that_are_refused_are_replaced_by_the_ones_before(
     monkeypatch.setattr(cloud, "configure_people", refuse)
     with pytest.raises(NotFound):
         await change_settings(services, *ANN, lambda settings: replace(settings, rule="named"))
-    assert services.store.people_settings(*ANN).names == {"1": "person 1"}
+    assert services.store.map_people(*ANN).settings.names == {"1": "person 1"}
 
 
 async def test_counts_are_removed_also_if_the_coordinator_does_not_answer(

@@ -105,7 +105,7 @@ async def test_settings_are_off_by_default_and_reach_the_coordinator_when_change
     assert (changed.json()["rule"], changed.json()["names"]) == ("nearest", {"3": "Zoë", "4": "Max"})
     changed = await client.patch(SETTINGS, headers=ann, json={"names": {"3": None}})
     assert (changed.json()["names"], changed.json()["history"]) == ({"4": "Max"}, True)
-    assert cloud.people_settings["ann", "house"][-1] == services.store.people_settings("ann", "house")
+    assert cloud.people_settings["ann", "house"][-1] == services.store.map_people("ann", "house").settings
     assert len(cloud.people_settings["ann", "house"]) == 3
 
 
@@ -145,7 +145,7 @@ async def test_unknown_rules_and_settings_that_the_coordinator_refuses_are_not_k
     cloud.error = InvalidInput("the container has another release")
     refused = await client.patch(SETTINGS, headers=ann, json={"rule": "named"})
     problem_of(refused, 400, "invalid-input")
-    assert services.store.people_settings("ann", "house").rule == "longest_seen"
+    assert services.store.map_people("ann", "house").settings.rule == "longest_seen"
 
 
 async def test_a_person_is_followed_by_id_or_by_name(
@@ -155,7 +155,7 @@ async def test_a_person_is_followed_by_id_or_by_name(
     await client.patch(SETTINGS, headers=ann, json={"names": {"3": "Zoë"}})
     answer = (await client.post(f"{PEOPLE}/follow", headers=ann, json={"people": ["Zoë", 1, 3]})).json()
     assert (answer["rule"], answer["targets"], answer["followed_at_once"]) == ("named", [3, 1], 2)
-    assert cloud.people_settings["ann", "house"][-1] == services.store.people_settings("ann", "house")
+    assert cloud.people_settings["ann", "house"][-1] == services.store.map_people("ann", "house").settings
     nobody = (await client.post(f"{PEOPLE}/follow", headers=ann, json={"people": []})).json()
     assert (nobody["rule"], nobody["targets"], nobody["names"]) == ("named", [], {"3": "Zoë"})
 
@@ -170,7 +170,7 @@ async def test_people_whom_nobody_sees_cannot_be_followed(
     await client.patch(SETTINGS, headers=ann, json={"names": {"1": "Max", "2": "Max"}})
     answer = await client.post(f"{PEOPLE}/follow", headers=ann, json={"people": ["Max"]})
     assert "give an id: [1, 2]" in problem_of(answer, 422, "invalid-parameter")["detail"]
-    assert services.store.people_settings("ann", "house") == PeopleSettings(names={"1": "Max", "2": "Max"})
+    assert services.store.map_people("ann", "house").settings == PeopleSettings(names={"1": "Max", "2": "Max"})
 
 
 async def test_settings_and_counts_go_with_their_map(

@@ -65,8 +65,8 @@ async def test_removed_counts_do_not_come_back(
     cloud.zone_counts["ann", "house"] = [ZoneCount("", NOW, 7)]
     assert (await client.delete(HISTORY, headers=ann)).status_code == 204
     assert await listed(client, ann) == []
-    assert cloud.people_settings["ann", "house"][-1] == services.store.people_settings("ann", "house")
-    assert services.store.people_settings("ann", "house").history
+    assert cloud.people_settings["ann", "house"][-1] == services.store.map_people("ann", "house").settings
+    assert services.store.map_people("ann", "house").settings.history
 
 
 async def test_a_shorter_retention_removes_older_counts_at_once(

@@ -29,7 +29,7 @@ def watched(ppaas: CommandLine) -> CommandLine:
 
 
 def settings(ppaas: CommandLine) -> PeopleSettings:
-    return ppaas.services.store.people_settings("ann", "house")
+    return ppaas.services.store.map_people("ann", "house").settings
 
 
 async def test_people_are_listed_with_who_follows_them_and_why(watched: CommandLine) -> None:
