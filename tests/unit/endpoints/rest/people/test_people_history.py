@@ -4,7 +4,6 @@ import httpx
 import pytest
 
 from endpoints.services.services import Services
-from ppaas.clock import epoch
 from ppaas.messages.people_coordination import ZoneCount
 from ppaas.people.settings import PeopleSettings, Zone
 from storage.people_records import HOUR, MapPeople, PeopleCount
@@ -14,8 +13,15 @@ from tests.unit.endpoints.conftest import LogIn, Publish
 
 HISTORY = "/v1/maps/house/people/history"
 DOOR = Zone("door", [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])
-NOW = int(epoch() // HOUR) * HOUR
+NOW = 500_000 * HOUR
 """Start of the current hour [s since the epoch]."""
+
+
+@pytest.fixture(autouse=True)
+def _within_an_hour(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let no hour end during a test."""
+    for module in ("endpoints.rest.people.people_history", "endpoints.people.settings"):
+        monkeypatch.setattr(f"{module}.epoch", lambda: NOW + 0.5 * HOUR)
 
 
 @pytest.fixture
