@@ -17,7 +17,7 @@ from storage.people_records import HOUR, PeopleCount
 logger = logging.getLogger(__name__)
 
 PERIOD = 15.0
-"""Time between two collections of counts [s]; what a coordinator has counted since the last one ends with it."""
+"""Time between two collections of counts [s]; what is counted meanwhile is in the coordinator's checkpoint."""
 
 EXPIRY_PERIOD = float(HOUR)
 """Time between two removals of expired counts [s]."""

@@ -1,4 +1,4 @@
-"""People bridge: shares the reports of a clone with the coordinator of its group, and the state of that with clones."""
+"""People bridge: passes reports from clones to the coordinator of their group, and its state to the clones."""
 
 import logging
 

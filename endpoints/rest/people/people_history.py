@@ -70,7 +70,7 @@ async def list_people_counts(
 ) -> dict[str, object]:
     """List how many different people the caller's robots saw on a map, by hour and zone.
 
-    The list is empty unless `history` is on in the settings, and has the current hour so far.
+    The list has the current hour so far. It is empty unless `history` is or was on in the settings.
     """
     await readable_head(services, user, map_id)
     after = paging.key(tuple[int, str], BEFORE_ALL)
@@ -87,7 +87,7 @@ async def remove_people_counts(map_id: MapId, services: Provided, user: Caller) 
 
 
 async def _collect(services: Services, user: str, map_id: str) -> None:
-    """Store the current counts, if the group has a coordinator; otherwise the stored ones are all there are."""
+    """Store the current counts, if the group has a coordinator that answers; otherwise only stored ones are listed."""
     with suppress(Unavailable):
         await collect_counts(services, user, map_id, epoch(), since=epoch() - HOUR)
 
