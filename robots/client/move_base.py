@@ -135,10 +135,24 @@ class MoveBaseClient:
                 tracker.result.result() if tracker.result.done() else _lost_status(tracker, f"within {timeout:g} s")
             )
             if status.status == Status.LOST:
-                await self._client.publish("move_base/cancel", GoalID(id=tracker.goal))
+                await self._cancel(tracker)
             return status
         finally:
             failed.cancel()
+
+    async def cancel(self) -> None:
+        """Cancel the goal that was sent last, unless its outcome is known; other goals of the robot go on.
+
+        Raises
+        ------
+        PPaaSError
+            The client has lost its connection for good.
+        """
+        if self._tracker is not None and not self._tracker.result.done():
+            await self._cancel(self._tracker)
+
+    async def _cancel(self, tracker: TrackedGoal) -> None:
+        await self._client.publish("move_base/cancel", GoalID(id=tracker.goal))
 
     def _on_result(self, message: MoveBaseActionResult) -> None:
         if self._tracker is not None:

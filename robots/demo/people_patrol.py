@@ -4,7 +4,6 @@ import asyncio
 from collections.abc import Callable
 
 from ppaas.clock import monotonic
-from ppaas.messages.actionlib_msgs import GoalID
 from ppaas.messages.people_coordination import PeopleState
 from robots.client.move_base import GoalOutcome, MoveBaseClient
 from robots.client.robot_client import RobotClient
@@ -74,8 +73,8 @@ class Patrol:
             self._going, self._idle_since = None, monotonic()
         if state is None or is_wanted(self._robot, state):
             if self._going is not None:
-                # Without an id and a stamp, all goals of the robot are cancelled; the patrol has the only one.
-                await self._operator.publish("move_base/cancel", GoalID())
+                # Not all goals of the robot: that would pause following, which may have begun.
+                await move_base.cancel()
                 await asyncio.wait([self._going], timeout=PERIOD)
             self._idle_since = monotonic()
         elif self._going is None and monotonic() - self._idle_since >= IDLE and move_base.estimate is not None:

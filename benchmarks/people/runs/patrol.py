@@ -32,7 +32,8 @@ class Patrol:
         """Begin or end the way to a place, by the state of the coordinator at a time [s]."""
         clone = self._robot.clone
         if is_wanted(self._robot.id, state):
-            if self._driving:
+            # This cancels all goals, which pauses following; a patrol that has just arrived has nothing to cancel.
+            if self._driving and clone.end is None:
                 clone.cancel()
             self._driving, self._idle_since = False, now
         elif self._driving and clone.end is not None:

@@ -9,6 +9,7 @@ from ppaas.clock import monotonic
 from ppaas.errors import NotFound, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import Status
+from ppaas.messages.base.std_msgs import Bool
 from robots.client.move_base import GoalOutcome, MoveBaseClient
 from robots.client.robot_client import RobotClient
 from tests.support.endpoints.rosbridge_server import RosbridgeServer, rosbridge_server
@@ -93,6 +94,24 @@ async def test_a_goal_without_a_result_is_cancelled_and_lost(server: RosbridgeSe
     outcome = await follow(server, act, timeout=0.1)
     assert outcome.status is Status.LOST
     assert not outcome.reached
+
+
+async def test_only_the_own_goal_is_cancelled_and_only_while_it_has_no_outcome(server: RosbridgeServer) -> None:
+    async with RobotClient(server.url, robot="tb1", token="t", role="operator") as client:
+        move_base = await MoveBaseClient(client).start()
+        await move_base.cancel()
+        going = asyncio.create_task(move_base.go(Pose2D(3.0, -1.0)))
+        [goal] = await server.heard("publish")
+        await move_base.cancel()
+        _, cancel = await server.heard("publish", 2)
+        mine = goal["msg"]["goal_id"]["id"]
+        assert (cancel["topic"], cancel["msg"]["id"]) == ("move_base/cancel", mine)
+        await say_result(server, mine, Status.PREEMPTED)
+        assert (await asyncio.wait_for(going, 20)).status is Status.PREEMPTED
+        await move_base.cancel()
+        await client.publish("end", Bool(data=True))
+        *_, last = await server.heard("publish", 3)
+        assert last["topic"] == "end"
 
 
 async def test_the_status_list_ends_a_goal_whose_result_was_lost(server: RosbridgeServer) -> None:
