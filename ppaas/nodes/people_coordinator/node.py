@@ -24,6 +24,7 @@ from ppaas.nodes.message_checks import expect
 from ppaas.people.coordinator.coordinator import Coordinator
 from ppaas.people.nodes import PEOPLE_COORDINATOR
 from ppaas.people.settings import settings_of
+from ppaas.people.tracks.assignment import solver
 
 PERIOD = 0.2
 """Time between two states of the people [s]."""
@@ -107,6 +108,8 @@ class PeopleCoordinatorNode(Node):
     def _begin(self) -> None:
         self._first.stop()
         self._step()
+        # Imported beside the first cycles, so that the first state need not wait for scipy.
+        self.context.start(lambda _: solver(), lambda _: None)
 
     def _step(self) -> None:
         self._state = self._next_state()

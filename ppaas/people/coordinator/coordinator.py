@@ -21,7 +21,6 @@ from ppaas.people.coordinator.follow_controller import FollowController, Scene
 from ppaas.people.coordinator.parameters import CoordinatorParameters
 from ppaas.people.coordinator.people_table import MOST_PEOPLE, PeopleTable
 from ppaas.people.coordinator.presence import forgotten, update_presence
-from ppaas.people.coordinator.robots.deviation import position_deviation
 from ppaas.people.coordinator.robots.group import MOST_ROBOTS, Robot, Robots
 from ppaas.people.coordinator.robots.reports import Report, read_report
 from ppaas.people.coordinator.robots.world_frame import to_world
@@ -34,7 +33,6 @@ from ppaas.people.map_area import MapArea
 from ppaas.people.rules.base import Candidate
 from ppaas.people.rules.registry import create
 from ppaas.people.settings import PeopleSettings
-from ppaas.people.tracks.assignment import solver
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -91,7 +89,6 @@ class Coordinator:
         self._walls, self._area = Walls(costmap), MapArea(costmap)
         self._costs = PathCosts(costmap, self.parameters.cells_per_cycle)
         self.at = self.began = -math.inf
-        solver()  # import it now: it takes longer than a cycle may
         self._turn = 0
         self._present: list[int] = []
 
@@ -139,7 +136,7 @@ class Coordinator:
         known = self.robots.known.get(report.robot)
         if known is not None:
             positions = known.offset.corrected(positions, (report.pose.x, report.pose.y))
-        most = OUTSIDE + position_deviation(report.covariance)
+        most = OUTSIDE + report.deviation
         return report.without(self._area.distance(positions) > most)
 
     def step(self, now: float) -> PeopleState:

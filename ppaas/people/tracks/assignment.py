@@ -17,7 +17,8 @@ Solver = Callable[[Array], tuple[Rows, Rows]]
 def solver() -> Solver:
     """Return scipy's solver of the linear assignment problem (Crouse, IEEE Trans. Aerospace 52, 2016).
 
-    It is imported by the first call, which takes some 0.3 s and memory that other nodes do not need.
+    It is imported by the first call, which takes some 0.3 s and memory that other nodes do not need. A caller with
+    a cycle to keep calls it beforehand in another thread; a call meanwhile waits for the import.
     """
     from scipy.optimize import linear_sum_assignment  # noqa: PLC0415 - see above
 

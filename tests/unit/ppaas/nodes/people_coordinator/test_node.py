@@ -24,10 +24,12 @@ from ppaas.messages.people_coordination import (
     SensorView,
 )
 from ppaas.messages.people_msgs import PositionMeasurement
-from ppaas.nodes.base import Checkpoint
+from ppaas.nodes.base import Checkpoint, Payload
 from ppaas.nodes.graph import Graph
-from ppaas.nodes.people_coordinator.node import PERIOD, UNSAVED, PeopleCoordinatorNode
+from ppaas.nodes.jobs import Work
+from ppaas.nodes.people_coordinator.node import FIRST, PERIOD, UNSAVED, PeopleCoordinatorNode
 from ppaas.people.settings import PeopleSettings
+from ppaas.people.tracks.assignment import solver
 from tests.support.world.planar_world import walled_map
 from tests.support.world.service_calls import call_service
 
@@ -72,6 +74,19 @@ def report(robot: str, pose: Pose2D, now: float) -> PeopleReport:
     )
     view = SensorView(0.0, 0.0, 0.0, 1.0, 0.45, 8.0)
     return PeopleReport(header, robot, PoseWithCovariance(Pose.of(pose)), [person], [view], can_follow=True)
+
+
+def test_the_first_state_does_not_wait_for_scipy(layers: MapLayers) -> None:
+    jobs: list[Work[object]] = []
+    clock = ManualClock(START)
+    graph = Graph(lambda work, _cancelled, _done: jobs.append(work), clock=clock, stamp_clock=clock)
+    states: list[Payload] = []
+    build_coordinator(graph, layers, PeopleSettings())
+    graph.tap("people_coordinator/state", lambda _, state: states.append(state))
+    clock.advance(FIRST + 1e-6)
+    graph.run_due()
+    assert len(states) == len(jobs) == 1
+    assert jobs[0](lambda: False) is solver()
 
 
 def test_two_robots_that_see_a_person_have_one_identity_in_a_state_five_times_a_second(layers: MapLayers) -> None:
