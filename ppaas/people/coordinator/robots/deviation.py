@@ -1,7 +1,10 @@
 """Step 1: maximum position deviation of each robot."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
 
 CONFIDENCE = math.sqrt(5.991)
 """Standard deviations that hold 95 % of a Gaussian in the plane (χ² of two degrees of freedom)."""
@@ -11,15 +14,15 @@ LEAST = 0.05
 """Least deviation: the width of a cell of usual maps [m]."""
 
 
-def position_deviation(covariance: Sequence[float]) -> float:
+def position_deviation(covariance: NDArray[np.float64]) -> float:
     """Return the distance within which a robot is at its position with 95 % certainty [m].
 
     Parameters
     ----------
-    covariance : sequence of 36 floats
-        Covariance of ``geometry_msgs/PoseWithCovariance``, of AMCL for example.
+    covariance : (3, 3) array
+        Covariance of x, y [m²] and yaw [rad²], of AMCL for example.
     """
-    xx, xy, yy = covariance[0], 0.5 * (covariance[1] + covariance[6]), covariance[7]
+    (xx, xy, _), (_, yy, _), _ = covariance.tolist()
     return UNKNOWN if xx == yy == 0.0 else max(radius_of(xx, xy, yy), LEAST)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
-from ppaas.people.coordinator.robots.deviation import maximum_position_deviation, position_deviation
+from ppaas.people.coordinator.robots.deviation import maximum_position_deviation
 from ppaas.people.coordinator.robots.offsets import OffsetFilter
 from ppaas.people.coordinator.robots.reports import Report
 from ppaas.people.coordinator.robots.robot_clock import RobotClock
@@ -157,7 +157,7 @@ class Robots:
         robot.report, robot.arrived, robot.fresh = report, now, True
         robot.world, robot.spread = to_world(report.pose, robot.offset.covariance, report.torsos, report.covariances)
         robot.measured = robot.clock.measured_at(report.stamp, now)
-        robot.note_deviation(now, position_deviation(report.covariance), now - self._history)
+        robot.note_deviation(now, report.deviation, now - self._history)
 
     def _joined(self, report: Report, now: float) -> Robot:
         """Return a robot of which this is the first report."""

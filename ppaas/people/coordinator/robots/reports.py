@@ -1,6 +1,7 @@
 """Reports of robots, checked and as arrays."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,16 +11,23 @@ from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.messages.people_coordination import PeopleReport, SensorView
 from ppaas.messages.people_msgs import PositionMeasurement
+from ppaas.people.coordinator.robots.deviation import position_deviation
 
 Array = NDArray[np.float64]
 
 MOST_PEOPLE, MOST_VIEWS = 200, 16
+PLANAR = 0, 1, 5
+"""Rows of x, y and yaw in the covariance of a pose."""
 FARTHEST = 100.0
 """Largest distance between a robot and a person whom it sees [m]."""
 UNKNOWN_VARIANCE = 0.15**2
 """Variance of a torso whose covariance is all zeros, which is "unknown" in ROS [m²]."""
 LEAST_VARIANCE = 0.02**2
 MOST_VARIANCE = 4.0
+MOST_OF_POSE = 100.0**2
+"""Largest variance of a pose [m², rad²]: some robots write very large ones for what they do not know."""
+LARGEST = 1e5
+"""Largest coordinate of a robot, and largest number of a view [m, rad]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,8 +44,8 @@ class Report:
         Pose of the robot in the map.
     pose_covariance : (3, 3) array
         Covariance of x, y and yaw.
-    covariance : list of 36 floats
-        The same as in the message.
+    deviation : float
+        Distance within which the robot is at its position with 95 % certainty [m].
     ids, frames : list of str
         Torso ID and tf frame of each person.
     torsos : (n, 2) array
@@ -57,7 +65,7 @@ class Report:
     stamp: float
     pose: Pose2D
     pose_covariance: Array
-    covariance: list[float]
+    deviation: float
     ids: list[str]
     frames: list[str]
     torsos: Array
@@ -100,9 +108,11 @@ def read_report(message: PeopleReport) -> Report:
     covariance = message.pose.covariance
     if not (pose.is_finite() and len(covariance) == 36 and all(map(math.isfinite, covariance))):
         raise InvalidInput(f"{who}: its pose and covariance must be finite")
-    planar = np.array(covariance).reshape(6, 6)[np.ix_((0, 1, 5), (0, 1, 5))]
-    if (np.diag(planar) < 0.0).any():
+    if max(abs(pose.x), abs(pose.y)) > LARGEST:
+        raise InvalidInput(f"{who}: its position must be within {LARGEST:g} m")
+    if min(covariance[0], covariance[7], covariance[35]) < 0.0:
         raise InvalidInput(f"{who}: the variances of its pose must not be negative")
+    planar = _planar(covariance)
     _check_people(who, message.people)
     _check_views(who, message.views)
     torsos = np.array([(each.pos.x, each.pos.y) for each in message.people], np.float64).reshape(-1, 2)
@@ -110,8 +120,8 @@ def read_report(message: PeopleReport) -> Report:
         robot=message.robot,
         stamp=message.header.stamp.seconds(),
         pose=pose,
-        pose_covariance=0.5 * (planar + planar.T),
-        covariance=list(covariance),
+        pose_covariance=planar,
+        deviation=position_deviation(planar),
         ids=[each.object_id for each in message.people],
         frames=[each.name or f"{message.robot}/{each.object_id}" for each in message.people],
         torsos=torsos,
@@ -143,8 +153,22 @@ def _check_views(who: str, views: list[SensorView]) -> None:
         raise InvalidInput(f"{who}: it may have up to {MOST_VIEWS} views, not {len(views)}")
     for view in views:
         numbers = (view.x, view.y, view.yaw, view.field_of_view, view.range_min, view.range_max)
-        if not all(map(math.isfinite, numbers)) or view.field_of_view < 0.0 or view.range_min < 0.0:
-            raise InvalidInput(f"{who}: the numbers of its views must be finite, angles and ranges not negative")
+        # NaN compares as false.
+        if not all(abs(number) <= LARGEST for number in numbers) or min(view.field_of_view, view.range_min) < 0.0:
+            raise InvalidInput(
+                f"{who}: the numbers of its views must be finite, up to {LARGEST:g}, and angles and ranges not negative"
+            )
+
+
+def _planar(covariance: Sequence[float]) -> Array:
+    """Return the (3, 3) covariance of x, y and yaw; without correlations if they are stronger than any can be."""
+    limited = np.clip(np.reshape(covariance, (6, 6))[np.ix_(PLANAR, PLANAR)], -MOST_OF_POSE, MOST_OF_POSE)
+    planar: Array = 0.5 * (limited + limited.T)
+    (xx, xy, xt), (_, yy, yt), (_, _, tt) = planar.tolist()
+    minors = xx * yy - xy * xy, xx * tt - xt * xt, yy * tt - yt * yt
+    whole = xx * minors[2] - xy * (xy * tt - yt * xt) + xt * (xy * yt - yy * xt)
+    possible = min(*minors, whole) >= 0.0
+    return planar if possible else np.diag(np.diag(planar))
 
 
 def _covariances(people: list[PositionMeasurement]) -> Array:
@@ -155,7 +179,7 @@ def _covariances(people: list[PositionMeasurement]) -> Array:
     xx = np.clip(rows[:, 0, 0], LEAST_VARIANCE, MOST_VARIANCE)
     yy = np.clip(rows[:, 1, 1], LEAST_VARIANCE, MOST_VARIANCE)
     most = 0.95 * np.sqrt(xx * yy)
-    xy = np.clip(0.5 * (rows[:, 0, 1] + rows[:, 1, 0]), -most, most)
+    xy = np.clip(0.5 * rows[:, 0, 1] + 0.5 * rows[:, 1, 0], -most, most)
     spread = np.empty_like(rows)
     spread[:, 0, 0], spread[:, 1, 1] = xx, yy
     spread[:, 0, 1] = spread[:, 1, 0] = xy

@@ -17,6 +17,7 @@ from ppaas.messages.geometry_msgs import Point
 from ppaas.messages.people_coordination import LOST, PREDICTED, SEEN, PeopleReport, PeopleState
 from ppaas.people.coordinator.coordinator import Coordinator
 from ppaas.people.settings import PeopleSettings, Zone
+from ppaas.people.state_checks import check_state
 from tests.support.world.rooms import room
 
 HALL = build_layers(room(16.0, 10.0)).costmap
@@ -241,6 +242,23 @@ def test_a_report_that_is_not_finite_is_refused_and_changes_nothing() -> None:
     with pytest.raises(InvalidInput, match="finite"):
         stage.coordinator.report(msgspec.structs.replace(report, people=people), stage.now)
     assert ids(stage.run(0.2)[-1]) == ids(before)
+
+
+@given(st.lists(st.floats(-1.7e308, 1.7e308), min_size=4, max_size=4))
+@settings(max_examples=12, deadline=None)
+def test_whatever_finite_numbers_a_report_has_the_state_is_finite(numbers: list[float]) -> None:
+    def huge(report: PeopleReport) -> PeopleReport:
+        covariance = [numbers[0]] * 36
+        covariance[0] = covariance[7] = covariance[35] = abs(numbers[0])
+        pose = msgspec.structs.replace(report.pose, covariance=covariance)
+        spread = [abs(numbers[1]), numbers[2], 0.0, numbers[3], abs(numbers[1]), *[0.0] * 4]
+        people = [msgspec.structs.replace(person, covariance=spread) for person in report.people]
+        return msgspec.structs.replace(report, pose=pose, people=people)
+
+    stage = Stage([A, B], [stands(8.0, 6.0), walks(7.0, 4.0, 0.5, 0.0)])
+    stage.changes["b"] = huge
+    for state in stage.run(1.0):
+        check_state(state)
 
 
 def test_an_id_that_is_used_again_for_somebody_else_is_another_person() -> None:

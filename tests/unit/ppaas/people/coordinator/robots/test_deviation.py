@@ -2,15 +2,15 @@
 
 import math
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from ppaas.people.coordinator.robots.deviation import LEAST, UNKNOWN, maximum_position_deviation, position_deviation
 
 
-def covariance(xx: float, xy: float, yy: float) -> list[float]:
-    values = [0.0] * 36
-    values[0], values[1], values[6], values[7] = xx, xy, xy, yy
-    return values
+def covariance(xx: float, xy: float, yy: float) -> NDArray[np.float64]:
+    return np.array([[xx, xy, 0.0], [xy, yy, 0.0], [0.0, 0.0, 0.0]])
 
 
 def test_the_deviation_holds_95_percent_along_the_widest_axis() -> None:
@@ -24,7 +24,7 @@ def test_the_deviation_does_not_depend_on_how_the_axes_lie() -> None:
 
 
 def test_a_covariance_of_zeros_means_unknown() -> None:
-    assert position_deviation([0.0] * 36) == UNKNOWN
+    assert position_deviation(np.zeros((3, 3))) == UNKNOWN
 
 
 def test_no_robot_is_surer_than_a_cell_of_the_map() -> None:
