@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 import math
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -109,7 +109,7 @@ async def follow_people(options: DemoOptions) -> PeopleDemoReport:
         write(f"dashboard: {access.url}  (user {access.admin}, password {access.password})")
         rest = RestClient(access.url)
         login = await rest.login(access.admin, access.password)
-        await _register(rest, stage, options.sensor)
+        await _register(rest, stage, options)
         simulator = Simulator(stage.scene.world, after_step=stage.truth.step)
         await stack.enter_async_context(background(simulator.run()))
         for number, robot in enumerate(stage.robots):
@@ -118,19 +118,26 @@ async def follow_people(options: DemoOptions) -> PeopleDemoReport:
         return await _score(stage, options, write)
 
 
-async def _register(rest: RestClient, stage: PeopleStage, sensor: str) -> None:
+async def _register(rest: RestClient, stage: PeopleStage, options: DemoOptions) -> None:
     """Publish the map and the areas of the furniture, and register the robots."""
     mask = f"{stage.map_id}-furniture"
     for map_id, grid in ((stage.map_id, stage.grid), (mask, stage.scene.keepout)):
         await rest.upload_map(map_id, *save_map(grid, "map.pgm"))
     parameters: dict[str, Any] = {
-        DETECTORS[sensor]: {},
+        DETECTORS[options.sensor]: {},
         "follow_person": {},
         "keepout_filter": {"filter_mask": mask},
     }
     for robot, body in zip(stage.robots, stage.scene.world.robots, strict=True):
         x, y, yaw = body.base.pose
-        file = RobotFile(map=stage.map_id, initial_pose=(x, y, yaw), cores=CORES, parameters=parameters)
+        file = RobotFile(
+            map=stage.map_id,
+            initial_pose=(x, y, yaw),
+            cores=CORES,
+            base_global_planner=options.planner,
+            base_local_planner=options.controller,
+            parameters=parameters,
+        )
         await rest.put_robot(robot, file)
 
 
@@ -169,7 +176,7 @@ def _note_view(stage: PeopleStage, robot: str, view: SensorView) -> None:
 
 async def _score(stage: PeopleStage, options: DemoOptions, write: Callable[[str], None]) -> PeopleDemoReport:
     """Wait for all robots, then compare the states of the coordinator with the truth."""
-    await _wait_for_robots(stage)
+    await wait_for_robots(stage)
     write("all robots take part; the score begins")
     score, began = PeopleScore(options.people), monotonic()
     stage.truth.begin()
@@ -189,38 +196,52 @@ async def _compare(stage: PeopleStage, score: PeopleScore, until: float, write: 
     """Compare states with the truth until a time [s]."""
     last = stage.state
     while monotonic() < until:
-        state = await _next(stage, SILENCE)
-        tell(last, state, write)
+        async with _time_limit(stage, SILENCE):
+            state = await _next(stage)
+        write_changes(last, state, write)
         last = state
         truth = stage.truth.at(state.header.stamp.seconds())
         if truth is not None:
             score.take(truth, state)
 
 
-async def _wait_for_robots(stage: PeopleStage) -> None:
-    began = monotonic()
-    while stage.state is None or len(stage.state.robots) < len(stage.robots) or not all(stage.truth.views.values()):
-        await _next(stage, START_TIMEOUT - (monotonic() - began))
+async def wait_for_robots(stage: PeopleStage) -> None:
+    """Wait until the coordinator hears all robots, and their detectors run.
+
+    Raises
+    ------
+    Unavailable
+        This took longer than `START_TIMEOUT`.
+    """
+    async with _time_limit(stage, START_TIMEOUT):
+        while stage.state is None or len(stage.state.robots) < len(stage.robots) or not all(stage.truth.views.values()):
+            await _next(stage)
 
 
-async def _next(stage: PeopleStage, timeout: float) -> PeopleState:
+async def _next(stage: PeopleStage) -> PeopleState:
     """Return the next state of the coordinator."""
     stage.changed.clear()
-    try:
-        async with asyncio.timeout(timeout):
-            await stage.changed.wait()
-    except TimeoutError as error:
-        heard = [robot.robot for robot in stage.state.robots] if stage.state else []
-        views = [robot for robot, view in stage.truth.views.items() if view]
-        raise Unavailable(
-            f"no state of people of all robots within {timeout:.0f} s: the coordinator hears {heard}, and detectors "
-            f"run for {views}; see the containers with 'ppaas container list'"
-        ) from error
+    await stage.changed.wait()
     assert stage.state is not None
     return stage.state
 
 
-def tell(before: PeopleState | None, state: PeopleState, write: Callable[[str], None]) -> None:
+@contextlib.asynccontextmanager
+async def _time_limit(stage: PeopleStage, limit: float) -> AsyncIterator[None]:
+    """Raise `Unavailable` if the block takes longer than a time [s]."""
+    try:
+        async with asyncio.timeout(limit):
+            yield
+    except TimeoutError as error:
+        heard = [robot.robot for robot in stage.state.robots] if stage.state else []
+        views = [robot for robot, view in stage.truth.views.items() if view]
+        raise Unavailable(
+            f"no state of people of all robots within {limit:g} s: the coordinator hears {heard}, and detectors "
+            f"run for {views}; see the containers with 'ppaas container list'"
+        ) from error
+
+
+def write_changes(before: PeopleState | None, state: PeopleState, write: Callable[[str], None]) -> None:
     """Write what has changed: the number of people, and who follows whom."""
     if before is not None and before.count != state.count:
         write(f"{state.count} people are seen")

@@ -27,6 +27,9 @@ DRIVE, PEOPLE = "drive", "people"
 ROBOTS, GOALS = 3, 2
 """Robots, and goals of each."""
 
+FOR_PEOPLE = {"people": 5, "seconds": 60.0, "detectors": "robot", "sensor": "camera"}
+"""Defaults of the options of the demo of people."""
+
 MOST_EXPLORERS = 4
 """Largest number of robots that explore at once."""
 
@@ -67,32 +70,32 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _configure_people(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--people", type=whole(), default=5, help="with people: number of people (%(default)s)")
-    parser.add_argument(
-        "--seconds", type=seconds, default=60.0, help="with people: time that is scored (%(default)g s)"
-    )
+    parser.set_defaults(**FOR_PEOPLE)
+    parser.add_argument("--people", type=whole(), help="with people: number of people (%(default)s)")
+    parser.add_argument("--seconds", type=seconds, help="with people: time that is scored (%(default)g s)")
     parser.add_argument(
         "--detectors",
         choices=("robot", "cloud"),
-        default="robot",
         help="with people: where the detectors of people run (on the robot)",
     )
     parser.add_argument(
         "--sensor",
         choices=("camera", "laser"),
-        default="camera",
         help="with people: robots detect them in depth images (the default) or in laser scans",
     )
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run the demo; return 0 only if every goal was reached without a contact."""
+    """Run the demo; return 0 only if every goal was reached, or somebody was followed, without a contact."""
     if arguments.keep_going and not sys.stdout.isatty():
         raise InvalidParameter("--keep-going needs a terminal, because only Ctrl-C ends it")
     if arguments.explore and (arguments.keep_going or (arguments.robots, arguments.goals) != (ROBOTS, GOALS)):
         raise InvalidParameter("--explore has its own robots and goals: leave out --robots, --goals and --keep-going")
     if arguments.show == PEOPLE and (arguments.explore or arguments.goals != GOALS):
         raise InvalidParameter("the demo of people has no goals and no explorers: leave out --goals and --explore")
+    if arguments.show != PEOPLE and any(getattr(arguments, name) != value for name, value in FOR_PEOPLE.items()):
+        options = ", ".join(f"--{name}" for name in FOR_PEOPLE)
+        raise InvalidParameter(f"{options} are of the demo of people: run 'ppaas demo people'")
     if not 1 <= arguments.explorers <= MOST_EXPLORERS or (arguments.explorers > 1 and not arguments.explore):
         raise InvalidParameter(f"--explorers goes with --explore, and must be 1 to {MOST_EXPLORERS}")
     if arguments.seed < 0:

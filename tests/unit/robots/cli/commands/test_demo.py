@@ -59,6 +59,12 @@ def test_people_go_without_goals_and_explorers(arguments: tuple[str, ...]) -> No
         demo.run(parse("people", *arguments))
 
 
+@pytest.mark.parametrize("arguments", [("--people", "2"), ("--sensor", "laser"), ("--explore", "--seconds", "5")])
+def test_options_of_the_demo_of_people_are_refused_elsewhere(arguments: tuple[str, ...]) -> None:
+    with pytest.raises(InvalidParameter, match="run 'ppaas demo people'"):
+        demo.run(parse(*arguments))
+
+
 def test_a_negative_seed_is_refused() -> None:
     with pytest.raises(InvalidParameter, match="--seed"):
         demo.run(parse("--seed=-1"))
