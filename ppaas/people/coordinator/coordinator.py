@@ -37,6 +37,8 @@ from ppaas.people.settings import PeopleSettings
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
+SET_BACK = 1.0
+"""Lateness of a time from which the clock was set back [s]."""
 LONGEST_STEP = 5.0
 """Limit of the time that people are predicted at once [s]."""
 WITNESSES_A_CYCLE = 5
@@ -124,6 +126,7 @@ class Coordinator:
             A number is not finite or out of range; nothing has changed.
         """
         read = read_report(report)
+        self._follow_clock(now)
         if read.robot not in self.robots.known and len(self.robots.known) >= MOST_ROBOTS:
             raise InvalidInput(f"a group may have up to {MOST_ROBOTS} robots; {read.robot!r} is one more")
         self.robots.take(self._on_map(read), now)
@@ -152,6 +155,7 @@ class Coordinator:
         PeopleState
             ``seconds`` is 0: a caller with a clock sets it.
         """
+        self._follow_clock(now)
         seconds = min(max(now - self.at, 0.0), LONGEST_STEP) if math.isfinite(self.at) else 0.0
         self.began = now if not math.isfinite(self.at) else self.began
         self.at, self._turn = now, self._turn + 1
@@ -192,6 +196,14 @@ class Coordinator:
             It is not a checkpoint of a coordinator; nothing has changed.
         """
         load_state(self, saved)
+
+    def _follow_clock(self, now: float) -> None:
+        """Move all times by that by which the clock was set back, if it was: ages stay the same."""
+        seconds = now - self.at
+        if math.isfinite(seconds) and seconds < -SET_BACK:
+            for part in (self.table, self.robots, self.follow, self._duplicates):
+                part.move_times(seconds)
+            self.at, self.began = now, self.began + seconds
 
     def _recognize(self, reporting: Mapping[str, Robot], now: float) -> None:
         """Steps 1 to 3: torsos in the world frame become people; robots that see the same people are compared."""

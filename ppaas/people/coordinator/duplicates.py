@@ -121,6 +121,11 @@ class Duplicates:
             if all(side.isdisjoint(robots) for side in agreement.robots)
         }  # fmt: skip
 
+    def move_times(self, seconds: float) -> None:
+        """Add a time [s] to all times."""
+        for agreement in self._pairs.values():
+            agreement.since += seconds
+
     def _is_certain(self, pair: tuple[int, int], agreement: Agreement, now: float) -> bool:
         """Return whether a pair is one person: the difference lasts, and no other pair of either explains more."""
         if now - agreement.since < LASTS or agreement.count < LEAST or agreement.deviation > STEADY:

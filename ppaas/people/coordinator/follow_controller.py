@@ -120,6 +120,17 @@ class FollowController:
             order.person = kept
             self.orders[kept] = order
 
+    def move_times(self, seconds: float) -> None:
+        """Add a time [s] to all times."""
+        for order in self.orders.values():
+            order.since += seconds
+            order.saw += seconds
+        self.given_up = {pair: until + seconds for pair, until in self.given_up.items()}
+        self._handed_over = {person: (robot, at + seconds) for person, (robot, at) in self._handed_over.items()}
+        self._history = {
+            person: deque((at + seconds, costs) for at, costs in seen) for person, seen in self._history.items()
+        }
+
     def _drop(self, scene: Scene) -> None:
         """Drop orders that cannot go on: the robot left or gave up, the person is forgotten or not wanted any more."""
         for person, order in list(self.orders.items()):

@@ -121,6 +121,13 @@ class PeopleTable:
         self.read()
         return gone
 
+    def move_times(self, seconds: float) -> None:
+        """Add a time [s] to all times."""
+        for person in self.rows:
+            person.first_seen += seconds
+            person.last_seen += seconds
+            person.still_since += seconds
+
     def with_state(self, *states: str) -> list[int]:
         """Return the rows of confirmed people in some states."""
         return [row for row, person in enumerate(self.rows) if person.confirmed and person.state in states]

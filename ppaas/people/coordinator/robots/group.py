@@ -169,6 +169,14 @@ class Robots:
             robot.offset.mean, robot.offset.covariance = earlier.offset, earlier.covariance
         return robot
 
+    def move_times(self, seconds: float) -> None:
+        """Add a time [s] to all times."""
+        for robot in self.known.values():
+            robot.arrived += seconds
+            robot.measured += seconds
+            robot.offset.at += seconds
+            robot.deviations = deque((at + seconds, deviation) for at, deviation in robot.deviations)
+
     def forget(self, oldest: float) -> list[str]:
         """Forget the robots whose last report arrived before a time [s], and return their names."""
         gone = [name for name, robot in self.known.items() if robot.arrived < oldest]

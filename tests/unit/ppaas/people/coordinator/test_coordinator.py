@@ -297,6 +297,17 @@ def test_a_clock_that_is_set_back_does_not_stop_the_cycle() -> None:
     assert stage.run(1.0)[-1].count == 1
 
 
+def test_a_robot_that_left_while_the_clock_was_set_back_is_forgotten_as_soon_as_ever() -> None:
+    stage = Stage([A], [stands(7.0, 6.0)])
+    assert stage.run(2.0)[-1].orders
+    stage.now -= 3600.0
+    stage.silent = {"a"}
+    late = stage.run(2.0)[-1]
+    assert (late.count, late.people[0].state) == (0, PREDICTED)
+    gone = stage.run(6.0)[-1]
+    assert (gone.people[0].state, gone.orders) == (LOST, [])
+
+
 # -- history and checkpoints -------------------------------------------------------------------------------------------
 
 
