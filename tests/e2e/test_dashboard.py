@@ -11,11 +11,13 @@ from playwright.async_api import Browser, BrowserContext, Dialog, Page, Route, W
 
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
+from ppaas.people.settings import PeopleSettings
 from robots.client.rest import RestClient
 from robots.client.robot_file import RobotFile
 from tests.support.cloud.browser import DESK, PHONE, Eye, browsing, enter, looking
 from tests.support.cloud.cloud import ADMIN_PASSWORD, RunningCloud, publish_map, register_robot
 from tests.support.cloud.drive import Drive, driving
+from tests.support.endpoints.people import serving_people
 from tests.support.network.forwarder import Forwarder
 from tests.support.waiting import until
 from tests.support.world.places import free_pose, reachable_pose
@@ -202,6 +204,31 @@ async def test_machines_and_containers_show_their_load(scene: Scene, context: Br
         await expect(container).to_contain_text(re.compile(r"PSS\d+(\.\d)? MiB"))
         shares = await page.get_by_role("meter").evaluate_all("all => all.map((one) => one.ariaValueNow)")
         assert all(0 <= int(share) <= 100 for share in shares) and len(shares) >= 4
+
+
+async def test_people_are_shown_named_and_chosen(context: BrowserContext) -> None:
+    async with serving_people() as (url, token, store), looking(context) as page:
+
+        def settings() -> PeopleSettings:
+            return store.map_people("ann", "house").settings
+
+        await enter(page, url, token)
+        first, second = page.locator("#people > li").first, page.locator("#people > li").last
+        await expect(first).to_contain_text("Followed by tb1: nearest; seen as tb1/4")
+        await expect(second).to_contain_text("hidden")
+        await second.locator(".robot").click()
+        await second.get_by_role("button", name="Follow").click()
+        await expect(second.get_by_role("button", name="Do not follow")).to_be_visible()
+        assert (settings().rule, settings().targets) == ("named", [2])
+        await second.get_by_text("Name", exact=True).first.click()
+        await second.get_by_label("Name", exact=True).fill("<b>Zoë</b>")
+        await second.get_by_role("button", name="Name").click()
+        await expect(page.locator(".toast").last).to_have_text("Changed")
+        assert settings().names == {"2": "<b>Zoë</b>"}
+        await page.get_by_text("Whom robots follow").click()
+        await page.get_by_label("Rule").select_option("longest_seen")
+        await page.get_by_label("Count people by hour").check()
+        await until(lambda: (settings().rule, settings().history) == ("longest_seen", True))
 
 
 async def test_the_dashboard_is_usable_by_touch_on_a_phone(scene: Scene) -> None:
