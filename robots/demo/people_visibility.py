@@ -15,8 +15,8 @@ from robots.sim.laser import Discs, cast_at_discs
 
 Floats = NDArray[np.float64]
 
-TORSO = 0.2
-"""Radius of a torso as seen from above [m]."""
+TORSO, THIN = 0.2, 0.12
+"""Radius of a torso as seen from above, and half of its depth: a person who turns aside hides no more [m]."""
 
 RAYS = 9
 """Number of rays from a sensor to a torso, spread evenly over its width."""
@@ -50,7 +50,8 @@ def visible_shares(
 
     A ray to a point of a torso counts if it is within the field of view and nothing else stops it before the torso. A
     torso whose centre is nearer than the sensor's range, or up to `BEYOND` times its end, has at most share `PERHAPS`:
-    detectors find some of these, too. One that is farther away has share 0.
+    detectors find some of these, too. One that is farther away has share 0. A torso that another one hides has up to
+    share `PERHAPS`, too, if its sides are in view unless the person in front shows the whole breadth of the shoulders.
 
     Parameters
     ----------
@@ -74,9 +75,12 @@ def visible_shares(
         sensor = robot @ Pose2D(view.x, view.y, view.yaw)
         distances = np.hypot(*(people - sensor[:2]).T)
         for person in np.flatnonzero(distances <= BEYOND * view.range_max).tolist():
-            others = ((np.delete(people, person, axis=0), radius), *surroundings.discs)
-            before = surroundings._replace(discs=others)
+            others, hide = np.delete(people, person, axis=0), surroundings.discs
+            before = surroundings._replace(discs=((others, radius), *hide))
             share = _share(before, sensor, view, people[person], radius)
+            if share < PERHAPS:
+                before = surroundings._replace(discs=((others, THIN), *hide))
+                share = max(share, min(_share(before, sensor, view, people[person], radius), PERHAPS))
             in_range = view.range_min <= distances[person] <= view.range_max
             shares[person] = max(shares[person], share if in_range else min(share, PERHAPS))
     return shares

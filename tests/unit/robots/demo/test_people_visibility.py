@@ -43,3 +43,8 @@ def test_a_wall_and_another_person_and_furniture_hide_a_person() -> None:
 
 def test_a_person_who_is_half_behind_another_is_half_in_view() -> None:
     assert 0.3 < shares((3.0, 0.0), (1.5, 0.2))[0] < 0.7
+
+
+def test_a_person_whose_sides_are_beside_another_who_may_stand_sideways_is_perhaps_in_view() -> None:
+    assert 0.0 < shares((3.4, 0.0), (2.4, 0.0))[0] <= PERHAPS
+    assert shares((3.0, 0.0), (1.0, 0.0))[0] == 0.0
