@@ -163,7 +163,7 @@ class Coordinator:
         self.table.predict(seconds)
         reporting = {
             name: robot for name, robot in self.robots.known.items()
-            if now - robot.arrived <= self.parameters.report_timeout and robot.repeated < 5
+            if now - robot.arrived <= self.parameters.report_timeout and not robot.is_frozen
         }  # fmt: skip
         self._recognize(reporting, now)
         views = self._views(reporting)

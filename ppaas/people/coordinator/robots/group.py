@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 MOST_ROBOTS = 500
 MOST_BOUND = 200
 """Number of torsos of a robot whose people are remembered."""
+MOST_REPEATED = 5
+"""Number of reports in a row with the same stamp from which a robot is frozen."""
 SILENT = "has sent no report for {seconds:.0f} s; check its connection and its detectors"
 FROZEN = "repeats a report with the same stamp; check its detectors"
 
@@ -37,6 +39,8 @@ class Robot:
         Its last report.
     arrived, measured : float
         Times of its arrival and of its measurements by the cloud's clock [s].
+    heard : float
+        Time at which any report arrived, also a repeated one [s].
     world, spread : (n, 2), (n, 2, 2) array
         Its people in the frame of the map, as the robot itself believes [m], and their covariances with the
         uncertainty of its offset [m²].
@@ -52,6 +56,7 @@ class Robot:
     report: Report
     arrived: float
     measured: float
+    heard: float
     world: Array
     spread: Array
     fresh: bool = True
@@ -98,15 +103,20 @@ class Robot:
         while self.deviations[0][0] < oldest:
             self.deviations.popleft()
 
+    @property
+    def is_frozen(self) -> bool:
+        """Whether it repeats its last report."""
+        return self.repeated >= MOST_REPEATED
+
     def torsos(self) -> Array:
         """Return its (n, 2) people in the frame of the map, without its offset [m]."""
         return self.offset.corrected(self.world, (self.report.pose.x, self.report.pose.y))
 
     def reason(self, now: float, timeout: float) -> str:
         """Return why its reports are not used now; empty if they are."""
-        if now - self.arrived > timeout:
-            return SILENT.format(seconds=now - self.arrived)
-        if self.repeated >= 5:
+        if now - self.heard > timeout:
+            return SILENT.format(seconds=now - self.heard)
+        if self.is_frozen:
             return FROZEN
         return self.trust.reason
 
@@ -150,18 +160,19 @@ class Robots:
         robot = self.known.get(report.robot)
         if robot is None:
             robot = self.known[report.robot] = self._joined(report, now)
-        elif report.stamp <= robot.report.stamp and report.stamp > robot.report.stamp - 1.0:
+        elif robot.report.stamp - 1.0 < report.stamp <= robot.report.stamp:
             robot.repeated += 1
+            robot.heard = now
             return
         robot.repeated = 0
-        robot.report, robot.arrived, robot.fresh = report, now, True
+        robot.report, robot.arrived, robot.heard, robot.fresh = report, now, now, True
         robot.world, robot.spread = to_world(report.pose, robot.offset.covariance, report.torsos, report.covariances)
         robot.measured = robot.clock.measured_at(report.stamp, now)
         robot.note_deviation(now, report.deviation, now - self._history)
 
     def _joined(self, report: Report, now: float) -> Robot:
         """Return a robot of which this is the first report."""
-        robot = Robot(report.robot, report, now, now, np.zeros((0, 2)), np.zeros((0, 2, 2)))
+        robot = Robot(report.robot, report, now, now, now, np.zeros((0, 2)), np.zeros((0, 2, 2)))
         robot.offset.at, robot.offset.covariance = now, prior_of(report)
         earlier = self.earlier.pop(report.robot, None)
         if earlier is not None:
@@ -173,13 +184,14 @@ class Robots:
         """Add a time [s] to all times."""
         for robot in self.known.values():
             robot.arrived += seconds
+            robot.heard += seconds
             robot.measured += seconds
             robot.offset.at += seconds
             robot.deviations = deque((at + seconds, deviation) for at, deviation in robot.deviations)
 
     def forget(self, oldest: float) -> list[str]:
-        """Forget the robots whose last report arrived before a time [s], and return their names."""
-        gone = [name for name, robot in self.known.items() if robot.arrived < oldest]
+        """Forget the robots that were last heard before a time [s], and return their names."""
+        gone = [name for name, robot in self.known.items() if robot.heard < oldest]
         for name in gone:
             del self.known[name]
         return gone
