@@ -82,9 +82,9 @@ def unmapped(points: NDArray[np.float64], layers: MapLayers, margin: float = WAL
         Distance from obstacles of the map up to which a point is on them [m].
     """
     cells = layers.grid.info.to_cells(points)
-    inside: NDArray[np.bool_] = ((cells >= 0) & (cells < layers.grid.info.shape)).all(axis=1)
+    inside = np.asarray(((cells >= 0) & (cells < layers.grid.info.shape)).all(axis=1))
     rows, columns = cells[inside].T
-    inside[inside] = (layers.distance[rows, columns] > margin) & (layers.grid.data[rows, columns] != UNKNOWN)
+    inside[inside] = np.logical_and(layers.distance[rows, columns] > margin, layers.grid.data[rows, columns] != UNKNOWN)
     return inside
 
 

@@ -27,7 +27,7 @@ def test_containers_machines_and_messages_are_measured_with_baselines(
     assert measured["containers that answer"]["value"] == 2
     assert measured["memory of each"]["value"] > 1.0
     assert measured["machine killed"]["limit"] == 5000.0
-    assert 0.0 < measured["report in a state"]["least"] and measured["states again"]["limit"] == 500.0
+    assert measured["report in a state"]["least"] > 0.0 and measured["states again"]["limit"] == 500.0
     assert {name for name, figure in measured.items() if figure.get("yardstick")} == {
         "python -c pass", "python -c pass, as many", "fork, answered", "a byte to a process and back",
     }  # fmt: skip

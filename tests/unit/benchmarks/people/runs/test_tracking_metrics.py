@@ -6,8 +6,6 @@ import pytest
 from benchmarks.people.runs.tracking_metrics import TrackRecord
 from robots.demo.people_score import Frame
 
-pytest.importorskip("trackeval")
-
 AT = np.array([[0.0, 0.0], [5.0, 0.0]])
 
 
