@@ -145,7 +145,9 @@ class PeopleGroups:
         """Make sure that a group with robots has a coordinator, or that it is known why not."""
         link = self._service.place(people_key(*key))
         if link is None and group.link is not None and group.link.closed is not None:
-            self._refused(key, group, group.link.closed, now + min(RETRY * 2**group.failures, LONGEST_RETRY))
+            self._refused(
+                key, group, group.link.closed, now + min(RETRY * 2.0 ** min(group.failures, 10), LONGEST_RETRY)
+            )
             group.failures += 1
         if link is None and now >= group.retry_at and any(map(self._is_ready, group.robots.values())):
             link = self._open(key, group, now)

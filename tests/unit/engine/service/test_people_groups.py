@@ -14,7 +14,7 @@ from engine.master.quotas import Quota, Quotas
 from engine.protocols import control_link, robot_link
 from engine.service.listener import CloudListener
 from engine.service.master_driver import MasterDriver
-from engine.service.people_groups import LINGER, RETRY, PeopleGroups
+from engine.service.people_groups import LINGER, LONGEST_RETRY, RETRY, PeopleGroups
 from engine.service.views import PeopleGroupView
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import MapVersion
@@ -215,6 +215,17 @@ async def test_a_coordinator_whose_settings_it_refuses_is_tried_again_once_they_
     await groups.people.configure("ann", "house", PeopleSettings())
     await groups.after(0.0)
     assert groups.is_open()
+
+
+async def test_a_coordinator_that_fails_for_days_is_tried_again_each_minute(groups: Groups) -> None:
+    groups.connect(seeing())
+    await groups.after(0.0)
+    for _ in range(1100):  # more doublings than a float can hold
+        await groups.service.close_place(KEY, GONE)
+        await groups.after(0.0)
+        assert not groups.is_open()
+        await groups.after(LONGEST_RETRY)
+        assert groups.is_open()
 
 
 async def test_without_robots_nothing_is_known_and_nothing_to_configure(groups: Groups) -> None:
