@@ -39,7 +39,7 @@ def test_the_part_reports_figures_of_simulated_and_recorded_images(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(detector, "QUICK_WORLDS", 1)
-    monkeypatch.setattr(detector, "IMAGES", 6)
+    monkeypatch.setattr(detector, "IMAGES", 3)
     found = detector.measure(PeopleOptions(data=folder, quick=True))
     figures = {figure.name: figure for figure in found.figures}
     assert figures["precision, 640×480"].limit == figures["recall, 640×480"].limit == 0.97

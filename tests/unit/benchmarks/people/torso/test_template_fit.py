@@ -1,7 +1,8 @@
 import numpy as np
+import pytest
 
 from benchmarks.people.torso.source import template_source, tree_source
-from benchmarks.people.torso.template_fit import Samples, fit
+from benchmarks.people.torso.template_fit import Fitted, Samples, fit
 from ppaas.perception.torso.patches import COLUMNS, LOWEST, ROW_HEIGHT, ROWS
 from ppaas.perception.torso.template import SHAPE
 from ppaas.perception.torso.trees import LEAVES, NODES, Trees
@@ -18,15 +19,20 @@ def samples() -> Samples:
     return Samples(patches, tops)
 
 
-def test_fitted_templates_find_people_and_their_heads() -> None:
+@pytest.fixture(scope="module")
+def fitted() -> Fitted:
+    return fit(samples(), rounds=2)
+
+
+def test_fitted_templates_find_people_and_their_heads(fitted: Fitted) -> None:
     known = samples()
-    match = fit(known, rounds=2).templates().match(known.patches)
+    match = fitted.templates().match(known.patches)
     assert ((match.odds > 0.0) == (known.tops > 0.0)).all()
     np.testing.assert_allclose(match.top[:20], known.tops[:20], atol=0.03)
 
 
-def test_source_texts_have_the_numbers() -> None:
-    fitted, found = fit(samples(), rounds=1), dict[str, object]()
+def test_source_texts_have_the_numbers(fitted: Fitted) -> None:
+    found = dict[str, object]()
     exec(template_source(fitted), found)
     assert len(found["WEIGHTS"]) == 2  # type: ignore[arg-type]
     assert np.prod(SHAPE) * 5 / 4 < len("".join(str(found["WEIGHTS"]).split()))

@@ -37,7 +37,7 @@ def test_depths_equal_those_of_the_slow_camera(seed: int, heading: float, pitch:
     rng = np.random.default_rng(seed)
     x, y = GRID.info.to_world((25, 30)).tolist()
     pose = Pose2D(x, y, heading)
-    model = DepthCameraModel(width=28, height=21, x=0.1, y=-0.05, z=0.9, pitch=pitch, range_max=4.0)
+    model = DepthCameraModel(width=20, height=15, x=0.1, y=-0.05, z=0.9, pitch=pitch, range_max=4.0)
     shapes = random_shapes(rng, pose)
     eye = pose @ Pose2D(model.x, model.y)
     if slow.inside(shapes, np.array([[eye.x, eye.y, model.z]]))[0]:
