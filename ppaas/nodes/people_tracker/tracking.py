@@ -13,6 +13,7 @@ from ppaas.nodes.people_tracker.poses import RobotPoses
 from ppaas.nodes.people_tracker.readings import FramedPerson, Reading
 from ppaas.nodes.topics import DETECTIONS, PEOPLE, TF
 from ppaas.people.robot_tracks.robot_tracker import Found, RobotTracker, RobotTrackerState, SeenPerson
+from ppaas.people.state_checks import check_view
 
 IN_USE = 1.5
 """Time after its last measurement for which a detector counts as in use [s]."""
@@ -57,7 +58,8 @@ class ReadingTracker:
         return self._tracker.at
 
     def use_view(self, source: str, view: SensorView) -> None:
-        """Use where a detector sees people."""
+        """Use where a detector sees people; ``InvalidInput`` if a number is not plausible."""
+        check_view(view, f"the view of the detector of {source!r}")
         self._views[source] = view
 
     def views(self, at: float) -> list[SensorView]:

@@ -12,6 +12,7 @@ from ppaas.geometry import Pose2D
 from ppaas.messages.people_coordination import PeopleReport, SensorView
 from ppaas.messages.people_msgs import PositionMeasurement
 from ppaas.people.coordinator.robots.deviation import position_deviation
+from ppaas.people.state_checks import check_view
 
 Array = NDArray[np.float64]
 
@@ -26,8 +27,8 @@ LEAST_VARIANCE = 0.02**2
 MOST_VARIANCE = 4.0
 MOST_OF_POSE = 100.0**2
 """Largest variance of a pose [m², rad²]: some robots write very large ones for what they do not know."""
-LARGEST = 1e5
-"""Largest coordinate of a robot, and largest number of a view [m, rad]."""
+OUTERMOST = 1e5
+"""Largest coordinate of a robot [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,8 +109,8 @@ def read_report(message: PeopleReport) -> Report:
     covariance = message.pose.covariance
     if not (pose.is_finite() and len(covariance) == 36 and all(map(math.isfinite, covariance))):
         raise InvalidInput(f"{who}: its pose and covariance must be finite")
-    if max(abs(pose.x), abs(pose.y)) > LARGEST:
-        raise InvalidInput(f"{who}: its position must be within {LARGEST:g} m")
+    if max(abs(pose.x), abs(pose.y)) > OUTERMOST:
+        raise InvalidInput(f"{who}: its position must be within {OUTERMOST:g} m")
     if min(covariance[0], covariance[7], covariance[35]) < 0.0:
         raise InvalidInput(f"{who}: the variances of its pose must not be negative")
     planar = _planar(covariance)
@@ -152,12 +153,7 @@ def _check_views(who: str, views: list[SensorView]) -> None:
     if len(views) > MOST_VIEWS:
         raise InvalidInput(f"{who}: it may have up to {MOST_VIEWS} views, not {len(views)}")
     for view in views:
-        numbers = (view.x, view.y, view.yaw, view.field_of_view, view.range_min, view.range_max)
-        # NaN compares as false.
-        if not all(abs(number) <= LARGEST for number in numbers) or min(view.field_of_view, view.range_min) < 0.0:
-            raise InvalidInput(
-                f"{who}: the numbers of its views must be finite, up to {LARGEST:g}, and angles and ranges not negative"
-            )
+        check_view(view, f"{who}: a view")
 
 
 def _planar(covariance: Sequence[float]) -> Array:

@@ -277,6 +277,17 @@ def test_numbers_that_are_not_valid_are_refused_and_the_tracker_goes_on(wrong):
     assert len(robot.report.people) == 1
 
 
+def test_view_that_is_not_valid_is_refused_and_the_one_before_is_reported():
+    robot = Robot()
+    robot.send(topics.TORSO_VIEW.name, VIEW)
+    with pytest.raises(InvalidInput, match="view of the detector"):
+        robot.send(topics.TORSO_VIEW.name, SensorView(0.0, 0.0, 0.0, math.nan, 0.5, 5.0))
+    robot.stand()
+    robot.detect((2.0, 0.0))
+    robot.pass_time()
+    assert robot.report.views == [VIEW]
+
+
 def test_unknown_frames_and_crowds_of_thousands_are_refused():
     robot = Robot()
     robot.stand()

@@ -51,7 +51,7 @@ def test_a_report_is_read_as_arrays() -> None:
         (person(covariance=[-1.0] + [0.0] * 8), "negative"),
         (changed(people=[PERSON, PERSON]), "different ids"),
         (changed(people=[msgspec.structs.replace(PERSON, object_id=str(k)) for k in range(201)]), "up to 200"),
-        (changed(views=[SensorView(0.0, 0.0, 0.0, math.nan, 0.0, 5.0)]), "views"),
+        (changed(views=[SensorView(0.0, 0.0, 0.0, math.nan, 0.0, 5.0)]), "view"),
         (changed(views=[SensorView(0.0, 0.0, 0.0, 1.0, 0.0, 1e300)]), "up to 100000"),
         (changed(views=[SensorView(0.0, 0.0, 0.0, 1.0, 0.0, 5.0)] * 17), "up to 16"),
     ],
