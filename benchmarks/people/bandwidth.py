@@ -24,11 +24,11 @@ from ppaas.nodes.topics import TORSO_MEASUREMENTS
 from robots.client.robot_client import RobotClient
 from robots.client.robot_file import RobotFile
 from robots.demo.exploration import background
+from robots.demo.people_world import WALKERS
 from robots.onboard.computer import this_computer
 from robots.onboard.local_nodes import run_local_nodes
 from robots.sim.depth.camera import DepthCameraModel
 from robots.sim.driver import Driver, SensorRates
-from robots.sim.pedestrian import PedestrianModel
 from robots.sim.robot import SimulatedRobotModel
 from robots.sim.shortest_paths import ShortestPaths
 from robots.sim.simulator import Simulator
@@ -234,7 +234,7 @@ def _world(seed: int, *, camera: bool) -> World:
     """Return an office with a robot and people who walk."""
     grid, rng = office(seed, 14.0, 11.0), np.random.default_rng(seed)
     world = World(grid, seed, bodies=True)
-    world.pedestrian_model = PedestrianModel(slowest=0.3, fastest=0.6)
+    world.pedestrian_model = WALKERS
     ways = ShortestPaths(grid, 0.4, rng)
     start: Pose2D = ways.anywhere()
     world.add_robot(start, SimulatedRobotModel(camera=DepthCameraModel() if camera else None))

@@ -38,7 +38,7 @@ def measure(options: PeopleOptions, done: Callable[[], None]) -> PartResult:
     Raises
     ------
     InvalidInput
-        The file of results is not one.
+        The file of results is not one, or cannot be written.
     """
     results = results_of(options.jobs, options.processes, options.keep, done)
     figures = [figure for policy, each in _by(results, _policy) for figure in _figures(policy, each)]
@@ -50,6 +50,7 @@ def results_of(jobs: Sequence[PeopleJob], processes: int, keep: Path | None, don
     if keep is None:
         return run_all(run, jobs, processes, done)
     known = results_file.read(keep)
+    results_file.check(keep)
     left = [job for job in jobs if results_file.key(job) not in known]
     for _ in range(len(jobs) - len(left)):
         done()
@@ -66,9 +67,9 @@ def _run_and_keep(path: Path, job: PeopleJob) -> None:
 
 
 def switches_per_person(results: Results) -> float:
-    """Return the number of identity switches per person and ten minutes."""
+    """Return the number of identity switches per person and ten minutes; 0 without people."""
     person_minutes = sum(result.people * result.simulated / 60.0 for result in results)
-    return 10.0 * sum(result.identity_switches for result in results) / person_minutes
+    return 10.0 * sum(result.identity_switches for result in results) / person_minutes if person_minutes else 0.0
 
 
 def _figures(policy: str, results: Results) -> list[Figure]:

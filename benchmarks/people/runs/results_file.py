@@ -34,6 +34,20 @@ def read(path: Path) -> Mapping[str, PeopleResult]:
     return {row.job: row.result for row in rows}
 
 
+def check(path: Path) -> None:
+    """Create the file if it does not exist.
+
+    Raises
+    ------
+    InvalidInput
+        The file cannot be written.
+    """
+    try:
+        path.open("ab").close()
+    except OSError as error:
+        raise InvalidInput(f"cannot write results to {path}: {error.strerror}; name another file") from error
+
+
 def append(path: Path, job: PeopleJob, result: PeopleResult) -> None:
     """Append the result of a run; several processes may append at once, since each line is one write."""
     with path.open("ab") as file:

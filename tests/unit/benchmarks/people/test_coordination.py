@@ -30,6 +30,7 @@ def test_the_rule_of_the_paper_has_bars_and_the_others_are_baselines(tmp_path: P
 
 def test_switches_are_per_person_and_ten_minutes() -> None:
     assert coordination.switches_per_person([RESULT]) == pytest.approx(2.0)
+    assert coordination.switches_per_person([msgspec.structs.replace(RESULT, people=0, identity_switches=0)]) == 0.0
     longer = msgspec.structs.replace(RESULT, simulated=900.0)
     assert coordination.switches_per_person([RESULT, longer]) == pytest.approx(1.0)
 
