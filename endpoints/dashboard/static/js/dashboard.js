@@ -77,11 +77,12 @@ export class Dashboard {
     await this.#showMap();
     await this.#showChanges(maps);
     await this.#showSharing();
-    await this.#people.poll(maps.some(({ id }) => id === this.#maps.current) ? this.#mapPath : null);
     this.#fleet.update(robots.filter(({ map }) => map === this.#maps.current), own, this.#radii);
     showMachines(found);
     showContainers(containers, this.#me.role === "admin");
     this.#refresh();
+    // Last: a coordinator that is frozen answers late.
+    await this.#people.poll(maps.some(({ id }) => id === this.#maps.current) ? this.#mapPath : null);
   }
 
   async #introduce() {
