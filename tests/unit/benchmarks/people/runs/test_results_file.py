@@ -28,7 +28,7 @@ def test_a_file_of_something_else_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_file_that_cannot_be_written_is_refused_before_the_first_run(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="cannot write results to .*: No such file or directory"):
+    with pytest.raises(InvalidInput, match=r"cannot write results to .*: No such file or directory"):
         results_file.check(tmp_path / "missing" / "runs.jsonl")
     results_file.check(tmp_path / "runs.jsonl")
     assert results_file.read(tmp_path / "runs.jsonl") == {}
