@@ -8,6 +8,9 @@ PEOPLE_TRACKER, FOLLOW_PERSON = "people_tracker", "follow_person"
 PEOPLE_COORDINATOR = "people_coordinator"
 """The node of a group of robots, in a container of its own."""
 
+FOLLOWING_GOAL = f"{FOLLOW_PERSON}/"
+"""Beginning of the ids of the goals for Move Base that the node ``follow_person`` sends."""
+
 _OF_TRACKERS = (TORSO_DETECTOR, LEG_DETECTOR, PEOPLE_TRACKER)
 
 

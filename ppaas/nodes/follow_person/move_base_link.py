@@ -15,9 +15,7 @@ from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Payload, Topic
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.nav2_actions import BACKUP, NAVIGATE_THROUGH_POSES, SPIN, WAIT
-
-PREFIX = "follow_person/"
-"""Beginning of the ids of the node's goals."""
+from ppaas.people.nodes import FOLLOWING_GOAL
 
 MOVED, TURNED, FASTER = 0.1, 0.2, 0.03
 """Changes of a goal below which it is not updated [m, rad, m/s]."""
@@ -122,7 +120,7 @@ class MoveBaseLink:
     def _send(self, pose: Pose2D) -> None:
         self.counter += 1
         stamp = self._context.now()
-        self._goal = Goal(f"{PREFIX}{self.counter}-{stamp:.3f}", pose, stamp)
+        self._goal = Goal(f"{FOLLOWING_GOAL}{self.counter}-{stamp:.3f}", pose, stamp)
         self._sent_at, self._speed = self._context.elapsed(), 0.0
         goal_id = GoalID(Time.of(stamp), self._goal.id)
         self._context.publish(
@@ -170,19 +168,27 @@ class MoveBaseLink:
 
     def _on_status(self, topic: str, message: GoalStatusArray) -> None:
         active = [each.goal_id.id for each in message.status_list if not Status(each.status).terminal]
-        if any(not goal_id.startswith(PREFIX) for goal_id in active):
+        if any(not goal_id.startswith(FOLLOWING_GOAL) for goal_id in active):
             self._clients.add(topic)
         else:
             self._clients.discard(topic)
         if topic != topics.MOVE_BASE_STATUS.name:
             return
+        if not self._heard:
+            for goal_id in active:
+                self._cancel_earlier(goal_id)
         self._heard = True
         known = self._goal is not None and any(each.goal_id.id == self._goal.id for each in message.status_list)
         if self._goal is not None and not known and self._context.elapsed() - self._sent_at > UNKNOWN:
             self._goal = None  # Move Base was replaced by one that does not know it
 
+    def _cancel_earlier(self, goal_id: str) -> None:
+        """Cancel a goal that this node sent before it was restarted, for an order that may be gone."""
+        if goal_id.startswith(FOLLOWING_GOAL):
+            self._context.publish(topics.MOVE_BASE_CANCEL.name, GoalID(id=goal_id))
+
     def _on_goal(self, goal_id: str) -> None:
-        if not goal_id.startswith(PREFIX):
+        if not goal_id.startswith(FOLLOWING_GOAL):
             self._expected_until = self._context.elapsed() + LATE
 
     def _on_cancel(self, message: GoalID) -> Outcome | None:

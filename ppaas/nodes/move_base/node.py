@@ -14,7 +14,7 @@ from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import InvalidInput, PPaaSError, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.messages import nav2_msgs
-from ppaas.messages.actionlib_msgs import GoalID
+from ppaas.messages.actionlib_msgs import GoalID, Status
 from ppaas.messages.base.message import Empty, Message
 from ppaas.messages.base.std_msgs import String
 from ppaas.messages.geometry_msgs import PoseStamped
@@ -46,7 +46,7 @@ from ppaas.nodes.move_base.robot_planner import RobotPlanner
 from ppaas.nodes.move_base.speed_limits import SpeedFilter, SpeedLimits, without_mask
 from ppaas.nodes.move_base.static_layer import Build, StaticLayer
 from ppaas.nodes.move_base.surroundings import Surroundings
-from ppaas.nodes.move_base.through_goals import is_update_of, limit_of_goal, poses_of, update_of
+from ppaas.nodes.move_base.through_goals import GAVE_WAY, gives_way, is_update_of, limit_of_goal, poses_of, update_of
 from ppaas.nodes.nav2_actions import NAVIGATE_THROUGH_POSES
 from ppaas.planners.base import Planner
 from ppaas.plans.reuse.processor import PlanProcessor
@@ -286,10 +286,14 @@ class MoveBaseNode(Node):
         stamp = goal_id.stamp.seconds() or self.context.now()
         self._counter += 1
         name = goal_id.id or f"{self.name}-{self._counter}-{stamp:.3f}"
+        goal = events.Goal(name, pose, stamp, through, many)
+        if gives_way(goal, self._machine.goals.active, behaves=self._behaviors.active):
+            self._topics.result(goal, Status.REJECTED, GAVE_WAY)
+            return
         if not self._machine.goals.knows(name, self.context.elapsed()):
             self._planner.head_for(pose)
             self._behaviors.preempt(f"Replaced by another goal: {name}")
-        self._feed(events.GoalReceived(self.context.elapsed(), events.Goal(name, pose, stamp, through, many)))
+        self._feed(events.GoalReceived(self.context.elapsed(), goal))
         self._tick()
 
     def _on_update(self, update: GoalUpdate) -> None:
@@ -303,12 +307,11 @@ class MoveBaseNode(Node):
 
     def _on_cancel(self, topic: str, cancel: events.CancelReceived) -> None:
         """Cancel the goal; a cancel of all goals stops the robot, so it ends a behaviour too."""
-        if topic == NAVIGATE_THROUGH_POSES.cancel.name:
-            if (active := self._machine.goals.active) is not None and active.goal.many:
-                self._feed(cancel)
-            return
-        self._feed(cancel)
-        self._behaviors.cancel(cancel)
+        if topic != NAVIGATE_THROUGH_POSES.cancel.name:
+            self._feed(cancel)
+            self._behaviors.cancel(cancel)
+        elif (active := self._machine.goals.active) is not None and active.goal.many:
+            self._feed(cancel)
 
     def _preempt(self, reason: str) -> None:
         self._feed(events.Preempted(self.context.elapsed(), reason))
@@ -352,10 +355,8 @@ class MoveBaseNode(Node):
             self._feed(events.ControlTick(now, None, str(error)))
             return
         self._executor.see(pose)
-        odom = self._surroundings.frames.odometry()
-        self._feed(
-            events.ControlTick(now, pose, no_progress=self._progress_checker.look(now, self._executor.sent, odom))
-        )
+        no_progress = self._progress_checker.look(now, self._executor.sent, self._surroundings.frames.odometry())
+        self._feed(events.ControlTick(now, pose, no_progress=no_progress))
 
     # -- events ------------------------------------------------------------------------------------------------------
 

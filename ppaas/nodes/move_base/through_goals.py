@@ -1,4 +1,4 @@
-"""Goals of the action ``navigate_through_poses``, and updates of goals."""
+"""Goals of the action ``navigate_through_poses``, updates of goals, and goals that give way to those of clients."""
 
 import math
 
@@ -7,11 +7,13 @@ from ppaas.geometry import Pose2D
 from ppaas.messages.geometry_msgs import PoseStamped
 from ppaas.messages.nav2_msgs import NavigateThroughPosesGoal
 from ppaas.messages.people_coordination import GoalUpdate
+from ppaas.navigation.action_goals import GoalState
 from ppaas.navigation.events import Goal
 from ppaas.nodes.base import Payload
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.message_checks import pose_in
 from ppaas.nodes.topics import GOAL_UPDATE
+from ppaas.people.nodes import FOLLOWING_GOAL
 from ppaas.transforms.planar import TransformTree
 
 MAX_POSES = 100
@@ -36,6 +38,18 @@ def poses_of(goal: NavigateThroughPosesGoal, tree: TransformTree) -> list[Pose2D
             "follow_waypoints takes longer lists, and stops at each of their poses"
         )
     return [pose_in(tree, MAP, pose, f"pose {number}") for number, pose in enumerate(goal.poses, 1)]
+
+
+GAVE_WAY = "The robot has a goal of a client, or runs a behaviour, which goals to follow a person do not replace."
+
+
+def gives_way(goal: Goal, active: GoalState[Goal] | None, *, behaves: bool) -> bool:
+    """Return whether a goal is one to follow a person, while a client has a goal or a behaviour.
+
+    Both may have been sent at the same time, so that the node which follows did not know of the client.
+    """
+    has_client = behaves or (active is not None and not active.goal.id.startswith(FOLLOWING_GOAL))
+    return has_client and goal.id.startswith(FOLLOWING_GOAL)
 
 
 def update_of(topic: str, message: Payload) -> GoalUpdate | None:

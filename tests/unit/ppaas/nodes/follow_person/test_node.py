@@ -300,6 +300,15 @@ def test_own_goals_are_not_those_of_a_client():
     assert alone.status.state == FOLLOWING
 
 
+def test_goal_from_before_a_restart_is_cancelled_since_its_order_may_be_gone():
+    alone = Alone()
+    alone.order, alone.clients = None, ["follow_person/3-1000.000", "rviz"]
+    alone.place()
+    alone.report()
+    alone.report()
+    assert alone.cancels == ["follow_person/3-1000.000"]
+
+
 # -- checkpoints and maps ----------------------------------------------------------------------------------------------
 
 

@@ -6,11 +6,17 @@ from ppaas.errors import InvalidInput, TransformError
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray, Status
 from ppaas.messages.base.message import Empty
-from ppaas.messages.base.std_msgs import Header, Time
+from ppaas.messages.base.std_msgs import Duration, Header, Time
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionFeedback, MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
-from ppaas.messages.nav2_msgs import ClearEntireCostmapRequest, ClearEntireCostmapResponse, SpeedLimit
+from ppaas.messages.nav2_msgs import (
+    ClearEntireCostmapRequest,
+    ClearEntireCostmapResponse,
+    SpeedLimit,
+    WaitActionGoal,
+    WaitGoal,
+)
 from ppaas.messages.nav_msgs import Path
 from ppaas.messages.people_coordination import GoalUpdate
 from ppaas.messages.ppaas_msgs import RobotStates
@@ -218,6 +224,31 @@ def test_robot_drives_on_while_its_goal_moves_and_stops_at_the_last(driving):
     driving.run(10.0)
     assert driving.last_status() is Status.SUCCEEDED
     assert driving.world.pose.x == pytest.approx(3.7, abs=0.2)
+
+
+def test_goal_to_follow_a_person_does_not_replace_that_of_a_client(driving):
+    results, status = listen(driving, "move_base/result"), listen(driving, "move_base/status")
+    follow(driving, "user")
+    follow(driving, "follow_person/1", START)
+    [result] = results
+    assert (result.status.goal_id.id, result.status.status) == ("follow_person/1", Status.REJECTED)
+    driving.run(1.0)
+    assert [each.goal_id.id for each in status[-1].status_list] == ["user"]
+
+
+def test_goal_of_a_client_and_a_further_one_to_follow_a_person_replace_that_to_follow_a_person(driving):
+    results = listen(driving, "move_base/result")
+    for name in ("follow_person/1", "follow_person/2", "user"):
+        follow(driving, name)
+    ended = [(each.status.goal_id.id, each.status.status) for each in results]
+    assert ended == [("follow_person/1", Status.PREEMPTED), ("follow_person/2", Status.PREEMPTED)]
+
+
+def test_goal_to_follow_a_person_does_not_end_a_behaviour(driving):
+    results = listen(driving, "move_base/result")
+    driving.graph.inject("wait/goal", WaitActionGoal(goal=WaitGoal(Duration.of(5.0)), goal_id=GoalID(id="pause")))
+    follow(driving, "follow_person/1")
+    assert [each.status.status for each in results] == [Status.REJECTED]
 
 
 def test_update_for_another_goal_has_no_effect(driving):
