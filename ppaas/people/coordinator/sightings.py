@@ -10,6 +10,7 @@ from ppaas.people.coordinator.identities import NOBODY, Known, Torsos, recognize
 from ppaas.people.coordinator.parameters import CoordinatorParameters
 from ppaas.people.coordinator.people_table import CONFIRMED, MOST_EVIDENCE, PeopleTable
 from ppaas.people.coordinator.robots.group import Robot
+from ppaas.people.coordinator.robots.offsets import without_offset
 from ppaas.people.tracks.filter_bank import inverse_2x2
 
 Array = NDArray[np.float64]
@@ -63,8 +64,9 @@ def observe(table: PeopleTable, robots: Sequence[Robot], now: float, parameters:
         [s]
     parameters : CoordinatorParameters
     """
-    ordered = sorted(robots, key=lambda robot: (round(robot.uncertainty, 2), robot.name))
-    torsos, scores, ages = _stacked(table, ordered, now)
+    uncertainties = {robot.name: robot.uncertainty for robot in robots}
+    ordered = sorted(robots, key=lambda robot: (round(uncertainties[robot.name], 2), robot.name))
+    torsos, scores, ages = _stacked(table, ordered, [uncertainties[robot.name] for robot in ordered], now)
     people = recognize(torsos, _known(table, now), parameters)
     _move_on(table, torsos, people, ages)
     known = len(table)
@@ -75,17 +77,17 @@ def observe(table: PeopleTable, robots: Sequence[Robot], now: float, parameters:
         table.begin(positions[~old], covariances[~old], now)
         _make_wait(table, known, torsos, people)
     _note(table, torsos, people, scores, now)
-    for number, robot in enumerate(ordered):
-        mine = np.flatnonzero(torsos.robots == number)
-        robot.bind(
-            {each: table.rows[row].id for each, row in zip(robot.report.ids, people[mine].tolist(), strict=True)}
-        )
+    ids = iter([table.rows[row].id for row in people.tolist()])
+    for robot in ordered:
+        robot.bind({torso: next(ids) for torso in robot.report.ids})
         robot.fresh = False
     return Sightings(ordered, torsos.robots, people, torsos.positions, torsos.covariances, scores)
 
 
-def _stacked(table: PeopleTable, robots: Sequence[Robot], now: float) -> tuple[Torsos, Array, Array]:
-    """Return the torsos of all robots, their scores and their ages [s]."""
+def _stacked(
+    table: PeopleTable, robots: Sequence[Robot], uncertainties: Sequence[float], now: float
+) -> tuple[Torsos, Array, Array]:
+    """Return the torsos of all robots with these uncertainties [m], their scores and their ages [s]."""
     row_of = table.row_of()
     counts = [len(robot.report.ids) for robot in robots]
     owners = np.repeat(np.arange(len(robots)), counts)
@@ -93,14 +95,17 @@ def _stacked(table: PeopleTable, robots: Sequence[Robot], now: float) -> tuple[T
         [row_of.get(robot.bound.get(each, NOBODY), NOBODY) for robot in robots for each in robot.report.ids], np.intp
     )
     ages = np.repeat(np.array([max(now - robot.measured, 0.0) for robot in robots]), counts)
-    positions = np.concatenate([np.zeros((0, 2)), *(robot.torsos() for robot in robots)])
+    believed = np.concatenate([np.zeros((0, 2)), *(robot.world for robot in robots)])
+    origins = np.array([(robot.report.pose.x, robot.report.pose.y) for robot in robots]).reshape(-1, 2)
+    offsets = np.array([robot.offset.mean for robot in robots]).reshape(-1, 3)
+    positions = without_offset(believed, origins[owners], offsets[owners])
     covariances = np.concatenate([np.zeros((0, 2, 2)), *(robot.spread for robot in robots)])
     moved = np.where(before >= 0, TURNS, WANDERS) * ages
     covariances = covariances + (moved**2)[:, np.newaxis, np.newaxis] * np.eye(2)
     if len(table):
         velocities = np.where((before >= 0)[:, np.newaxis], table.velocities[before], 0.0)
         positions = positions + ages[:, np.newaxis] * velocities
-    deviations = np.repeat(np.array([robot.uncertainty for robot in robots]), counts)
+    deviations = np.repeat(np.array(uncertainties), counts)
     scores = np.concatenate([np.zeros(0), *(robot.report.scores for robot in robots)])
     return Torsos(owners, positions, covariances, deviations, before), scores, ages
 

@@ -81,9 +81,11 @@ class Robot:
 
     def bind(self, people: dict[str, int]) -> None:
         """Note the id of the person that each torso of its last report is; earlier torsos may come back."""
-        earlier = {torso: person for torso, person in self.bound.items() if torso not in people}
-        surplus = len(earlier) + len(people) - MOST_BOUND
-        self.bound = dict(islice(earlier.items(), max(surplus, 0), None)) | people
+        for torso in people:
+            self.bound.pop(torso, None)
+        for torso in list(islice(self.bound, max(len(self.bound) + len(people) - MOST_BOUND, 0))):
+            del self.bound[torso]
+        self.bound.update(people)
 
     @property
     def uncertainty(self) -> float:

@@ -78,7 +78,7 @@ class OffsetFilter:
 
     def corrected(self, positions: Array, origin: tuple[float, float]) -> Array:
         """Return (n, 2) positions [m] without the offset, seen from a robot at ``origin``."""
-        return positions - jacobian_of(positions - origin) @ self.mean
+        return without_offset(positions, np.array(origin), self.mean)
 
     @property
     def error(self) -> float:
@@ -96,6 +96,13 @@ class OffsetFilter:
         """Distance within which the robot is where its offset says, with 95 % certainty [m]."""
         (xx, xy, _), (_, yy, _), _ = self.covariance.tolist()
         return radius_of(xx, xy, yy)
+
+
+def without_offset(positions: Array, origins: Array, offsets: Array) -> Array:
+    """Return (n, 2) positions [m] without offsets, (n, 3) or one, seen from robots at origins, (n, 2) or one [m]."""
+    x, y, yaw = offsets[..., 0], offsets[..., 1], offsets[..., 2]
+    levers = positions - origins
+    return positions - np.stack((x - yaw * levers[:, 1], y + yaw * levers[:, 0]), axis=-1)
 
 
 def jacobian_of(levers: Array) -> Array:
