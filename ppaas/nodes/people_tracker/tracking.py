@@ -12,11 +12,14 @@ from ppaas.nodes.people_tracker.device_clocks import DeviceClocks
 from ppaas.nodes.people_tracker.poses import RobotPoses
 from ppaas.nodes.people_tracker.readings import FramedPerson, Reading
 from ppaas.nodes.topics import DETECTIONS, PEOPLE, TF
-from ppaas.people.robot_tracks.robot_tracker import Found, RobotTracker, RobotTrackerState, SeenPerson
+from ppaas.people.robot_tracks.robot_tracker import HELD, Found, RobotTracker, RobotTrackerState, SeenPerson
 from ppaas.people.state_checks import check_view
 
-IN_USE = 1.5
-"""Time after its last measurement for which a detector counts as in use [s]."""
+IN_USE = HELD
+"""Time after its last measurement for which a detector counts as in use [s]: that for which its people count as seen.
+
+A view without its people would mean that they have left.
+"""
 
 FASTEST_ROBOT = 5.0
 """Speed above which the odometry was reset [m/s]."""

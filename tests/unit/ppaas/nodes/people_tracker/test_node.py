@@ -112,6 +112,18 @@ def test_person_of_a_detector_is_reported_with_a_frame_the_pose_of_the_robot_and
     assert robot.heard[topics.PEOPLE_MEASUREMENTS.name][-1].people == report.people
 
 
+def test_detector_that_is_silent_has_no_view_in_which_people_would_be_missing():
+    robot = Robot()
+    robot.send(topics.TORSO_VIEW.name, VIEW)
+    for step in range(20):
+        robot.stand()
+        if step < 5:
+            robot.detect((2.0, 0.0))
+        robot.pass_time()
+    reports = robot.heard[topics.PEOPLE_REPORT.name]
+    assert [(len(report.people), len(report.views)) for report in (reports[4], reports[-1])] == [(1, 1), (0, 0)]
+
+
 def test_report_without_people_follows_once_a_second_and_tells_what_the_robot_does():
     robot = Robot()
     robot.send(topics.FOLLOW_STATUS.name, FollowStatus(Header(), FOLLOWING, 7))
