@@ -356,7 +356,10 @@ class Coordinator:
             if person.confirmed and (person.seen_by or person.id in wanted)
         }  # fmt: skip
         seen = {each: set(self.table.rows[row].seen_by) & able for each, row in rows.items()}
-        pairs = {(name, each) for each, names in seen.items() for name in names if self.table.rows[rows[each]].counts}
+        orders = self.follow.orders
+        wanting = {each: names | ({orders[each].robot} & able if each in orders and names else set())
+                   for each, names in seen.items() if self.table.rows[rows[each]].counts}  # fmt: skip
+        pairs = {(name, each) for each, names in wanting.items() for name in names}
         where = {each: (float(x), float(y)) for each, row in rows.items() for x, y in [self.table.positions[row]]}
         robots = {name: (reporting[name].pose.x, reporting[name].pose.y) for name in able}
         followed = sorted(self.follow.orders)

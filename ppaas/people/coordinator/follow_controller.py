@@ -53,7 +53,7 @@ class Scene:
     known : mapping of int to set of str
         The people who may be followed, and the robots that see each.
     costs : Costs
-        Costs of paths, of robots that see a person.
+        Costs of paths, of robots that see a person or follow one whom another robot sees.
     fresh : set of int
         People whose costs are of this cycle.
     able : set of str
@@ -149,7 +149,7 @@ class FollowController:
         if order.robot in seers:
             order.saw = scene.now
         costs = self._able(order.person, scene)
-        order.cost = costs.get(order.robot, order.cost)
+        order.cost = scene.costs.get(order.person, {}).get(order.robot, order.cost)
         history = self._history.setdefault(order.person, deque())
         apart = self._parameters.switch_history / (self._parameters.switch_samples - 1)
         if order.person in scene.fresh and (not history or scene.now - history[-1][0] >= apart - 0.05):
@@ -158,22 +158,27 @@ class FollowController:
             history.popleft()
 
     def _switch(self, order: Order, scene: Scene) -> None:
-        """Hand a person over to another robot, by the switch rule or since the robot does not see the person."""
+        """Hand a person over to another robot, by the switch rule or since the robot does not see the person.
+
+        A robot that does not see the person drives to where the others see the person: it is replaced at once only by
+        a robot that is nearer.
+        """
         free = self._free(scene)
         costs = {robot: cost for robot, cost in self._able(order.person, scene).items() if robot in free}
         other = cheapest(costs)
         if other is None:
             return
-        if scene.now - order.saw > self._parameters.lost_sight:
+        own = scene.costs.get(order.person, {}).get(order.robot, math.inf)
+        unseen, p = scene.now - order.saw, self._parameters
+        if unseen > (p.lost_sight if costs[other] < own else p.without_sight):
             self._give(order.person, other, scene, f"{order.robot} does not see the person; {other} is the nearest")
             return
         past = [robot_costs for _, robot_costs in self._history[order.person]]
-        own = scene.costs.get(order.person, {}).get(order.robot, math.inf)
         if order.person not in scene.fresh:
             return
         for robot in sorted(costs, key=lambda robot: (costs[robot], robot)):
             trend = [each[robot] for each in past if robot in each]
-            if takes_over(own, trend, self._parameters.switch_samples):
+            if takes_over(own, trend, p.switch_samples):
                 reason = f"its cost has been falling, to {costs[robot]:.0f}, below the {own:.0f} of {order.robot}"
                 self._give(order.person, robot, scene, reason)
                 return

@@ -36,7 +36,9 @@ class CoordinatorParameters(Parameters, frozen=True):
     hold : float
         Time for which a robot that handed a person over does not get the same person back [s].
     lost_sight : float
-        Time after which a robot that does not see the person hands over to one that does [s].
+        Time after which a robot that does not see the person hands over to a nearer one that does [s].
+    without_sight : float
+        Time after which it hands over to a robot that is farther away, too [s].
     give_up_for : float
         Time for which a robot that gave a person up does not get the same person again [s].
     cells_per_cycle : int
@@ -58,6 +60,7 @@ class CoordinatorParameters(Parameters, frozen=True):
     switch_samples: int = 5
     hold: float = 6.0
     lost_sight: float = 1.0
+    without_sight: float = 6.0
     give_up_for: float = 10.0
     cells_per_cycle: int = 100_000
     body_radius: float = 0.25
