@@ -98,11 +98,11 @@ def recognize(torsos: Torsos, known: Known, parameters: CoordinatorParameters) -
     known : Known
     parameters : CoordinatorParameters
     """
-    people = np.full(len(torsos.robots), NOBODY, np.intp)
     apart = _distances(torsos.positions, known.positions)
-    people[:] = _unmistakable(torsos, apart)
-    for rows in _by_robot(torsos.robots, people == NOBODY):
-        people[rows] = _recognized(torsos.part(rows), known, apart[rows], parameters)
+    people = _unmistakable(torsos, apart)
+    rest = np.flatnonzero(people == NOBODY)
+    if len(rest) and apart.size:
+        people[rest] = _recognized(torsos.part(rest), known, apart[rest], parameters)
     _split(torsos, people)
     return _with_newcomers(torsos, people, len(known.positions), parameters)
 
@@ -166,32 +166,40 @@ def _unmistakable(torsos: Torsos, apart: Array) -> Ints:
 
 
 def _recognized(torsos: Torsos, known: Known, apart: Array, parameters: CoordinatorParameters) -> Ints:
-    """Return the person that each torso of one robot is, or `NOBODY`."""
+    """Return the person that each torso is, or `NOBODY`; those of each robot are assigned together."""
     people = np.full(len(torsos.robots), NOBODY, np.intp)
     walked = FASTEST * np.minimum(known.hidden, LONGEST_WALK)
     reach = parameters.farthest + torsos.deviations[:, np.newaxis] + known.deviations + walked
-    near = np.flatnonzero((apart < reach).any(axis=0))
-    if not len(near):
-        return people
-    costs = _costs(torsos, known, near, parameters)
-    costs[apart[:, near] >= reach[:, near]] = np.inf
-    rows, columns = assign(costs, parameters.new_person)
-    people[rows] = near[columns]
+    rows, columns = np.nonzero(apart < reach)
+    costs = _costs(torsos, known, rows, columns, parameters)
+    allowed = costs < parameters.new_person
+    rows, columns, costs = rows[allowed], columns[allowed], costs[allowed]
+    robots = torsos.robots[rows]
+    once = np.bincount(rows, minlength=len(people))[rows] == 1
+    _, which, times = np.unique(robots * apart.shape[1] + columns, return_inverse=True, return_counts=True)
+    ambiguous = np.bincount(robots, ~(once & (times[which] == 1)))[robots] > 0
+    people[rows[~ambiguous]] = columns[~ambiguous]
+    for pairs in _by_robot(robots, ambiguous):
+        own, left = np.unique(rows[pairs], return_inverse=True)
+        near, right = np.unique(columns[pairs], return_inverse=True)
+        matrix = np.full((len(own), len(near)), np.inf)
+        matrix[left, right] = costs[pairs]
+        one, other = assign(matrix, parameters.new_person)
+        people[own[one]] = near[other]
     return people
 
 
-def _costs(torsos: Torsos, known: Known, near: Ints, parameters: CoordinatorParameters) -> Array:
-    """Return the (t, n) costs of taking torsos of one robot for the people ``near``."""
-    same = torsos.before[:, np.newaxis] == near
+def _costs(torsos: Torsos, known: Known, rows: Ints, columns: Ints, parameters: CoordinatorParameters) -> Array:
+    """Return the (k,) costs of taking the torsos ``rows`` for the people ``columns``."""
+    same = torsos.before[rows] == columns
     # What a robot saw before has the same error of the robot's position in it.
-    either = torsos.deviations[:, np.newaxis] ** 2 + known.deviations[near] ** 2
+    either = torsos.deviations[rows] ** 2 + known.deviations[columns] ** 2
     wider = np.where(same, 0.0, either / 6.0) + SUDDEN**2
-    xx, xy, yy = (
-        torsos.covariances[:, i, k, np.newaxis] + known.covariances[near, i, k] for i, k in ((0, 0), (0, 1), (1, 1))
-    )
-    off = torsos.positions[:, np.newaxis] - known.positions[near]
+    covariances = torsos.covariances[rows] + known.covariances[columns]
+    xx, xy, yy = covariances[:, 0, 0], covariances[:, 0, 1], covariances[:, 1, 1]
+    off = torsos.positions[rows] - known.positions[columns]
     costs = _explained(off, (xx + wider, xy, yy + wider), parameters.gate)
-    hidden = known.hidden[near]
+    hidden = known.hidden[columns]
     if hidden.any():
         wider = wider + (0.5 * FASTEST * hidden) ** 2
         costs = np.minimum(costs, _explained(off, (xx + wider, xy, yy + wider), parameters.gate))
@@ -201,13 +209,13 @@ def _costs(torsos: Torsos, known: Known, near: Ints, parameters: CoordinatorPara
 
 
 def _stayed(off: Array, hidden: Array) -> Array:
-    """Return the costs of (t, n) differences [m] for people who stood hidden for (n,) times [s]."""
+    """Return the costs of (k, 2) differences [m] for people who stood hidden for (k,) times [s]."""
     square = (off**2).sum(axis=-1) / SUDDEN**2
     return np.where((hidden > 0.0) & (square < STAYS), square + STAYS + hidden / STANDING, np.inf)
 
 
 def _explained(off: Array, covariance: tuple[Array, Array, Array], gate: float) -> Array:
-    """Return the costs of (t, n) differences [m] by their covariances xx, xy, yy [m²]."""
+    """Return the costs of (k, 2) differences [m] by their (k,) covariances xx, xy, yy [m²]."""
     xx, xy, yy = covariance
     determinant = np.maximum(xx * yy - xy * xy, 1e-18)
     x, y = off[..., 0], off[..., 1]

@@ -93,3 +93,17 @@ def test_the_count_is_between_the_most_of_one_robot_and_the_sum_of_all(
 def test_two_people_between_whom_a_prediction_lies_do_not_stay_one() -> None:
     seen = torsos((0, 3.0, 1.0), (1, 3.9, 1.0), before={0: 0, 1: 0})
     assert len(set(recognize(seen, known((3.45, 1.0)), PARAMETERS).tolist())) == 2
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.lists(st.tuples(st.integers(0, 3), *[st.floats(0.0, 0.9)] * 2), max_size=12), st.floats(0.0, 2.0))
+def test_torsos_are_the_same_known_people_whichever_other_robots_report(
+    rows: list[tuple[int, float, float]], hidden: float
+) -> None:
+    rows = sorted(rows)
+    people = known((0.1, 0.1), (0.7, 0.2), (0.4, 0.8), hidden=hidden)  # so near that no torso is split off
+    together = recognize(torsos(*rows, deviation=1.0), people, PARAMETERS).tolist()
+    for robot in {robot for robot, _, _ in rows}:
+        alone = recognize(torsos(*(row for row in rows if row[0] == robot), deviation=1.0), people, PARAMETERS)
+        own = [person for person, row in zip(together, rows, strict=True) if row[0] == robot]
+        assert [min(person, 3) for person in own] == np.minimum(alone, 3).tolist()
