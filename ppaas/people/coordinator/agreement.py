@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ppaas.people.coordinator.people_table import PeopleTable, PersonRecord
 from ppaas.people.coordinator.robots.group import Robot, prior_of
-from ppaas.people.coordinator.robots.offsets import jacobian_of
+from ppaas.people.coordinator.robots.world_frame import jacobian_of
 from ppaas.people.coordinator.sightings import Sightings
 from ppaas.people.tracks.filter_bank import inverse_2x2
 

@@ -38,9 +38,9 @@ person no longer. Angle up to which it drives on the path that the person walked
 FAR = 1.5
 """Distance from which a robot is distant, relative to the one wanted."""
 
-APPROACHING, NEAR, TOWARDS = 0.2, 4.0, math.radians(60.0)
+APPROACHING, NEAR, TOWARDS, PASSES = 0.2, 3.2, math.radians(60.0), 1.5
 """A person approaches who comes nearer faster than this [m/s], from within this distance [m], and walks in a direction
-that is off that to the robot by at most this [rad]."""
+that is off that to the robot by at most this [rad], on a line that passes the robot within this distance [m]."""
 
 CLOSING = 0.8
 """Speed added to that of the person for each metre that the robot is too far away [1/s]."""
@@ -211,7 +211,8 @@ class Following:
         if not self._target.walking or heading is None or apart > NEAR:
             return False
         off = abs(wrap_angle(math.atan2(robot.y - person[1], robot.x - person[0]) - heading))
-        return off <= TOWARDS and self._target.speed * math.cos(off) >= APPROACHING
+        passes = apart * math.sin(off) <= PASSES
+        return off <= TOWARDS and passes and self._target.speed * math.cos(off) >= APPROACHING
 
     def _is_well_placed(self, person: tuple[float, float], robot: Pose2D, apart: float) -> bool:
         """Return whether the robot may stay where it is, near a person who stands."""

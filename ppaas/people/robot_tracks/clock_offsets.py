@@ -1,4 +1,4 @@
-"""Offsets of the clocks of a robot's devices: their stamps against the times at which messages arrive.
+"""Offsets of the clocks of robots and their devices: stamps against the times at which messages arrive.
 
 Messages arrive late, never early. So the least difference between arrival and stamp over some seconds is the offset of
 the clock, and a little delay; as of the clock filter of NTP (RFC 5905, section 10).
@@ -7,7 +7,7 @@ the clock, and a little delay; as of the clock filter of NTP (RFC 5905, section 
 import math
 
 WINDOW = 5.0
-"""Time over which the least difference is taken; twice as long at most [s]."""
+"""Usual window of `ClockOffset` [s]."""
 
 TOLERANCE = 0.35
 """Largest offset that may be a delay, of the network or of a detector; larger ones are corrected [s]."""
@@ -17,9 +17,16 @@ LATEST = 1.0
 
 
 class ClockOffset:
-    """Offset of one device's clock."""
+    """Offset of one clock.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    window : float
+        Time over which the least difference is taken; twice as long at most [s].
+    """
+
+    def __init__(self, window: float = WINDOW) -> None:
+        self._window = window
         self._began = -math.inf
         self._least = self._before = math.inf
 
@@ -31,9 +38,9 @@ class ClockOffset:
 
     def note(self, stamp: float, now: float) -> float:
         """Note the stamp of a message that arrives now; return its delay beyond the offset [s]."""
-        if not 0.0 <= now - self._began < WINDOW:
+        if not 0.0 <= now - self._began < self._window:
             # After a break, what was measured before it tells nothing.
-            recent = 0.0 <= now - self._began < 2.0 * WINDOW
+            recent = 0.0 <= now - self._began < 2.0 * self._window
             self._before, self._least, self._began = self._least if recent else math.inf, math.inf, now
         self._least = min(self._least, now - stamp)
         return now - stamp - self.seconds

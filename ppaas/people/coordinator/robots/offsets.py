@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.people.coordinator.robots.deviation import radius_of
+from ppaas.people.coordinator.robots.world_frame import jacobian_of
 from ppaas.people.tracks.filter_bank import squared_distances
 
 Array = NDArray[np.float64]
@@ -103,11 +104,3 @@ def without_offset(positions: Array, origins: Array, offsets: Array) -> Array:
     x, y, yaw = offsets[..., 0], offsets[..., 1], offsets[..., 2]
     levers = positions - origins
     return positions - np.stack((x - yaw * levers[:, 1], y + yaw * levers[:, 0]), axis=-1)
-
-
-def jacobian_of(levers: Array) -> Array:
-    """Return the (n, 2, 3) derivatives of positions at (n, 2) levers by x, y and yaw."""
-    jacobian = np.zeros((len(levers), 2, 3))
-    jacobian[:, 0, 0] = jacobian[:, 1, 1] = 1.0
-    jacobian[:, 0, 2], jacobian[:, 1, 2] = -levers[:, 1], levers[:, 0]
-    return jacobian

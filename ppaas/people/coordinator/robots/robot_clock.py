@@ -1,6 +1,6 @@
 """Clock of a robot, compared with the cloud's by the times at which its reports arrive."""
 
-import math
+from ppaas.people.robot_tracks.clock_offsets import ClockOffset
 
 LATENCY = 0.1
 """Usual time between a measurement and the arrival of its report [s]."""
@@ -22,8 +22,7 @@ class RobotClock:
     """
 
     def __init__(self) -> None:
-        self._begun = -math.inf
-        self._least = self._least_before = math.inf
+        self._fastest = ClockOffset(WINDOW)
 
     def measured_at(self, stamp: float, now: float) -> float:
         """Return the time of a measurement by the cloud's clock [s].
@@ -35,15 +34,11 @@ class RobotClock:
         now : float
             Time of arrival by the cloud's clock [s].
         """
-        latency = now - stamp
-        if not self._begun <= now <= self._begun + WINDOW:
-            self._least_before = self._least if now >= self._begun else math.inf
-            self._begun, self._least = now, latency
-        self._least = min(self._least, latency)
+        self._fastest.note(stamp, now)
         return min(max(stamp + self.offset, now - OLDEST), now)
 
     @property
     def offset(self) -> float:
         """Time to add to stamps [s]; 0 for a clock that agrees."""
-        least = min(self._least, self._least_before)
-        return 0.0 if EARLIEST <= least <= SLOWEST or math.isinf(least) else least - LATENCY
+        least = self._fastest.seconds
+        return 0.0 if EARLIEST <= least <= SLOWEST else least - LATENCY

@@ -35,8 +35,14 @@ def to_world(pose: Pose2D, pose_covariance: Array, torsos: Array, covariances: A
     c, s = math.cos(pose.theta), math.sin(pose.theta)
     turn = np.array([[c, -s], [s, c]])
     lever = torsos @ turn.T
-    jacobian = np.zeros((len(torsos), 2, 3))
-    jacobian[:, 0, 0] = jacobian[:, 1, 1] = 1.0
-    jacobian[:, 0, 2], jacobian[:, 1, 2] = -lever[:, 1], lever[:, 0]
+    jacobian = jacobian_of(lever)
     spread = turn @ covariances @ turn.T + jacobian @ pose_covariance @ np.swapaxes(jacobian, 1, 2)
     return lever + np.array([pose.x, pose.y]), spread
+
+
+def jacobian_of(levers: Array) -> Array:
+    """Return the (n, 2, 3) derivatives of positions at (n, 2) levers [m] by the x, y and yaw of the robot."""
+    jacobian = np.zeros((len(levers), 2, 3))
+    jacobian[:, 0, 0] = jacobian[:, 1, 1] = 1.0
+    jacobian[:, 0, 2], jacobian[:, 1, 2] = -levers[:, 1], levers[:, 0]
+    return jacobian

@@ -111,6 +111,12 @@ def test_robot_stands_while_the_person_comes_towards_it():
     assert step(person(4.5, vx=-0.6), robot=Pose2D(8.0, 3.0, math.pi)).state == FOLLOWING
 
 
+def test_robot_drives_on_while_the_person_comes_from_afar_or_will_pass_far_beside_it():
+    assert step(person(6.0, vx=-0.6)).state == FOLLOWING
+    assert step(person(4.5, 4.8, vx=-0.6)).state == FOLLOWING
+    assert step(person(4.5, 3.8, vx=-0.6)).state == WAITING
+
+
 def test_robot_stands_outside_of_the_space_between_two_who_talk():
     talking = person(6.0, 3.7, group=1), person(6.0, 2.3, group=1, number=2)
     members = np.array([[6.0, 3.7], [6.0, 2.3]])
