@@ -52,7 +52,7 @@ def both_evidence(segments: Segments) -> Floats:
     spread = np.hypot(BOTH_SPREAD, 0.45 * segments.spacing)
     odds = -0.5 * ((segments.width - BOTH_WIDTH) / spread) ** 2
     odds += _edges(segments)
-    odds -= 5.0 * np.clip((segments.bend / segments.width - ROUND) / (ROUNDEST - ROUND), 0.0, 1.0)
+    odds -= 5.0 * np.clip((segments.bend / np.maximum(segments.width, 1e-6) - ROUND) / (ROUNDEST - ROUND), 0.0, 1.0)
     odds -= 2.0 * (segments.depth > 2.0 * DEEPEST)
     odds -= 3.0 * (segments.count < 4)
     return np.maximum(odds, LEAST)

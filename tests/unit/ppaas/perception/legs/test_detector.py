@@ -113,3 +113,8 @@ def test_scan_without_readings_has_no_people():
 def test_parameters_out_of_range_are_refused(wrong, text):
     with pytest.raises(InvalidParameter, match=text):
         LegDetectorParameters(**wrong)
+
+
+def test_scan_whose_beams_have_one_angle_shows_nobody():
+    reading = LaserReading(Pose2D(0.0, 0.0), np.zeros(10), np.full(10, 2.0))
+    assert detector().detect(reading, 0.0) == []
