@@ -117,4 +117,5 @@ def test_parameters_out_of_range_are_refused(wrong, text):
 
 def test_scan_whose_beams_have_one_angle_shows_nobody():
     reading = LaserReading(Pose2D(0.0, 0.0), np.zeros(10), np.full(10, 2.0))
-    assert detector().detect(reading, 0.0) == []
+    with np.errstate(divide="raise", invalid="raise"):
+        assert detector().detect(reading, 0.0) == []
