@@ -38,7 +38,7 @@ person no longer. Angle up to which it drives on the path that the person walked
 FAR = 1.5
 """Distance from which a robot is distant, relative to the one wanted."""
 
-APPROACHING, NEAR, TOWARDS, PASSES = 0.2, 3.2, math.radians(60.0), 1.5
+APPROACHING, NEAR, TOWARDS, PASSES = 0.2, 3.4, math.radians(60.0), 1.5
 """A person approaches who comes nearer faster than this [m/s], from within this distance [m], and walks in a direction
 that is off that to the robot by at most this [rad], on a line that passes the robot within this distance [m]."""
 

@@ -35,8 +35,8 @@ def test_robot_follows_around_corners_at_the_speed_of_the_person_without_a_stop(
 def test_robot_stands_while_the_person_comes_and_follows_when_past():
     loop = FollowingLoop(HALL, START, [Walker(1, along((7.0, 3.9), (1.0, 3.9), speed=0.7, begin=2.5))])
     loop.follow(11.5)
-    coming = [speed for robot, person, speed in loop.trace if robot.x + 0.5 < person[0] < robot.x + 3.0]
-    assert len(coming) > 50 and max(coming) == 0.0
+    coming = [speed for robot, person, speed in loop.trace if robot.x + 0.5 < person[0] < robot.x + 2.0]
+    assert len(coming) > 30 and max(coming) == 0.0
     assert min(loop.distances) > 0.6
     loop.follow(4.0)
     assert loop.distances[-1] < 1.9
