@@ -6,7 +6,7 @@ A cycle has the five steps of the paper's case study: the maximum position devia
 """
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.errors import InvalidInput
 from ppaas.messages.people_coordination import LOST, PeopleReport, PeopleState, ZoneCount
 from ppaas.people.coordinator import agreement, conversations
+from ppaas.people.coordinator.contradictions import Contradictions
 from ppaas.people.coordinator.cost_fields import PathCosts
 from ppaas.people.coordinator.duplicates import Duplicates
 from ppaas.people.coordinator.follow_controller import FollowController, Scene
@@ -27,7 +28,7 @@ from ppaas.people.coordinator.robots.world_frame import to_world
 from ppaas.people.coordinator.saved_state import load_state, save_state
 from ppaas.people.coordinator.sightings import observe
 from ppaas.people.coordinator.state_message import state_of
-from ppaas.people.coordinator.visibility import View, Walls, in_views, view_of, visible_pairs
+from ppaas.people.coordinator.visibility import View, Walls, view_of, visible_pairs
 from ppaas.people.coordinator.zone_counts import ZoneCounts
 from ppaas.people.map_area import MapArea
 from ppaas.people.rules.base import Candidate
@@ -35,7 +36,6 @@ from ppaas.people.rules.registry import create
 from ppaas.people.settings import PeopleSettings
 
 Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 SET_BACK = 1.0
 """Lateness of a time from which the clock was set back [s]."""
@@ -237,36 +237,18 @@ class Coordinator:
             missed_by.setdefault(row, []).append(True)
         update_presence(self.table, missed_by, seconds, now, self.parameters)
 
-    def _visible(self, views: list[View], wanted: list[int], apart_from: Collection[int] = ()) -> list[tuple[int, int]]:
-        """Return the pairs of robot and row of which the robot should see the person.
-
-        Who is in the rows ``apart_from`` does not hide anybody.
-        """
+    def _visible(self, views: list[View], wanted: list[int]) -> list[tuple[int, int]]:
+        """Return the pairs of robot and row of which the robot should see the person."""
         if not wanted or not views:
             return []
-        bodies = self.table.positions[[row for row in self._present if row not in apart_from]]
+        bodies = self.table.positions[self._present]
         return visible_pairs(
             views, self._walls, self.table.positions, wanted, bodies, radius=self.parameters.body_radius
         )
 
     def _merge(self, reporting: Mapping[str, Robot], views: list[View], now: float) -> None:
         """Join identities that are one person, and correct the offsets of the robots that disagreed."""
-        numbers = {name: number for number, name in enumerate(sorted(reporting))}
-        reach: dict[int, Mask] = {}
-        for view, within in zip(views, in_views(views, self.table.positions), strict=True):
-            reach[view.robot] = reach[view.robot] | within if view.robot in reach else within
-
-        def can_reach(one: int, other: int) -> list[View]:
-            theirs = {numbers.get(name, -1) for name in self.table.rows[one].seen_by}
-            theirs = {each for each in theirs if each in reach and reach[each][other]}
-            return [view for view in views if view.robot in theirs] if theirs else []
-
-        def contradict(a: int, b: int) -> bool:
-            from_a, from_b = can_reach(a, b), can_reach(b, a)
-            if not (from_a and from_b):
-                return False
-            return bool(self._visible(from_a, [b], [a, b]) and self._visible(from_b, [a], [a, b]))
-
+        contradict = Contradictions(self.table, sorted(reporting), views, self._walls, self.parameters.body_radius)
         pairs = self._duplicates.find(self.table, now, contradict)
         settled = set[str]()
         for kept, dropped in pairs:

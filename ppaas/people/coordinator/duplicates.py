@@ -5,7 +5,7 @@ if the difference between both stays the same.
 """
 
 import math
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,8 +29,8 @@ STEADY = 0.25
 MOST_PAIRS = 10
 """Pairs that are examined in a cycle, the nearest first."""
 
-Contradict = Callable[[int, int], bool]
-"""Called with the rows of two people; whether some robot of each should see the other, too."""
+Contradict = Callable[[Sequence[tuple[int, int]]], Sequence[bool]]
+"""Called with pairs of rows of people; for each, whether some robot of either should see the other, too."""
 
 
 @dataclass(slots=True)
@@ -99,13 +99,15 @@ class Duplicates:
             See `Contradict`.
         """
         watched: dict[tuple[int, int], Agreement] = {}
-        for a, b in _near(table):
-            one, other = table.rows[a], table.rows[b]
-            off = table.positions[b] - table.positions[a]
-            if math.hypot(*off) > SAME and not contradict(a, b):
+        pairs = {(a, b): (table.positions[b] - table.positions[a]).tolist() for a, b in _near(table)}
+        apart = [pair for pair, off in pairs.items() if math.hypot(*off) > SAME]
+        different = {pair for pair, clash in zip(apart, contradict(apart), strict=True) if not clash}
+        for (a, b), off in pairs.items():
+            if (a, b) in different:
                 continue
+            one, other = table.rows[a], table.rows[b]
             agreement = self._pairs.get((one.id, other.id)) or Agreement(now)
-            agreement.add(float(off[0]), float(off[1]))
+            agreement.add(*off)
             agreement.robots = frozenset(one.seen_by), frozenset(other.seen_by)
             watched[one.id, other.id] = agreement
         self._pairs = watched

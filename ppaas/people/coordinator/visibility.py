@@ -136,15 +136,21 @@ def in_views(views: Sequence[View], people: Array) -> Mask:
     return mask
 
 
-def hidden_by_people(origins: Array, points: Array, bodies: Array, radius: float) -> Mask:
-    """Return which of (n, 2) points [m] are hidden from (n, 2) origins [m] by (m, 2) bodies [m] of this radius [m]."""
+def hidden_by_people(
+    origins: Array, points: Array, bodies: Array, radius: float, apart_from: Mask | None = None
+) -> Mask:
+    """Return which of (n, 2) points [m] are hidden from (n, 2) origins [m] by (m, 2) bodies [m] of this radius [m].
+
+    Of the (n, m) pairs ``apart_from``, the body does not hide the point.
+    """
     off = points - origins
     distances = np.hypot(off[:, 0], off[:, 1])
     east, north = (off / np.maximum(distances, 1e-9)[:, np.newaxis]).T[..., np.newaxis]
     x, y = bodies[:, 0] - origins[:, 0, np.newaxis], bodies[:, 1] - origins[:, 1, np.newaxis]
     along, across = east * x + north * y, east * y - north * x
     before = (along > 0.0) & (along < distances[:, np.newaxis] - BEHIND)
-    return np.asarray((before & (np.abs(across) < radius)).any(axis=1), np.bool_)
+    hides = before & (np.abs(across) < radius)
+    return np.asarray((hides if apart_from is None else hides & ~apart_from).any(axis=1), np.bool_)
 
 
 def visible_pairs(

@@ -70,9 +70,9 @@ class Robot:
     @property
     def pose(self) -> Pose2D:
         """Its pose without its offset."""
-        error = self.offset.mean
+        x, y, yaw = self.offset.mean.tolist()
         own = self.report.pose
-        return Pose2D(own.x - error[0], own.y - error[1], own.theta - error[2])
+        return Pose2D(own.x - x, own.y - y, own.theta - yaw)
 
     @property
     def deviation(self) -> float:
