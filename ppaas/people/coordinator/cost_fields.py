@@ -121,10 +121,6 @@ class PathCosts:
     def _turn(self, source: str | int) -> int:
         return self._age.get(source, 0)
 
-    def of(self, person: int) -> dict[str, float]:
-        """Return the costs from robots to a person, by Robot ID."""
-        return {robot: cost for (robot, each), cost in self.costs.items() if each == person}
-
     def by_person(self) -> dict[int, dict[str, float]]:
         """Return all costs, by person and then by Robot ID."""
         costs: dict[int, dict[str, float]] = {}

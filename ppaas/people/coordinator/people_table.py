@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.messages.people_coordination import LOST, PREDICTED, SEEN
+from ppaas.messages.people_coordination import LOST, SEEN
 from ppaas.people.tracks.filter_bank import FilterBank
 
 Array = NDArray[np.float64]
@@ -128,16 +128,7 @@ class PeopleTable:
             person.last_seen += seconds
             person.still_since += seconds
 
-    def with_state(self, *states: str) -> list[int]:
-        """Return the rows of confirmed people in some states."""
-        return [row for row, person in enumerate(self.rows) if person.confirmed and person.state in states]
-
     @property
     def present(self) -> list[int]:
         """Rows of those who are at their predicted positions, as far as is known."""
-        return self.with_state(SEEN, PREDICTED)
-
-    @property
-    def lost(self) -> list[int]:
-        """Rows of those who were hidden for too long."""
-        return self.with_state(LOST)
+        return [row for row, person in enumerate(self.rows) if person.confirmed and person.state != LOST]

@@ -171,7 +171,7 @@ class Search:
     def _seen(self, robot: Pose2D, view: SensorView) -> Cells:
         """Return the cells that a sensor sees."""
         sensor = robot @ Pose2D(view.x, view.y, view.yaw)
-        half = 0.5 * min(view.field_of_view, 2.0 * math.pi)
+        half = 0.5 * min(max(view.field_of_view, RAY), 2.0 * math.pi)
         angles = np.linspace(-half, half, max(math.ceil(2.0 * half / RAY), 2))
         sight = self._places.sight(sensor, angles, view.range_max)
         offsets = self._centres - (sensor.x, sensor.y)

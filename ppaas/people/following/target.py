@@ -71,11 +71,6 @@ class Target:
         """Speed by the last message [m/s]."""
         return 0.0 if self.last is None else math.hypot(self.last.velocity.x, self.last.velocity.y)
 
-    @property
-    def is_seen(self) -> bool:
-        """Whether a robot saw the person by the last message."""
-        return self.last is not None and self.last.state == SEEN
-
     def position(self, now: float, ahead: float = 0.0) -> tuple[float, float]:
         """Return where the person is now, or after a time ``ahead`` [s]: x, y [m]."""
         assert self.last is not None, "the person is known"

@@ -4,8 +4,6 @@ Source: Blom and Bar-Shalom, "The interacting multiple model algorithm for syste
 coefficients", IEEE Trans. Automatic Control 33 (1988).
 """
 
-from typing import Self
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -127,13 +125,6 @@ class FilterBank:
         """Make one row the same as another."""
         for array in (self.means, self.covariances, self.weights):
             array[target] = array[source]
-
-    def copied(self) -> Self:
-        """Return a copy, with which a prediction can be tried."""
-        other = type(self)(self.parameters)
-        other.means, other.covariances = self.means.copy(), self.covariances.copy()
-        other.weights = self.weights.copy()
-        return other
 
 
 def inverse_2x2(matrices: Array) -> tuple[Array, Array]:

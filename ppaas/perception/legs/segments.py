@@ -61,10 +61,6 @@ class Segments:
         """(m,) number of beams that hit each segment."""
         return self.last - self.first + 1
 
-    def points_of(self, segment: int) -> Floats:
-        """Return the (k, 2) points of a segment."""
-        return self.points[self.first[segment] : self.last[segment] + 1]
-
 
 def segments_of(reading: LaserReading, *, gap: float, longest: float) -> Segments:
     """Return the segments of a scan.
