@@ -43,7 +43,7 @@ def test_costs_of_pairs_that_are_not_wanted_are_forgotten() -> None:
     paths.update(ROBOTS, PEOPLE, ALL, [])
     paths.update(ROBOTS, PEOPLE, {("a", 1)}, [])
     assert set(paths.costs) == {("a", 1)}
-    assert paths.by_person() == {1: paths.of(1)}
+    assert paths.by_person() == {1: {"a": paths.costs["a", 1]}}
 
 
 def test_a_person_outside_the_map_has_no_path() -> None:
