@@ -4,23 +4,29 @@ import asyncio
 import os
 import re
 import shlex
+import shutil
 import sys
+from pathlib import Path
 from typing import Any
 
 import msgspec
 import pytest
 
+from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage
 from ppaas.nodes.frames import PERSON
 from ppaas.nodes.people_tracker.parameters import PeopleTrackerParameters
 from ppaas.nodes.people_tracker.readings import MOST_PEOPLE
+from ppaas.nodes.topics import COMPRESSED_DEPTH_IMAGE, DEPTH_CAMERA_INFO
 from ppaas.parameters import Parameters
 from ppaas.people.coordinator.conversations import LASTS, NEAR
 from ppaas.people.coordinator.coordinator import LATE
 from ppaas.people.coordinator.parameters import CoordinatorParameters
 from ppaas.people.coordinator.robots.robot_clock import SLOWEST
+from ppaas.people.following.parameters import FollowParameters
 from ppaas.people.robot_tracks.clock_offsets import LATEST, TOLERANCE
 from ppaas.people.rules.base import Candidate
 from ppaas.people.rules.registry import rule_names
+from ppaas.perception.compressed_depth import decompress
 from ppaas.perception.legs.detector import MAP_MARGIN
 from ppaas.perception.legs.pairing import STRIDING
 from ppaas.perception.legs.parameters import LegDetectorParameters
@@ -28,6 +34,7 @@ from ppaas.perception.torso.parameters import TorsoDetectorParameters
 from robots.client.robot_file import RobotFile, load_robot_file
 from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import ADDRESS, blocks, table, text_of
+from tests.support.endpoints.rosbridge_server import rosbridge_server
 from tests.support.sources import ROOT
 
 PAGE = "docs/people.md"
@@ -40,6 +47,7 @@ EXAMPLES = ROOT / "docs" / "examples"
         ("torso_detector", TorsoDetectorParameters()),
         ("leg_detector", LegDetectorParameters()),
         ("people_tracker", PeopleTrackerParameters()),
+        ("follow_person", FollowParameters()),
     ],
 )
 def test_parameters_are_those_of_the_code(node: str, defaults: Parameters) -> None:
@@ -47,7 +55,8 @@ def test_parameters_are_those_of_the_code(node: str, defaults: Parameters) -> No
     for names, values, _ in table(PAGE, f"parameter of `{node}`", "default", "meaning"):
         read = msgspec.json.decode(f"[{values.strip('`')}]".replace("`", ""))
         listed |= dict(zip(re.findall(r"\w+", names), read, strict=True))
-    assert listed == msgspec.json.decode(msgspec.json.encode(defaults))
+    known = msgspec.json.decode(msgspec.json.encode(defaults))
+    assert listed == {name: round(value, 3) if isinstance(value, float) else value for name, value in known.items()}
 
 
 def test_numbers_are_those_of_the_code() -> None:
@@ -92,6 +101,39 @@ def test_robot_files_of_the_page_are_valid() -> None:
     for block in (block for block in blocks(PAGE, "json") if '"map"' in block):
         robot = msgspec.json.decode(block, type=RobotFile)
         assert robot.map == "office"
+
+
+async def test_the_robot_with_a_camera_sends_odometry_its_mount_and_images(tmp_path: Path) -> None:
+    [script] = [block for block in blocks(PAGE, "sh") if "people_turtlebot.py" in block]
+    shutil.copy(ROOT / "tests" / "support" / "cloud" / "example_camera.py", tmp_path / "hardware.py")
+    async with rosbridge_server() as server:
+        robot = await asyncio.create_subprocess_exec(
+            sys.executable, *shlex.split(script)[1:], cwd=ROOT,
+            env=os.environ | {"PYTHONPATH": str(tmp_path), "PPAAS_URL": server.url, "PPAAS_TOKEN": "t"},
+        )  # fmt: skip
+        try:
+            sent: dict[str, Any] = {}
+            number = 0
+            while not {"odom", "tf_static", DEPTH_CAMERA_INFO.name, COMPRESSED_DEPTH_IMAGE.name} <= sent.keys():
+                number += 1
+                frame = (await server.heard("publish", number, timeout=60.0))[number - 1]
+                sent[frame["topic"]] = frame["msg"]
+        finally:
+            robot.kill()
+            await robot.wait()
+    view = msgspec.convert(sent[DEPTH_CAMERA_INFO.name], CameraInfo)
+    image = msgspec.convert(sent[COMPRESSED_DEPTH_IMAGE.name], CompressedImage)
+    assert decompress(image.format, image.data).shape == (view.height, view.width)
+    frames = [transform["child_frame_id"] for transform in sent["tf_static"]["transforms"]]
+    assert frames == ["camera_depth_frame", view.header.frame_id]
+
+
+def test_the_registered_turtlebots_are_valid_and_find_and_follow_people() -> None:
+    robot = load_robot_file(EXAMPLES / "turtlebot.json")
+    assert {"depthimage_to_laserscan", "torso_detector", "follow_person"} == robot.parameters.keys()
+    functions = {name for row in table(PAGE, "function", "what it does") for name in re.findall(r"(\w+)\(", row[0])}
+    program = (EXAMPLES / "people_turtlebot.py").read_text(encoding="utf-8")
+    assert set(re.findall(r"hardware\.(\w+)\(", program)) == functions
 
 
 @pytest.mark.journey
