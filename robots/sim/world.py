@@ -109,7 +109,7 @@ class World:
         """
         rng = np.random.default_rng((self._seed, len(self.pedestrians), 1))
         pedestrian = Pedestrian(self._space, paths, pose, self.pedestrian_model, rng)
-        self._welcome(pedestrian, pose)
+        self._add_person(pedestrian, pose)
         return pedestrian
 
     def add_actor(self, paths: ShortestPaths, pose: Pose2D, script: Script) -> Actor:
@@ -125,10 +125,10 @@ class World:
         """
         rng = np.random.default_rng((self._seed, len(self.pedestrians), 1))
         actor = Actor(self._space, paths, pose, self.pedestrian_model, rng, script=script)
-        self._welcome(actor, pose)
+        self._add_person(actor, pose)
         return actor
 
-    def _welcome(self, pedestrian: Pedestrian, pose: Pose2D) -> None:
+    def _add_person(self, pedestrian: Pedestrian, pose: Pose2D) -> None:
         if self._bodies:
             figure = Figure(np.random.default_rng((self._seed, len(self.pedestrians), 2)))
             figure.face(pose.theta)

@@ -84,14 +84,14 @@ def write_picture(path: Path, job: PeopleJob) -> dict[str, Any]:
     tracks = Tracks()
     result = run(job, tracks.watch)
     write_figure(path, draw(job.grid, tracks))
-    told: dict[str, Any] = msgspec.to_builtins(result)
-    return told
+    figures: dict[str, Any] = msgspec.to_builtins(result)
+    return figures
 
 
 def draw(grid: GridMap, tracks: Tracks) -> "Figure":
     """Return the picture of a run.
 
-    Thin grey lines are the true ways of people, coloured ones the positions of each identity, dashed ones the ways of
+    Thin grey lines are the true paths of people, coloured ones the positions of each identity, dashed ones the paths of
     robots, and stars the handovers, each with the robot that took over and the time.
     """
     from matplotlib import colormaps  # noqa: PLC0415 - heavy, and of the extra plot
@@ -110,7 +110,7 @@ def draw(grid: GridMap, tracks: Tracks) -> "Figure":
         axes.annotate(robot, points[-1], xytext=(5, -9), textcoords="offset points", color=INK, fontsize=9, zorder=6)
     _mark(axes, tracks.handovers)
     axes.set_title(
-        "identities in colour, true ways in grey, robots dashed; a star is a handover to the robot beside it",
+        "identities in colour, true paths in grey, robots dashed; a star is a handover to the robot beside it",
         fontsize=9,
     )
     return figure

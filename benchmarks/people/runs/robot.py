@@ -89,15 +89,15 @@ class PeopleRobot:
         self.clone.graph.inject(topics.DEPTH_CAMERA_INFO.name, self.body.camera_info())
         self.clone.graph.inject(topics.DEPTH_IMAGE.name, self.body.depth_image())
 
-    def sees(self, view: SensorView) -> None:
-        """Tell the clone where the detector sees people that `measured` stands for."""
+    def use_view(self, view: SensorView) -> None:
+        """Pass the view of the detector that `use_measurements` stands for to the clone."""
         self.clone.graph.inject(topics.TORSO_VIEW.name, view)
 
-    def measured(self, measurements: PositionMeasurementArray) -> None:
+    def use_measurements(self, measurements: PositionMeasurementArray) -> None:
         """Pass measurements to the clone in place of those of its detector."""
         self.clone.graph.inject(topics.TORSO_MEASUREMENTS.name, measurements)
 
-    def told(self, state: PeopleState) -> None:
+    def take_state(self, state: PeopleState) -> None:
         """Pass the state of the coordinator to the clone."""
         self.clone.graph.inject(topics.PEOPLE_STATE.name, state)
 

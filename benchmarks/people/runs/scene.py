@@ -65,7 +65,7 @@ class PeopleScene:
         self._views = {robot.id: [TRUE_VIEW] for robot in self.robots}
         if job.detections == "truth":
             for robot in self.robots:
-                robot.sees(TRUE_VIEW)
+                robot.use_view(TRUE_VIEW)
         self._fault = fault_of(job.fault)
         self._rng = rng
         self._tick = Schedule(RATE, 0.0)
@@ -74,14 +74,14 @@ class PeopleScene:
         """Simulate a step of the world; return whether `state` and `truth` are new."""
         for robot in self.robots:
             robot.step()
-        told = self._tick.take(self.world.time())
-        if told:
+        due = self._tick.take(self.world.time())
+        if due:
             self._sense()
             self._coordinate()
         self.world.step()
         for robot in self.robots:
             robot.referee.look()
-        return told
+        return due
 
     def contacts(self) -> int:
         """Return the number of contacts that robots caused so far, with people, walls and each other."""
@@ -105,7 +105,7 @@ class PeopleScene:
                 robot.image()
             elif self.job.detections == "truth":
                 pose, stamp = robot.body.base.pose, self.world.stamp()
-                robot.measured(true_detections.measurements(stamp, pose, people, shares, self._rng))
+                robot.use_measurements(true_detections.measurements(stamp, pose, people, shares, self._rng))
         places = {robot.id: robot.body.base.pose[:2] for robot in self.robots}
         self.truth = Truth(self.world.time(), people, best, places)
 
@@ -116,5 +116,5 @@ class PeopleScene:
     def _coordinate(self) -> None:
         self.state = self.group.step(self.world.stamp())
         for robot, patrol in zip(self.robots, self._patrols, strict=True):
-            robot.told(self.state)
+            robot.take_state(self.state)
             patrol.take(self.state, self.world.time())
