@@ -174,7 +174,7 @@ class OrderExecutor:
             velocity = Velocity() if reached else self._controller.compute_velocity(request)
         except PPaaSError as error:
             return events.ControlFailed(self._context.elapsed(), str(error))
-        velocity = self._passive_safety.slowed(velocity, pose, around.walkers(self._context.elapsed()))
+        velocity = self._passive_safety.slowed(velocity, pose, around.walkers(pose, self._context.elapsed()))
         publish_local_plan(self._context, pose, velocity)
         return events.VelocityComputed(self._context.elapsed(), velocity, reached)
 

@@ -26,6 +26,7 @@ from ppaas.nodes.move_base.people import SeenPeople
 from ppaas.nodes.move_base.pose_watch import PoseWatch
 from ppaas.nodes.other_robots import OTHERS_FRESH, OTHERS_MARGIN, others_of
 from ppaas.nodes.robot_scans import RobotScan, ScanReader, WaitingScans
+from ppaas.people.following.places import Places
 from ppaas.perception.tracking import MovingObjects
 from ppaas.recoveries.base import AffectedMaps
 
@@ -163,12 +164,20 @@ class Surroundings:
     def movers(self, pose: Pose2D, now: float) -> tuple[MovingObstacle, ...]:
         """Return nearby robots and all other movers, at their predicted current positions."""
         robots = tuple(mover.after(now - self._others_at) for mover in self._near(pose, now))
-        return robots + self.walkers(now)
+        return robots + self.walkers(pose, now)
 
-    def walkers(self, now: float) -> tuple[MovingObstacle, ...]:
-        """Return the moving objects that the laser sees, without robots, and people, at their predicted positions."""
+    def walkers(self, pose: Pose2D, now: float) -> tuple[MovingObstacle, ...]:
+        """Return the moving objects that the laser sees, without robots, and people, at their predicted positions.
+
+        People behind walls of the map are left out: they cannot walk up to the robot, whose laser does not see them.
+        """
         seen = tuple(mover.after(now - self._moving.at) for mover in self._seen_moving(now))
-        return seen + self._people.bodies(now)
+        return seen + tuple(body for body in self._people.bodies(now) if self._may_meet(pose, body))
+
+    def _may_meet(self, pose: Pose2D, body: MovingObstacle) -> bool:
+        reach = self._local.reach + OTHERS_MARGIN
+        near = math.hypot(body.x - pose.x, body.y - pose.y) <= reach
+        return near and Places(self.layers).sees((pose.x, pose.y), (body.x, body.y))
 
     def pose(self, now: float) -> Pose2D:
         """Return the pose of the robot in the map frame.

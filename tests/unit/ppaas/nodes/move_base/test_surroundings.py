@@ -128,5 +128,13 @@ def test_bodies_of_people_are_obstacles_that_are_not_remembered_and_slow_the_rob
     costmap = around.look_around(START, clock())
     assert costmap.data[costmap.info.cell_of(2.0, 2.5)] == LETHAL_OBSTACLE
     assert costmap.data[costmap.info.cell_of(*START[:2])] < LETHAL_OBSTACLE, "the robot must be able to leave"
-    assert any(walker.vx == -0.5 for walker in around.walkers(clock()))
+    assert any(walker.vx == -0.5 for walker in around.walkers(START, clock()))
     assert around.look_around(START, clock() + 3.0).data[costmap.info.cell_of(2.0, 2.5)] < LETHAL_OBSTACLE
+
+
+def test_people_behind_a_wall_do_not_slow_the_robot_down():
+    driving = ClosedLoop(World(walled_map(6, 4, [(2.0, 0.0, 2.2, 3.0)]), START))
+    around: Surroundings = driving.graph.nodes["move_base"]._surroundings
+    people = [TrackedPerson(k, Point(x, 1.0), Point(-0.5, 0.0), [0.0] * 4) for k, x in ((1, 1.8), (2, 2.7))]
+    driving.graph.inject("people_coordinator/state", PeopleState(Header(frame_id="map"), 2, people))
+    assert [walker.x for walker in around.walkers(START, driving.clock())] == [1.8]
