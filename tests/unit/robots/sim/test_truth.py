@@ -15,7 +15,7 @@ READERS_OF_THE_TRUTH = {
     "benchmarks/navigation/goals/picture.py",
     # carry out what robots measure of people, and score it
     "benchmarks/people/runs/scene.py", "benchmarks/people/runs/robot.py", "benchmarks/people/runs/patrol.py",
-    "benchmarks/people/bandwidth.py",
+    "benchmarks/people/bandwidth.py", "benchmarks/people/legs.py",
 }  # fmt: skip
 
 
