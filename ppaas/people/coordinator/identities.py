@@ -103,7 +103,7 @@ def recognize(torsos: Torsos, known: Known, parameters: CoordinatorParameters) -
     rest = np.flatnonzero(people == NOBODY)
     if len(rest) and apart.size:
         people[rest] = _recognized(torsos.part(rest), known, apart[rest], parameters)
-    _split(torsos, people)
+    _split(torsos, people, apart)
     return _with_newcomers(torsos, people, len(known.positions), parameters)
 
 
@@ -133,12 +133,15 @@ def _by_robot(robots: Ints, wanted: NDArray[np.bool_]) -> list[Ints]:
     return np.split(rows, np.flatnonzero(np.diff(robots[rows])) + 1) if len(rows) else []
 
 
-def _split(torsos: Torsos, people: Ints) -> None:
+def _split(torsos: Torsos, people: Ints, apart: Array) -> None:
     """Take the torsos from people, in place, that are too far from that of another robot to be the same person.
 
-    The torso of the first robot stays: otherwise two people between whom the prediction lies would be one for ever.
+    The torso nearest to the prediction stays: a robot that loses track of a person does not take them along. Without
+    a split, two people between whom the prediction lies would be one for ever.
     """
-    order = np.argsort(people, kind="stable")
+    if not apart.size:
+        return
+    order = np.lexsort((apart[np.arange(len(people)), people], people))
     numbers, first = np.unique(people[order], return_index=True)
     anchors = order[first][np.searchsorted(numbers, people)]
     off = torsos.positions - torsos.positions[anchors]

@@ -90,6 +90,11 @@ def test_the_count_is_between_the_most_of_one_robot_and_the_sum_of_all(
     assert max(map(len, each)) <= people_counter(found) <= len(rows)
 
 
+def test_a_person_stays_where_one_robot_sees_them_if_another_loses_track() -> None:
+    seen = torsos((0, 3.5, 1.0), (1, 3.0, 1.0), before={0: 0, 1: 0})
+    assert recognize(seen, known((3.05, 1.0)), PARAMETERS).tolist() == [1, 0]
+
+
 def test_two_people_between_whom_a_prediction_lies_do_not_stay_one() -> None:
     seen = torsos((0, 3.0, 1.0), (1, 3.9, 1.0), before={0: 0, 1: 0})
     assert len(set(recognize(seen, known((3.45, 1.0)), PARAMETERS).tolist())) == 2
