@@ -38,9 +38,10 @@ person no longer. Angle up to which it drives on the path that the person walked
 FAR = 1.5
 """Distance from which a robot is distant, relative to the one wanted."""
 
-APPROACHING, NEAR, TOWARDS, PASSES = 0.2, 3.4, math.radians(60.0), 1.5
-"""A person approaches who comes nearer faster than this [m/s], from within this distance [m], and walks in a direction
-that is off that to the robot by at most this [rad], on a line that passes the robot within this distance [m]."""
+APPROACHING, TOWARDS, PASSES, NEAR = 0.2, math.radians(60.0), 1.5, 3.4
+"""A person approaches who comes nearer faster than this [m/s], and walks in a direction that is off that to the robot
+by at most this [rad], on a line that passes the robot within this distance [m]. Within the distance `NEAR` [m], the
+robot stands then; from afar it drives straight to the person, since on a bow its camera would lose the person."""
 
 CLOSING = 0.8
 """Speed added to that of the person for each metre that the robot is too far away [1/s]."""
@@ -181,7 +182,7 @@ class Following:
     def _follow(self, now: float, robot: Pose2D) -> Step:
         person = self._target.position(now)
         apart = math.dist(person, robot[:2])
-        if self._approaches(person, robot, apart):
+        if apart <= NEAR and self._approaches(person, robot):
             return self._wait("the person comes towards the robot", robot, person)
         if self._is_well_placed(person, robot, apart):
             self._progress.reset()
@@ -205,13 +206,13 @@ class Following:
         self._turning = off > (TURNED if self._turning else TURN)
         return Step(WAITING, reason, math.dist(person, robot[:2]), pose if self._turning else None)
 
-    def _approaches(self, person: tuple[float, float], robot: Pose2D, apart: float) -> bool:
-        """Return whether the person walks towards the robot, which then stands instead of driving at the person."""
+    def _approaches(self, person: tuple[float, float], robot: Pose2D) -> bool:
+        """Return whether the person walks towards the robot, which stands then if the person is near."""
         heading = self._target.heading
-        if not self._target.walking or heading is None or apart > NEAR:
+        if not self._target.walking or heading is None:
             return False
         off = abs(wrap_angle(math.atan2(robot.y - person[1], robot.x - person[0]) - heading))
-        passes = apart * math.sin(off) <= PASSES
+        passes = math.dist(person, robot[:2]) * math.sin(off) <= PASSES
         return off <= TOWARDS and passes and self._target.speed * math.cos(off) >= APPROACHING
 
     def _is_well_placed(self, person: tuple[float, float], robot: Pose2D, apart: float) -> bool:
@@ -241,7 +242,8 @@ class Following:
     ) -> tuple[float, tuple[float, float] | None]:
         """Return the wanted direction from the person to the robot [rad], and the place on the path walked."""
         target, p = self._target, self._parameters
-        if target.heading is None or not (target.walking or p.side != "behind"):
+        rests = not target.walking and p.side == "behind"
+        if target.heading is None or rests or self._approaches(target.position(now), robot):
             return math.atan2(robot.y - ahead[1], robot.x - ahead[0]), None
         if p.side == "behind":
             off = wrap_angle(math.atan2(robot.y - ahead[1], robot.x - ahead[0]) - target.heading - math.pi)

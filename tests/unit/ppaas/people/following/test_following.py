@@ -112,7 +112,9 @@ def test_robot_stands_while_the_person_comes_towards_it():
 
 
 def test_robot_drives_on_while_the_person_comes_from_afar_or_will_pass_far_beside_it():
-    assert step(person(6.0, vx=-0.6)).state == FOLLOWING
+    done = step(person(7.0, vx=-0.6))
+    assert done.state == FOLLOWING
+    assert done.place == pytest.approx((7.0 - 0.6 * AHEAD - 1.2, 3.0, 0.0)), "straight ahead, where it sees the person"
     assert step(person(4.5, 4.8, vx=-0.6)).state == FOLLOWING
     assert step(person(4.5, 3.8, vx=-0.6)).state == WAITING
 
