@@ -31,12 +31,13 @@ def update_offsets(sightings: Sightings, now: float, turn: int) -> None:
         Number of the cycle, which decides whose turn it is.
     """
     shared = _shared(sightings)
+    information, vectors = _all_together(sightings)
     rounds = -(-len(sightings.robots) // OFFSETS_A_CYCLE)
     for owner in range(turn % rounds, len(sightings.robots), rounds):
         robot, mine = sightings.robots[owner], shared & (sightings.owners == owner)
         robot.offset.predict(now, prior_of(robot.report))
         if mine.any():
-            _compare(sightings, mine, robot)
+            _compare(sightings, mine, robot, information, vectors)
 
 
 def _shared(sightings: Sightings) -> NDArray[np.bool_]:
@@ -47,27 +48,26 @@ def _shared(sightings: Sightings) -> NDArray[np.bool_]:
     return shared
 
 
-def _compare(sightings: Sightings, mine: NDArray[np.bool_], robot: Robot) -> None:
-    """Update the offset of one robot by its torsos ``mine``."""
-    positions, covariances = sightings.positions[mine], sightings.covariances[mine]
-    others, spread = _means_of_others(sightings, mine)
+def _all_together(sightings: Sightings) -> tuple[Array, Array]:
+    """Return the sums of the information of all torsos of a person, and of information times position, by person."""
+    count = int(sightings.people.max(initial=-1)) + 1
+    inverse, _ = inverse_2x2(sightings.covariances)
+    information, vectors = np.zeros((count, 2, 2)), np.zeros((count, 2))
+    np.add.at(information, sightings.people, inverse)
+    np.add.at(vectors, sightings.people, (inverse @ sightings.positions[..., np.newaxis])[..., 0])
+    return information, vectors
+
+
+def _compare(sightings: Sightings, mine: NDArray[np.bool_], robot: Robot, information: Array, vectors: Array) -> None:
+    """Update the offset of one robot by its torsos ``mine``, beside what the others alone tell of the same people."""
+    people, positions, covariances = sightings.people[mine], sightings.positions[mine], sightings.covariances[mine]
+    own, _ = inverse_2x2(covariances)
+    spread, _ = inverse_2x2(information[people] - own)
+    rest = vectors[people] - (own @ positions[..., np.newaxis])[..., 0]
+    others = (spread @ rest[..., np.newaxis])[..., 0]
     levers = positions - (robot.report.pose.x, robot.report.pose.y)
     residuals = positions - others + jacobian_of(levers) @ robot.offset.mean
     robot.offset.observe(levers, residuals, covariances + spread)
-
-
-def _means_of_others(sightings: Sightings, mine: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """Return where other robots saw the people of the torsos ``mine``, and the covariances."""
-    people = sightings.people[mine]
-    other = ~mine & np.isin(sightings.people, people)
-    order = np.argsort(people)
-    which = order[np.searchsorted(people[order], sightings.people[other])]
-    inverse, _ = inverse_2x2(sightings.covariances[other])
-    information, vectors = np.zeros((len(people), 2, 2)), np.zeros((len(people), 2))
-    np.add.at(information, which, inverse)
-    np.add.at(vectors, which, (inverse @ sightings.positions[other][..., np.newaxis])[..., 0])
-    spread, _ = inverse_2x2(information)
-    return (spread @ vectors[..., np.newaxis])[..., 0], spread
 
 
 def settle(

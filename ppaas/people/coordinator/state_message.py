@@ -65,6 +65,7 @@ def _robots(coordinator: "Coordinator", now: float) -> list[GroupRobot]:
     robots = []
     for name, robot in sorted(coordinator.robots.known.items()):
         reason = robot.reason(now, 3.0 * coordinator.parameters.report_timeout)
-        where, deviation = Point(float(robot.pose.x), float(robot.pose.y)), float(robot.deviation)
+        pose = robot.pose
+        where, deviation = Point(float(pose.x), float(pose.y)), float(robot.deviation)
         robots.append(GroupRobot(name, where, deviation, len(robot.report.ids), not reason, reason))
     return robots
