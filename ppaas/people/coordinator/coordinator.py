@@ -22,6 +22,7 @@ from ppaas.people.coordinator.follow_controller import FollowController, Scene
 from ppaas.people.coordinator.parameters import CoordinatorParameters
 from ppaas.people.coordinator.people_table import MOST_PEOPLE, PeopleTable
 from ppaas.people.coordinator.presence import forgotten, update_presence
+from ppaas.people.coordinator.robot_comparison import RobotComparison
 from ppaas.people.coordinator.robots.group import MOST_ROBOTS, Robot, Robots
 from ppaas.people.coordinator.robots.reports import Report, read_report
 from ppaas.people.coordinator.robots.world_frame import to_world
@@ -41,12 +42,8 @@ SET_BACK = 1.0
 """Lateness of a time from which the clock was set back [s]."""
 LONGEST_STEP = 5.0
 """Limit of the time that people are predicted at once [s]."""
-WITNESSES_A_CYCLE = 5
-"""Robots whose views a cycle compares with the people whom others see; the next cycle takes the next ones."""
 OUTSIDE = 0.5
 """Distance from the free space of the map beyond which nobody is, apart from the deviation of the robot [m]."""
-BEHIND = 1.0
-"""Distance behind a wall from which a robot cannot see a person, apart from its deviation [m]."""
 LATE = 5.0
 """Timeouts of reports after which a robot loses its orders."""
 FIRST_COSTS = 2.0
@@ -172,7 +169,11 @@ class Coordinator:
         if self._turn % 2:
             self._merge(reporting, views, now)
         else:
-            self._compare(reporting, views, 2.0 * seconds)
+            comparison = RobotComparison(
+                self.table, reporting, views, self._walls,
+                bodies=self.table.positions[self._present], radius=self.parameters.body_radius,
+            )  # fmt: skip
+            comparison.judge(self._turn // 2, 2.0 * seconds)
         self.table.drop(forgotten(self.table, now, self.parameters, MOST_PEOPLE))
         conversations.update_groups(self.table, now, self._free_between)
         self._count_zones(now)
@@ -274,51 +275,6 @@ class Coordinator:
         self.zones.merge(kept, dropped)
         self.follow.merge(kept, dropped)
         self.table.drop({row_of[dropped]})
-
-    def _compare(self, reporting: Mapping[str, Robot], views: list[View], seconds: float) -> None:
-        """Add evidence for and against each robot: by walls, and by what some of the others see."""
-        names = sorted(reporting)
-        for robot in reporting.values():
-            robot.trust.forget(seconds)
-        trusted = sorted({view.robot for view in views})
-        rounds = max(1, math.ceil(len(trusted) / WITNESSES_A_CYCLE))
-        turn = set(trusted[self._turn // 2 % rounds :: rounds])
-        for number, name in enumerate(names):
-            if number in turn or not reporting[name].trust.trusted:
-                self._compare_with_map(reporting[name], rounds * seconds if number in turn else seconds)
-        witnesses = [view for view in views if view.robot in turn]
-        denied_by: dict[int, list[str]] = {}
-        seen = [row for row, person in enumerate(self.table.rows) if person.seen_by]
-        for number, row in self._visible(witnesses, seen):
-            if names[number] not in self.table.rows[row].seen_by:
-                denied_by.setdefault(row, []).append(names[number])
-        agreement.compare_reports(self.table, reporting, denied_by, rounds * seconds)
-        reliable = {name for name in names if reporting[name].trust.reliable}
-        for name in names:
-            if not reporting[name].trust.trusted:
-                deny = self._denied(reporting[name], views, names)
-                agreement.compare_distrusted(self.table, reporting[name], deny, seconds)
-            reporting[name].trust.judge(reliable - {name})
-
-    def _compare_with_map(self, robot: Robot, seconds: float) -> None:
-        """Add evidence for and against a robot: its people in walls, or so far behind that it cannot see them."""
-        robot.trust.see(seconds, walled=robot.report.outside, clear=0)
-        if len(robot.world):
-            pose = robot.report.pose
-            clear = self._walls.free_between(np.array([pose.x, pose.y]), robot.world, BEHIND + robot.deviation)
-            robot.trust.see(seconds, walled=int((~clear).sum()), clear=int(clear.sum()))
-
-    def _denied(self, robot: Robot, views: list[View], names: list[str]) -> dict[int, list[str]]:
-        """Return the robots that should see each torso of one that is not trusted."""
-        torsos = robot.torsos()
-        bodies = self.table.positions[self.table.present]
-        deny: dict[int, list[str]] = {}
-        pairs = visible_pairs(
-            views, self._walls, torsos, range(len(torsos)), bodies, radius=self.parameters.body_radius
-        )
-        for number, torso in pairs:
-            deny.setdefault(torso, []).append(names[number])
-        return deny
 
     def _free_between(self, one: Array, other: Array) -> bool:
         return bool(self._walls.free_between(one, other[np.newaxis], 0.1)[0])
