@@ -95,13 +95,14 @@ class Walls:
         distances = np.hypot(off[:, 0], off[:, 1])
         steps = max(2, math.ceil(2.0 * float(distances.max())))
         reach = np.maximum(distances - margin / self._edge, 0.0) / np.maximum(distances, 1e-9)
-        share = np.linspace(0.0, 1.0, steps) * reach[:, np.newaxis]
-        column = (start[:, 0, np.newaxis] + share * off[:, 0, np.newaxis]).astype(np.int32) + 1
-        row = (start[:, 1, np.newaxis] + share * off[:, 1, np.newaxis]).astype(np.int32) + 1
+        share = np.linspace(0.0, 1.0, steps)[:, np.newaxis] * reach
+        columns, rows = ((start[:, axis] + share * off[:, axis]).astype(np.int32) + 1 for axis in (0, 1))
         height, width = self._coarse.shape
-        hit = self._coarse[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)].max(axis=1)
-        free: Mask = ~hit
-        return free
+        # A ray whose ends are within the grid does not leave it.
+        if not (_are_below(height, rows[[0, -1]]) and _are_below(width, columns[[0, -1]])):
+            rows, columns = np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)
+        hit: Mask = self._coarse.take(rows * width + columns).any(axis=0)
+        return ~hit
 
     def _local(self, points: Array) -> Array:
         """Return positions in the map's own axes [coarse cells]."""
@@ -117,6 +118,11 @@ class Walls:
         wall = np.zeros(len(points), np.bool_)
         wall[inside] = self._occupied[cells[inside, 0], cells[inside, 1]]
         return wall
+
+
+def _are_below(limit: int, numbers: NDArray[np.int32]) -> bool:
+    """Return whether all numbers are from 0 to below a limit."""
+    return bool(numbers.min() >= 0 and numbers.max() < limit)
 
 
 def in_views(views: Sequence[View], people: Array) -> Mask:
