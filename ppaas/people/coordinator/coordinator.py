@@ -299,7 +299,7 @@ class Coordinator:
                    for each, names in seen.items() if self.table.rows[rows[each]].counts}  # fmt: skip
         pairs = {(name, each) for each, names in wanting.items() for name in names}
         where = {each: (float(x), float(y)) for each, row in rows.items() for x, y in [self.table.positions[row]]}
-        robots = {name: (reporting[name].pose.x, reporting[name].pose.y) for name in able}
+        robots = {name: (pose.x, pose.y) for name in able for pose in [reporting[name].pose]}
         followed = sorted(self.follow.orders)
         fresh = self._costs.update(robots, where, pairs, followed)
         waits = len(self._costs.costs) < len(pairs) and now - self.began < FIRST_COSTS
