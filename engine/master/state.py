@@ -109,10 +109,12 @@ class MasterState:
         place = self.places.get(request.key)
         if carried.spec.id in self.place_of or not may_adopt(place, machine, carried):
             return []
-        spec = take_up(place or self.add(request), machine, carried)
+        place = place or self.add(request)
+        cores = place.cores
+        spec = take_up(place, machine, carried)
         self.waiting.pop(request.key, None)
         self.place_of[spec.id] = request.key
-        self.quotas.add(spec.user, 0, spec.cores - request.cores)
+        self.quotas.add(spec.user, 0, spec.cores - cores)
         self.balancer.placed(machine, spec)
         return [Adopt(request.key, machine.id, carried)]
 

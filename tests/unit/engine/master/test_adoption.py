@@ -165,6 +165,13 @@ def test_adopted_container_keeps_its_resized_cores(master: Master) -> None:
     assert master.quotas.used("ann").cores == 0.0
 
 
+def test_resized_container_that_is_adopted_again_is_counted_once(master: Master) -> None:
+    container = carried(cores=2.0)
+    for _ in range(2):
+        assert adopted(master.handle(joined("m1", 4, carries=(container,)))) == ["old"]
+        assert master.quotas.used("ann").cores == 2.0
+
+
 def test_adopted_container_leaves_a_drained_machine_when_ready(master: Master) -> None:
     master.handle(SettingsLoaded({"m2": MachineSettings(draining=True)}, ()))
     master.handle(joined("m1", 4))
