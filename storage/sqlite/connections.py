@@ -71,10 +71,10 @@ MIGRATIONS: tuple[tuple[Migration, ...], ...] = (
            number INTEGER NOT NULL, data BLOB NOT NULL, PRIMARY KEY (user, robot, log, number)) STRICT""",
     ),
     (
-        """CREATE TABLE people (user TEXT NOT NULL, map TEXT NOT NULL, record BLOB NOT NULL,
+        """CREATE TABLE IF NOT EXISTS people (user TEXT NOT NULL, map TEXT NOT NULL, record BLOB NOT NULL,
            PRIMARY KEY (map, user)) STRICT""",
-        """CREATE TABLE people_counts (user TEXT NOT NULL, map TEXT NOT NULL, hour INTEGER NOT NULL, zone TEXT NOT NULL,
-           people INTEGER NOT NULL, PRIMARY KEY (map, user, hour, zone)) STRICT, WITHOUT ROWID""",
+        """CREATE TABLE IF NOT EXISTS people_counts (user TEXT NOT NULL, map TEXT NOT NULL, hour INTEGER NOT NULL,
+           zone TEXT NOT NULL, people INTEGER NOT NULL, PRIMARY KEY (map, user, hour, zone)) STRICT, WITHOUT ROWID""",
     ),
 )
 """Schema migrations, as SQL statements and functions. Entry *n* migrates a file from version *n* to *n* + 1, and is
