@@ -244,7 +244,7 @@ async def _time_limit(stage: PeopleStage, limit: float) -> AsyncIterator[None]:
 def write_changes(before: PeopleState | None, state: PeopleState, write: Callable[[str], None]) -> None:
     """Write what has changed: the number of people, and who follows whom."""
     if before is not None and before.count != state.count:
-        write(f"{state.count} people are seen")
+        write("1 person is seen" if state.count == 1 else f"{state.count} people are seen")
     known = {} if before is None else {(order.robot, order.person): order for order in before.orders}
     for order in state.orders:
         if (order.robot, order.person) not in known:

@@ -39,7 +39,7 @@ def test_only_changes_are_written() -> None:
     write_changes(none, none, lines.append)
     write_changes(none, one, lines.append)
     write_changes(one, one, lines.append)
-    assert lines == ["1 people are seen", "tb1 follows person 4: cheapest path"]
+    assert lines == ["1 person is seen", "tb1 follows person 4: cheapest path"]
 
 
 async def test_a_demo_whose_robots_do_not_all_take_part_ends_with_the_reason(
