@@ -1,7 +1,6 @@
 """Checkpoint of a coordinator: identities, filters, orders and counts as bytes."""
 
 import math
-from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
@@ -9,12 +8,10 @@ from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput
 from ppaas.people.coordinator.follow_controller import Order
+from ppaas.people.coordinator.parts import CoordinatorParts
 from ppaas.people.coordinator.people_table import PersonRecord
 from ppaas.people.coordinator.robots.group import Earlier
 from ppaas.people.tracks.filter_bank import MODELS
-
-if TYPE_CHECKING:
-    from ppaas.people.coordinator.coordinator import Coordinator
 
 Array = NDArray[np.float64]
 
@@ -50,7 +47,7 @@ class _Saved(msgspec.Struct, forbid_unknown_fields=True):
     seen: dict[str, list[int]]
 
 
-def save_state(coordinator: "Coordinator") -> bytes:
+def save_state(coordinator: CoordinatorParts) -> bytes:
     """Return the state of a coordinator as bytes."""
     table, zones, bank = coordinator.table, coordinator.zones, coordinator.table.bank
     return msgspec.msgpack.encode(
@@ -76,7 +73,7 @@ def save_state(coordinator: "Coordinator") -> bytes:
     )
 
 
-def load_state(coordinator: "Coordinator", saved: bytes) -> None:
+def load_state(coordinator: CoordinatorParts, saved: bytes) -> None:
     """Replace the state of a coordinator by a saved one.
 
     Raises

@@ -1,14 +1,10 @@
 """State of a coordinator as a message."""
 
-from typing import TYPE_CHECKING
-
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Point
 from ppaas.messages.people_coordination import LOST, FollowOrder, GroupRobot, PeopleState, TrackedPerson
 from ppaas.people.coordinator.identities import people_counter
-
-if TYPE_CHECKING:
-    from ppaas.people.coordinator.coordinator import Coordinator
+from ppaas.people.coordinator.parts import CoordinatorParts
 
 MAP = "map"
 
@@ -16,7 +12,7 @@ SHOWN = 10.0
 """Time for which people are in the message after they were seen last, unless they are followed [s]."""
 
 
-def state_of(coordinator: "Coordinator", now: float) -> PeopleState:
+def state_of(coordinator: CoordinatorParts, now: float) -> PeopleState:
     """Return the state of a coordinator at a time [s since the epoch]."""
     counted = [person.id for person in coordinator.table.rows if person.counts for _ in person.seen_by or (None,)]
     return PeopleState(
@@ -32,7 +28,7 @@ def state_of(coordinator: "Coordinator", now: float) -> PeopleState:
     )
 
 
-def _people(coordinator: "Coordinator", now: float) -> list[TrackedPerson]:
+def _people(coordinator: CoordinatorParts, now: float) -> list[TrackedPerson]:
     table, names = coordinator.table, coordinator.settings.names
     followed = coordinator.follow.orders
     people = []
@@ -61,7 +57,7 @@ def _people(coordinator: "Coordinator", now: float) -> list[TrackedPerson]:
     return people
 
 
-def _robots(coordinator: "Coordinator", now: float) -> list[GroupRobot]:
+def _robots(coordinator: CoordinatorParts, now: float) -> list[GroupRobot]:
     robots = []
     for name, robot in sorted(coordinator.robots.known.items()):
         reason = robot.reason(now, 3.0 * coordinator.parameters.report_timeout)
