@@ -27,6 +27,9 @@ from ppaas.maps.kernels.distance import distance_serial
 MAX_CELLS = 1 << 22
 """Limit of the number of cells of a window."""
 
+OFF_MAP = 0.1
+"""Distance from obstacles of the map beyond which an obstacle is another one [m]."""
+
 PROXEMICS = Proxemics()
 """Default costs around people."""
 
@@ -139,6 +142,18 @@ class LocalCostmap:
         """Distance from the centre of the window to its corners [m]."""
         height, width = self._obstacles.cells.shape
         return 0.5 * math.hypot(height, width) * self._layers.grid.info.resolution
+
+    def sees_at(self, x: float, y: float, radius: float) -> bool:
+        """Return whether the laser has seen what is not on the map within a disc, in the frame of the map [m]."""
+        info = self._layers.grid.info
+        centre = info.origin.inverse() @ Pose2D(x, y)
+        corner = np.array((self._obstacles.row, self._obstacles.column))
+        cells = corner + np.argwhere(self._obstacles.marked)
+        row, column = centre.y / info.resolution - 0.5, centre.x / info.resolution - 0.5
+        near = cells[np.hypot(*(cells - (row, column)).T) <= radius / info.resolution]
+        inside = ((near >= 0) & (near < info.shape)).all(axis=1)
+        to_static = self._layers.to_lethal[tuple(near[inside].T)]
+        return bool((to_static > OFF_MAP).any() or not inside.all())
 
     def update(
         self,

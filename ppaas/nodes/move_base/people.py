@@ -11,6 +11,7 @@ from ppaas.messages.people_coordination import LOST, PREDICTED, SEEN, PeopleStat
 from ppaas.messages.people_msgs import People
 from ppaas.nodes.frames import MAP
 from ppaas.parameters import Parameters
+from ppaas.people.standing_people import StandingPeople
 from ppaas.people.state_checks import check_state
 from ppaas.people.talking_groups import between, groups_of, predicted
 from ppaas.transforms.planar import TransformTree
@@ -84,6 +85,7 @@ class SeenPeople:
         self._at = float("-inf")
         self._state = PeopleState(Header(), 0)
         self._state_at = float("-inf")
+        self._standing = StandingPeople(MOST_PEOPLE)
 
     def take(self, message: People, tree: TransformTree, now: float) -> None:
         """Replace the people by those of a message.
@@ -122,6 +124,7 @@ class SeenPeople:
             raise InvalidInput(f"a message may contain at most {MOST_PEOPLE} people, not {len(state.people)}")
         check_state(state)
         self._state, self._state_at = state, now
+        self._standing.take(state.people, now)
 
     def now(self, now: float) -> tuple[PersonNearby, ...]:
         """Return the people that are not out of date; those of the coordinator at their predicted positions.
@@ -149,6 +152,16 @@ class SeenPeople:
             for each in self._state.people
             if each.state == SEEN or (each.state == PREDICTED and max(each.covariance) <= WELL_KNOWN)
         )
+
+    def unseen(self, now: float) -> tuple[MovingObstacle, ...]:
+        """Return the bodies of people who stood when they were last seen, and whose positions are not known well now.
+
+        They may have left: a body counts only where a laser sees something.
+        """
+        if not self._parameters.enabled:
+            return ()
+        known = tuple((each.x, each.y) for each in self.bodies(now))
+        return tuple(MovingObstacle(x, y, 0.0, 0.0, BODY) for x, y in self._standing.unseen(known, now))
 
     def between(self, now: float) -> tuple[PersonNearby, ...]:
         """Return points between people who stand and talk with each other, as if somebody stood there."""

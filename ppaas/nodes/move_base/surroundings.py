@@ -47,6 +47,9 @@ SHIFT = 0.1
 AHEAD = 2.0
 """Time for which the predicted paths of movers are marked in the costmap, if the controller does not predict [s]."""
 
+LEGS = 0.3
+"""Distance from the position of a person within which the laser sees the legs [m]."""
+
 
 class Surroundings:
     """Maintains the local costmap of a robot in the map frame.
@@ -309,13 +312,19 @@ class Surroundings:
         ]
 
     def _bodies(self, pose: Pose2D, now: float) -> tuple[Disc, ...]:
-        """Return the bodies of people in the window, without those that touch the robot: it must be able to leave."""
-        bodies = ((each, math.hypot(each.x - pose.x, each.y - pose.y)) for each in self._people.bodies(now))
-        return tuple(
-            (each.x, each.y, each.radius)
-            for each, apart in bodies
-            if each.radius + self._robot_radius < apart < self._local.reach + each.radius
-        )
+        """Return the bodies of people in the window, without those that touch the robot: it must be able to leave.
+
+        People whom no camera sees any more are there as long as the laser sees legs where they stood.
+        """
+
+        def is_near(body: MovingObstacle) -> bool:
+            apart = math.hypot(body.x - pose.x, body.y - pose.y)
+            return body.radius + self._robot_radius < apart < self._local.reach + body.radius
+
+        seen = [body for body in self._people.bodies(now) if is_near(body)]
+        near = filter(is_near, self._people.unseen(now))
+        legs = [body for body in near if self._local.sees_at(body.x, body.y, LEGS)]
+        return tuple((body.x, body.y, body.radius) for body in seen + legs)
 
     def _near(self, pose: Pose2D, now: float) -> list[MovingObstacle]:
         """Return the other robots near the window, from the last message, unless that is too old."""

@@ -105,6 +105,18 @@ def test_laser_hit_is_lethal_and_inflated():
     assert cost_at(costmap, 5.0, 5.45) == 0
 
 
+def test_laser_sees_what_is_not_on_the_map_within_a_disc():
+    data = np.zeros((100, 100), np.uint8)
+    data[:, 30] = 1
+    local, robot = LocalCostmap(build_layers(grid_of(data, 0.1))), Pose2D(5.05, 5.05)
+    assert not local.sees_at(6.05, 5.05, 1.0)
+    local.update(robot, hit_at(robot, 1.02))
+    assert local.sees_at(6.3, 5.05, 0.3) and not local.sees_at(6.4, 5.05, 0.3)
+    wall = Pose2D(5.05, 5.05, math.pi)
+    local.update(wall, hit_at(wall, 2.0))
+    assert not local.sees_at(3.3, 5.05, 0.4), "a wall of the map is not what stands in front of it"
+
+
 def test_laser_hit_is_placed_right_on_a_turned_map():
     layers = empty(10.0, Pose2D(3.0, -2.0, 0.7))
     robot = layers.grid.info.origin @ Pose2D(5.0, 5.0, -0.3)

@@ -132,6 +132,26 @@ def test_bodies_of_people_are_obstacles_that_are_not_remembered_and_slow_the_rob
     assert around.look_around(START, clock() + 3.0).data[costmap.info.cell_of(2.0, 2.5)] < LETHAL_OBSTACLE
 
 
+def test_body_of_a_person_whom_no_camera_sees_any_more_is_an_obstacle_while_the_laser_sees_legs(reset):
+    around, graph, clock = reset.around, reset.driving.graph, reset.driving.clock
+    beside, empty = (1.8, 1.0), (1.5, 2.5)
+    people = [TrackedPerson(k, Point(*at), Point(0.0, 0.0), [0.0] * 4) for k, at in ((1, (1.95, 1.0)), (2, empty))]
+
+    def lethal():
+        costmap = around.look_around(START, clock())
+        return [costmap.data[costmap.info.cell_of(*at)] == LETHAL_OBSTACLE for at in (beside, empty)]
+
+    graph.inject("people_coordinator/state", PeopleState(Header(frame_id="map"), 2, people))
+    assert lethal() == [True, True]
+    graph.inject("people_coordinator/state", PeopleState(Header(frame_id="map"), 0, []))
+    assert lethal() == [True, False]
+    reset.put_box(there=False)
+    for _ in range(2):
+        reset.driving.step()
+        lethal()
+    assert lethal() == [False, False]
+
+
 def test_people_behind_a_wall_do_not_slow_the_robot_down():
     driving = ClosedLoop(World(walled_map(6, 4, [(2.0, 0.0, 2.2, 3.0)]), START))
     around: Surroundings = driving.graph.nodes["move_base"]._surroundings
