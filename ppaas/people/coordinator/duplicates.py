@@ -26,6 +26,11 @@ EQUAL = 0.3
 """Distance within which two differences are equal [m]."""
 STEADY = 0.25
 """Largest standard deviation of the difference [m]."""
+WALKED = 0.5
+"""Distance that one must have walked, unless the robots are that uncertain or another pair confirms it: the difference
+between two people who stand stays the same, too [m]."""
+CLOSE = 0.35
+"""Distance at which one person can appear to robots that know where they are, apart from 0.7 of both deviations [m]."""
 MOST_PAIRS = 10
 """Pairs that are examined in a cycle, the nearest first."""
 
@@ -51,6 +56,12 @@ class Agreement:
         The robots that see the older and the younger identity.
     support : int
         Number of pairs of identities, with this one, that the same error of the robots explains.
+    began : (x, y)
+        Position of the older identity at the time of the first value [m].
+    walked : float
+        Largest distance of the older identity from there [m].
+    usual : bool
+        Whether the deviations of the robots explain the difference.
     """
 
     since: float
@@ -60,6 +71,9 @@ class Agreement:
     count: int = 0
     robots: tuple[frozenset[str], frozenset[str]] = (frozenset(), frozenset())
     support: int = 0
+    began: tuple[float, float] = (0.0, 0.0)
+    walked: float = 0.0
+    usual: bool = False
 
     def add(self, x: float, y: float) -> None:
         """Add a difference [m]."""
@@ -106,8 +120,11 @@ class Duplicates:
             if (a, b) in different:
                 continue
             one, other = table.rows[a], table.rows[b]
-            agreement = self._pairs.get((one.id, other.id)) or Agreement(now)
+            x, y = table.positions[a].tolist()
+            agreement = self._pairs.get((one.id, other.id)) or Agreement(now, began=(x, y))
             agreement.add(*off)
+            agreement.walked = max(agreement.walked, math.dist(agreement.began, (x, y)))
+            agreement.usual = math.hypot(*off) <= CLOSE + 0.7 * math.hypot(one.deviation, other.deviation)
             agreement.robots = frozenset(one.seen_by), frozenset(other.seen_by)
             watched[one.id, other.id] = agreement
         self._pairs = watched
@@ -131,6 +148,8 @@ class Duplicates:
     def _is_certain(self, pair: tuple[int, int], agreement: Agreement, now: float) -> bool:
         """Return whether a pair is one person: the difference lasts, and no other pair of either explains more."""
         if now - agreement.since < LASTS or agreement.count < LEAST or agreement.deviation > STEADY:
+            return False
+        if not (agreement.usual or agreement.walked >= WALKED or agreement.support > 1):
             return False
         others = [each for ids, each in self._pairs.items() if ids != pair and not set(ids).isdisjoint(pair)]
         if all(agreement.support > other.support for other in others):

@@ -17,6 +17,8 @@ GATE = 13.8
 """Squared Mahalanobis distance beyond which a residual is not of the same person."""
 ACROSS = 0.1
 """Standard deviation of the difference between the centres of a person whom two robots see from two sides [m]."""
+REPEATED = 5.0
+"""Successive observations that tell as much as one: the errors of people who stand, or are confused, stay the same."""
 MOST_YAW = 0.3
 """Limit of the yaw of an offset [rad]."""
 
@@ -58,14 +60,15 @@ class OffsetFilter:
             Their covariances [m²], without that of the offset.
         """
         model = jacobian_of(levers)
-        total = model @ self.covariance @ np.swapaxes(model, 1, 2) + covariances + ACROSS**2 * np.eye(2)
+        covariances = REPEATED * (covariances + ACROSS**2 * np.eye(2))
+        total = model @ self.covariance @ np.swapaxes(model, 1, 2) + covariances
         near = squared_distances(residuals - model @ self.mean, total) < GATE
         levers, residuals, covariances = levers[near], residuals[near], covariances[near]
         count = len(levers)
         model = model[near].reshape(2 * count, 3)
         noise = np.zeros((2 * count, 2 * count))
         for k, covariance in enumerate(covariances):
-            noise[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] = covariance + ACROSS**2 * np.eye(2)
+            noise[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] = covariance
         total = model @ self.covariance @ model.T + noise
         gain = np.linalg.solve(total, model @ self.covariance).T
         self.mean = self.mean + gain @ (residuals.reshape(-1) - model @ self.mean)
