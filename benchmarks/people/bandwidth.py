@@ -14,7 +14,8 @@ import numpy as np
 
 from benchmarks.harness.cloud_under_test import Target, own_cloud
 from benchmarks.harness.figures import Figure
-from benchmarks.people.options import PartResult, PeopleOptions
+from benchmarks.harness.parts import PartResult
+from benchmarks.people.options import PeopleOptions
 from ppaas.errors import Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.maps.generate import office

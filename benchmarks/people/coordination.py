@@ -11,7 +11,8 @@ import numpy as np
 
 from benchmarks.harness.figures import Figure
 from benchmarks.harness.parallel_runs import run_all
-from benchmarks.people.options import PartResult, PeopleOptions
+from benchmarks.harness.parts import PartResult
+from benchmarks.people.options import PeopleOptions
 from benchmarks.people.runs import results_file
 from benchmarks.people.runs.job import PeopleJob, PeopleResult
 from benchmarks.people.runs.run import run

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.harness.figures import Figure
-from benchmarks.people.options import PartResult, PeopleOptions
+from benchmarks.harness.parts import PartResult
+from benchmarks.people.options import PeopleOptions
 from benchmarks.people.report_world import AROUND, VIEW, ReportingRobot, ReportWorld
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.costmap import Costmap
@@ -67,7 +68,8 @@ class Run:
 def measure(options: PeopleOptions) -> PartResult:
     """Return the times of cycles with the groups of `GROUPS` on a warehouse of 60 m × 40 m.
 
-    As in a container, scipy is loaded beside the cycles, and what was loaded before is left out of garbage collection.
+    The garbage collector leaves out the loaded modules, as in a container. Scipy is loaded before the first cycle; a
+    container loads it in another thread.
     """
     costmap = build_layers(warehouse(options.seed, 60.0, 40.0)).costmap
     solver()

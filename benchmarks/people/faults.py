@@ -6,8 +6,9 @@ from dataclasses import replace
 import msgspec
 
 from benchmarks.harness.figures import Figure
+from benchmarks.harness.parts import PartResult
 from benchmarks.people import coordination
-from benchmarks.people.options import PartResult, PeopleOptions
+from benchmarks.people.options import PeopleOptions
 from benchmarks.people.runs.faults import MIRRORS, REPORT_FAULTS
 from benchmarks.people.runs.job import PeopleJob, PeopleResult
 

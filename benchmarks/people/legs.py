@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.harness.figures import Figure
-from benchmarks.people.options import PartResult, PeopleOptions
+from benchmarks.harness.parts import PartResult
+from benchmarks.people.options import PeopleOptions
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.obstacle_layer import LaserReading
 from ppaas.geometry import Pose2D
@@ -41,7 +42,7 @@ PERIOD, BEGIN = 0.1, 1.0
 """Time between two scans, and time after which they count [s]."""
 
 VIEW = SensorView(0.0, 0.0, 0.0, 2.0 * math.pi, 0.4, 4.0)
-"""Where people count who are not detected."""
+"""View in which a person who is not detected counts as missed."""
 
 NEAR = 0.5
 """Distance within which a detection is of a person [m]."""
@@ -109,7 +110,7 @@ def _recall(counts: Counter[str], *distances: int) -> float:
 
 
 def _count(sample: Sample, counts: Counter[str]) -> list[float]:
-    """Count who is detected, and what is wrong; return the position errors [m]."""
+    """Count detected people and wrong detections; return the position errors [m]."""
     places, errors = np.array([(each.x, each.y) for each in sample.found]).reshape(-1, 2), []
     for person in sample.people[sample.visible]:
         far = int(math.dist(person, sample.robot[:2]))

@@ -2,9 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
 
-from benchmarks.harness.figures import Figure
 from benchmarks.people.runs.job import PeopleJob
 
 
@@ -36,21 +34,3 @@ class PeopleOptions:
     seed: int = 0
     data: Path | None = None
     quick: bool = False
-
-
-class PartResult(NamedTuple):
-    """Result of a part.
-
-    Parameters
-    ----------
-    figures : list of Figure
-        Quantities that have bars, and baselines.
-    rows : list of dict
-        Details for people; all rows have the same keys.
-    results : list of dict
-        Complete results for programs.
-    """
-
-    figures: list[Figure]
-    rows: list[dict[str, str]]
-    results: list[dict[str, Any]]

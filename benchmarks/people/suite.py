@@ -4,10 +4,10 @@ from collections.abc import Callable, Sequence
 
 from rich.progress import Progress
 
-from benchmarks.harness.figures import Figure
 from benchmarks.harness.parallel_runs import run_all
+from benchmarks.harness.parts import PartResult
 from benchmarks.people import bandwidth, coordinator, detector, legs
-from benchmarks.people.options import PartResult, PeopleOptions
+from benchmarks.people.options import PeopleOptions
 from ppaas.errors import InvalidInput, PPaaSError
 
 RUNS = ("coordination", "faults")
@@ -43,7 +43,7 @@ def measure(options: PeopleOptions, only: Sequence[str], progress: Progress) -> 
         except InvalidInput:
             raise
         except PPaaSError as error:
-            results[name] = _failed(name, error)
+            results[name] = PartResult.failed(name, error)
         progress.advance(task)
     return results
 
@@ -66,8 +66,3 @@ def _measure(name: str, options: PeopleOptions, done: Callable[[], None]) -> Par
         return measure_runs(options, done)
     (result,) = run_all(PARTS[name], [options], 1, lambda: None, fresh=True)
     return result
-
-
-def _failed(part: str, error: PPaaSError) -> PartResult:
-    """Return a figure that misses its bar, with the reason."""
-    return PartResult([Figure(part, "measured", 0, "", limit=1.0, floor=True, note=str(error))], [], [])

@@ -3,8 +3,9 @@
 from typing import Any
 
 from benchmarks.harness.figures import Figure
+from benchmarks.harness.parts import PartResult
 from benchmarks.mapping.parts import graph_solve
-from benchmarks.mapping.parts.part import PartResult, SlamOptions
+from benchmarks.mapping.parts.part import SlamOptions
 from ppaas.mapping.graph.g2o import parse_g2o
 from ppaas.mapping.graph.solver import Robust
 

@@ -3,8 +3,9 @@
 from typing import Any
 
 from benchmarks.harness.figures import Figure
+from benchmarks.harness.parts import PartResult
 from benchmarks.mapping.lifelong import next_hour
-from benchmarks.mapping.parts.part import PartResult, SlamOptions
+from benchmarks.mapping.parts.part import SlamOptions
 
 GROWTH_LIMIT = 2.0
 """Largest growth in the second hour [MB]."""

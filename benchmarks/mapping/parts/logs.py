@@ -6,9 +6,10 @@ from typing import Any, NamedTuple
 
 from benchmarks.harness.figures import Figure
 from benchmarks.harness.parallel_runs import run_all
+from benchmarks.harness.parts import PartResult
 from benchmarks.mapping.parts import log_run
 from benchmarks.mapping.parts.log_run import SlamJob
-from benchmarks.mapping.parts.part import PartResult, SlamOptions
+from benchmarks.mapping.parts.part import SlamOptions
 from benchmarks.mapping.worlds import CORRIDORS, EQUAL_CORRIDORS, LABORATORY
 from ppaas.errors import InvalidInput
 

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.harness.figures import Figure
+from benchmarks.harness.parts import PartResult
 from benchmarks.mapping.parts.mapped import mapped, mapping_of
-from benchmarks.mapping.parts.part import PartResult, SlamOptions, name_of, relations_of
+from benchmarks.mapping.parts.part import SlamOptions, name_of, relations_of
 from benchmarks.mapping.ring import ring_drive
 from benchmarks.mapping.true_error import random_relations
 from benchmarks.mapping.worlds import OFFICE, drive_of

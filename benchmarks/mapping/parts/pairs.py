@@ -7,10 +7,11 @@ from time import process_time
 from typing import Any
 
 from benchmarks.harness.figures import Figure
+from benchmarks.harness.parts import PartResult
 from benchmarks.mapping.parts.mapped import mapped
 from benchmarks.mapping.parts.merge_worlds import WORLDS
 from benchmarks.mapping.parts.merging import warm_up
-from benchmarks.mapping.parts.part import PartResult, SlamOptions, name_of
+from benchmarks.mapping.parts.part import SlamOptions, name_of
 from ppaas.errors import MapsNotMerged
 from ppaas.mapping.merging.merge import merge
 from ppaas.mapping.scan_log import ScanLog

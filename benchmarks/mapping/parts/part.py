@@ -2,9 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
 
-from benchmarks.harness.figures import Figure
 from ppaas.errors import InvalidInput
 
 
@@ -62,24 +60,6 @@ class SlamOptions:
     def with_relations(self) -> list[Path]:
         """Return the logs, and those of the folder of data that have true relations beside them."""
         return [*self.logs, *(log for log in self.recorded() if relations_of(log).is_file())]
-
-
-class PartResult(NamedTuple):
-    """Result of a part.
-
-    Parameters
-    ----------
-    figures : list of Figure
-        Quantities that have bars, and baselines.
-    rows : list of dict
-        Details for people; all rows have the same keys.
-    results : list of dict
-        Complete results for programs.
-    """
-
-    figures: list[Figure]
-    rows: list[dict[str, str]]
-    results: list[dict[str, Any]]
 
 
 def name_of(log: Path) -> str:

@@ -5,7 +5,8 @@ import uvloop
 from rich.console import Console
 from rich.progress import Progress
 
-from benchmarks.mapping.parts.part import PartResult, SlamOptions
+from benchmarks.harness.parts import PartResult
+from benchmarks.mapping.parts.part import SlamOptions
 from benchmarks.service import map_push, suite
 from robots.cli import event_loop
 

@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.harness.figures import Figure
+from benchmarks.harness.parts import PartResult
 from benchmarks.mapping.office import office, route
-from benchmarks.mapping.parts.part import PartResult, SlamOptions
+from benchmarks.mapping.parts.part import SlamOptions
 from benchmarks.mapping.simulated_drive import simulate
 from ppaas.costmap.build_layers import build_layers
 from ppaas.geometry import Pose2D

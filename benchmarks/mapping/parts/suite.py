@@ -7,10 +7,10 @@ from pathlib import Path
 
 from rich.progress import Progress
 
-from benchmarks.harness.figures import Figure
 from benchmarks.harness.parallel_runs import run_all
+from benchmarks.harness.parts import PartResult
 from benchmarks.mapping.parts import graphs, hours, logs, merging, pairs, push, steps, volumes
-from benchmarks.mapping.parts.part import PartResult, SlamOptions
+from benchmarks.mapping.parts.part import SlamOptions
 from ppaas.errors import InvalidInput, PPaaSError
 
 PARTS: dict[str, Callable[[SlamOptions], PartResult]] = {
@@ -53,11 +53,6 @@ def measure(options: SlamOptions, only: Sequence[str], progress: Progress) -> di
             except InvalidInput:
                 raise
             except PPaaSError as error:
-                results[name] = _failed(name, error)
+                results[name] = PartResult.failed(name, error)
             progress.advance(task)
     return results
-
-
-def _failed(part: str, error: PPaaSError) -> PartResult:
-    """Return a figure that misses its bar, with the reason."""
-    return PartResult([Figure(part, "measured", 0, "", limit=1.0, floor=True, note=str(error))], [], [])

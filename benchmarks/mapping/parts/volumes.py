@@ -3,8 +3,9 @@
 from typing import Any
 
 from benchmarks.harness.figures import Figure
+from benchmarks.harness.parts import PartResult
 from benchmarks.mapping import volume
-from benchmarks.mapping.parts.part import PartResult, SlamOptions
+from benchmarks.mapping.parts.part import SlamOptions
 
 IMAGES = 12
 """Number of clouds."""

@@ -8,8 +8,9 @@ import pytest
 
 from benchmarks.commands import slam
 from benchmarks.harness.figures import Figure
+from benchmarks.harness.parts import PartResult
 from benchmarks.mapping.parts import suite
-from benchmarks.mapping.parts.part import PartResult, SlamOptions
+from benchmarks.mapping.parts.part import SlamOptions
 
 FOUND = PartResult([Figure("logs", "a: mean", 0.5, "m", limit=0.1)], [{"log": "a", "scans": "7"}], [{"log": "a"}])
 
