@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.people.coordinator.parameters import CoordinatorParameters
-from ppaas.people.tracks.assignment import solver
+from ppaas.people.tracks.assignment import assign
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -183,23 +183,13 @@ def _recognized(torsos: Torsos, known: Known, apart: Array, parameters: Coordina
     ambiguous = np.bincount(robots, ~(once & (times[which] == 1)))[robots] > 0
     people[rows[~ambiguous]] = columns[~ambiguous]
     for pairs in _by_robot(robots, ambiguous):
-        chosen = _assigned(rows[pairs].tolist(), columns[pairs].tolist(), costs[pairs], parameters.new_person)
-        for row, column in chosen:
-            people[row] = column
+        torso_rows, torso_at = np.unique(rows[pairs], return_inverse=True)
+        known_rows, known_at = np.unique(columns[pairs], return_inverse=True)
+        matrix = np.full((len(torso_rows), len(known_rows)), np.inf)
+        matrix[torso_at, known_at] = costs[pairs]
+        taken, given = assign(matrix, parameters.new_person)
+        people[torso_rows[taken]] = known_rows[given]
     return people
-
-
-def _assigned(rows: list[int], columns: list[int], costs: Array, limit: float) -> list[tuple[int, int]]:
-    """Return the pairs of row and column of the least total cost, of pairs with (k,) costs below a limit."""
-    left = {row: number for number, row in enumerate(sorted(set(rows)))}
-    right = {column: number for number, column in enumerate(sorted(set(columns)))}
-    matrix = np.full((len(left), len(right)), limit)
-    matrix[[left[row] for row in rows], [right[column] for column in columns]] = costs
-    ones, others = (each.tolist() for each in solver()(matrix))
-    every, all_columns = list(left), list(right)
-    allowed = set(zip(rows, columns, strict=True))
-    pairs = [(every[one], all_columns[other]) for one, other in zip(ones, others, strict=True)]
-    return [pair for pair in pairs if pair in allowed]
 
 
 def _costs(torsos: Torsos, known: Known, rows: Ints, columns: Ints, parameters: CoordinatorParameters) -> Array:
