@@ -5,6 +5,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.geometry import Pose2D
+
 PoseArray = NDArray[np.float64]
 """(…, 3) array: x, y [m], theta [rad]."""
 
@@ -45,6 +47,13 @@ def differences(poses: PoseArray, others: PoseArray) -> PoseArray:
 def inverse(poses: PoseArray) -> PoseArray:
     """Return the inverse poses: ``compose(p, inverse(p))`` is the identity."""
     return relative(poses, np.zeros(3))
+
+
+def moved_points(motion: Pose2D, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return points (n, 2) in the frame of a pose, x, y [m], in the frame that the pose is in."""
+    cos, sin = np.cos(motion.theta), np.sin(motion.theta)
+    moved: NDArray[np.float64] = points @ np.array(((cos, sin), (-sin, cos))) + np.array((motion.x, motion.y))
+    return moved
 
 
 def symmetric(upper: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
+from ppaas.planar_poses import moved_points
 
 TILE = 0.25
 """Edge of the tiles by which places are remembered [m]. A loop closure moves a frontier by less, mostly."""
@@ -58,13 +59,6 @@ class GivenUp:
             self._near = {(x + right, y + up) for x, y in self._tiles for right in steps for up in steps}
         within = sum(tile in self._near for tile in map(tuple, _tiles_of(points).tolist()))
         return 2 * within > len(points)
-
-
-def moved_points(motion: Pose2D, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return points (n, 2) after a motion."""
-    cos, sin = np.cos(motion.theta), np.sin(motion.theta)
-    moved: NDArray[np.float64] = points @ np.array(((cos, sin), (-sin, cos))) + np.array((motion.x, motion.y))
-    return moved
 
 
 def thinned(points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -7,7 +7,7 @@ from msgspec.structs import replace
 
 from ppaas.exploration.approaches import Approach
 from ppaas.exploration.choice import NOBODY, choose, same_frontier
-from ppaas.exploration.given_up import GivenUp, moved_points, thinned
+from ppaas.exploration.given_up import GivenUp, thinned
 from ppaas.exploration.parameters import ExploreParameters
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.messages.actionlib_msgs import GoalID
@@ -19,6 +19,7 @@ from ppaas.nodes.base import Context
 from ppaas.nodes.explore.exploration import FAR, Exploration, Target
 from ppaas.nodes.explore.survey import Points, Survey
 from ppaas.nodes.frames import MAP
+from ppaas.planar_poses import moved_points
 
 FOLLOWED = 1.5
 """Distance by which a frontier may move away from a place on it and still be the same [m]."""

@@ -25,7 +25,6 @@ from ppaas.people.coordinator.presence import forgotten, update_presence
 from ppaas.people.coordinator.robot_comparison import RobotComparison
 from ppaas.people.coordinator.robots.group import MOST_ROBOTS, Robot, Robots
 from ppaas.people.coordinator.robots.reports import Report, read_report
-from ppaas.people.coordinator.robots.world_frame import to_world
 from ppaas.people.coordinator.saved_state import load_state, save_state
 from ppaas.people.coordinator.sightings import observe
 from ppaas.people.coordinator.state_message import state_of
@@ -35,6 +34,7 @@ from ppaas.people.map_area import MapArea
 from ppaas.people.rules.base import Candidate
 from ppaas.people.rules.registry import create
 from ppaas.people.settings import PeopleSettings
+from ppaas.planar_poses import moved_points
 
 Array = NDArray[np.float64]
 
@@ -132,7 +132,7 @@ class Coordinator:
         """Return a report without the people who appear outside the free space of the map, as those in mirrors do."""
         if not report.ids:
             return report
-        positions, _ = to_world(report.pose, report.pose_covariance, report.torsos, report.covariances)
+        positions = moved_points(report.pose, report.torsos)
         known = self.robots.known.get(report.robot)
         if known is not None:
             positions = known.offset.corrected(positions, (report.pose.x, report.pose.y))

@@ -5,6 +5,7 @@ import numpy as np
 from ppaas.exploration import given_up
 from ppaas.exploration.given_up import GivenUp
 from ppaas.geometry import Pose2D
+from ppaas.planar_poses import moved_points
 
 LINE = np.stack((np.linspace(1.0, 3.0, 40), np.full(40, 2.0)), axis=1)
 
@@ -51,7 +52,7 @@ def test_oldest_places_are_forgotten(monkeypatch):
 def test_places_move_with_the_map_frame():
     places, motion = GivenUp(), Pose2D(3.0, -2.0, 0.6)
     places.add(LINE)
-    moved = given_up.moved_points(motion, LINE)
+    moved = moved_points(motion, LINE)
     expected = [motion @ Pose2D(x, y, 0.0) for x, y in LINE.tolist()]
     np.testing.assert_allclose(moved, [pose[:2] for pose in expected])
     assert places.moved(motion).covers(moved)
