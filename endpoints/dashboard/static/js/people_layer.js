@@ -1,7 +1,7 @@
 /** Draws people on the map: zones, tails, which robots see them, who follows whom, and who talks with whom. */
 
 import { nameOf, robotOf } from "./people_state.js";
-import { label, line } from "./shapes.js";
+import { circle, label, line } from "./shapes.js";
 
 const SHOULDERS = { across: 0.25, along: 0.15, head: 0.1 }; // half of the width, of the depth, of the head [m]
 const LEAST = 5; // pixels: a person seen from afar is still found
@@ -112,7 +112,7 @@ function figure(context, at, size, heading, { colour, halo, seen, picked }) {
   context.save();
   context.translate(at.x, at.y);
   context.rotate(-heading);
-  if (picked) ring(context, SHOULDERS.across * size + 7, colour);
+  if (picked) circle(context, SHOULDERS.across * size + 7, colour);
   context.beginPath();
   context.ellipse(0, 0, SHOULDERS.along * size, SHOULDERS.across * size, 0, 0, 2 * Math.PI);
   context.fillStyle = seen ? colour : halo;
@@ -126,12 +126,4 @@ function figure(context, at, size, heading, { colour, halo, seen, picked }) {
   context.fillStyle = seen ? halo : colour;
   context.fill();
   context.restore();
-}
-
-function ring(context, radius, colour) {
-  context.beginPath();
-  context.arc(0, 0, radius, 0, 2 * Math.PI);
-  context.strokeStyle = colour;
-  context.lineWidth = 2.5;
-  context.stroke();
 }

@@ -64,12 +64,17 @@ export function body(context, at, radius, theta, { colour, halo, faded, selected
   context.restore();
 }
 
-function ring(context, radius, colour) {
+/** A circle around what is selected. */
+export function circle(context, radius, colour) {
   context.beginPath();
   context.arc(0, 0, radius, 0, 2 * Math.PI);
   context.strokeStyle = colour;
   context.lineWidth = 2.5;
   context.stroke();
+}
+
+function ring(context, radius, colour) {
+  circle(context, radius, colour);
   context.save();
   context.globalAlpha = 0.16;
   context.fillStyle = colour;
