@@ -53,7 +53,7 @@ class PlaceRequest:
 
     @property
     def lasts(self) -> bool:
-        """Whether its containers continue from checkpoints, and outlive the cloud process: all but those that plan."""
+        """Whether its containers continue from checkpoints and outlive the cloud process; those that plan do not."""
         return self.robot is not None or self.coordinates
 
     @property

@@ -55,7 +55,7 @@ Key = tuple[str, str]
 
 @dataclass(slots=True)
 class _Group:
-    """A group, and what is known of its coordinator."""
+    """A group, and the state of its coordinator."""
 
     robots: dict[str, PlaceRequest]
     link: PlaceLink | None = None

@@ -88,7 +88,7 @@ class DetectorScene:
 
 @dataclass(slots=True)
 class _Placed:
-    """What is placed so far: positions with the radius of each [m], and shapes."""
+    """People and furniture placed so far: positions with the radius of each [m], and shapes."""
 
     spots: list[tuple[float, float, float]] = field(default_factory=list)
     bodies: list[tuple[Shapes, Pose2D, float, float, bool]] = field(default_factory=list)

@@ -1,4 +1,4 @@
-"""Score of detections: precision, recall and error of positions, and what was taken for a person."""
+"""Score of detections: precision, recall and error of positions, and kinds of wrong detections."""
 
 import math
 from collections import Counter
@@ -18,7 +18,7 @@ GATE = 0.4
 """Largest distance of a detection from its person [m]."""
 
 PERSON, WALL = "person", "wall"
-"""What is taken for a person beside furniture: a second detection of a person, and something else."""
+"""Kinds of wrong detections beside furniture: a second detection of a person, and anything else."""
 
 AT = 0.6
 """Distance from the nearest piece of furniture within which a detection is on it [m]."""

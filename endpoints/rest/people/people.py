@@ -45,7 +45,7 @@ async def show_people(map_id: MapId, services: Provided, user: Caller) -> People
 
 @router.get("/settings", response_model=PeopleSettingsAnswer, responses=KNOWN | problems(404))
 async def show_people_settings(map_id: MapId, services: Provided, user: Caller) -> PeopleSettings:
-    """Show the settings of the caller's robots on a map: whom they follow, and what is counted."""
+    """Show the settings of the caller's robots on a map: the rule of following, targets, names, zones and counting."""
     await readable_head(services, user, map_id)
     return await _settings(services, user.id, map_id)
 
