@@ -18,7 +18,6 @@ from storage.people_records import (
 AT_ONCE = 64
 """Counts that are written in one conditional batch."""
 
-_ALL = (1 << 31) - 1
 _KEY = "map = ? AND user = ? AND generation = ?"
 
 Key = tuple[str, str, int]
@@ -77,9 +76,9 @@ class CassandraPeople:
         self, user: str, map_id: str, *, after: tuple[int, str] = BEFORE_ALL, limit: int | None = None
     ) -> list[PeopleCount]:
         """Return the counts of a user on a map, by hour and zone, which are the key."""
-        query = f"SELECT hour, zone, people FROM people_counts WHERE {_KEY} AND (hour, zone) > (?, ?) LIMIT ?"
+        query = f"SELECT hour, zone, people FROM people_counts WHERE {_KEY} AND (hour, zone) > (?, ?)"
         key = self._people_key(user, map_id)
-        rows = self._session.rows(query, *key, *after, _ALL if limit is None else limit)
+        rows = self._session.rows_up_to(limit, query, *key, *after)
         return [PeopleCount(user, map_id, row.hour, row.zone, row.people) for row in rows]
 
     def remove_people_counts(self, user: str, map_id: str, *, before: int | None = None) -> None:

@@ -13,9 +13,6 @@ from storage.records import CloneCheckpoint, CloneLogChange, RobotRecord
 _KEY = "user = ? AND generation = ? AND id = ?"
 _PART = "user = ? AND generation = ? AND robot = ?"
 
-_ALL = (1 << 31) - 1
-"""Largest LIMIT of CQL."""
-
 Key = tuple[str, int, str]
 """User, the user's generation (``storage.cassandra.connection.schema``), robot."""
 
@@ -112,8 +109,8 @@ class CassandraRobots:
         self, user: str, robot: str, log: str, *, after: int = -1, limit: int | None = None
     ) -> list[tuple[int, bytes]]:
         """Return the entries of a log, sorted by number; an empty list if there is no such log."""
-        query = f"SELECT number, data FROM clone_logs WHERE {_PART} AND log = ? AND number > ? LIMIT ?"
-        rows = self._session.rows(query, *self._key(user, robot), log, after, _ALL if limit is None else limit)
+        query = f"SELECT number, data FROM clone_logs WHERE {_PART} AND log = ? AND number > ?"
+        rows = self._session.rows_up_to(limit, query, *self._key(user, robot), log, after)
         return [(row.number, bytes(row.data)) for row in rows]
 
     def clone_logs(self, user: str, robot: str) -> list[str]:

@@ -57,6 +57,7 @@ def test_counts_are_listed_by_hour_and_zone_and_page_by_page(counting: Store) ->
     assert found == sorted(rows)
     assert counting.people_counts("ann", "house", after=(2 * HOUR, ""), limit=2) == sorted(rows)[3:5]
     assert counting.people_counts("ann", "house", after=(10 * HOUR, "door")) == []
+    assert counting.people_counts("ann", "house", limit=0) == []
     assert counting.people_counts("bob", "house") == [row(owner="bob")]
 
 

@@ -307,6 +307,7 @@ def test_a_log_is_stored_with_a_checkpoint_and_removed_with_it(store: Store) -> 
     assert store.clone("ann", "tb1") == clone("tb1", saved=9.5)
     assert store.clone_log("ann", "tb1", "new") == [(0, b""), (2, b"2"), (10, b"ten")]
     assert store.clone_log("ann", "tb1", "new", after=0, limit=1) == [(2, b"2")]
+    assert store.clone_log("ann", "tb1", "new", limit=0) == []
     assert store.clone_log("ann", "tb1", "other") == [(3, b"three")]
     assert store.clone_logs("ann", "tb1") == ["new", "other"]
     store.remove_clone("ann", "tb1")

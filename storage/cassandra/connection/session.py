@@ -31,6 +31,9 @@ MAX_BATCH_ROWS, MAX_BATCH_BYTES = 10, 4 << 10
 """Approximate size of an unlogged batch [rows, bytes]. Cassandra warns of batches with more than 10 partitions, or of
 more than 5 KiB."""
 
+LARGEST_LIMIT = (1 << 31) - 1
+"""Largest LIMIT of CQL."""
+
 Write = tuple[str, Sequence[Any]]
 """A CQL statement and its values."""
 
@@ -61,6 +64,11 @@ class CassandraSession:
         """Yield the rows of a query, fetched page by page."""
         with driver_errors(self._address):
             yield from self._execute(cql, values)
+
+    def rows_up_to(self, limit: int | None, cql: str, *values: Any) -> Iterator[Any]:
+        """Yield at most ``limit`` rows of a query, all by default; CQL itself refuses ``LIMIT 0``."""
+        if limit != 0:
+            yield from self.rows(f"{cql} LIMIT ?", *values, LARGEST_LIMIT if limit is None else limit)
 
     def row(self, cql: str, *values: Any) -> Any:
         """Return the first row of a query, or None."""
