@@ -7,6 +7,7 @@ body of a handshake, and an answer that nobody reads.
 """
 
 import asyncio
+import contextlib
 import socket
 
 import pytest
@@ -56,16 +57,22 @@ def hurried(monkeypatch: pytest.MonkeyPatch) -> None:
 async def answers(port: int, *pieces: bytes) -> bytes:
     """Send these pieces one after the other; return what the server sends until it closes the connection."""
     reader, writer = await asyncio.open_connection("127.0.0.1", port)
-    received = asyncio.create_task(reader.read(-1))
+    answer = bytearray()
+
+    async def receive() -> None:
+        with contextlib.suppress(ConnectionError):  # a server that closes while pieces arrive resets the connection
+            while part := await reader.read(1 << 16):
+                answer.extend(part)
+
+    received = asyncio.create_task(receive())
     try:
         for piece in pieces:
             if received.done():
                 break
             writer.write(piece)
             await asyncio.sleep(0.005)
-        return await received
-    except ConnectionError:
-        return b""
+        await received
+        return bytes(answer)
     finally:
         received.cancel()
         writer.close()
