@@ -30,7 +30,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     shown.add_argument("--watch", action="store_true", help="show people until Ctrl-C")
     shown.add_argument("--history", action="store_true", help="list how many people were seen, by hour and zone")
     shown.add_argument("--settings", action="store_true", help="show the settings")
-    shown.add_argument("--put", type=Path, metavar="FILE.json", help="replace the settings by those of a file")
+    shown.add_argument(
+        "--put", type=Path, metavar="FILE.json", help="replace settings by a file, then apply other options"
+    )
     shown.add_argument("--forget", action="store_true", help="remove all counts of the map")
     parser.add_argument(
         "--interval", type=seconds, default=1.0, metavar="SECONDS", help="time between updates (%(default)s)"
@@ -57,9 +59,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 async def _run(arguments: argparse.Namespace) -> None:
     client = logged_in(arguments)
-    changed = await _change(client, arguments)
     if arguments.put is not None:
         await client.put(path_of("maps", arguments.map, "people", "settings"), _read(arguments.put))
+    changed = await _change(client, arguments)
     if arguments.forget:
         await client.delete(path_of("maps", arguments.map, "people", "history"))
     elif arguments.history:

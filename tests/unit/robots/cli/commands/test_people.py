@@ -108,6 +108,14 @@ async def test_settings_are_put_from_a_file(watched: CommandLine, tmp_path: Path
     assert settings(watched) == PeopleSettings(zones=[DOOR], history=True)
 
 
+async def test_other_options_change_the_settings_of_a_file(watched: CommandLine, tmp_path: Path) -> None:
+    file = tmp_path / "settings.json"
+    file.write_text(json.dumps({"rule": "nearest", "followed_at_once": 2}))
+    ended = await watched("people", "house", "--put", str(file), "--rule", "longest_seen")
+    assert ended.status == 0
+    assert (settings(watched).rule, settings(watched).followed_at_once) == ("longest_seen", 2)
+
+
 async def test_counts_are_listed_and_forgotten(ppaas: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("endpoints.rest.people.people_history.epoch", lambda: float(RECENT))
     put_map(ppaas.services.map_store, house())
