@@ -67,6 +67,39 @@ def test_another_identity_at_the_edge_of_the_views_is_no_switch() -> None:
     assert score.figures().identity_switches == 0
 
 
+def test_a_ghost_beside_people_takes_nobody_their_identity() -> None:
+    score = PeopleScore(2)
+    near = np.array([[1.0, 0.0], [1.8, 0.0]])
+    for tick in range(30):
+        score.take(truth(tick / 5, 1.0, 0.3, people=near), state((1, 1.0)))
+    for tick in range(30, 60):
+        score.take(truth(tick / 5, 1.0, 0.3, people=near), state((1, 1.0), (2, 0.4)))
+    figures = score.figures()
+    assert (figures.identity_switches, figures.ghosts) == (0, 0.5)
+
+
+def test_an_identity_beside_a_person_in_view_is_not_of_one_at_the_edge_who_had_it() -> None:
+    score = PeopleScore(2)
+    near = np.array([[1.0, 0.0], [1.8, 0.0]])
+    for tick in range(30):
+        score.take(truth(tick / 5, 1.0, 0.0, people=near), state((1, 1.0)))
+    for tick in range(30, 60):
+        score.take(truth(tick / 5, 0.3, 1.0, people=near), state((1, 1.8)))
+    for tick in range(60, 90):
+        score.take(truth(tick / 5, 1.0, 1.0, people=near), state((2, 1.0), (1, 1.8)))
+    assert score.figures().identity_switches == 1
+
+
+def test_people_who_stand_together_and_swap_identities_switch_twice() -> None:
+    score = PeopleScore(2)
+    for tick in range(60):
+        ids = (1, 2) if tick < 30 else (2, 1)
+        score.take(
+            truth(tick / 5, 1.0, 1.0, people=np.array([[1.0, 0.0], [1.8, 0.0]])), state((ids[0], 1.0), (ids[1], 1.8))
+        )
+    assert score.figures().identity_switches == 2
+
+
 def test_a_hidden_person_at_a_predicted_position_is_not_a_ghost() -> None:
     score = PeopleScore(2)
     told = state((1, 1.0))
