@@ -38,6 +38,7 @@ from ppaas.messages.geometry_msgs import PoseStamped
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.perception.compressed_depth import FORMATS, decompress
 from ppaas.robot_model.describe import describe
+from ppaas.wire.ros import ros_types
 from ppaas.wire.rosbridge import RosbridgeSession
 from tests.support.hostile_bytes import mutations, operations, peak_memory
 from tests.support.world.mappings import room_mapping
@@ -119,6 +120,7 @@ class Parser:
 
 POSE = json.dumps({"header": {"frame_id": "map"}, "pose": {"position": {"x": 1.5}, "orientation": {"w": 1.0}}}).encode()
 SCAN = json.dumps({"angle_min": -1.0, "angle_max": 1.0, "angle_increment": 1.0, "ranges": [1.0, None, 2.0]}).encode()
+CDR = ("tf2_msgs/TFMessage", "sensor_msgs/LaserScan", "people_msgs/People", "action_msgs/srv/CancelGoal_Response")
 YAML = (
     b"image: m.pgm\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
 )
@@ -173,6 +175,19 @@ PARSERS = {
         lambda data: decode(LaserScan, data),
         [SCAN],
         [lambda n: b'{"ranges": [' + b"[]," * n + b"1]}", lambda n: b'{"ranges": [' + b"1," * n + b"1]}"],
+    ),
+    "CDR of ROS 2": Parser(
+        lambda data: [ros_types("jazzy").decode_json(name, data) for name in CDR],
+        [ros_types("jazzy").encode(name, {}) for name in CDR],
+        [
+            lambda n: b"\0\1\0\0" + bytes(16) + b"\xff\xff\xff\xff" + bytes(n),
+            lambda n: b"\0\1\0\0" + bytes(12) + b"\1\0\0\0" + b"\0\xff\xff\xff" + b"\1\0\0\0" * n,
+        ],
+    ),
+    "serialization of ROS 1": Parser(
+        lambda data: ros_types("noetic").decode_json("nav_msgs/Path", data),
+        [ros_types("noetic").encode("nav_msgs/Path", {"poses": [{"header": {"frame_id": "map"}}] * 2})],
+        [lambda n: bytes(16) + b"\xff\xff\xff\xff" + bytes(n)],
     ),
     "pose graph": Parser(
         unpack_mapping,
