@@ -27,6 +27,7 @@ from storage.records import (
     Token,
     User,
 )
+from storage.sharing_records import Share
 
 __all__ = ["CloneStore", "HistoryStore", "MapStore", "PeopleStore", "PlanStore", "RobotStore", "Store", "UserStore"]
 
@@ -101,6 +102,22 @@ class RobotStore(Protocol):
 
     def robots(self, user: str, *, after: str = "", limit: int | None = None) -> list[RobotRecord]:
         """Return the robots of a user, sorted by id."""
+        ...
+
+    def change_shares(self, record: RobotRecord, shares: tuple[Share, ...]) -> RobotRecord:
+        """Share a robot with these users and groups alone; works while the disk is full.
+
+        Raises
+        ------
+        Conflict
+            ``record`` differs from the stored record: another client changed the robot first.
+        """
+        ...
+
+    def robots_shared_with(
+        self, grantee: str, *, after: tuple[str, str] = ("", ""), limit: int | None = None
+    ) -> list[RobotRecord]:
+        """Return the robots that are shared with a user or a group, sorted by their user and id, which are the key."""
         ...
 
     def remove_robot(self, user: str, robot_id: str) -> None:

@@ -4,6 +4,8 @@ from typing import Any, Literal
 
 import msgspec
 
+from storage.sharing_records import Share, TokenScope
+
 Role = Literal["admin", "user"]
 
 PlanOrigin = Literal["computed", "reused", "stitched", "given"]
@@ -22,21 +24,32 @@ class Limits(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class User(msgspec.Struct, frozen=True):
-    """A user's account. ``password_hash`` is a string in the format of argon2id."""
+    """A user's account.
+
+    ``password_hash`` is a string in the format of argon2id. ``groups`` are the names of the groups of users that it is
+    in; a group exists while a user is in it.
+    """
 
     id: str
     password_hash: str
     role: Role = "user"
     limits: Limits = Limits()
+    groups: tuple[str, ...] = ()
 
 
 class Token(msgspec.Struct, frozen=True):
-    """A login. Only the hash of the token is stored; ``expires`` and ``created`` are seconds since the epoch."""
+    """A login, or a token for some robots.
+
+    Only the hash of the token is stored; ``expires`` and ``created`` are seconds since the epoch. ``scope`` limits its
+    rights; None if it has all rights of its user. ``name`` says what a scoped token is for.
+    """
 
     hash: str
     user: str
     expires: float
     created: float = 0.0
+    scope: TokenScope | None = None
+    name: str = ""
 
 
 class MapFile(msgspec.Struct, frozen=True):
@@ -203,8 +216,8 @@ class RobotRecord(msgspec.Struct, frozen=True):
     """A robot, as its user describes it in a JSON file.
 
     ``initial_pose`` is x [m], y [m], yaw [rad] in the map frame; ``cores`` is the decimal size of its container;
-    ``properties`` is any JSON object, stored unread; ``labels`` are required of the machine of its container. The URDF
-    is stored separately.
+    ``properties`` is any JSON object, stored unread; ``labels`` are required of the machine of its container;
+    ``shares`` are not part of the file. The URDF is stored separately.
     """
 
     id: str
@@ -219,6 +232,7 @@ class RobotRecord(msgspec.Struct, frozen=True):
     description: str = ""
     properties: dict[str, Any] = {}
     labels: dict[str, str] = {}
+    shares: tuple[Share, ...] = ()
 
 
 class PlanRecord(msgspec.Struct, frozen=True):

@@ -1,6 +1,8 @@
 """Robots, their URDFs and the checkpoints of their clones in Cassandra."""
 
 import uuid
+from collections.abc import Iterable
+from itertools import islice
 from typing import Any
 
 from ppaas.errors import Conflict, NotFound
@@ -9,6 +11,8 @@ from storage.cassandra.generations import generation_of
 from storage.encoding import decode, decode_readable, encode
 from storage.names import check_name, check_robot_map
 from storage.records import CloneCheckpoint, CloneLogChange, RobotRecord
+from storage.robot_shares import RobotShares
+from storage.sharing_records import check_grantee
 
 _KEY = "user = ? AND generation = ? AND id = ?"
 _PART = "user = ? AND generation = ? AND robot = ?"
@@ -17,7 +21,7 @@ Key = tuple[str, int, str]
 """User, the user's generation (``storage.cassandra.connection.schema``), robot."""
 
 
-class CassandraRobots:
+class CassandraRobots(RobotShares):
     """A ``RobotStore`` and a ``CloneStore`` in Cassandra.
 
     A URDF is stored under a unique id, which the robot's row refers to. It is written before the reference, so it
@@ -38,7 +42,9 @@ class CassandraRobots:
             before = row.record if row else None
             if instead_of is not None and (before is None or decode(before, RobotRecord) != instead_of):
                 raise Conflict(f"robot {record.id!r} has been changed meanwhile: read it again and retry")
+            self._list_shares(record.user, record.id, _grantees(record))
             if self._session.write_if(f"UPDATE robots SET record = ? WHERE {_KEY} IF record = ?", data, *key, before):
+                self._unlist_shares(record.user, record.id, before)
                 return before is None
 
     def robot(self, user: str, robot_id: str) -> RobotRecord:
@@ -52,6 +58,17 @@ class CassandraRobots:
         rows = self._session.rows(query, user, generation_of(self._session, user), after)
         return decode_readable((row.record for row in rows), RobotRecord, limit)
 
+    def robots_shared_with(
+        self, grantee: str, *, after: tuple[str, str] = ("", ""), limit: int | None = None
+    ) -> list[RobotRecord]:
+        """Return the robots that are shared with a user or a group, sorted by their user and id."""
+        query = "SELECT user, robot FROM robots_by_grantee WHERE grantee = ? AND (user, robot) > (?, ?)"
+        listed = self._session.rows(query, check_grantee(grantee), *after)
+        rows = (self._robot_row(self._key(row.user, row.robot)) for row in listed)
+        records = (_record(row.record) for row in rows if row is not None and row.record is not None)
+        shared = (record for record in records if record is not None and grantee in _grantees(record))
+        return list(islice(shared, limit))
+
     def remove_robot(self, user: str, robot_id: str) -> None:
         """Remove a robot, its URDF and its clone's checkpoint; ``NotFound`` if it does not exist."""
         key = self._key(user, robot_id)
@@ -59,6 +76,7 @@ class CassandraRobots:
         self._remove_clone(key)  # first, so that a new robot does not find it
         if not self._session.write_if(f"DELETE FROM robots WHERE {_KEY} IF record != NULL", *key):
             raise NotFound("robot", robot_id)
+        self._unlist_shares(user, robot_id, row.record)
         self._drop_urdf(key, row.urdf)
 
     # -- URDFs ---------------------------------------------------------------------------------------------------------
@@ -137,13 +155,36 @@ class CassandraRobots:
 
     def _sweep_robots(self, user: str, generation: int) -> None:
         """Remove the rows of an old generation of a user."""
-        query = "SELECT id, urdf FROM robots WHERE user = ? AND generation = ?"
+        query = "SELECT id, urdf, record FROM robots WHERE user = ? AND generation = ?"
         for row in self._session.rows(query, user, generation):
+            self._unlist_shares(user, row.id, row.record)
             self._drop_urdf((user, generation, row.id), row.urdf)
         for row in self._session.rows("SELECT robot FROM clones WHERE user = ? AND generation = ?", user, generation):
             self._session.write(f"DELETE FROM clone_logs WHERE {_PART}", user, generation, row.robot)
         for table in ("robots", "clones"):
             self._session.write(f"DELETE FROM {table} WHERE user = ? AND generation = ?", user, generation)
+
+    def _list_shares(self, user: str, robot_id: str, grantees: Iterable[str]) -> None:
+        """List a robot for those with whom it is shared."""
+        insert = "INSERT INTO robots_by_grantee (grantee, user, robot) VALUES (?, ?, ?)"
+        self._session.write_each(insert, [(grantee, user, robot_id) for grantee in grantees])
+
+    def _unlist_shares(self, user: str, robot_id: str, before: bytes | None) -> None:
+        """List a robot no more for those with whom it was shared by an earlier record, and is not now."""
+        earlier = None if before is None else _record(before)
+        if earlier is None or not earlier.shares:
+            return
+        gone = _grantees(earlier) - self._grantees_now(user, robot_id)
+        remove = "DELETE FROM robots_by_grantee WHERE grantee = ? AND user = ? AND robot = ?"
+        self._session.write_each(remove, [(grantee, user, robot_id) for grantee in gone])
+        # Another client may have shared it again meanwhile.
+        back = gone & self._grantees_now(user, robot_id)
+        self._list_shares(user, robot_id, back)
+
+    def _grantees_now(self, user: str, robot_id: str) -> set[str]:
+        row = self._robot_row(self._key(user, robot_id))
+        record = None if row is None or row.record is None else _record(row.record)
+        return set() if record is None else _grantees(record)
 
     def _key(self, user: str, robot_id: str) -> Key:
         check_name("user", user)
@@ -171,3 +212,12 @@ class CassandraRobots:
     def _drop_urdf(self, key: Key, number: uuid.UUID | None) -> None:
         if number is not None:
             self._session.write(f"DELETE FROM urdfs WHERE {_PART} AND id = ?", *key, number)
+
+
+def _record(data: bytes) -> RobotRecord | None:
+    """Return a record; None if it is damaged, which is logged."""
+    return next(iter(decode_readable([data], RobotRecord)), None)
+
+
+def _grantees(record: RobotRecord) -> set[str]:
+    return {share.to for share in record.shares}

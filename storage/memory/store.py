@@ -9,9 +9,11 @@ from storage.memory.people import MemoryPeople
 from storage.memory.plans import MemoryPlans
 from storage.names import check_name, check_robot_map
 from storage.records import CloneCheckpoint, CloneLogChange, RobotRecord, Token, User
+from storage.robot_shares import RobotShares
+from storage.sharing_records import check_grantee
 
 
-class MemoryStore(MemoryPlans, MemoryHistory, MemoryPeople):
+class MemoryStore(MemoryPlans, MemoryHistory, MemoryPeople, RobotShares):
     """A ``Store`` of dictionaries.
 
     Robots and checkpoints are stored as bytes, because they contain dictionaries that a caller may change afterwards.
@@ -148,6 +150,15 @@ class MemoryStore(MemoryPlans, MemoryHistory, MemoryPeople):
         with self._lock:
             keys = sorted(key for key in self._robots if key[0] == user and key[1] > after)[:limit]
             return [decode(self._robots[key], RobotRecord) for key in keys]
+
+    def robots_shared_with(
+        self, grantee: str, *, after: tuple[str, str] = ("", ""), limit: int | None = None
+    ) -> list[RobotRecord]:
+        """Return the robots that are shared with a user or a group, sorted by their user and id."""
+        check_grantee(grantee)
+        with self._lock:
+            records = [decode(data, RobotRecord) for key, data in sorted(self._robots.items()) if key > after]
+        return [record for record in records if grantee in (share.to for share in record.shares)][:limit]
 
     def remove_robot(self, user: str, robot_id: str) -> None:
         """Remove a robot, its URDF and its clone's checkpoint; ``NotFound`` if it does not exist."""

@@ -76,6 +76,11 @@ MIGRATIONS: tuple[tuple[Migration, ...], ...] = (
         """CREATE TABLE IF NOT EXISTS people_counts (user TEXT NOT NULL, map TEXT NOT NULL, hour INTEGER NOT NULL,
            zone TEXT NOT NULL, people INTEGER NOT NULL, PRIMARY KEY (map, user, hour, zone)) STRICT, WITHOUT ROWID""",
     ),
+    (
+        """CREATE TABLE robot_shares (grantee TEXT NOT NULL, user TEXT NOT NULL, robot TEXT NOT NULL,
+           PRIMARY KEY (grantee, user, robot)) STRICT, WITHOUT ROWID""",
+        "CREATE INDEX robot_shares_by_robot ON robot_shares (user, robot)",
+    ),
 )
 """Schema migrations, as SQL statements and functions. Entry *n* migrates a file from version *n* to *n* + 1, and is
 never changed after a release."""

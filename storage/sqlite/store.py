@@ -14,13 +14,17 @@ from ppaas.plans.encoding.chunks import GRANULARITY
 from storage.encoding import R, decode, decode_readable, encode
 from storage.names import check_name, check_robot_map
 from storage.records import CloneCheckpoint, CloneLogChange, RobotRecord, Token, User
+from storage.robot_shares import RobotShares
+from storage.sharing_records import check_grantee
 from storage.sqlite.connections import SqliteConnections
 from storage.sqlite.history import SqliteHistory
 from storage.sqlite.people import SqlitePeople
 from storage.sqlite.plans import SqlitePlans
 
+_NOT_SHARED = "DELETE FROM robot_shares WHERE user = ? AND robot = ?"
 
-class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople):
+
+class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople, RobotShares):
     """A ``Store`` in an SQLite file, which any number of threads and processes may use at once.
 
     Parameters
@@ -87,7 +91,7 @@ class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople):
         with self._connections.writing() as connection:
             if not connection.execute("DELETE FROM users WHERE id = ?", (user_id,)).rowcount:
                 raise NotFound("user", user_id)
-            for table in ("robots", "urdfs", "clones", "clone_logs", "people", "people_counts"):
+            for table in ("robots", "robot_shares", "urdfs", "clones", "clone_logs", "people", "people_counts"):
                 connection.execute(f"DELETE FROM {table} WHERE user = ?", (user_id,))
 
     def add_token(self, token: Token) -> None:
@@ -133,6 +137,9 @@ class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople):
             if instead_of is not None and (row is None or decode(row[0], RobotRecord) != instead_of):
                 raise Conflict(f"robot {record.id!r} has been changed meanwhile: read it again and retry")
             connection.execute("INSERT OR REPLACE INTO robots VALUES (?, ?, ?)", (record.user, record.id, data))
+            connection.execute(_NOT_SHARED, (record.user, record.id))
+            shares = ((share.to, record.user, record.id) for share in record.shares)
+            connection.executemany("INSERT OR IGNORE INTO robot_shares VALUES (?, ?, ?)", shares)
         return row is None
 
     def robot(self, user: str, robot_id: str) -> RobotRecord:
@@ -147,6 +154,14 @@ class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople):
         query = "SELECT record FROM robots WHERE user = ? AND id > ? ORDER BY id"
         return self._all(RobotRecord, query, user, after, limit=limit)
 
+    def robots_shared_with(
+        self, grantee: str, *, after: tuple[str, str] = ("", ""), limit: int | None = None
+    ) -> list[RobotRecord]:
+        """Return the robots that are shared with a user or a group, sorted by their user and id."""
+        query = """SELECT record FROM robot_shares AS shares JOIN robots ON robots.user = shares.user AND id = robot
+                   WHERE grantee = ? AND (shares.user, robot) > (?, ?) ORDER BY shares.user, robot"""
+        return self._all(RobotRecord, query, check_grantee(grantee), *after, limit=limit)
+
     def remove_robot(self, user: str, robot_id: str) -> None:
         """Remove a robot, its URDF and its clone's checkpoint; ``NotFound`` if it does not exist."""
         key = _robot_key(user, robot_id)
@@ -154,6 +169,7 @@ class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople):
             if not connection.execute("DELETE FROM robots WHERE user = ? AND id = ?", key).rowcount:
                 raise NotFound("robot", robot_id)
             connection.execute("DELETE FROM urdfs WHERE user = ? AND robot = ?", key)
+            connection.execute(_NOT_SHARED, key)
             _remove_clone(connection, key)
 
     def put_urdf(self, user: str, robot_id: str, urdf: bytes) -> bool:

@@ -11,6 +11,7 @@ from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
 from storage.ports import MapStore, Store
 from storage.records import MapVersionRecord
+from storage.sharing_records import Share
 from tests.support.storage.records import house, pgm, plan, put_map, robot, token, user
 
 Fetch = Callable[[Any, int], list[Any]]
@@ -23,6 +24,11 @@ LISTS: dict[str, tuple[Callable[[Store, Any, int], list[Any]], Callable[[Any], A
         lambda store, key, limit: store.plans("house", before=key, limit=limit),
         lambda one: (one.created, one.id),
         None,
+    ),
+    "shared robots": (
+        lambda store, key, limit: store.robots_shared_with("bob", after=key, limit=limit),
+        lambda one: (one.user, one.id),
+        ("", ""),
     ),
 }
 
@@ -42,7 +48,7 @@ def fill(store: Store, count: int) -> None:
     for number in range(count):
         store.add_user(user(f"u{number}"))
         store.add_token(token(f"{number:064}", user="u0"))
-        store.put_robot(robot(f"tb{number}"))
+        store.put_robot(robot(f"tb{number}", shares=(Share("bob", "look"),)))
         store.add_plan(plan(f"p{number}", created=float(number // 2)))
 
 

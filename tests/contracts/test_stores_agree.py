@@ -17,11 +17,13 @@ from storage.memory.store import MemoryStore
 from storage.people_records import HOUR, MapPeople, PeopleCount
 from storage.ports import MapStore
 from storage.records import MapRecord, MapVersionRecord, Publication
+from storage.sharing_records import Share
 from storage.sqlite.store import SqliteStore
 from tests.reference.plans.map_store import PlainMaps
 from tests.support.storage.records import GivenMap, clone, found_map, house, pgm, plan, put_map, robot, token, user
 
 names = st.sampled_from(["ann", "bob", "x.y-z_1", "../etc"])
+grantees = names | names.map("group:{}".format)
 hashes = st.sampled_from(["a" * 64, "b" * 64])
 numbers = st.floats(allow_nan=False, allow_infinity=False)
 hours = st.integers(-1, 3).map(lambda number: HOUR * number)
@@ -74,6 +76,13 @@ class StoresAgree(RuleBasedStateMachine):
     @rule(now=numbers)
     def remove_tokens(self, now: float) -> None:
         self.same(lambda store: store.remove_tokens(expired_before=now))
+
+    @rule(name=names, owner=names, grantees=st.lists(grantees, max_size=2))
+    def change_shares(self, name: str, owner: str, grantees: list[str]) -> None:
+        shares = tuple(Share(grantee, "look") for grantee in grantees)
+        self.same(lambda store: store.change_shares(store.robot(owner, name), shares))
+        for grantee in ("ann", "group:bob"):
+            self.same(lambda store, grantee=grantee: store.robots_shared_with(grantee, after=("ann", "ann"), limit=3))
 
     @rule(name=names, owner=names, pose=st.tuples(numbers, numbers, numbers), value=values)
     def put_robot(self, name: str, owner: str, pose: tuple[float, float, float], value: Any) -> None:

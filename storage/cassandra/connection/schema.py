@@ -8,6 +8,9 @@ two numbers. Robots and checkpoints are stored under the user's ``generation``, 
 other numbers are treated as missing. Removing a user increases both numbers, and changing the password increases the
 epoch, in one conditional write. Rows of old numbers are deleted afterwards.
 
+The rows of ``robots_by_grantee`` are written before the record of a robot that is shared, and removed after it, so
+they may name a robot that is not shared any more.
+
 The whole plan is a row of ``plans_at_spots``, and exists if that row exists. The rows that name it, in ``plans`` (by
 id) and ``plans_by_map``, are written before it and deleted after it, so they may name a plan that does not exist. Only
 a plan that was replaced is also stored whole in ``plans``, so that a conditional write decides between concurrent
@@ -26,6 +29,7 @@ _TABLES = {
     "tokens_by_expiry": "shard tinyint, expires double, hash text, PRIMARY KEY (shard, expires, hash)",
     "robots": """user text, generation int, id text, record blob, urdf uuid,
                  PRIMARY KEY ((user, generation), id)""",
+    "robots_by_grantee": "grantee text, user text, robot text, PRIMARY KEY (grantee, user, robot)",
     "urdfs": """user text, generation int, robot text, id uuid, data blob,
                 PRIMARY KEY ((user, generation, robot), id)""",
     "clones": "user text, generation int, robot text, record blob, PRIMARY KEY ((user, generation), robot)",
