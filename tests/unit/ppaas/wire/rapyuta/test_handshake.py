@@ -1,0 +1,72 @@
+"""Handshake of robots of 2013."""
+
+import hashlib
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ppaas.errors import InvalidInput
+from ppaas.wire.rapyuta.handshake import MAX_FIELDS, MAX_QUERY, answer_master, is_digest, parse_login
+
+URL = "ws://cloud:9010/"
+
+
+def test_a_current_client_gets_the_address() -> None:
+    answer = answer_master("userID=ann&version=20130902", URL)
+    assert (answer.status, json.loads(answer.body)) == (200, {"url": URL})
+    assert answer.media_type.startswith("application/json")
+
+
+def test_an_older_client_is_told_the_newest_version() -> None:
+    answer = answer_master("version=20130415&userID=ann", URL)
+    assert json.loads(answer.body) == {"url": URL, "current": "20130902"}
+
+
+@pytest.mark.parametrize(
+    ("query", "status", "text"),
+    [
+        ("userID=ann", 400, "missing parameter: 'version'"),
+        ("version=20130902", 400, "missing parameter: 'userID'"),
+        ("", 400, "missing"),
+        ("userID=&version=20130902", 400, "missing"),
+        ("userID=a&userID=b&version=20130902", 400, "'userID' has to be unique"),
+        ("userID=a&version=1&version=2", 400, "'version' has to be unique"),
+        ("userID=a&version=20130414", 410, "20130415"),
+        ("userID=a&version=20140101", 501, "20130902"),
+        ("userID=a&version=" + "9" * MAX_QUERY, 400, "longer"),
+        ("&".join(f"a{n}=1" for n in range(MAX_FIELDS + 1)), 400, "parameters"),
+    ],
+)
+def test_other_requests_to_the_master_are_refused_as_text(query: str, status: int, text: str) -> None:
+    answer = answer_master(query, URL)
+    assert answer.status == status
+    assert text in answer.body
+    assert answer.media_type.startswith("text/plain")
+
+
+@given(st.text(max_size=60))
+def test_the_master_answers_any_query(query: str) -> None:
+    assert answer_master(query, URL).status in (200, 400, 410, 501)
+
+
+def test_a_login_has_user_robot_and_password() -> None:
+    login = parse_login("userID=ann&robotID=tb1&password=ab%20c")
+    assert (login.user, login.robot, login.password) == ("ann", "tb1", "ab c")
+
+
+@pytest.mark.parametrize(
+    "query",
+    ["userID=ann&robotID=tb1", "userID=a&robotID=1&password=x", "userID=a&robotID=t&robotID=t&password=x", ""],
+)
+def test_incomplete_logins_are_refused(query: str) -> None:
+    with pytest.raises(InvalidInput):
+        parse_login(query)
+
+
+def test_a_hash_is_recognized_by_its_form() -> None:
+    assert is_digest(hashlib.sha256(b"x").hexdigest())
+    assert is_digest(hashlib.sha256(b"x").hexdigest().upper())
+    assert not is_digest("ppaas_" + "a" * 58)
+    assert not is_digest("a" * 63)
