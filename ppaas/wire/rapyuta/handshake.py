@@ -4,8 +4,8 @@ Source: ``RobotResource`` and ``RobotWebSocketProtocol`` in ``rce/comm/server.py
 """
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
-from urllib.parse import parse_qs
 
 from ppaas.errors import InvalidInput
 from ppaas.wire.rapyuta.tags import check_tag
@@ -13,11 +13,8 @@ from ppaas.wire.rapyuta.tags import check_tag
 OLDEST, NEWEST = "20130415", "20130902"
 """Oldest and newest version of clients. Versions compare as strings."""
 
-MAX_QUERY = 4096
-"""Longest query of the master or of a WebSocket [characters]."""
-
-MAX_FIELDS = 16
-"""Largest number of parameters in a query."""
+Query = Sequence[tuple[str, str]]
+"""Parameters of a query, by name and value, in order and with repetitions."""
 
 DIGEST_LENGTH = 64
 """Length of a SHA-256 hash in hexadecimal digits."""
@@ -44,12 +41,12 @@ class Login:
     password: str
 
 
-def answer_master(query: str, url: str) -> MasterAnswer:
+def answer_master(query: Query, url: str) -> MasterAnswer:
     """Return the master's answer to ``GET /?userID=U&version=V``.
 
     Parameters
     ----------
-    query : str
+    query : sequence of (str, str)
         Query of the request.
     url : str
         Address of the WebSocket for robots.
@@ -72,7 +69,7 @@ def answer_master(query: str, url: str) -> MasterAnswer:
     return MasterAnswer(200, JSON, json.dumps({"url": url, **newer}))
 
 
-def parse_login(query: str) -> Login:
+def parse_login(query: Query) -> Login:
     """Return the login in the query of a WebSocket's address, ``?userID=U&robotID=R&password=HASH``.
 
     Raises
@@ -89,17 +86,12 @@ def is_digest(password: str) -> bool:
     return len(password) == DIGEST_LENGTH and set(password.lower()) <= set("0123456789abcdef")
 
 
-def _single(query: str, *names: str) -> list[str]:
+def _single(query: Query, *names: str) -> list[str]:
     """Return the values of parameters that must be given once each."""
-    if len(query) > MAX_QUERY:
-        raise InvalidInput(f"The query is longer than {MAX_QUERY} characters.")
-    try:
-        given = parse_qs(query, keep_blank_values=True, max_num_fields=MAX_FIELDS)
-    except ValueError as error:
-        raise InvalidInput(f"The query has more than {MAX_FIELDS} parameters.") from error
-    for name in names:
-        if not any(given.get(name, [])):
+    given = {name: [value for key, value in query if key == name] for name in names}
+    for name, values in given.items():
+        if not any(values):
             raise InvalidInput(f"Request is missing parameter: '{name}'")
-        if len(given[name]) != 1:
+        if len(values) != 1:
             raise InvalidInput(f"Parameter '{name}' has to be unique in request.")
-    return [given[name][0] for name in names]
+    return [values[0] for values in given.values()]

@@ -2,25 +2,31 @@
 
 import hashlib
 import json
+from urllib.parse import parse_qsl
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import InvalidInput
-from ppaas.wire.rapyuta.handshake import MAX_FIELDS, MAX_QUERY, answer_master, is_digest, parse_login
+from ppaas.wire.rapyuta.handshake import answer_master, is_digest, parse_login
+
+
+def _pairs(query: str) -> list[tuple[str, str]]:
+    return parse_qsl(query, keep_blank_values=True)
+
 
 URL = "ws://cloud:9010/"
 
 
 def test_a_current_client_gets_the_address() -> None:
-    answer = answer_master("userID=ann&version=20130902", URL)
+    answer = answer_master(_pairs("userID=ann&version=20130902"), URL)
     assert (answer.status, json.loads(answer.body)) == (200, {"url": URL})
     assert answer.media_type.startswith("application/json")
 
 
 def test_an_older_client_is_told_the_newest_version() -> None:
-    answer = answer_master("version=20130415&userID=ann", URL)
+    answer = answer_master(_pairs("version=20130415&userID=ann"), URL)
     assert json.loads(answer.body) == {"url": URL, "current": "20130902"}
 
 
@@ -35,24 +41,22 @@ def test_an_older_client_is_told_the_newest_version() -> None:
         ("userID=a&version=1&version=2", 400, "'version' has to be unique"),
         ("userID=a&version=20130414", 410, "20130415"),
         ("userID=a&version=20140101", 501, "20130902"),
-        ("userID=a&version=" + "9" * MAX_QUERY, 400, "longer"),
-        ("&".join(f"a{n}=1" for n in range(MAX_FIELDS + 1)), 400, "parameters"),
     ],
 )
 def test_other_requests_to_the_master_are_refused_as_text(query: str, status: int, text: str) -> None:
-    answer = answer_master(query, URL)
+    answer = answer_master(_pairs(query), URL)
     assert answer.status == status
     assert text in answer.body
     assert answer.media_type.startswith("text/plain")
 
 
-@given(st.text(max_size=60))
-def test_the_master_answers_any_query(query: str) -> None:
+@given(st.lists(st.tuples(st.sampled_from(["userID", "version", "x"]), st.text(max_size=9)), max_size=4))
+def test_the_master_answers_any_query(query: list[tuple[str, str]]) -> None:
     assert answer_master(query, URL).status in (200, 400, 410, 501)
 
 
 def test_a_login_has_user_robot_and_password() -> None:
-    login = parse_login("userID=ann&robotID=tb1&password=ab%20c")
+    login = parse_login(_pairs("userID=ann&robotID=tb1&password=ab%20c"))
     assert (login.user, login.robot, login.password) == ("ann", "tb1", "ab c")
 
 
@@ -62,7 +66,7 @@ def test_a_login_has_user_robot_and_password() -> None:
 )
 def test_incomplete_logins_are_refused(query: str) -> None:
     with pytest.raises(InvalidInput):
-        parse_login(query)
+        parse_login(_pairs(query))
 
 
 def test_a_hash_is_recognized_by_its_form() -> None:
