@@ -11,7 +11,7 @@ TEST_PROCESSES ?= 5
 DEMO_ARGS ?=
 # Makes the bill of materials, in an environment of its own; the extras that a cloud and its robots may install.
 CYCLONEDX := cyclonedx-bom==7.5.0
-SHIPPED := cloud sim ray hdfs cassandra docker plot bags mapping
+SHIPPED := cloud sim ray hdfs cassandra docker plot bags mapping ros2
 
 # Python keeps what it has compiled, also where the environment says otherwise: the many processes of `make test`
 # would compile the same modules and tests again. Without a value the variable has no effect.

@@ -42,7 +42,7 @@ def test_every_entry_point_loads(group, name, value):
         assert loaded.HELP
         assert callable(loaded.configure)
         assert callable(loaded.run)
-    elif group == "ppaas.machine_verbs":
+    elif group in ("ppaas.machine_verbs", "ppaas.bridges"):
         assert loaded.HELP
         assert callable(loaded.configure)
         assert callable(loaded.run)

@@ -39,6 +39,7 @@ from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.perception.compressed_depth import FORMATS, decompress
 from ppaas.robot_model.describe import describe
 from ppaas.wire.ros import ros_types
+from ppaas.wire.ros.rmw_zenoh import parse_token
 from ppaas.wire.rosbridge import RosbridgeSession
 from tests.support.hostile_bytes import mutations, operations, peak_memory
 from tests.support.world.mappings import room_mapping
@@ -183,6 +184,11 @@ PARSERS = {
             lambda n: b"\0\1\0\0" + bytes(16) + b"\xff\xff\xff\xff" + bytes(n),
             lambda n: b"\0\1\0\0" + bytes(12) + b"\1\0\0\0" + b"\0\xff\xff\xff" + b"\1\0\0\0" * n,
         ],
+    ),
+    "token of rmw_zenoh": Parser(
+        lambda data: parse_token(data.decode("latin-1")),
+        [b"@ros2_lv/2/8b20/0/10/MP/%/%/talker/%chatter/std_msgs::msg::dds_::String_/RIHS01_0/::,7:,:,:,,"],
+        [lambda n: b"@ros2_lv" + b"/" * n, lambda n: b"a" * n],
     ),
     "serialization of ROS 1": Parser(
         lambda data: ros_types("noetic").decode_json("nav_msgs/Path", data),

@@ -31,6 +31,8 @@ from ppaas.people import settings as people
 from ppaas.perception.depth_scan import MOST_PIXELS
 from ppaas.robot_model import urdf, xml_document
 from ppaas.wire import fragments
+from ppaas.wire.ros import rmw_zenoh, types
+from robots.bridges.zenoh import node
 from tests.support.documents import table, text_of
 
 LIMITS = "docs/limits.md"
@@ -122,6 +124,8 @@ ROWS = {
         size(fragments.MAX_SIZE),
     ],
     ("WebSocket", "pixels of a depth image"): [MOST_PIXELS],
+    ("message of ROS in CDR or of ROS 1", "size"): [f"{types.MAX_MESSAGE >> 20} MiB"],
+    ("graph of a robot with ROS 2", "entities; token of one"): [node.MAX_ENTITIES, rmw_zenoh.MAX_TOKEN],
     ("TLS", "time of the handshake"): [
         f"{tls_handshake.HANDSHAKE_SECONDS:g} s",
         f"{sockets.HANDSHAKE_TIMEOUT:g} s on the port",

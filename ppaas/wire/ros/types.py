@@ -67,6 +67,10 @@ class RosTypes:
     def __contains__(self, name: str) -> bool:
         return self._full(name) in self._store.types
 
+    def knows(self, name: str) -> bool:
+        """Return whether a message or a service is known."""
+        return name in self or name in self._services
+
     def encode(self, name: str, values: Mapping[str, Any]) -> bytes:
         """Return a message as bytes: CDR, little endian and with its header of four bytes, or ROS 1's serialization.
 

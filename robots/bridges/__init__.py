@@ -1,0 +1,1 @@
+"""Bridges: clients of the cloud for robots that speak other protocols than rosbridge."""

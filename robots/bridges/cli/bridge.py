@@ -1,0 +1,30 @@
+"""Command ``ppaas bridge``: connects a robot that speaks another protocol than rosbridge."""
+
+import argparse
+from importlib.metadata import entry_points
+
+from robots.cli.plugins import add_missing, loaded
+
+NAME = "bridge"
+HELP = "connect a robot with ROS to the cloud, without code on the robot"
+
+BRIDGES = "ppaas.bridges"
+"""Group of bridges: modules with HELP, configure(parser) and run(arguments)."""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    bridges = parser.add_subparsers(dest="bridge", required=True, metavar="PROTOCOL")
+    for name, module in loaded(entry_points(group=BRIDGES), getattr(parser, "words", None) or ()):
+        if isinstance(module, ModuleNotFoundError):
+            add_missing(bridges, name, module)
+            continue
+        one = bridges.add_parser(name, help=module.HELP, description=module.HELP)
+        module.configure(one)
+        one.set_defaults(run_bridge=module.run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run a bridge until interrupted; return the exit status."""
+    status: int = arguments.run_bridge(arguments)
+    return status

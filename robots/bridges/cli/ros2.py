@@ -1,0 +1,93 @@
+"""Command ``ppaas bridge ros2 ROBOT``: connects a robot with ROS 2 to its clone."""
+
+import argparse
+import logging
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from robots.cli import event_loop
+from robots.cli.session import add_cloud_arguments, token_of
+
+if TYPE_CHECKING:
+    from robots.bridges.core.transport import Transport
+
+HELP = "connect a robot with ROS 2 to the cloud; no ROS is needed where the bridge runs"
+
+TRANSPORTS = ("zenoh",)
+RELEASES = ("humble", "jazzy", "kilted")
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.add_argument("robot", metavar="ROBOT", help="id of the robot, as registered by 'ppaas robot put'")
+    add_cloud_arguments(parser)
+    parser.add_argument(
+        "--transport",
+        choices=TRANSPORTS,
+        default=TRANSPORTS[0],
+        help="how the robot's nodes communicate: zenoh for rmw_zenoh (%(default)s)",
+    )
+    parser.add_argument(
+        "--domain",
+        type=_domain,
+        default=os.environ.get("ROS_DOMAIN_ID", "0"),
+        help="domain of the robot's nodes (ROS_DOMAIN_ID, else 0)",
+    )
+    parser.add_argument("--namespace", help="namespace of the robot's nodes (found by its odometry and scans)")
+    parser.add_argument("--distro", choices=RELEASES, help="release of the robot's ROS 2 (found by the robot's nodes)")
+    zenoh = parser.add_argument_group("transport zenoh")
+    zenoh.add_argument(
+        "--listen",
+        action="append",
+        default=[],
+        metavar="ENDPOINT",
+        help="be the router to which robots connect, as tcp/0.0.0.0:7447; may be repeated",
+    )
+    zenoh.add_argument(
+        "--connect",
+        action="append",
+        default=[],
+        metavar="ENDPOINT",
+        help="connect to a router, as tcp/robot:7447 (that of this computer, if it has one); may be repeated",
+    )
+    zenoh.add_argument("--zenoh-config", type=Path, metavar="FILE", help="configuration of Zenoh (JSON5), as for TLS")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Carry messages until interrupted; return the exit status."""
+    logging.basicConfig(level=logging.INFO, format="%(levelname)s %(message)s", stream=sys.stderr)
+    event_loop.run(_run(arguments))
+    return 0
+
+
+async def _run(arguments: argparse.Namespace) -> None:
+    # Imported here because ``ppaas --help`` loads this module.
+    from robots.bridges.core.bridge import Bridge  # noqa: PLC0415
+
+    bridge = Bridge(
+        _transport(arguments),
+        url=arguments.url,
+        robot=arguments.robot,
+        token=token_of(arguments),
+        namespace=arguments.namespace,
+    )
+    await bridge.run()
+
+
+def _transport(arguments: argparse.Namespace) -> "Transport":
+    from robots.bridges.zenoh.node import ZenohOptions, ZenohTransport  # noqa: PLC0415
+
+    endpoints: tuple[Sequence[str], Sequence[str]] = (arguments.listen, arguments.connect)
+    listen, connect = map(tuple, endpoints)
+    options = ZenohOptions(listen, connect, arguments.zenoh_config, arguments.domain, arguments.distro or "")
+    return ZenohTransport(options)
+
+
+def _domain(text: str) -> int:
+    domain = int(text)
+    if not 0 <= domain <= 232:
+        raise argparse.ArgumentTypeError(f"a domain is a number from 0 to 232, not {domain}")
+    return domain

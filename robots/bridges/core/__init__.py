@@ -1,0 +1,1 @@
+"""Parts of a bridge that do not depend on how it reaches the robot."""

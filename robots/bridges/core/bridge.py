@@ -1,0 +1,175 @@
+"""Bridge between a robot and its clone, over any transport."""
+
+import asyncio
+from collections.abc import Coroutine
+from typing import Any
+
+import msgspec
+
+from ppaas.clock import epoch, monotonic
+from ppaas.errors import NotFound, PPaaSError
+from robots.bridges.core.actions import ActionServer
+from robots.bridges.core.cloud_link import CloudLink
+from robots.bridges.core.downward import Downward
+from robots.bridges.core.frames import Frames
+from robots.bridges.core.notices import Notices
+from robots.bridges.core.parts import Parts
+from robots.bridges.core.robot_graph import TWIST, RobotGraph, find_namespace
+from robots.bridges.core.robot_time import RobotTime
+from robots.bridges.core.tables import ACTIONS, SERVICES, UP, Service
+from robots.bridges.core.transport import Closable, Transport
+from robots.bridges.core.upward import Upward
+from robots.bridges.core.velocity import Velocity
+
+SETTLE = 0.05
+"""Time for which changes of the graph are collected before the bridge follows them [s]."""
+
+MISSING_AFTER = 5.0
+"""Time after which the bridge reports what it has not found in the graph [s]."""
+
+
+class Bridge:
+    """Carries topics, services and actions between the graph of a robot and the cloud.
+
+    Parameters
+    ----------
+    transport : Transport
+        The robot.
+    url, robot, token : str
+        URL of the cloud, id of the robot, and token of its owner.
+    namespace : str, optional
+        Namespace of the robot's nodes; found in the graph by default.
+    """
+
+    def __init__(self, transport: Transport, *, url: str, robot: str, token: str, namespace: str | None = None) -> None:
+        self._transport, self._robot = transport, robot
+        self._namespace = None if namespace is None else f"/{namespace.strip('/')}".rstrip("/")
+        self._link = CloudLink(url, robot=robot, token=token, renewed=self._renewed)
+        self._changed = asyncio.Event()
+        self._known: frozenset[str] = frozenset()
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._servers: list[Closable] = []
+        self._notices = Notices()
+        time = RobotTime(monotonic, epoch)
+        parts = Parts(transport, self._link, Frames(), time, self._notices, monotonic, self._start)
+        self._parts = parts
+        self._velocity, self._upward, self._downward = Velocity(parts), Upward(parts), Downward(parts)
+
+    async def run(self) -> None:
+        """Carry messages until cancelled.
+
+        Raises
+        ------
+        PPaaSError
+            The cloud refuses the robot, or the transport cannot be opened, and why.
+        """
+        await self._transport.open(self._changed.set)
+        try:
+            async with self._link:
+                self._notices.info(f"robot {self._robot} is connected to the cloud")
+                if self._transport.lacking:
+                    self._notices.warn(self._transport.lacking)
+                await self._link.subscribe("cmd_vel", TWIST, self._velocity.received)
+                for topic in UP:
+                    if not topic.clone:
+                        await self._link.advertise(topic.cloud, topic.type)
+                following = asyncio.create_task(self._follow())
+                reporting = asyncio.create_task(self._report_missing())
+                self._tasks |= {following, reporting}
+                closed = asyncio.create_task(self._link.closed())
+                await asyncio.wait({following, closed}, return_when=asyncio.FIRST_COMPLETED)
+                for task in (closed, following):
+                    if task.done():
+                        task.result()
+        finally:
+            await self._stop()
+
+    async def _stop(self) -> None:
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+        self._velocity.close()
+        self._upward.close()
+        self._downward.close()
+        for server in self._servers:
+            server.close()
+        await self._transport.close()
+
+    def _start(self, work: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.create_task(self._guarded(work))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _guarded(self, work: Coroutine[Any, Any, None]) -> None:
+        try:
+            await work
+        except PPaaSError as error:
+            self._notices.warn(str(error))
+
+    # -- the graph -----------------------------------------------------------------------------------------------------
+
+    def _renewed(self) -> None:
+        self._start(self._ask_topics())
+
+    async def _ask_topics(self) -> None:
+        answer = msgspec.json.decode(await self._link.call("rosapi/topics", "rosapi_msgs/srv/Topics", b"{}"))
+        self._known = frozenset(str(topic).lstrip("/") for topic in answer["topics"])
+        self._changed.set()
+
+    async def _follow(self) -> None:
+        """Adapt to each change of the graph and of the clone."""
+        while True:
+            await self._changed.wait()
+            await asyncio.sleep(SETTLE)
+            self._changed.clear()
+            self._update()
+
+    def _update(self) -> None:
+        entities = self._transport.entities()
+        if self._namespace is None:
+            try:
+                self._namespace = find_namespace(entities, self._robot)
+            except NotFound as error:
+                self._notices.warn(f"{error}; name one by --namespace")
+            if self._namespace is None:
+                return
+            self._notices.info(f"the robot's namespace is {self._namespace or '/'}")
+        graph = RobotGraph(entities, self._namespace)
+        if self._known:
+            self._upward.update(graph, self._known)
+        self._downward.update(graph)
+        self._velocity.update(graph.velocity_topics())
+        for topic in self._velocity.topics:
+            self._notices.info(f"velocities go to {topic}")
+        if self._transport.services and not self._servers:
+            self._serve(graph)
+
+    async def _report_missing(self) -> None:
+        await asyncio.sleep(MISSING_AFTER)
+        if self._namespace is None:
+            self._notices.warn(
+                "no robot is found: nobody publishes nav_msgs/Odometry or sensor_msgs/LaserScan; "
+                "check ROS_DOMAIN_ID (--domain) and that the robot runs"
+            )
+            return
+        for name in self._upward.missing():
+            self._notices.warn(f"the robot does not publish {name!r}: the clone cannot localize it")
+        if not self._velocity.topics:
+            self._notices.warn("no base subscribes to 'cmd_vel': the robot will not move")
+
+    # -- services and actions ------------------------------------------------------------------------------------------
+
+    def _serve(self, graph: RobotGraph) -> None:
+        for service in SERVICES:
+            self._servers.append(self._transport.serve(graph.full(service.name), service.type, self._answer(service)))
+        for name, kind in ACTIONS.items():
+            self._servers.append(ActionServer(name, kind, graph.full(name), self._parts))
+
+    def _answer(self, service: Service) -> Any:
+        async def answer(request: bytes) -> bytes:
+            types = self._transport.types
+            text = types.decode_json(f"{service.type}_Request", request)
+            response = await self._link.call(service.cloud, service.cloud_type, text)
+            return types.encode_json(f"{service.type}_Response", response)
+
+        return answer

@@ -1,0 +1,128 @@
+"""The part of a graph that is one robot: its namespace, and the topics that it publishes and subscribes to."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from ppaas.errors import NotFound
+from ppaas.wire.ros.graph import Entity, Kind
+from robots.bridges.core.tables import ODOMETRY, SCAN, UpTopic
+
+TWIST, TWIST_STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
+TF_MESSAGE = "tf2_msgs/msg/TFMessage"
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """Topic of the robot: its full name, and its publishers."""
+
+    topic: str
+    publishers: tuple[Entity, ...]
+
+    @property
+    def latched(self) -> bool:
+        """Whether all publishers keep messages for late subscribers."""
+        return all(publisher.qos.latched for publisher in self.publishers)
+
+    def same_as(self, other: "Source") -> bool:
+        """Return whether a subscription to one serves the other."""
+        return (self.topic, self.latched) == (other.topic, other.latched)
+
+
+class RobotGraph:
+    """Entities of one robot.
+
+    Parameters
+    ----------
+    entities : sequence of Entity
+        All entities but those of the bridge.
+    namespace : str
+        Namespace of the robot: empty, or a name with a leading slash.
+    """
+
+    def __init__(self, entities: Sequence[Entity], namespace: str) -> None:
+        self._entities = entities
+        self._namespace = namespace
+
+    def full(self, name: str) -> str:
+        """Return the full name of a topic, a service or an action in the robot's namespace."""
+        return f"{self._namespace}/{name}"
+
+    def source(self, topic: UpTopic) -> Source | None:
+        """Return the topic by which the robot publishes what a topic of the cloud wants; None if there is none."""
+        of_type = self._publishers(topic.type)
+        for name in topic.names:
+            if self.full(name) in of_type:
+                return Source(self.full(name), tuple(of_type[self.full(name)]))
+        inside = [name for name in of_type if name.startswith(f"{self._namespace}/")]
+        if topic.only and len(inside) == 1:
+            return Source(inside[0], tuple(of_type[inside[0]]))
+        return None
+
+    def transforms(self, name: str) -> Source | None:
+        """Return the topic ``tf`` or ``tf_static`` of the robot: in its namespace, else that of the root."""
+        of_type = self._publishers(TF_MESSAGE)
+        for topic in (self.full(name), f"/{name}"):
+            if topic in of_type:
+                return Source(topic, tuple(of_type[topic]))
+        return None
+
+    def tf_topic(self) -> str:
+        """Return the topic on which the robot expects transforms."""
+        source = self.transforms("tf")
+        return source.topic if source else self.full("tf")
+
+    def velocity_topics(self) -> dict[str, set[str]]:
+        """Return the topics on which bases expect velocities, with their types.
+
+        The preferred name is ``cmd_vel``. Without a subscriber of that name, the only topic that a base subscribes to
+        is taken, such as ``diff_drive_controller/cmd_vel``.
+        """
+        found: dict[str, set[str]] = {}
+        for entity in self._entities:
+            if entity.kind is Kind.SUBSCRIBER and entity.type in (TWIST, TWIST_STAMPED):
+                found.setdefault(entity.name, set()).add(entity.type)
+        preferred = self.full("cmd_vel")
+        if preferred in found:
+            return {preferred: found[preferred]}
+        inside = {name: types for name, types in found.items() if name.startswith(f"{self._namespace}/")}
+        return inside if len(inside) == 1 else {}
+
+    def subscribers(self, topic: str) -> frozenset[str]:
+        """Return the ids of the subscribers of a topic."""
+        return frozenset(one.id for one in self._entities if one.kind is Kind.SUBSCRIBER and one.name == topic)
+
+    def _publishers(self, type_name: str) -> dict[str, list[Entity]]:
+        found: dict[str, list[Entity]] = {}
+        for entity in self._entities:
+            if entity.kind is Kind.PUBLISHER and entity.type == type_name:
+                found.setdefault(entity.name, []).append(entity)
+        return found
+
+
+def find_namespace(entities: Iterable[Entity], robot: str) -> str | None:
+    """Return the namespace of the robot in a graph: that of its odometry or scan; None if there is none yet.
+
+    Parameters
+    ----------
+    entities : iterable of Entity
+        All entities but those of the bridge.
+    robot : str
+        Id of the robot, whose namespace is preferred if there are several.
+
+    Raises
+    ------
+    NotFound
+        Several robots are there, and none of them has the name of this one.
+    """
+    found = set()
+    for entity in entities:
+        for topic in (ODOMETRY, SCAN):
+            if entity.kind is Kind.PUBLISHER and entity.type == topic.type:
+                names = [name for name in topic.names if entity.name.endswith(f"/{name}")]
+                found.add(entity.name.removesuffix(f"/{names[0]}") if names else "")
+    own = "/" + "".join(letter if letter.isalnum() or letter == "_" else "_" for letter in robot)
+    if own in found:
+        return own
+    if len(found) > 1:
+        raise NotFound("namespace of robot", robot, sorted(namespace or "/" for namespace in found))
+    return found.pop() if found else None

@@ -1,0 +1,86 @@
+"""Interface of a transport: how a bridge takes part in the graph of a ROS 2 system.
+
+All methods are called, and all callbacks are called, on the event loop. Messages are bytes (CDR).
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Awaitable, Callable
+from typing import Protocol
+
+from ppaas.wire.ros import RosTypes
+from ppaas.wire.ros.graph import Entity, Qos
+
+Received = Callable[[bytes], None]
+"""Called with each message of a topic."""
+
+Answer = Callable[[bytes], Awaitable[bytes]]
+"""Called with a request; returns the response. A request whose answer raises gets none."""
+
+
+class Closable(Protocol):
+    """Entity of the bridge that can be removed from the graph."""
+
+    def close(self) -> None:
+        """Remove the entity."""
+        ...
+
+
+class Publisher(Closable, Protocol):
+    """Publisher of the bridge."""
+
+    def publish(self, data: bytes) -> None:
+        """Publish a message."""
+        ...
+
+
+class Transport(ABC):
+    """Node of the bridge in the graph.
+
+    Attributes
+    ----------
+    types : RosTypes
+        Types of the robot's release of ROS; valid after ``open``.
+    lacking : str
+        What the transport cannot do, as a sentence for the user; empty if it can do all.
+    services : bool
+        Whether the transport can serve services, and so actions.
+    """
+
+    types: RosTypes
+    lacking: str = ""
+    services: bool = True
+
+    @abstractmethod
+    async def open(self, changed: Callable[[], None]) -> None:
+        """Join the graph.
+
+        Parameters
+        ----------
+        changed : callable
+            Called when entities have joined or left.
+
+        Raises
+        ------
+        PPaaSError
+            The transport cannot be opened, and why.
+        """
+
+    @abstractmethod
+    async def close(self) -> None:
+        """Leave the graph."""
+
+    @abstractmethod
+    def entities(self) -> tuple[Entity, ...]:
+        """Return the entities of the other nodes."""
+
+    @abstractmethod
+    def publisher(self, topic: str, type_name: str, qos: Qos) -> Publisher:
+        """Return a new publisher of a topic, whose name begins with a slash."""
+
+    @abstractmethod
+    def subscribe(self, topic: str, type_name: str, qos: Qos, received: Received) -> Closable:
+        """Subscribe to a topic, whose name begins with a slash."""
+
+    def serve(self, service: str, type_name: str, answer: Answer) -> Closable:
+        """Serve a service, whose name begins with a slash; only if ``services``."""
+        raise NotImplementedError

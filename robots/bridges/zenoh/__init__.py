@@ -1,0 +1,1 @@
+"""Transport of robots with rmw_zenoh, on ``eclipse-zenoh``."""

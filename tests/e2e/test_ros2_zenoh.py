@@ -1,0 +1,154 @@
+"""A robot with ROS 2 over Zenoh drives to a goal by its clone, with the bridge between them."""
+
+import asyncio
+import json
+import socket
+import subprocess
+import sys
+import time
+import uuid
+from collections.abc import AsyncIterator, Iterator
+from contextlib import asynccontextmanager, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ppaas.geometry import Pose2D
+from ppaas.maps.grid import GridMap
+from ppaas.messages import encode
+from ppaas.messages.geometry_msgs import Pose
+from robots import cli
+from robots.demo.scorer import Scorer
+from robots.sim.simulator import Simulator
+from robots.sim.world import World
+from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot
+from tests.support.ros2.turtlebot import Turtlebot
+from tests.support.ros2.zenoh_peer import LATCHED, Peer, Recorder
+from tests.support.world.places import free_pose, reachable_pose
+
+pytestmark = pytest.mark.journey
+
+NAVIGATE = "nav2_msgs/action/NavigateToPose"
+PLAN = "nav2_msgs/action/ComputePathToPose"
+REACHED, CANCELLED = 4, 5
+
+
+def free_endpoint() -> str:
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        return f"tcp/127.0.0.1:{listening.getsockname()[1]}"
+
+
+@dataclass
+class Connected:
+    """A robot that drives, and another node of ROS 2 beside it."""
+
+    world: World
+    robot: Turtlebot
+    operator: Peer
+
+    async def act(self, action: str, kind: str, goal: dict[str, Any]) -> bytes:
+        """Send a goal; return its id."""
+        goal_id = uuid.uuid4().bytes
+        request = {"goal_id": {"uuid": goal_id}, "goal": goal}
+        sent = await asyncio.to_thread(self.operator.call, f"{action}/_action/send_goal", f"{kind}_SendGoal", request)
+        assert sent["accepted"]
+        return goal_id
+
+    async def result(self, action: str, kind: str, goal_id: bytes) -> dict[str, Any]:
+        """Wait for the result of a goal."""
+        request = {"goal_id": {"uuid": goal_id}}
+        return await asyncio.to_thread(
+            self.operator.call, f"{action}/_action/get_result", f"{kind}_GetResult", request, 120.0
+        )
+
+
+def stamped(pose: Pose2D) -> dict[str, Any]:
+    return {"header": {"frame_id": "map"}, "pose": json.loads(encode(Pose.of(pose)))}
+
+
+@contextmanager
+def bridge_process(*arguments: str, log: Path) -> Iterator[None]:
+    """Run ``ppaas bridge ros2``; print its log at the end, which pytest shows of a failed test."""
+    command = [sys.executable, "-m", cli.__name__, "bridge", "ros2", *arguments]
+    with log.open("wb") as output:
+        process = subprocess.Popen(command, stdout=output, stderr=output)
+    try:
+        deadline = time.monotonic() + 20.0
+        while "types of messages" not in log.read_text():
+            assert process.poll() is None and time.monotonic() < deadline, log.read_text()
+            time.sleep(0.05)
+        yield
+    finally:
+        process.terminate()
+        process.wait(20)
+        sys.stdout.write(log.read_text())
+
+
+@asynccontextmanager
+async def ros2_robot(endpoint: str, grid: GridMap, start: Pose2D) -> AsyncIterator[Connected]:
+    """Run a robot of namespace ``/tb3_2``, and another node."""
+    world = World(grid, 0)
+    simulated = world.add_robot(start)
+    node, operator = (Peer(endpoint, name, namespace="/tb3_2") for name in ("turtlebot", "operator"))
+    robot = Turtlebot(simulated, node)
+    tasks = [asyncio.create_task(Simulator(world).run()), asyncio.create_task(robot.run())]
+    try:
+        yield Connected(world, robot, operator)
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+        node.close()
+        operator.close()
+
+
+async def test_a_robot_with_ros_2_over_zenoh_plans_and_drives_by_the_actions_of_nav2(
+    cloud: RunningCloud, office_map: GridMap, tmp_path: Path
+) -> None:
+    rest = await cloud.admin()
+    await publish_map(rest, "office", office_map)
+    start = free_pose(office_map, seed=31)
+    goal = reachable_pose(office_map, start, seed=32, at_least=1.5, at_most=2.5)
+    token = await register_robot(rest, "ros2", "office", start)
+    endpoint = free_endpoint()
+    options = ("--listen", endpoint, "--url", cloud.url, "--token", token)
+    with bridge_process("ros2", *options, log=tmp_path / "log"):
+        async with ros2_robot(endpoint, office_map, start) as both:
+            feedback, grids, plans, frames = Recorder(), Recorder(), Recorder(), Recorder()
+            both.operator.subscribe("navigate_to_pose/_action/feedback", f"{NAVIGATE}_FeedbackMessage", feedback)
+            both.operator.subscribe("plan", "nav_msgs/msg/Path", plans)
+            both.operator.subscribe("tf", "tf2_msgs/msg/TFMessage", frames)
+            await asyncio.sleep(1.5)
+            both.operator.subscribe("map", "nav_msgs/msg/OccupancyGrid", grids, LATCHED)
+            [grid] = await asyncio.to_thread(grids.wait)
+            assert (grid["info"]["width"], grid["info"]["height"]) == (office_map.info.width, office_map.info.height)
+
+            planned = await both.act("compute_path_to_pose", PLAN, {"goal": stamped(goal)})
+            path = await both.result("compute_path_to_pose", PLAN, planned)
+            assert path["status"] == REACHED
+            end = path["result"]["path"]["poses"][-1]["pose"]["position"]
+            assert (end["x"], end["y"]) == pytest.approx((goal.x, goal.y), abs=0.1)
+
+            driven = await both.act("navigate_to_pose", NAVIGATE, {"pose": stamped(goal)})
+            result = await both.result("navigate_to_pose", NAVIGATE, driven)
+            assert (result["status"], result["result"]["error_code"]) == (REACHED, 0)
+            assert Scorer(both.world).error(0, goal) < 0.3
+            heard = await asyncio.to_thread(feedback.wait)
+            assert {one["goal_id"]["uuid"] for one in heard} == {driven}
+            assert heard[-1]["feedback"]["navigation_time"]["sec"] >= 1
+            assert plans.messages
+            assert both.robot.commands[-1]["header"]["frame_id"] == "base_link"
+            odoms = [
+                one for message in frames.messages for one in message["transforms"] if one["child_frame_id"] == "odom"
+            ]
+            assert {one["header"]["frame_id"] for one in odoms} == {"map"}
+
+            back = await both.act("navigate_to_pose", NAVIGATE, {"pose": stamped(start)})
+            request = {"goal_info": {"goal_id": {"uuid": back}}}
+            cancelled = await asyncio.to_thread(
+                both.operator.call, "navigate_to_pose/_action/cancel_goal", "action_msgs/srv/CancelGoal", request
+            )
+            assert [one["goal_id"]["uuid"] for one in cancelled["goals_canceling"]] == [back]
+            assert (await both.result("navigate_to_pose", NAVIGATE, back))["status"] == CANCELLED

@@ -1,0 +1,29 @@
+"""The command ``ppaas bridge``."""
+
+import pytest
+
+from robots.cli.main import main
+
+
+def test_the_bridges_are_listed_and_explain_their_options(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["bridge", "--help"])
+    assert "ros2" in capsys.readouterr().out
+    with pytest.raises(SystemExit):
+        main(["bridge", "ros2", "--help"])
+    assert "--namespace" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "options", [["--domain", "233"], ["--domain", "x"], ["--transport", "tcpros"], ["--distro", "groovy"]]
+)
+def test_options_that_cannot_be_are_refused(options: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["bridge", "ros2", "tb1", *options])
+    assert options[0] in capsys.readouterr().err
+
+
+def test_a_token_is_needed(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("PPAAS_TOKEN", raising=False)
+    assert main(["bridge", "ros2", "tb1"]) != 0
+    assert "ppaas login" in capsys.readouterr().err

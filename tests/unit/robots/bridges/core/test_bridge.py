@@ -1,0 +1,286 @@
+"""The bridge between a graph in memory and a real WebSocket server."""
+
+import asyncio
+import json
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from typing import Any
+
+import pytest
+
+from ppaas.wire.ros.graph import LATCHED, SENSOR, Kind
+from robots.bridges.core import bridge as bridge_module
+from robots.bridges.core import velocity
+from robots.bridges.core.bridge import Bridge
+from robots.bridges.core.tables import ACTIONS, DOWN, SERVICES
+from tests.support.endpoints.rosbridge_server import RosbridgeServer, rosbridge_server
+from tests.support.ros2.fake_transport import FakeTransport
+from tests.support.waiting import until
+
+CLONE = ["/odom", "/scan", "/tf", "/tf_static", "/goal_pose", "/initialpose", "/camera/depth/camera_info"]
+ODOMETRY, SCAN, TF = "nav_msgs/msg/Odometry", "sensor_msgs/msg/LaserScan", "tf2_msgs/msg/TFMessage"
+TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
+GRID, UPDATE = "nav_msgs/msg/OccupancyGrid", "map_msgs/msg/OccupancyGridUpdate"
+NAVIGATE = ACTIONS["navigate_to_pose"]
+UUID = bytes(range(16))
+
+
+class Both:
+    """A bridge, its robot and its cloud."""
+
+    def __init__(self, robot: FakeTransport, cloud: RosbridgeServer) -> None:
+        self.robot, self.cloud = robot, cloud
+
+    async def published(self, topic: str, count: int = 1) -> list[Any]:
+        """Wait until the cloud has received messages of a topic, and return them."""
+
+        def received() -> list[Any]:
+            return [frame["msg"] for frame in self.cloud.of("publish") if frame["topic"] == topic]
+
+        await until(lambda: len(received()) >= count)
+        return received()
+
+    async def subscribed(self, topic: str) -> None:
+        await until(lambda: topic in [frame["topic"] for frame in self.cloud.of("subscribe")])
+
+    async def heard(self, topic: str, count: int = 1) -> list[dict[str, Any]]:
+        """Wait until the robot has received messages of a topic, and return them."""
+        await until(lambda: len(self.robot.published.get(topic, [])) >= count)
+        return self.robot.published[topic]
+
+
+@asynccontextmanager
+async def bridged(robot: FakeTransport, **options: Any) -> AsyncIterator[Both]:
+    """Run a bridge to a cloud whose clone has the topics `CLONE`."""
+    async with rosbridge_server() as cloud:
+        running = asyncio.create_task(Bridge(robot, url=cloud.url, robot="tb1", token="t", **options).run())
+        [asked] = await cloud.heard("call_service")
+        assert asked["service"] == "rosapi/topics"
+        await cloud.say(
+            op="service_response",
+            service="rosapi/topics",
+            id=asked["id"],
+            result=True,
+            values={"topics": CLONE, "types": []},
+        )
+        try:
+            yield Both(robot, cloud)
+        finally:
+            running.cancel()
+            await asyncio.gather(running, return_exceptions=True)
+    assert not robot.opened
+    assert not robot.publishers
+    assert not robot.subscriptions
+    assert not robot.servers
+
+
+def turtlebot(namespace: str = "", *, base: str = TWIST) -> FakeTransport:
+    robot = FakeTransport()
+    robot.has(Kind.PUBLISHER, f"{namespace}/odom", ODOMETRY)
+    robot.has(Kind.PUBLISHER, f"{namespace}/scan", SCAN, SENSOR)
+    robot.has(Kind.PUBLISHER, f"{namespace}/tf_static", TF, LATCHED)
+    robot.has(Kind.SUBSCRIBER, f"{namespace}/cmd_vel", base)
+    return robot
+
+
+def odometry(second: int) -> dict[str, Any]:
+    return {"header": {"stamp": {"sec": second}, "frame_id": "odom"}, "child_frame_id": "base_link"}
+
+
+async def test_sensors_go_up_as_the_cloud_reads_them() -> None:
+    async with bridged(turtlebot("/tb3")) as both:
+        await until(lambda: "/tb3/tf_static" in both.robot.subscriptions)
+        assert both.robot.subscriptions["/tb3/scan"][1].reliable is False
+        assert both.robot.subscriptions["/tb3/tf_static"][1].latched
+        both.robot.say("/tb3/odom", odometry(5))
+        both.robot.say("/tb3/scan", {"header": {"frame_id": "laser"}, "ranges": [1.0]})
+        mount = {"header": {"frame_id": "base_link"}, "child_frame_id": "laser"}
+        both.robot.say("/tb3/tf_static", {"transforms": [mount]})
+        [static] = await both.published("tf_static")
+        assert static["transforms"][0]["child_frame_id"] == "laser"
+        both.robot.say("/tb3/scan", {"header": {"frame_id": "laser"}, "ranges": [2.0, float("inf")]})
+        assert [scan["ranges"] for scan in await both.published("scan")] == [[2.0, None]], "the first came too early"
+        assert (await both.published("odom"))[0]["header"]["stamp"] == {"sec": 5, "nanosec": 0}
+
+
+async def test_what_the_clone_does_not_have_is_left_with_the_robot() -> None:
+    robot = turtlebot()
+    robot.has(Kind.PUBLISHER, "/camera/depth/image_raw", "sensor_msgs/msg/Image", SENSOR)
+    robot.has(Kind.PUBLISHER, "/battery_state", "sensor_msgs/msg/BatteryState", SENSOR)
+    async with bridged(robot) as both:
+        assert (await both.cloud.heard("advertise"))[0]["type"] == "sensor_msgs/msg/BatteryState"
+        await until(lambda: "/battery_state" in robot.subscriptions)
+        assert "/camera/depth/image_raw" not in robot.subscriptions
+        robot.say("/battery_state", {"percentage": 0.5})
+        robot.say("/battery_state", {"percentage": 0.4})
+        robot.has(Kind.PUBLISHER, "/goal_pose", "geometry_msgs/msg/PoseStamped")
+        robot.changed()
+        await until(lambda: "/goal_pose" in robot.subscriptions)
+        robot.say("/goal_pose", {"header": {"frame_id": "map"}})
+        assert await both.published("goal_pose")
+        assert len(await both.published("battery_state")) == 1, "one message a second is enough"
+
+
+async def test_velocities_have_the_type_that_the_base_expects_and_end_with_the_cloud(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(velocity, "SILENCE", 0.02)
+    monkeypatch.setattr(velocity, "ZERO_PERIOD", 0.01)
+    async with bridged(turtlebot(base=STAMPED)) as both:
+        await until(lambda: "/odom" in both.robot.subscriptions)
+        both.robot.say("/odom", odometry(100))
+        await both.cloud.say(op="publish", topic="cmd_vel", msg={"linear": {"x": 0.3}, "angular": {"z": 0.1}})
+        commands = await both.heard("/cmd_vel", 1 + velocity.ZEROS)
+        assert commands[0]["header"]["frame_id"] == "base_link"
+        assert commands[0]["header"]["stamp"]["sec"] == 100, "the clock is that of the robot"
+        assert [command["twist"]["linear"]["x"] for command in commands] == [0.3] + [0.0] * velocity.ZEROS
+
+
+async def test_the_robot_stops_when_the_bridge_ends() -> None:
+    robot = turtlebot()
+    async with bridged(robot) as both:
+        await until(lambda: any(one.topic == "/cmd_vel" for one in robot.publishers))
+        await both.cloud.say(op="publish", topic="cmd_vel", msg={"linear": {"x": 0.3}, "angular": {}})
+        await both.heard("/cmd_vel")
+    assert [command["linear"]["x"] for command in robot.published["/cmd_vel"]] == [0.3, 0.0]
+
+
+async def test_topics_of_the_clone_are_requested_while_somebody_subscribes_and_the_map_always() -> None:
+    robot = turtlebot()
+    async with bridged(robot) as both:
+        await both.subscribed("map")
+        await both.subscribed("tf")
+        topics = {one.topic for one in robot.publishers if "_action" not in one.topic}
+        assert topics == {"/tf", "/cmd_vel", *(f"/{topic.name}" for topic in DOWN)}
+        assert "plan" not in [frame["topic"] for frame in both.cloud.of("subscribe")]
+        reader = robot.has(Kind.SUBSCRIBER, "/plan", "nav_msgs/msg/Path")
+        robot.has(Kind.SUBSCRIBER, "/particle_cloud", "nav2_msgs/msg/ParticleCloud")
+        robot.changed()
+        await both.subscribed("particlecloud")
+        await both.cloud.say(op="publish", topic="particlecloud", msg={"header": {}, "poses": [{}, {}]})
+        [particles] = await both.heard("/particle_cloud")
+        assert [one["weight"] for one in particles["particles"]] == [0.5, 0.5]
+        robot.graph.remove(reader)
+        robot.changed()
+        assert (await both.cloud.heard("unsubscribe"))[0]["topic"] == "plan"
+        transforms = [
+            {"header": {"frame_id": parent}, "child_frame_id": child, "transform": {}}
+            for parent, child in (("map", "odom"), ("odom", "base_link"))
+        ]
+        await both.cloud.say(op="publish", topic="tf", msg={"transforms": transforms})
+        [moved] = await both.heard("/tf")
+        assert [one["child_frame_id"] for one in moved["transforms"]] == ["odom"]
+
+
+async def test_a_late_reader_of_the_map_gets_it_with_its_updates() -> None:
+    robot = turtlebot()
+    robot.has(Kind.SUBSCRIBER, "/map_updates", UPDATE)
+    async with bridged(robot) as both:
+        await both.subscribed("map_updates")
+        await both.subscribed("map")
+        grid = {"header": {}, "info": {"width": 2, "height": 2}, "data": [0, 0, 0, 0]}
+        await both.cloud.say(op="publish", topic="map", msg=grid)
+        update = {"header": {}, "x": 1, "y": 0, "width": 1, "height": 2, "data": [100, -1]}
+        await both.cloud.say(op="publish", topic="map_updates", msg=update)
+        await both.heard("/map_updates")
+        robot.has(Kind.SUBSCRIBER, "/map", GRID, LATCHED)
+        robot.changed()
+        grids = await both.heard("/map", 2)
+        assert [one["data"].tolist() for one in grids] == [[0, 0, 0, 0], [0, 100, 0, -1]]
+        await both.cloud.say(op="publish", topic="map_updates", msg=update | {"x": 2})
+        await both.cloud.say(op="publish", topic="map", msg=grid)
+        await both.heard("/map", 3)
+
+
+async def test_services_of_nav2_are_those_of_the_clone() -> None:
+    async with bridged(turtlebot("/a")) as both:
+        await until(lambda: len(both.robot.servers) == len(SERVICES) + 3 * len(ACTIONS))
+        call = asyncio.create_task(both.robot.call("/a/map_server/map", {}))
+        asked = (await both.cloud.heard("call_service", 2))[1]
+        assert asked["service"] == "static_map"
+        values = {"map": {"info": {"width": 3}}}
+        await both.cloud.say(op="service_response", service="static_map", id=asked["id"], result=True, values=values)
+        assert (await call)["map"]["info"]["width"] == 3
+
+
+async def test_a_goal_of_nav2_is_carried_with_feedback_cancel_and_result() -> None:
+    action = "/navigate_to_pose/_action"
+    async with bridged(turtlebot()) as both:
+        await until(lambda: f"{action}/send_goal" in both.robot.servers)
+        goal = {"pose": {"header": {"frame_id": "map"}}}
+        request = {"goal_id": {"uuid": UUID}, "goal": goal}
+        accepting = asyncio.create_task(both.robot.call(f"{action}/send_goal", request))
+        [sent] = await both.cloud.heard("send_action_goal")
+        assert (sent["action"], sent["action_type"]) == ("navigate_to_pose", NAVIGATE)
+        assert sent["args"]["pose"]["header"]["frame_id"] == "map"
+        feedback = {"distance_remaining": 2.5, "number_of_recoveries": 1}
+        await both.cloud.say(op="action_feedback", action="navigate_to_pose", id=sent["id"], values=feedback)
+        assert (await accepting)["accepted"]
+        [heard] = await both.heard(f"{action}/feedback")
+        assert (heard["goal_id"]["uuid"], heard["feedback"]["distance_remaining"]) == (UUID, 2.5)
+        getting = asyncio.create_task(both.robot.call(f"{action}/get_result", {"goal_id": {"uuid": UUID}}))
+        everything = {"goal_info": {"goal_id": {"uuid": bytes(16)}}}
+        cancelled = await both.robot.call(f"{action}/cancel_goal", everything)
+        assert [one["goal_id"]["uuid"] for one in cancelled["goals_canceling"]] == [UUID]
+        assert await both.cloud.heard("cancel_action_goal")
+        await both.cloud.say(
+            op="action_result",
+            action="navigate_to_pose",
+            id=sent["id"],
+            status=5,
+            result=True,
+            values={"error_code": 0, "error_msg": ""},
+        )
+        assert (await getting)["status"] == 5
+        statuses = [
+            one["status_list"][0]["status"]
+            for one in both.robot.published[f"{action}/status"]
+            if len(one["status_list"])
+        ]
+        assert statuses == [2, 3, 5]
+        again = await both.robot.call(f"{action}/cancel_goal", {"goal_info": {"goal_id": {"uuid": UUID}}})
+        unknown = await both.robot.call(f"{action}/cancel_goal", {"goal_info": {"goal_id": {"uuid": b"\1" * 16}}})
+        assert (again["return_code"], unknown["return_code"]) == (3, 2)
+        assert (await both.robot.call(f"{action}/get_result", {"goal_id": {"uuid": b"\1" * 16}}))["status"] == 0
+
+
+async def test_a_goal_that_the_cloud_refuses_is_not_accepted() -> None:
+    async with bridged(turtlebot()) as both:
+        await until(lambda: "/follow_waypoints/_action/send_goal" in both.robot.servers)
+        request = {"goal_id": {"uuid": UUID}, "goal": {}}
+        accepting = asyncio.create_task(both.robot.call("/follow_waypoints/_action/send_goal", request))
+        [sent] = await both.cloud.heard("send_action_goal")
+        await both.cloud.say(
+            op="action_result", action="a", id=sent["id"], status=0, result=False, values="invalid-input: no poses"
+        )
+        assert not (await accepting)["accepted"]
+
+
+async def test_what_is_missing_is_told(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level("INFO")
+    monkeypatch.setattr(bridge_module, "MISSING_AFTER", 0.0)
+    async with bridged(FakeTransport()):
+        await until(lambda: "no robot is found" in caplog.text)
+    blind = FakeTransport()
+    blind.has(Kind.PUBLISHER, "/odom", ODOMETRY)
+    monkeypatch.setattr(bridge_module, "MISSING_AFTER", 0.3)
+    async with bridged(blind):
+        await until(lambda: "does not publish 'scan'" in caplog.text and "no base subscribes" in caplog.text)
+    two = turtlebot("/a")
+    two.has(Kind.PUBLISHER, "/b/odom", ODOMETRY)
+    async with bridged(two):
+        await until(lambda: "known: /a, /b; name one by --namespace" in caplog.text)
+    async with bridged(two, namespace="a") as both:
+        await until(lambda: "/a/odom" in both.robot.subscriptions)
+
+
+async def test_bytes_that_are_no_message_do_not_end_the_bridge(caplog: pytest.LogCaptureFixture) -> None:
+    async with bridged(turtlebot()) as both:
+        await until(lambda: "/tf_static" in both.robot.subscriptions)
+        for topic in ("/odom", "/tf_static"):
+            both.robot.subscriptions[topic][2](b"\0\1\0\0?")
+        assert "'odom' cannot be read" in caplog.text
+        await both.cloud.say(op="publish", topic="map", msg=json.loads('{"info": 3}'))
+        await until(lambda: "'map' cannot be sent" in caplog.text)
+        both.robot.say("/odom", odometry(1))
+        await both.published("odom")
