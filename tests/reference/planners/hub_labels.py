@@ -74,9 +74,10 @@ def lengths_from(free: NDArray[np.bool_], start: Cell) -> NDArray[np.float64]:
     lengths = np.full(free.shape, np.inf)
     lengths[start] = 0.0
     queue = [(0.0, start)]
+    moves = [(dr, dc) for dr in (-1, 0, 1) for dc in (-1, 0, 1) if (dr, dc) != (0, 0)]
     while queue:
         length, (r, c) = heapq.heappop(queue)
-        for dr, dc in [(dr, dc) for dr in (-1, 0, 1) for dc in (-1, 0, 1) if (dr, dc) != (0, 0)]:
+        for dr, dc in moves:
             if not (is_free(free, r + dr, c) and is_free(free, r, c + dc) and is_free(free, r + dr, c + dc)):
                 continue
             further = length + (dr * dr + dc * dc) ** 0.5
@@ -88,13 +89,14 @@ def lengths_from(free: NDArray[np.bool_], start: Cell) -> NDArray[np.float64]:
 
 def length_of(free: NDArray[np.bool_], cells: NDArray[np.int32]) -> float:
     """Return the length of a path [cells]; infinite if it crosses a wall, cuts a corner, jumps or stops."""
-    total = 0.0
-    for (r, c), (row, column) in zip(cells[:-1].tolist(), cells[1:].tolist(), strict=True):
-        free_all = is_free(free, row, column) and is_free(free, r, column) and is_free(free, row, c)
-        if not free_all or max(abs(row - r), abs(column - c)) != 1:
-            return float("inf")
-        total += ((row - r) ** 2 + (column - c) ** 2) ** 0.5
-    return total
+    if (cells < 0).any() or (cells >= free.shape).any():
+        return float("inf")
+    (rows, columns), (next_rows, next_columns) = cells[:-1].T, cells[1:].T
+    free_all = free[next_rows, next_columns] & free[rows, next_columns] & free[next_rows, columns]
+    moves = np.abs(cells[1:] - cells[:-1])
+    if not free_all.all() or (moves.max(axis=1, initial=0) != 1).any():
+        return float("inf")
+    return float(np.hypot(*moves.T).sum())
 
 
 def most_covering(parents: list[list[int]], groups: int) -> list[int]:
