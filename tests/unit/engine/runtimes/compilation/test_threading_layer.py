@@ -21,10 +21,17 @@ def has_tbb() -> bool:
     return done.stdout == "True\n"
 
 
-def test_tbb_lets_two_threads_call_parallel_kernels_at_once(tmp_path):
+@pytest.fixture(scope="module")
+def compiled_for_threads(tmp_path_factory):
+    """Return what the script prints with threads, and the cache with the code compiled for them."""
+    cache = tmp_path_factory.mktemp("threads")
+    return run("-m", "tests.support.engine.threaded_kernels", cache=cache), cache
+
+
+def test_tbb_lets_two_threads_call_parallel_kernels_at_once(compiled_for_threads):
     if not has_tbb():
         pytest.skip("no TBB for this platform")
-    layer, _, rest = run("-m", "tests.support.engine.threaded_kernels", cache=tmp_path)
+    (layer, _, rest), _ = compiled_for_threads
     assert (layer, rest) == ("tbb", "[True, True] 2\n")
 
 
@@ -34,9 +41,9 @@ def test_kernels_run_serially_without_tbb(tmp_path):
         assert (layer, threads, rest) == ("serial", "1", "[True, True] 2\n")
 
 
-def test_code_compiled_for_threads_is_not_used_serially(tmp_path):
-    run("-m", "tests.support.engine.threaded_kernels", cache=tmp_path)
-    layer, _, rest = run("-m", "tests.support.engine.threaded_kernels", "without-tbb", cache=tmp_path)
+def test_code_compiled_for_threads_is_not_used_serially(compiled_for_threads):
+    _, cache = compiled_for_threads
+    layer, _, rest = run("-m", "tests.support.engine.threaded_kernels", "without-tbb", cache=cache)
     assert (layer, rest) == ("serial", "[True, True] 2\n")
 
 
