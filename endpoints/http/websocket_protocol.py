@@ -21,6 +21,7 @@ from websockets.protocol import State
 from endpoints.http.frame_pacing import FramePacer
 from endpoints.http.frame_turns import turns_of
 from endpoints.http.refusal_log import RefusalLog
+from ppaas.wire.binary.binary_frame import BinaryFrame
 
 logger = logging.getLogger(__name__)
 
@@ -40,8 +41,8 @@ MESSAGE_TIMEOUT = 60.0
 Probe = Callable[[float], Awaitable[bool]]
 """Called with a time limit [s]; returns whether the peer answered a ping in time."""
 
-Taker = Callable[[str | None], None]
-"""Called with the content of a text or binary message; None if it is not UTF-8. It must not raise."""
+Taker = Callable[[str | bytes], None]
+"""Called with the content of a message: ``str`` of a text message, ``bytes`` of a binary one. It must not raise."""
 
 refusals = RefusalLog(logger)
 
@@ -144,8 +145,11 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
         return open_ and self.writable.is_set() and not self.transport.is_closing()
 
     def send_frame(self, frame: bytes) -> None:
-        """Send a text frame, encoded as UTF-8; call it only while ``ready``."""
-        self.conn.send_text(frame)
+        """Send a text frame, encoded as UTF-8, or a binary frame; call it only while ``ready``."""
+        if isinstance(frame, BinaryFrame):
+            self.conn.send_binary(frame)
+        else:
+            self.conn.send_text(frame)
         self.transport.write(b"".join(self.conn.data_to_send()))
 
     def resume_writing(self) -> None:
@@ -180,15 +184,15 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
         """Pass a complete message on."""
         if self.close_sent:
             return
-        try:
-            text = message.decode()
-        except UnicodeDecodeError:
-            if self.curr_msg_data_type == "text":
+        content: str | bytes = message
+        if self.curr_msg_data_type == "text":
+            try:
+                content = message.decode()
+            except UnicodeDecodeError:
                 self.end(CloseCode.INVALID_DATA, "a text frame must be UTF-8")
                 return
-            text = None
         if self._taker is not None:
-            self._taker(text)
+            self._taker(content)
         else:
             self.frames = [message]
             self.send_receive_event_to_app()

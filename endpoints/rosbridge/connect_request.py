@@ -33,6 +33,10 @@ class ConnectRequest:
         Whether the client waits in the queue if no container is available now, and is notified of its position.
     namespace : str, optional
         Namespace of the robot's names in the client's software.
+    compact : bool
+        Whether velocities are sent to the client as compact frames.
+    png : bool
+        Whether the client reads the operation ``png`` if it asks for it.
     """
 
     robot: str
@@ -44,6 +48,8 @@ class ConnectRequest:
     status: bool = False
     queue: bool = False
     namespace: str | None = None
+    compact: bool = False
+    png: bool = True
 
 
 def parse_connect_request(query: Mapping[str, str]) -> ConnectRequest:
@@ -76,4 +82,5 @@ def parse_connect_request(query: Mapping[str, str]) -> ConnectRequest:
         status=query.get("status") == "1",
         queue=query.get("queue") == "1",
         namespace=parse_namespace(query["namespace"]) if "namespace" in query else None,
+        compact=query.get("compact") == "1",
     )

@@ -8,6 +8,7 @@ A connection is refused before the handshake is complete, with an HTTP problem.
 import asyncio
 import contextlib
 import logging
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -82,7 +83,7 @@ class RobotSocket:
             left.cancel()
             await asyncio.gather(left, return_exceptions=True)
 
-    def _take(self, frame: str | None) -> None:
+    def _take(self, frame: str | bytes) -> None:
         self._attachment.retained.taken += 1
         try:
             self._session.take(frame)
@@ -92,7 +93,7 @@ class RobotSocket:
 
     async def _until_left(self) -> None:
         while (message := await self._socket.receive())["type"] != "websocket.disconnect":
-            self._take(text_of(message))  # received before the handshake was answered
+            self._take(content_of(message))  # received before the handshake was answered
         self.left = message.get("reason") == LEFT
 
     async def close_with_reason(self) -> None:
@@ -114,12 +115,18 @@ class RobotSocket:
                 await self._socket.close(code, reason)
 
 
-def text_of(message: Mapping[str, Any]) -> str | None:
-    """Return the text of a message of ASGI, binary or not; None if it is not UTF-8."""
-    try:
-        return message.get("text") or (message.get("bytes") or b"").decode()
-    except UnicodeDecodeError:
-        return None
+def content_of(message: Mapping[str, Any]) -> str | bytes:
+    """Return the content of a message of ASGI: ``bytes`` if it is binary."""
+    text: str | None = message.get("text")
+    return text if text is not None else bytes(message.get("bytes") or b"")
+
+
+def reads_png(agent: str) -> bool:
+    """Return whether a client with this ``User-Agent`` may be sent the operation ``png``.
+
+    ``roslibpy`` offers the compression and cannot read it; it is known by the two libraries whose sockets it uses.
+    """
+    return not re.match(r"AutobahnPython/|Python/\S+ websockets/", agent)
 
 
 async def serve_robot_socket(socket: WebSocket, services: Services, sessions: SessionRegistry) -> None:
@@ -132,6 +139,7 @@ async def serve_robot_socket(socket: WebSocket, services: Services, sessions: Se
         if not request.robot:
             request = replace(request, robot=await only_robot(services.store, user.id))
             note_object(socket.scope, f"robots/{request.robot}")
+        request = replace(request, png=reads_png(socket.headers.get("user-agent", "")))
         connection.name = f"{request.role} {user.id}/{request.robot[:64]}"
         services.cloud.set_limits(user.id, user.limits)
         attachment = await sessions.attach(user.id, token, request, connection.probe)

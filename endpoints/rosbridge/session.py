@@ -20,11 +20,12 @@ from endpoints.rosbridge.spelling import spelling_at
 from engine.service.links.client_topics import check_type
 from engine.service.links.place_link import PlaceLink
 from ppaas.clock import monotonic
-from ppaas.errors import InvalidInput, MalformedMessage, NotFound, PPaaSError, rebuild
+from ppaas.errors import InvalidInput, NotFound, PPaaSError, rebuild
 from ppaas.nodes.base import DEFAULT_DEPTH
 from ppaas.nodes.nav2_actions import PATH_GOALS
 from ppaas.nodes.topics import policy_of
 from ppaas.wire import operations
+from ppaas.wire.binary.packing import COMPRESSIONS
 from ppaas.wire.names import ros1_type
 from ppaas.wire.rosbridge import RosbridgeSession
 
@@ -35,11 +36,6 @@ MAX_LOGGED = 64
 
 PATH_SERVICES = frozenset({"move_base/compute_path", "move_base/make_plan"})
 """Services of the clone that plan a path and count as path requests of the user."""
-
-
-_NOT_UTF8 = operations.RefusedOperation(
-    MalformedMessage("a binary frame must be JSON in UTF-8: BSON and CBOR are not supported")
-)
 
 
 class ClientSession:
@@ -78,7 +74,7 @@ class ClientSession:
         self._count_plan = count_plan
         self._role = role
         self._wire = wire
-        wire.spelling_of = spelling_at(place)
+        wire.spelling_of, wire.packer.type_of = spelling_at(place), place.topic_type
         self.name = name
         self.outbox = FrameOutbox()
         self.over: asyncio.Future[PPaaSError] = asyncio.get_running_loop().create_future()
@@ -123,9 +119,9 @@ class ClientSession:
 
     # -- from the client -----------------------------------------------------------------------------------------------
 
-    def take(self, frame: str | None) -> None:
-        """Execute a frame of the client, None for one that is not UTF-8; report its errors to the client."""
-        operation = _NOT_UTF8 if frame is None else self._wire.receive(frame)
+    def take(self, frame: str | bytes) -> None:
+        """Execute a frame of the client, ``bytes`` for a binary one; report its errors to the client."""
+        operation = self._wire.receive(frame)
         if isinstance(operation, operations.RefusedOperation) and operation.parts:
             for part in operation.parts:
                 self._execute(self._wire.receive(part))
@@ -189,6 +185,9 @@ class ClientSession:
             raise
         if (operation.throttle_rate or 0) < 0 or (operation.queue_length or 0) < 0:
             text = "throttle_rate and queue_length are not negative: 0 is used instead"
+            self._report(rebuild(InvalidInput.slug, text), "warning", operation.id)
+        if operation.compression and operation.compression not in COMPRESSIONS:
+            text = f"unknown compression {operation.compression[:32]!r}: JSON is sent; known: {', '.join(COMPRESSIONS)}"
             self._report(rebuild(InvalidInput.slug, text), "warning", operation.id)
         if topic != HEARTBEAT and self._place.topic_type(topic) is None:
             hint = namespace_hint(topic, self._place.topics)

@@ -20,6 +20,7 @@ from engine.service.plan_rate import PlanRate
 from engine.service.robot_sessions import LINGER, RobotSessions
 from ppaas.errors import Conflict, Unavailable
 from ppaas.wire import rosbridge
+from ppaas.wire.binary.packing import Packer
 from ppaas.wire.operations import Level
 
 READY_TIMEOUT = 15.0
@@ -166,7 +167,8 @@ class SessionRegistry:
 
     def _begin(self, user: str, request: ConnectRequest, place: PlaceLink, key: SessionKey | None) -> RetainedSession:
         level: Level = "info" if request.queue else "error" if request.status else "none"
-        wire = rosbridge.RosbridgeSession(level, scope_of(request.robot, request.namespace))
+        packer = Packer(compact=request.compact, png=request.png)
+        wire = rosbridge.RosbridgeSession(level, scope_of(request.robot, request.namespace), packer)
         count_plan = partial(self._plan_rate.take, user)
         session = ClientSession(place, request.role, wire, f"{request.role} {user}/{request.robot}", count_plan)
         session.outbox.repeats = request.counts

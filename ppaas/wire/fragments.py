@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import msgspec
 
 from ppaas.errors import InvalidInput, QuotaExceeded
+from ppaas.wire.binary.binary_frame import BinaryFrame
 from ppaas.wire.operations import CallService, Fragment, Id, Subscribe
 
 MAX_OPEN = 16
@@ -35,18 +36,18 @@ def size_of(operation: Subscribe | CallService) -> int:
 
 
 def in_fragments(frame: bytes, size: int, identity: str) -> list[bytes]:
-    """Return a frame as frames of its fragments, or itself if it is short enough or the size is 0.
+    """Return a frame as frames of its fragments, or itself if it is short enough, binary, or the size is 0.
 
     Parameters
     ----------
     frame : bytes
-        Text of the frame in UTF-8.
+        Text of the frame in UTF-8, or a binary frame.
     size : int
         Length of a fragment [characters], of which `LEAST_SIZE` is used at least.
     identity : str
         Id of the fragments.
     """
-    size = max(size, LEAST_SIZE) if size else len(frame)
+    size = max(size, LEAST_SIZE) if size and not isinstance(frame, BinaryFrame) else len(frame)
     text = frame.decode() if len(frame) > size else ""
     if len(text) <= size:
         return [frame]

@@ -58,6 +58,7 @@ class Subscribe(Operation, tag="subscribe"):
     """Subscribe to a topic: at most one message per ``throttle_rate`` ms, with a queue of ``queue_length`` messages.
 
     Messages of more than ``fragment_size`` characters come in fragments, unless that is 0. Negative numbers count as 0.
+    ``compression`` is one of ``COMPRESSIONS`` of ``ppaas.wire.binary.packing``; anything else is as ``none``.
     """
 
     topic: str
@@ -66,6 +67,7 @@ class Subscribe(Operation, tag="subscribe"):
     throttle_rate: float | None = 0
     queue_length: int | None = 0
     fragment_size: float | None = 0
+    compression: str | None = None
 
 
 class Unsubscribe(Operation, tag="unsubscribe"):

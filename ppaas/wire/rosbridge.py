@@ -14,6 +14,7 @@ import msgspec
 
 from ppaas.errors import MalformedMessage, PPaaSError, QuotaExceeded
 from ppaas.messages.spellings.time_spelling import to_ros2
+from ppaas.wire.binary.packing import Packer, operation_of
 from ppaas.wire.fragments import FragmentAssembler, size_of
 from ppaas.wire.names import NameScope, is_ros2_type, ros2_spelling
 from ppaas.wire.operation_decoder import decode_operation
@@ -65,6 +66,8 @@ class RosbridgeSession:
         Initial status level, as if the client had sent ``set_level``.
     names : NameScope, optional
         Reads the names that the client spells.
+    packer : Packer, optional
+        Chooses how messages are packed for the client.
 
     Attributes
     ----------
@@ -72,9 +75,10 @@ class RosbridgeSession:
         Called with the topic and the type of a subscription; returns what spells messages for it, or None.
     """
 
-    def __init__(self, level: Level = "none", names: NameScope | None = None) -> None:
+    def __init__(self, level: Level = "none", names: NameScope | None = None, packer: Packer | None = None) -> None:
         self._level: Level = level
         self.names = names or NameScope()
+        self.packer = packer or Packer()
         self.spelling_of: Callable[[str, str | None], Respell | None] = lambda _topic, kind: ros2_spelling(kind)
         self._fragments = FragmentAssembler()
         self._subscriptions: dict[str, TopicSubscriptions] = {}
@@ -83,8 +87,14 @@ class RosbridgeSession:
     # -- from the client ---------------------------------------------------------------------------------------------
 
     def receive(self, frame: str | bytes) -> ClientOperation | RefusedOperation:
-        """Decode a frame, and update the subscriptions and the status level; an invalid frame changes nothing."""
-        operation = decode_operation(frame)
+        """Decode a frame, and update the subscriptions and the status level; an invalid frame changes nothing.
+
+        A binary frame may be JSON, CBOR of an operation, or a compact frame.
+        """
+        try:
+            operation = decode_operation(operation_of(frame) if isinstance(frame, bytes) else frame)
+        except PPaaSError as error:
+            return RefusedOperation(error)
         if isinstance(operation, Fragment):
             operation = self._add(operation)
         if isinstance(operation, SetLevel):
@@ -119,8 +129,9 @@ class RosbridgeSession:
             raise QuotaExceeded(f"a client may have at most {MAX_SUBSCRIPTIONS} subscriptions: unsubscribe some first")
         throttle, queue_length = max(operation.throttle_rate or 0.0, 0.0) / 1000.0, max(operation.queue_length or 0, 0)
         subscription = Subscription(
-            operation.topic, throttle, queue_length, self.spelling_of(topic, operation.type), size_of(operation)
-        )
+            operation.topic, throttle, queue_length, self.spelling_of(topic, operation.type), size_of(operation),
+            self.packer.packing_of(topic, operation.compression),
+        )  # fmt: skip
         self._subscriptions.setdefault(topic, TopicSubscriptions()).add(operation.id, subscription)
         self._forget_late()
 
@@ -179,7 +190,7 @@ class RosbridgeSession:
             if channel.waiting:
                 self._late[channel] = topic
             if ready is not None:
-                yield _published(channel, ready)
+                yield channel.frame_of(ready)
 
     def next_due(self) -> float | None:
         """Return the monotonic time at which ``due`` yields the next message [s]; None if the queues are empty."""
@@ -192,7 +203,7 @@ class RosbridgeSession:
             if not channel.waiting:
                 del self._late[channel]
             if ready is not None:
-                yield topic, _published(channel, ready)
+                yield topic, channel.frame_of(ready)
 
     def answer(self, call: CallService, values: bytes) -> bytes:
         """Return the frame with the response to a call; ``values`` is JSON."""
@@ -225,8 +236,3 @@ class RosbridgeSession:
         if not always and LEVELS.index(self._level) < LEVELS.index(level):
             return None
         return _encoder.encode(_Status(level, f"{error.slug}: {error.public}", operation_id))
-
-
-def _published(channel: Channel, payload: bytes) -> bytes:
-    text = payload if channel.respell is None else channel.respell(payload)
-    return b'{"op":"publish","topic":"%b","msg":%b}' % (channel.spelling.encode(), text)

@@ -1,7 +1,8 @@
 """Subscriptions of one client to one topic: throttle, queue, and spelling of names and times.
 
 A client dispatches on the string it subscribed with. So several subscriptions with the same string form one *channel*,
-which, as in rosbridge, has the lowest of their throttle rates and the longest of their queues.
+which, as in rosbridge, has the lowest of their throttle rates, the longest of their queues, and the strongest of their
+compressions.
 """
 
 from collections import deque
@@ -9,6 +10,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
+import msgspec
+
+from ppaas.errors import PPaaSError
+from ppaas.wire.binary.packing import PLAIN, Packing, json_frame
 from ppaas.wire.operations import Id
 
 Respell: TypeAlias = Callable[[bytes], bytes]
@@ -34,6 +39,8 @@ class Subscription:
         Spells a message as the client expects.
     fragment_size : int
         Length of messages from which they are sent in fragments [characters]; 0 for never.
+    packing : Packing
+        Packs the messages as the client asked for.
     """
 
     spelling: str
@@ -41,6 +48,7 @@ class Subscription:
     queue_length: int = 0
     respell: Respell | None = None
     fragment_size: int = 0
+    packing: Packing = PLAIN
 
 
 @dataclass(slots=True, eq=False)
@@ -50,6 +58,7 @@ class Channel:
     spelling: str
     throttle: float = 0.0
     respell: Respell | None = None
+    packing: Packing = PLAIN
     waiting: deque[bytes] = field(default_factory=deque)
     next_at: float = float("-inf")
 
@@ -57,8 +66,17 @@ class Channel:
         """Combine the options of these subscriptions, the newest of which is the last."""
         self.throttle = min(s.throttle for s in subscriptions)
         self.respell = subscriptions[-1].respell
+        self.packing = max((s.packing for s in subscriptions), key=lambda packing: packing.rank)
         length = min(max(s.queue_length for s in subscriptions), MAX_QUEUE)
         self.waiting = deque(self.waiting, maxlen=max(length, 1))
+
+    def frame_of(self, payload: bytes) -> bytes:
+        """Return the frame of a message; JSON if the message cannot be packed otherwise, as those of clients may be."""
+        text = payload if self.respell is None else self.respell(payload)
+        try:
+            return self.packing.pack(self.spelling, text)
+        except (PPaaSError, msgspec.MsgspecError, ValueError, RecursionError):
+            return json_frame(self.spelling, text)
 
     def take(self, payload: bytes, now: float) -> bytes | None:
         """Add a message; return the message to send now, or None if it must wait.

@@ -9,11 +9,13 @@ frames of rosbridge on a whole session (tests/unit/endpoints/rosbridge/test_sess
 import contextlib
 import io
 import json
+import struct
 import zlib
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 
+import cbor2
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -40,6 +42,8 @@ from ppaas.perception.compressed_depth import FORMATS, decompress
 from ppaas.robot_model.describe import describe
 from ppaas.wire.ros import ros_types
 from ppaas.wire.ros.rmw_zenoh import parse_token
+from ppaas.wire.binary.cbor_decoder import cbor_to_json
+from ppaas.wire.binary.packing import operation_of
 from ppaas.wire.rosbridge import RosbridgeSession
 from tests.support.hostile_bytes import mutations, operations, peak_memory
 from tests.support.world.mappings import room_mapping
@@ -170,6 +174,35 @@ PARSERS = {
             b'{"op": "set_level", "level": "error"}',
         ],
         [lambda n: b"[" * n, lambda n: b'{"op":"publish","topic":"/a","msg":' + b'{"a":' * n, lambda n: b"{" * n],
+    ),
+    "CBOR of rosbridge": Parser(
+        cbor_to_json,
+        [
+            cbor2.dumps({"op": "publish", "topic": "/scan", "msg": {"ranges": cbor2.CBORTag(85, bytes(8))}}),
+            cbor2.dumps({"op": "call_service", "service": "/s", "args": [1, None, 2.5, b"ab"], "id": "a"}),
+        ],
+        [
+            lambda n: b"\xa1\x61a" + b"\x81" * n,
+            lambda n: b"\xa1\x61a\x9f" + b"\x80" * n + b"\xff",
+            lambda n: b"\xbf" + b"\x61a\x01" * n + b"\xff",
+            lambda n: b"\xa1\x61a" + b"\xc6" * n,
+            lambda n: b"\xa1\x61a\xc2\x59" + n.to_bytes(2) + b"\xff" * n,
+            lambda n: b"\xa1\x61a\xd8\x48\x59" + n.to_bytes(2) + b"\xff" * n,
+            lambda n: b"\xa1\x61a\x9b\x00\x00\x00\x00\x7f\xff\xff\xff" + b"\x00" * n,
+            lambda n: b"\xa1\x61a\xd8\x1c\x81" + b"\xd8\x1d\x00" * n,
+        ],
+    ),
+    "compact frame": Parser(
+        operation_of,
+        [
+            struct.pack("<BBHIffHH3H", 1, 0, 3, 5, -1.0, 1.0, 100, 9000, 0, 1500, 65535),
+            struct.pack("<BBHI6f", 2, 0, 6, 7, 1.0, 2.0, 0.5, 0.2, 0.0, -0.1),
+            struct.pack("<BBHI3f", 3, 0, 3, 0, 0.2, 0.0, -0.1),
+        ],
+        [
+            lambda n: struct.pack("<BBHIffHH", 1, 0, n, 0, 0.0, 0.1, 0, 1) + bytes(2 * n),
+            lambda n: struct.pack("<BBHIffHH", 1, 255, 1, 0, 0.0, 0.1, 0, 1) + bytes(n),
+        ],
     ),
     "pose": Parser(lambda data: decode(PoseStamped, data), [POSE], [lambda n: b'{"pose":' * n]),
     "scan": Parser(

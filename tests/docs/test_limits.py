@@ -31,6 +31,7 @@ from ppaas.people import settings as people
 from ppaas.perception.depth_scan import MOST_PIXELS
 from ppaas.robot_model import urdf, xml_document
 from ppaas.wire import fragments
+from ppaas.wire.binary import cbor_decoder
 from ppaas.wire.ros import rmw_zenoh, types
 from robots.bridges.zenoh import node
 from tests.support.documents import table, text_of
@@ -123,6 +124,10 @@ ROWS = {
         fragments.MAX_FRAGMENTS,
         size(fragments.MAX_SIZE),
     ],
+    ("WebSocket", "items of a frame in CBOR, numbers in its typed arrays, levels"): [
+        f"{cbor_decoder.MAX_ITEMS}, {cbor_decoder.MAX_NUMBERS} and {cbor_decoder.MAX_DEPTH}"
+    ],
+    ("WebSocket", "ranges of a compact scan"): [0xFFFF],
     ("WebSocket", "pixels of a depth image"): [MOST_PIXELS],
     ("message of ROS in CDR or of ROS 1", "size"): [f"{types.MAX_MESSAGE >> 20} MiB"],
     ("graph of a robot with ROS 2", "entities; token of one"): [node.MAX_ENTITIES, rmw_zenoh.MAX_TOKEN],

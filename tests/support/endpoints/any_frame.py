@@ -7,6 +7,7 @@ import json
 import random
 from typing import Any
 
+import cbor2
 from hypothesis import strategies as st
 
 from tests.support.endpoints.still_place import TOPICS
@@ -40,6 +41,7 @@ FIELDS: dict[str, st.SearchStrategy[Any]] = {
     "type": st.sampled_from(TYPES), "action_type": st.sampled_from(TYPES), "id": st.sampled_from(IDS),
     "msg": JSON, "args": JSON, "values": JSON, "result": st.booleans(), "latch": st.booleans(),
     "feedback": st.booleans(), "level": st.sampled_from(["none", "error", "info", "loud"]),
+    "compression": st.sampled_from(["none", "png", "cbor", "zip", ""]),
     "throttle_rate": st.integers(-1, 50), "queue_length": st.integers(-1, 2000), "timeout": NUMBERS,
     "status": st.integers(-1, 7), "data": st.text(max_size=5), "num": st.integers(-1, 3), "total": st.integers(0, 3),
 }  # fmt: skip
@@ -78,11 +80,16 @@ GOOD: dict[str, Any] = {
     "msg": _one_of({}, {"data": 1}, {"header": {"stamp": {"secs": 1, "nsecs": 2}}}),
     "args": _one_of({}, [], {"target_pose": {}}), "values": _one_of({}, "no", None), "result": _one_of(True, False),
     "latch": _one_of(True, False), "feedback": _one_of(True), "level": _one_of("none", "error", "info"),
+    "compression": _one_of(None, "none", "png", "cbor"),
     "throttle_rate": _one_of(0, None, 5), "queue_length": _one_of(0, 3), "timeout": _one_of(0.01, -1, 1e300),
     "status": _one_of(4, 5, 6), "data": _one_of('{"op":', "\"publish\"}"), "num": _one_of(0, 1), "total": _one_of(1, 2),
 }  # fmt: skip
 
-RUBBISH = st.text(max_size=20) | st.none() | st.sampled_from(["{", "[]", '{"op":1}', "[" * 5000, "\ud800", '"', "\x00"])
+RUBBISH = st.text(max_size=20) | st.sampled_from(["{", "[]", '{"op":1}', "[" * 5000, "\ud800", '"', "\x00"])
+BINARY_RUBBISH = st.binary(max_size=40) | st.sampled_from([b"\xff", b"\xa1", b"\x01\0", b"\x02" + bytes(31)])
 _NEARLY_RIGHT = nearly_right()
-FRAME = st.integers(0, 9).flatmap(lambda number: _NEARLY_RIGHT if number else RUBBISH)
-"""A text frame, or None for a binary frame; one in ten is garbage."""
+_IN_CBOR = _NEARLY_RIGHT.map(lambda frame: cbor2.dumps(json.loads(frame)))
+FRAME = st.integers(0, 19).flatmap(
+    lambda number: {0: RUBBISH, 1: BINARY_RUBBISH, 2: _IN_CBOR, 3: _IN_CBOR}.get(number, _NEARLY_RIGHT)
+)
+"""A text frame, or ``bytes`` of a binary one, of which most are CBOR; one in ten is garbage."""

@@ -4,6 +4,7 @@ import json
 from collections.abc import Callable
 from typing import Any, cast
 
+import cbor2
 import msgspec
 
 from endpoints.rosbridge.roles import Role
@@ -14,7 +15,7 @@ from engine.service.links.place_link import PlaceLink
 from ppaas.wire.names import NameScope
 from ppaas.wire.rosbridge import RosbridgeSession
 from tests.support.engine.engine_links import HELLO_NODES, HELLO_SERVICES, HELLO_TOPICS
-from tests.support.network.still_socket import sent
+from tests.support.network.still_socket import BINARY, sent
 from tests.support.waiting import until
 
 TOPICS = [
@@ -90,7 +91,13 @@ class StillClient:
 
     def received(self) -> list[dict[str, Any]]:
         """Return the frames sent to the client since the last call."""
-        return [json.loads(frame) for frame in sent(self.session.outbox)]
+        return [_operation_in(frame) for frame in sent(self.session.outbox)]
+
+
+def _operation_in(frame: str) -> dict[str, Any]:
+    """Return the operation in a frame of JSON, or of CBOR, in which typed arrays stay tagged."""
+    operation: dict[str, Any] = json.loads(frame) if frame.startswith("{") else cbor2.loads(frame.encode(errors=BINARY))
+    return operation
 
 
 async def answers(client: StillClient, count: int = 1) -> list[dict[str, Any]]:

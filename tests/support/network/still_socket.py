@@ -2,6 +2,9 @@
 
 from endpoints.rosbridge.outbox import FrameOutbox
 
+BINARY = "surrogateescape"
+"""Handler of errors by which binary frames are strings, too: ``encode(errors=BINARY)`` returns their bytes."""
+
 
 class Connection:
     """Accepts ``room`` frames and then blocks."""
@@ -16,7 +19,7 @@ class Connection:
 
     def send_frame(self, frame: bytes) -> None:
         assert self.ready, "frames are sent only while the connection is ready"
-        self.sent.append(frame.decode())
+        self.sent.append(frame.decode(errors=BINARY))
 
 
 def sent(outbox: FrameOutbox, count: float = float("inf")) -> list[str]:

@@ -16,6 +16,7 @@ from websockets.frames import CloseCode, Frame, Opcode
 from endpoints.http import frame_pacing, websocket_protocol
 from endpoints.http.refusal_log import RefusalLog
 from endpoints.http.websocket_protocol import DirectWebSocket, connection_of
+from ppaas.wire.binary.binary_frame import BinaryFrame
 from tests.support.endpoints.serving import serve
 
 
@@ -84,22 +85,22 @@ async def test_an_unresponsive_client_with_pending_data_is_disconnected() -> Non
 # -- frames, past ASGI -------------------------------------------------------------------------------------------------
 
 
-async def test_text_and_binary_messages_are_delivered_in_order_with_none_for_what_is_not_utf8() -> None:
+async def test_text_and_binary_messages_are_delivered_in_order_as_text_and_bytes() -> None:
     async with connected(Server()) as (client, connection):
-        taken: asyncio.Queue[str | None] = asyncio.Queue()
+        taken: asyncio.Queue[str | bytes] = asyncio.Queue()
         connection.hand_to(taken.put_nowait)
         await client.send("one")
         await client.send(["t", "w", "ö"])
         await client.send(b"drei")
         await client.send([b"f\xc3", b"", b"\xbcnf"])
         await client.send(b"\xff")
-        assert [await taken.get() for _ in range(5)] == ["one", "twö", "drei", "fünf", None]
+        assert [await taken.get() for _ in range(5)] == ["one", "twö", b"drei", "fünf".encode(), b"\xff"]
 
 
 async def test_frames_return_to_asgi_once_the_receiver_is_removed() -> None:
     server = Server()
     async with connected(server) as (client, connection):
-        taken: list[str | None] = []
+        taken: list[str | bytes] = []
         connection.hand_to(taken.append)
         connection.hand_to(None)
         await client.send("for ASGI")
@@ -109,7 +110,7 @@ async def test_frames_return_to_asgi_once_the_receiver_is_removed() -> None:
 
 async def test_invalid_utf8_closes_the_connection_and_is_not_delivered() -> None:
     async with connected(Server()) as (client, connection):
-        taken: list[str | None] = []
+        taken: list[str | bytes] = []
         connection.hand_to(taken.append)
         await client.send(b"\xff\xfe", text=True)
         await client.wait_closed()
@@ -123,6 +124,8 @@ async def test_readiness_follows_flow_control_and_resumption_is_reported() -> No
         connection.hand_to(lambda _: None, again.set)
         connection.send_frame(b"sent past ASGI")
         assert await client.recv() == "sent past ASGI"
+        connection.send_frame(BinaryFrame(b"\xff"))
+        assert await client.recv() == b"\xff"
         assert connection.ready
         connection.pause_writing()
         assert not connection.ready
@@ -171,7 +174,7 @@ async def test_pongs_for_a_peer_that_does_not_read_are_dropped() -> None:
     async with connected(Server()) as (client, connection):
         connection.pause_writing()
         await _send(client, *(Frame(Opcode.PING, b"x" * 125) for _ in range(100)))
-        taken: asyncio.Queue[str | None] = asyncio.Queue()
+        taken: asyncio.Queue[str | bytes] = asyncio.Queue()
         connection.hand_to(taken.put_nowait)
         await client.send("after the pings")
         assert await taken.get() == "after the pings"
@@ -180,11 +183,11 @@ async def test_pongs_for_a_peer_that_does_not_read_are_dropped() -> None:
 
 async def test_a_message_in_a_million_fragments_takes_the_memory_of_its_bytes() -> None:
     async with connected(Server()) as (client, connection):
-        taken: asyncio.Queue[str | None] = asyncio.Queue()
+        taken: asyncio.Queue[str | bytes] = asyncio.Queue()
         connection.hand_to(taken.put_nowait)
         empty = Frame(Opcode.CONT, b"", fin=False)
         await _send(client, Frame(Opcode.BINARY, b"a", fin=False), *[empty] * 1000, Frame(Opcode.CONT, b"z"))
-        assert await taken.get() == "az"
+        assert await taken.get() == b"az"
         assert connection.frames == []
 
 

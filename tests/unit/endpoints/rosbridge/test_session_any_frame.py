@@ -24,7 +24,7 @@ FRAMES = 40
 PUBLISHED = st.tuples(st.sampled_from([topic.name for topic in TOPICS]), JSON)
 CLIENT_OPERATIONS = {
     "publish", "status", "service_response", "call_service", "action_result", "action_feedback", "send_action_goal",
-    "cancel_action_goal",
+    "cancel_action_goal", "png",
 }  # fmt: skip
 
 
@@ -60,7 +60,7 @@ class Bystander:
 @pytest.mark.filterwarnings("error", "default::ResourceWarning")  # these may be of earlier tests
 @settings(max_examples=EXAMPLES, suppress_health_check=list(HealthCheck), database=None)
 @given(st.lists(FRAME, min_size=FRAMES, max_size=FRAMES), st.lists(PUBLISHED, max_size=2))
-async def test_no_frame_breaks_the_cloud_or_disturbs_another(frames: list[str | None], published: list[Any]) -> None:
+async def test_no_frame_breaks_the_cloud_or_disturbs_another(frames: list[str | bytes], published: list[Any]) -> None:
     place = StillPlace()
     bystander, client = Bystander(place), StillClient(place)
     for frame in frames:

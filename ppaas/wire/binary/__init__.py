@@ -1,0 +1,1 @@
+"""Binary frames of clients: CBOR, messages as PNG, and compact frames."""

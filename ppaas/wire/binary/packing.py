@@ -1,0 +1,103 @@
+"""Packing of messages for a client: as JSON, as PNG, in CBOR or as compact frames."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Final, NamedTuple, TypeAlias
+
+from ppaas.errors import MalformedMessage
+from ppaas.wire.binary.cbor_decoder import cbor_to_json, is_cbor
+from ppaas.wire.binary.cbor_encoder import cbor_frame
+from ppaas.wire.binary.compact import compact_cmd_vel, compact_to_json, is_compact
+from ppaas.wire.binary.png import png_frame
+
+Pack: TypeAlias = Callable[[str, bytes], bytes]
+"""Called with the name of a topic as the client spells it, and a message as JSON; returns the frame to publish it."""
+
+
+class Packing(NamedTuple):
+    """How the messages of a subscription are packed; of several subscriptions, that of the highest rank counts."""
+
+    rank: int
+    pack: Pack
+
+
+def json_frame(spelling: str, message: bytes) -> bytes:
+    """Return the frame that publishes a message in JSON."""
+    return b'{"op":"publish","topic":"%b","msg":%b}' % (spelling.encode(), message)
+
+
+def _png(spelling: str, message: bytes) -> bytes:
+    return png_frame(json_frame(spelling, message))
+
+
+def _compact(_spelling: str, message: bytes) -> bytes:
+    return compact_cmd_vel(message)
+
+
+PLAIN: Final = Packing(0, json_frame)
+COMPRESSIONS: Final = ("none", "png", "cbor")
+"""Values of ``compression``, from the least to the most; of several subscriptions to a topic the most counts."""
+
+
+CMD_VEL_TOPIC: Final = "cmd_vel"
+"""Topic whose messages have a compact frame."""
+
+
+class Packer:
+    """Chooses the packing of each subscription of one client.
+
+    Parameters
+    ----------
+    compact : bool
+        Whether velocities are sent as compact frames to subscriptions without a compression.
+    png : bool
+        Whether the client reads ``png``. Clients that do not may ask for it all the same.
+
+    Attributes
+    ----------
+    type_of : callable
+        Called with a topic; returns its type, or None.
+    """
+
+    def __init__(self, *, compact: bool = False, png: bool = True) -> None:
+        self._compact = compact
+        self._png = png
+        self.type_of: Callable[[str], str | None] = lambda _topic: None
+
+    def packing_of(self, topic: str, compression: str | None) -> Packing:
+        """Return the packing of a subscription to a topic; JSON if the compression is not one of `COMPRESSIONS`."""
+        if compression == "cbor":
+            return Packing(COMPRESSIONS.index("cbor"), partial(self._cbor, topic))
+        if compression == "png" and self._png:
+            return Packing(COMPRESSIONS.index("png"), _png)
+        if self._compact and topic == CMD_VEL_TOPIC:
+            return Packing(0, _compact)
+        return PLAIN
+
+    def _cbor(self, topic: str, spelling: str, message: bytes) -> bytes:
+        return cbor_frame(spelling, message, self.type_of(topic))
+
+
+def operation_of(frame: bytes) -> bytes:
+    """Return the operation in a binary frame of a client as JSON; JSON is returned unchanged.
+
+    Raises
+    ------
+    MalformedMessage
+        It is neither JSON in UTF-8, CBOR, nor a compact frame.
+    MessageTooLarge
+        It is CBOR with too many items.
+    """
+    if len(frame) >= 5 and int.from_bytes(frame[:4], "little") == len(frame) and frame[-1] == 0:
+        raise MalformedMessage("BSON is not supported: send JSON, CBOR or compact frames")
+    if is_compact(frame):
+        return compact_to_json(frame)
+    if is_cbor(frame):
+        return cbor_to_json(frame)
+    try:
+        frame.decode()
+    except UnicodeDecodeError as error:
+        raise MalformedMessage(
+            "a binary frame must be JSON in UTF-8, CBOR of an operation, or a compact frame"
+        ) from error
+    return frame

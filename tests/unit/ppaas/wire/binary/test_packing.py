@@ -1,0 +1,111 @@
+"""Packing of messages for clients, and binary frames of theirs."""
+
+import json
+import struct
+from typing import Any
+
+import cbor2
+import pytest
+
+from ppaas.errors import MalformedMessage
+from ppaas.wire.binary.binary_frame import BinaryFrame
+from ppaas.wire.binary.packing import Packer, operation_of
+from ppaas.wire.rosbridge import RosbridgeSession
+
+TWIST = {"linear": {"x": 0.5, "y": 0.0, "z": 0.0}, "angular": {"x": 0.0, "y": 0.0, "z": -0.25}}
+COMPACT_TWIST = struct.pack("<BBHI3f", 3, 0, 3, 0, 0.5, 0.0, -0.25)
+
+
+def frames(packer: Packer, *subscriptions: dict[str, Any], topic: str = "cmd_vel", message: Any = TWIST) -> list[bytes]:
+    """Return the frames of a message for a client with these subscriptions to its topic."""
+    session = RosbridgeSession(packer=packer)
+    for number, fields in enumerate(subscriptions):
+        session.receive(json.dumps({"op": "subscribe", "topic": topic, "id": str(number)} | fields))
+    return list(session.publish(topic, json.dumps(message).encode(), 0.0))
+
+
+def kind_of(frame: bytes) -> str:
+    if not isinstance(frame, BinaryFrame):
+        return "png" if json.loads(frame)["op"] == "png" else "json"
+    return "compact" if frame[0] == 3 else "cbor"
+
+
+@pytest.mark.parametrize("compression", [None, "none", "zip", ""])
+def test_json_is_sent_without_a_known_compression(compression: str | None) -> None:
+    [frame] = frames(Packer(), {"compression": compression})
+    assert json.loads(frame) == {"op": "publish", "topic": "cmd_vel", "msg": TWIST}
+
+
+@pytest.mark.parametrize("compression", ["png", "cbor"])
+def test_a_subscription_is_packed_as_it_asks(compression: str) -> None:
+    assert [kind_of(frame) for frame in frames(Packer(), {"compression": compression})] == [compression]
+
+
+def test_the_strongest_compression_of_several_subscriptions_counts() -> None:
+    asked = [{"compression": "png"}, {"compression": "cbor"}, {}]
+    assert [kind_of(frame) for frame in frames(Packer(), *asked)] == ["cbor"]
+    assert [kind_of(frame) for frame in frames(Packer(), asked[0], asked[2])] == ["png"]
+
+
+def test_each_spelling_of_a_topic_has_its_own_compression() -> None:
+    found = frames(Packer(), {"topic": "/cmd_vel", "compression": "cbor"}, {"topic": "cmd_vel"})
+    assert [kind_of(frame) for frame in found] == ["cbor", "json"]
+
+
+def test_a_client_that_cannot_read_png_gets_json() -> None:
+    assert [kind_of(frame) for frame in frames(Packer(png=False), {"compression": "png"})] == ["json"]
+    assert [kind_of(frame) for frame in frames(Packer(png=False), {"compression": "cbor"})] == ["cbor"]
+
+
+def test_velocities_are_compact_for_a_client_that_asked_for_it() -> None:
+    assert frames(Packer(compact=True), {}) == [COMPACT_TWIST]
+    assert frames(Packer(compact=True), {"compression": "none"}) == [COMPACT_TWIST]
+    assert kind_of(frames(Packer(compact=True), {"compression": "cbor"})[0]) == "cbor"
+    assert kind_of(frames(Packer(compact=True), {}, topic="plan")[0]) == "json"
+
+
+@pytest.mark.parametrize("message", [{"linear": 5}, [1], None])
+def test_a_velocity_of_a_client_that_is_none_is_sent_as_json(message: Any) -> None:
+    [frame] = frames(Packer(compact=True), {}, message=message)
+    assert json.loads(frame)["msg"] == message
+
+
+def test_cbor_has_typed_arrays_by_the_type_of_the_topic() -> None:
+    packer = Packer()
+    packer.type_of = {"scan": "sensor_msgs/LaserScan"}.get
+    [frame] = frames(packer, {"compression": "cbor"}, topic="scan", message={"ranges": [1.0]})
+    assert cbor2.loads(frame)["msg"]["ranges"].tag == 85
+
+
+def test_a_delayed_message_is_packed_too() -> None:
+    session = RosbridgeSession()
+    session.receive('{"op": "subscribe", "topic": "a", "compression": "cbor", "throttle_rate": 100}')
+    first = list(session.publish("a", b"1", 0.0))
+    assert list(session.publish("a", b"2", 0.01)) == []
+    [(_, second)] = session.due(1.0)
+    assert [cbor2.loads(frame)["msg"] for frame in (*first, second)] == [1, 2]
+
+
+def test_a_binary_frame_of_json_is_its_text() -> None:
+    assert operation_of(b'\xef\xbb\xbf {"op": "x"}') == b'\xef\xbb\xbf {"op": "x"}'
+
+
+def test_a_binary_frame_of_cbor_is_the_json_for_which_it_stands() -> None:
+    assert json.loads(operation_of(cbor2.dumps({"op": "x", "a": [1]}))) == {"op": "x", "a": [1]}
+
+
+def test_a_compact_frame_is_the_publication_for_which_it_stands() -> None:
+    assert json.loads(operation_of(COMPACT_TWIST)) == {"op": "publish", "topic": "cmd_vel", "msg": TWIST}
+
+
+@pytest.mark.parametrize("first", [0x01, 0x02, 0xA1, 0x7B])
+def test_bson_is_recognized_whatever_its_length(first: int) -> None:
+    size = 0x100 + first
+    document = size.to_bytes(4, "little") + b"\x02op\0" + bytes(size - 8)
+    with pytest.raises(MalformedMessage, match="BSON is not supported"):
+        operation_of(document)
+
+
+def test_other_bytes_are_refused_with_what_is_taken() -> None:
+    with pytest.raises(MalformedMessage, match="JSON in UTF-8, CBOR of an operation, or a compact frame"):
+        operation_of(b"\xff\xfe{")
