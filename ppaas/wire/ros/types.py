@@ -3,6 +3,7 @@
 import hashlib
 import struct
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cache
 from types import ModuleType
 from typing import Any, Final
@@ -11,7 +12,7 @@ import msgspec
 
 from ppaas.errors import InvalidInput, MalformedMessage, MessageTooLarge, UnknownType
 from ppaas.wire.ros.definitions import DEFINITIONS
-from ppaas.wire.ros.interfaces import NAME, parsed
+from ppaas.wire.ros.interfaces import NAME, SEQUENCE, parsed
 from ppaas.wire.ros.values import Converter, to_json_value
 
 ROS_1: Final = "noetic"
@@ -28,6 +29,31 @@ MAX_MESSAGE = 64 << 20
 
 _encoder = msgspec.json.Encoder(enc_hook=to_json_value)
 _decoder = msgspec.json.Decoder()
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """Field of a message.
+
+    Parameters
+    ----------
+    name : str
+        Its name.
+    type : str
+        A type of numbers, ``bool``, ``string``, or the full name of a message.
+    length : int, optional
+        Length of an array, 0 for a list of any length; None for a single value.
+    bound : int
+        Largest length of a list; 0 for none.
+    text_bound : int
+        Largest length of a text; 0 for none.
+    """
+
+    name: str
+    type: str
+    length: int | None = None
+    bound: int = 0
+    text_bound: int = 0
 
 
 class RosTypes:
@@ -160,6 +186,16 @@ class RosTypes:
         """
         return str(self._store.generate_msgdef(self._known(name), 1 if self.ros1 else 2)[0])
 
+    def fields(self, name: str) -> tuple[Field, ...]:
+        """Return the fields of a message, in order.
+
+        Raises
+        ------
+        UnknownType
+            The type is unknown.
+        """
+        return tuple(map(_field, self._store.fielddefs[self._known(name)][1]))
+
     def _text(self, name: str) -> str:
         """Return the text of which ROS 1 computes the sum of a message: messages in it are their sums."""
         constants, fields = self._store.fielddefs[name]
@@ -181,6 +217,19 @@ class RosTypes:
     def _full(name: str) -> str:
         package, _, rest = name.partition("/")
         return name if "/" in rest else f"{package}/msg/{rest}"
+
+
+def _field(described: tuple[str, tuple[int, Any]]) -> Field:
+    name, (node, detail) = described
+    length, bound = None, 0
+    if node > NAME:
+        (_, inner), count = detail
+        length, bound = (0, count) if node == SEQUENCE else (count, 0)
+    else:
+        inner = detail
+    if isinstance(inner, str):
+        return Field(name, inner, length, bound)
+    return Field(name, inner[0], length, bound, inner[1])
 
 
 def to_json(values: Mapping[str, Any]) -> bytes:

@@ -4,7 +4,6 @@ import argparse
 import logging
 import os
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +15,7 @@ if TYPE_CHECKING:
 
 HELP = "connect a robot with ROS 2 to the cloud; no ROS is needed where the bridge runs"
 
-TRANSPORTS = ("zenoh",)
+TRANSPORTS = ("dds", "zenoh")
 RELEASES = ("humble", "jazzy", "kilted")
 
 
@@ -28,7 +27,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--transport",
         choices=TRANSPORTS,
         default=TRANSPORTS[0],
-        help="how the robot's nodes communicate: zenoh for rmw_zenoh (%(default)s)",
+        help="how the robot's nodes communicate: dds, the default of ROS 2, or zenoh for rmw_zenoh (%(default)s)",
     )
     parser.add_argument(
         "--domain",
@@ -54,6 +53,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="connect to a router, as tcp/robot:7447 (that of this computer, if it has one); may be repeated",
     )
     zenoh.add_argument("--zenoh-config", type=Path, metavar="FILE", help="configuration of Zenoh (JSON5), as for TLS")
+    dds = parser.add_argument_group("transport dds")
+    dds.add_argument(
+        "--dds-config", type=Path, metavar="FILE", help="configuration of Cyclone DDS (XML; CYCLONEDDS_URI)"
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -78,12 +81,15 @@ async def _run(arguments: argparse.Namespace) -> None:
 
 
 def _transport(arguments: argparse.Namespace) -> "Transport":
+    release = arguments.distro or ""
+    if arguments.transport == "dds":
+        from robots.bridges.dds.node import DdsOptions, DdsTransport  # noqa: PLC0415
+
+        return DdsTransport(DdsOptions(arguments.domain, release, arguments.dds_config))
     from robots.bridges.zenoh.node import ZenohOptions, ZenohTransport  # noqa: PLC0415
 
-    endpoints: tuple[Sequence[str], Sequence[str]] = (arguments.listen, arguments.connect)
-    listen, connect = map(tuple, endpoints)
-    options = ZenohOptions(listen, connect, arguments.zenoh_config, arguments.domain, arguments.distro or "")
-    return ZenohTransport(options)
+    listen, connect = tuple(arguments.listen), tuple(arguments.connect)
+    return ZenohTransport(ZenohOptions(listen, connect, arguments.zenoh_config, arguments.domain, release))
 
 
 def _domain(text: str) -> int:

@@ -204,3 +204,11 @@ def test_without_rosbags_the_error_says_what_to_install(monkeypatch: pytest.Monk
     monkeypatch.setitem(sys.modules, "rosbags", None)
     with pytest.raises(ImportError, match=r"pip install 'ppaas\[ros2\]'"):
         types.RosTypes("jazzy")
+
+
+def test_fields_of_a_message_have_their_lengths_and_bounds() -> None:
+    name, _, readers, _ = ros_types("jazzy").fields("rmw_dds_common/msg/NodeEntitiesInfo")
+    assert name == types.Field("node_namespace", "string", text_bound=256)
+    assert readers == types.Field("reader_gid_seq", "rmw_dds_common/msg/Gid", 0)
+    [data] = ros_types("humble").fields("rmw_dds_common/msg/Gid")
+    assert (data.type, data.length) == ("uint8", 24)

@@ -1,0 +1,1 @@
+"""Transport of robots with DDS, on ``cyclonedds``: topics with any vendor, no services."""
