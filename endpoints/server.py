@@ -197,6 +197,9 @@ async def _serve(arguments: argparse.Namespace) -> None:
         listeners = listen(arguments.host, arguments.port)
         for listener in listeners:
             stack.enter_context(listener)
+        rapyuta = [] if arguments.rapyuta is None else listen(arguments.host, arguments.rapyuta)
+        for listener in rapyuta:
+            stack.enter_context(listener)
         tls = server_tls(arguments)
         if tls is None:
             warn_if_open_to_others(listeners)
@@ -208,6 +211,7 @@ async def _serve(arguments: argparse.Namespace) -> None:
         web = await _run_unless_stopped(stop, _start(engine, arguments, stack, tls, connections))
         if web is not None:
             url = url_of(listeners[0], "http" if tls is None else "https")
+            web.serve_rapyuta(rapyuta)
             await _run(web, listeners, stop, url, arguments.ready_file)
 
 

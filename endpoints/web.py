@@ -1,5 +1,6 @@
 """Web server of a cloud: the REST application and the robot WebSocket."""
 
+import asyncio
 import contextlib
 import socket
 from collections.abc import Coroutine, Iterator, Sequence
@@ -9,6 +10,7 @@ from typing import Any, cast
 import uvicorn
 from fastapi import FastAPI
 from starlette.routing import WebSocketRoute
+from starlette.types import ASGIApp
 from starlette.websockets import WebSocket
 
 from endpoints.accounts.accounts import Accounts
@@ -23,6 +25,8 @@ from endpoints.http.websocket_protocol import DirectWebSocket
 from endpoints.merging.coordinator import JointMapCoordinator
 from endpoints.people.counting import PeopleCounting
 from endpoints.proposals.change_watch import ChangeWatch
+from endpoints.rapyuta.app import rapyuta_app
+from endpoints.rapyuta.registry import RobotRegistry
 from endpoints.rosbridge.idle_watch import IdleWatch
 from endpoints.rosbridge.rights_watch import RightsWatch
 from endpoints.rosbridge.robot_socket import serve_robot_socket
@@ -124,6 +128,11 @@ class Web:
         self._server = Server(
             _uvicorn_config(build_app(services, self._sessions, settings), log_level, dead, connections, tls)
         )
+        self._rapyuta = RobotRegistry(services, self._sessions)
+        self._rapyuta_server = Server(
+            _uvicorn_config(rapyuta_app(services, self._rapyuta, settings), log_level, dead, connections, tls)
+        )
+        self._rapyuta_listeners: list[socket.socket] = []
 
     async def serve(self, listeners: Sequence[socket.socket]) -> None:
         """Serve until `stop` is called."""
@@ -135,7 +144,15 @@ class Web:
         self._background.run(self._joint_maps.run())
         if self._tls is not None:
             self._background.run(self._tls.watch())
-        await self._server.serve(list(listeners))
+        servers = [self._server.serve(list(listeners))]
+        if self._rapyuta_listeners:
+            self._background.run(self._rapyuta.watch())
+            servers.append(self._rapyuta_server.serve(self._rapyuta_listeners))
+        await asyncio.gather(*servers)
+
+    def serve_rapyuta(self, listeners: Sequence[socket.socket]) -> None:
+        """Let ``serve`` also serve robots of Rapyuta, on these listeners; without any, it does not."""
+        self._rapyuta_listeners = list(listeners)
 
     def run_in_background(self, work: Coroutine[Any, Any, None]) -> None:
         """Run a coroutine in the background; it is cancelled at the end."""
@@ -143,11 +160,12 @@ class Web:
 
     def stop(self) -> None:
         """Make ``serve`` return."""
-        self._server.should_exit = True
+        self._server.should_exit = self._rapyuta_server.should_exit = True
 
     async def close(self) -> None:
         """End all sessions."""
         await self._background.cancel()
+        await self._rapyuta.close()
         self._sessions.close()
 
 
@@ -163,7 +181,7 @@ def build_app(services: Services, sessions: SessionRegistry, settings: FrontSett
 
 
 def _uvicorn_config(
-    app: FastAPI, log_level: str, dead: float, connections: ConnectionTable, tls: ServerTls | None
+    app: ASGIApp, log_level: str, dead: float, connections: ConnectionTable, tls: ServerTls | None
 ) -> uvicorn.Config:
     return uvicorn.Config(
         app,

@@ -27,7 +27,8 @@ class User(msgspec.Struct, frozen=True):
     """A user's account.
 
     ``password_hash`` is a string in the format of argon2id. ``groups`` are the names of the groups of users that it is
-    in; a group exists while a user is in it.
+    in; a group exists while a user is in it. ``rapyuta_hash`` is the argon2id hash of the SHA-256 hash of a password by
+    which robots of Rapyuta log in; empty if none may.
     """
 
     id: str
@@ -35,6 +36,7 @@ class User(msgspec.Struct, frozen=True):
     role: Role = "user"
     limits: Limits = Limits()
     groups: tuple[str, ...] = ()
+    rapyuta_hash: str = ""
 
 
 class Token(msgspec.Struct, frozen=True):

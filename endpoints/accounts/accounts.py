@@ -15,6 +15,7 @@ from starlette.concurrency import run_in_threadpool
 from endpoints.accounts.fair_queue import Origin
 from endpoints.accounts.login_throttle import LoginThrottle
 from endpoints.accounts.passwords import Passwords
+from endpoints.accounts.rapyuta_passwords import RapyutaPasswords
 from endpoints.accounts.socket_tickets import SocketTickets
 from endpoints.accounts.token_cache import TokenCache
 from endpoints.accounts.unsaved_tokens import UNSAVED_LIFETIME, UnsavedTokens
@@ -78,6 +79,8 @@ class Accounts:
     ----------
     tickets : SocketTickets
         Tickets for the WebSockets of browsers.
+    rapyuta : RapyutaPasswords
+        Passwords of users for robots that log in by the protocol of Rapyuta.
     """
 
     def __init__(
@@ -99,6 +102,13 @@ class Accounts:
         self.tickets = SocketTickets()
         self._changing = threading.Lock()
         self._unsaved = UnsavedTokens()
+        self.rapyuta = RapyutaPasswords(
+            store,
+            self._passwords,
+            lambda user: self._issue(user, clock()),
+            self._cache.forget_user,
+            lock=self._changing,
+        )
 
     def close(self) -> None:
         """End the threads that hash passwords."""
@@ -222,6 +232,7 @@ class Accounts:
         changes: dict[str, Any] = {} if role is None else {"role": role}
         if password is not None:
             _check_password(password)
+            await self.rapyuta.check_other(user_id, password)
             changes["password_hash"] = await self._passwords.hash(password)
         try:
             return await run_in_threadpool(self._change, user_id, changes, limits or {}, keep_token)

@@ -27,7 +27,7 @@ TOKEN_SHOWN = 12
 
 FIELDS: Mapping[str, tuple[str, ...]] = {
     "create_user": ("id", "role"),
-    "change_user": ("role", "password", "limits"),
+    "change_user": ("role", "password", "limits", "rapyuta_password"),
     "change_map": ("readers", "description"),
     "roll_back_map": ("version", "message"),
     "put_robot": ("map", "cores"),
@@ -40,7 +40,7 @@ FIELDS: Mapping[str, tuple[str, ...]] = {
 }
 """Fields of the bodies of operations that are kept."""
 
-SECRETS = frozenset({"password", "old_password", "token"})
+SECRETS = frozenset({"password", "old_password", "rapyuta_password", "token"})
 
 
 def recorded_fields(action: str, body: Any) -> dict[str, Any]:

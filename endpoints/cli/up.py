@@ -32,6 +32,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     _add_stores(parser)
     _add_versions(parser)
     _add_front(parser)
+    parser.add_argument(
+        "--rapyuta",
+        type=whole(1, MAX_PORT),
+        metavar="PORT",
+        help="also serve robots that speak the protocol of Rapyuta (RoboEarth Cloud Engine), on this port (off)",
+    )
     _add_machines(parser)
     _add_limits(parser)
     _add_connections(parser)

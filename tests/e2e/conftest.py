@@ -2,6 +2,7 @@
 
 import asyncio
 import shutil
+import socket
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -24,10 +25,18 @@ def node() -> str:
 
 
 @pytest.fixture(scope="session")
-def cloud(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningCloud]:
+def rapyuta_port() -> int:
+    """Return the port of the cloud for robots of Rapyuta."""
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        port: int = listener.getsockname()[1]
+    return port
+
+
+@pytest.fixture(scope="session")
+def cloud(tmp_path_factory: pytest.TempPathFactory, rapyuta_port: int) -> Iterator[RunningCloud]:
     """Return a running cloud, stopped cleanly at the end."""
     folder: Path = tmp_path_factory.mktemp("cloud")
-    with running_cloud(folder) as running:
+    with running_cloud(folder, "--rapyuta", str(rapyuta_port)) as running:
         asyncio.run(_raise_oversubscription(running))
         yield running
 

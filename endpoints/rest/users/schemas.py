@@ -84,6 +84,11 @@ class UserChange(RequestBody):
     limits: LimitsChange | None = Field(
         None, description="Own limits of the user, set by administrators; null removes all of them"
     )
+    rapyuta_password: Password | None = Field(
+        None,
+        description="Password by which the robots of the user log in by the protocol of Rapyuta, set by "
+        "administrators; null lets none do so",
+    )
 
 
 class UserAnswer(ResponseBody):
@@ -121,5 +126,6 @@ class UserDetail(UserAnswer):
     """User with limits, quota and usage."""
 
     limits: LimitsAnswer
+    rapyuta: bool = Field(description="Whether robots of the user may log in by the protocol of Rapyuta by password")
     quota: QuotaAnswer = Field(description="Quota of the user")
     used: QuotaAnswer = Field(description="Current usage")

@@ -65,6 +65,8 @@ async def change_user(
     changed = await services.accounts.change(
         target, role=change.role, password=change.password, keep_token=used, limits=_limits(change)
     )
+    if "rapyuta_password" in change.model_fields_set:
+        changed = await services.accounts.rapyuta.set(target, change.rapyuta_password)
     services.cloud.set_limits(changed.id, changed.limits)
     return await run_in_threadpool(_detail, services, changed)
 
@@ -124,6 +126,7 @@ def _detail(services: Services, user: User) -> UserDetail:
         id=user.id,
         role=user.role,
         limits=LimitsAnswer.model_validate(user.limits),
+        rapyuta=bool(user.rapyuta_hash),
         quota=QuotaAnswer.model_validate(quotas.of(user.id)),
         used=used,
     )
@@ -149,6 +152,8 @@ async def _check_may_change(services: Services, caller: User, target: str, chang
         raise NotPermitted("only an administrator may change roles")
     if "limits" in change.model_fields_set and caller.role != "admin":
         raise NotPermitted("only an administrator may change limits")
+    if "rapyuta_password" in change.model_fields_set and caller.role != "admin":
+        raise NotPermitted("only an administrator may set or remove the password for robots of Rapyuta")
     if change.role not in (None, caller.role) and target == caller.id:
         raise Conflict("you cannot change your own role: ask another administrator")
     if change.password is not None and target == caller.id:

@@ -11,6 +11,7 @@ from robots.cli.password import add_password_argument, read_password
 from robots.cli.resource import Resource
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
 from robots.cli.verbs.user_limits import add_limit_options, limit, show_user
+from robots.cli.verbs.user_rapyuta import add_rapyuta_options, set_rapyuta_password
 from robots.client.rest_paths import path_of
 
 if TYPE_CHECKING:
@@ -33,11 +34,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     change = verbs.add_parser("change", help="change a password, or a role (admin)")
     limits = verbs.add_parser("limit", help="change the quotas of a user (admin)")
     delete = verbs.add_parser("delete", help="delete a user with all tokens and robots (admin)")
+    rapyuta = verbs.add_parser("rapyuta", help="let robots of a user log in by the protocol of Rapyuta (admin)")
     logout = verbs.add_parser("logout", help="revoke all tokens of a user (you), and disconnect all robots")
-    for verb in (create, limits, delete):
+    for verb in (create, limits, delete, rapyuta):
         verb.add_argument("id")
     delete.add_argument("--force", action="store_true", help="disconnect the user's robots")
     add_limit_options(limits)
+    add_rapyuta_options(rapyuta)
     for verb in (one, change, logout):
         verb.add_argument("id", nargs="?", default=ME, help="(you)")
     add_password_argument(create)
@@ -49,7 +52,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     add_password_argument(change)
     change.add_argument("--old-password-file", type=Path, help="file with your current password")
-    for verb in (create, listing, one, change, limits, delete, logout):
+    for verb in (create, listing, one, change, limits, rapyuta, delete, logout):
         add_session_arguments(verb)
 
 
@@ -103,4 +106,5 @@ _VERBS = {
     "limit": limit,
     "delete": _delete,
     "logout": _logout,
+    "rapyuta": set_rapyuta_password,
 }

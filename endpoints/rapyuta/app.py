@@ -1,0 +1,52 @@
+"""Application for robots of Rapyuta: the master's page with the address, and the WebSocket."""
+
+from starlette.applications import Starlette
+from starlette.middleware import Middleware
+from starlette.requests import Request
+from starlette.responses import PlainTextResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.types import ASGIApp
+from starlette.websockets import WebSocket
+
+from endpoints.audit.requests import AuditedRequests
+from endpoints.http.front import front
+from endpoints.http.front_settings import FrontSettings
+from endpoints.rapyuta.registry import RobotRegistry
+from endpoints.rapyuta.robot_socket import FATAL, serve_robot_socket
+from endpoints.services.services import Services
+from ppaas.wire.rapyuta.handshake import answer_master
+
+
+def rapyuta_app(services: Services, registry: RobotRegistry, settings: FrontSettings) -> ASGIApp:
+    """Return the application; its address is ``/`` for both.
+
+    Parameters
+    ----------
+    services : Services
+        Services with the accounts, the store and the audit log.
+    registry : RobotRegistry
+        Registry of the robots.
+    settings : FrontSettings
+        Trusted proxies, which may tell the address by which robots come.
+    """
+
+    async def robot_socket(websocket: WebSocket) -> None:
+        await serve_robot_socket(websocket, services, registry)
+
+    app = Starlette(
+        routes=[Route("/", _master, methods=["GET"]), WebSocketRoute("/", robot_socket)],
+        middleware=[Middleware(AuditedRequests, log=services.audit)],
+        exception_handlers={Exception: _fault},
+    )
+    return front(app, settings, private="/v1")
+
+
+async def _master(request: Request) -> Response:
+    """Return the address of the WebSocket: that of this request, which the robot has reached."""
+    scheme = "wss" if request.url.scheme == "https" else "ws"
+    answer = answer_master(request.query_params.multi_items(), f"{scheme}://{request.url.netloc}/")
+    return Response(answer.body, answer.status, {"Cache-Control": "no-store"}, answer.media_type)
+
+
+async def _fault(_request: Request, _error: Exception) -> Response:
+    return PlainTextResponse(FATAL, 500)

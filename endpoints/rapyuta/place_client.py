@@ -1,0 +1,247 @@
+"""Client of a place within this process: operations in, messages and answers out, as rosbridge has them."""
+
+import itertools
+from collections import defaultdict
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+import msgspec
+
+from endpoints.rosbridge.attachment import Attachment
+from engine.service.links.place_link import PlaceLink
+from ppaas.errors import PPaaSError, QuotaExceeded, Unavailable
+from ppaas.wire import operations
+from ppaas.wire.refusals import error_of_text
+
+Outcome: TypeAlias = bytes | PPaaSError
+"""Response as JSON, or an error."""
+
+Done: TypeAlias = Callable[[Outcome], None]
+"""Called once with the outcome of a call."""
+
+Hear: TypeAlias = Callable[[bytes], None]
+"""Called with a message as JSON."""
+
+Serve: TypeAlias = Callable[[bytes, Done], None]
+"""Called with a request as JSON; answers by its second parameter."""
+
+MAX_WAITING = 32
+"""Largest number of calls without an answer; the session has the same limit."""
+
+
+class _Frame(msgspec.Struct):
+    """Frame of rosbridge from the cloud: the fields of all kinds that are used here."""
+
+    op: str
+    id: str | int | None = None
+    topic: str = ""
+    service: str = ""
+    msg: msgspec.Raw = msgspec.Raw(b"null")
+    args: msgspec.Raw = msgspec.Raw(b"{}")
+    values: msgspec.Raw = msgspec.Raw(b"null")
+    result: bool = False
+
+
+@dataclass(slots=True)
+class _Execution:
+    """Operation that is being executed, and the errors reported for it meanwhile."""
+
+    id: str | int | None
+    faults: list[PPaaSError] = field(default_factory=list)
+
+
+_decoder = msgspec.json.Decoder(_Frame)
+_encoder = msgspec.json.Encoder()
+
+
+class PlaceClient:
+    """Client of a place.
+
+    Parameters
+    ----------
+    attachment : Attachment
+        Attachment to the session at the place.
+    report : callable
+        Called with errors that concern no call, such as a message that the clone refuses.
+    """
+
+    ready = True
+    """The outbox of the session need not wait: what comes is passed on at once."""
+
+    def __init__(self, attachment: Attachment, report: Callable[[PPaaSError], None]) -> None:
+        self.attachment = attachment
+        self._report = report
+        self._ids = map(str, itertools.count(1))
+        self._executing: _Execution | None = None
+        self._hearers: defaultdict[str, list[Hear]] = defaultdict(list)
+        self._calls: dict[str, Done] = {}
+        self._served: dict[str, Serve] = {}
+        self._detached = False
+        attachment.session.outbox.connect(self)
+
+    @property
+    def place(self) -> PlaceLink:
+        """Place of the robot."""
+        return self.attachment.retained.place
+
+    def detach(self) -> None:
+        """Take no further frames; calls without an answer fail."""
+        self._detached = True
+        self.attachment.session.outbox.connect(None)
+        calls, self._calls = self._calls, {}
+        for done in calls.values():
+            done(Unavailable("the container was closed before it answered"))
+
+    # -- topics --------------------------------------------------------------------------------------------------------
+
+    def advertise(self, topic: str, kind: str) -> str:
+        """Advertise a topic and return the id of the advertisement.
+
+        Raises
+        ------
+        PPaaSError
+            The topic has another type, or the client may not publish it.
+        """
+        number = self._next()
+        self._execute(operations.Advertise(topic, kind, number))
+        return number
+
+    def unadvertise(self, topic: str, advertisement: str) -> None:
+        """Withdraw an advertisement."""
+        self._execute(operations.Unadvertise(topic, advertisement))
+
+    def publish(self, topic: str, payload: bytes) -> None:
+        """Publish a message; raises if it may not be published, or there is no such topic."""
+        self._execute(operations.Publish(topic, msgspec.Raw(payload), self._next()))
+
+    def subscribe(self, topic: str, kind: str, hear: Hear) -> None:
+        """Pass the messages of a topic to ``hear``; called again, it gets the latched message again.
+
+        Raises
+        ------
+        Conflict
+            The topic has another type.
+        """
+        hearers = self._hearers[topic]
+        new = hear not in hearers
+        if new:
+            hearers.append(hear)
+        try:
+            self._execute(operations.Subscribe(topic, topic, kind))
+        except PPaaSError:
+            if new:
+                self.unsubscribe(topic, hear)
+            raise
+
+    def unsubscribe(self, topic: str, hear: Hear) -> None:
+        """End a subscription."""
+        hearers = self._hearers[topic]
+        hearers.remove(hear)
+        if not hearers:
+            del self._hearers[topic]
+            self._execute(operations.Unsubscribe(topic, topic))
+
+    # -- services ------------------------------------------------------------------------------------------------------
+
+    def call(self, service: str, payload: bytes, done: Done) -> None:
+        """Call a service of the place.
+
+        Raises
+        ------
+        Unavailable
+            The client is detached.
+        QuotaExceeded
+            Too many calls have no answer yet.
+        """
+        if self._detached:
+            raise Unavailable("the container was closed")
+        if len(self._calls) >= MAX_WAITING:
+            raise QuotaExceeded(f"a container may have at most {MAX_WAITING} calls without an answer: wait for one")
+        number = self._next()
+        self._calls[number] = done
+        self._execute(operations.CallService(service, number, msgspec.Raw(payload)))
+
+    def offer(self, service: str, kind: str, serve: Serve) -> None:
+        """Offer a service; raises if the clone has it, or another client offers it."""
+        self._execute(operations.AdvertiseService(service, kind))
+        self._served[service] = serve
+
+    def withdraw(self, service: str) -> None:
+        """Offer a service no longer."""
+        if self._served.pop(service, None) is not None:
+            self._execute(operations.UnadvertiseService(service))
+
+    # -- frames --------------------------------------------------------------------------------------------------------
+
+    def _next(self) -> str:
+        return next(self._ids)
+
+    def _execute(self, operation: operations.Operation) -> None:
+        """Execute an operation, unless the client is detached; raise the error that it causes at once."""
+        if self._detached:
+            return
+        before, execution = self._executing, _Execution(getattr(operation, "id", None))
+        self.attachment.retained.taken += 1
+        self._executing = execution
+        try:
+            self.attachment.session.take(_encoder.encode(operation).decode())
+        finally:
+            self._executing = before  # a message that is passed on at once may be an operation within an operation
+        if execution.faults:
+            raise execution.faults[0]
+
+    def send_frame(self, frame: bytes) -> None:
+        """Take a frame from the session."""
+        received = _decoder.decode(frame)
+        match received.op:
+            case "publish":
+                self._heard(received.topic, bytes(received.msg))
+            case "service_response":
+                self._answered(received)
+            case "call_service":
+                self._requested(received)
+            case "status":
+                self._failed(received)
+
+    def _heard(self, topic: str, payload: bytes) -> None:
+        for hear in tuple(self._hearers.get(topic, ())):
+            try:
+                hear(payload)
+            except PPaaSError as error:  # of the other end: this session must go on
+                self._report(error)
+
+    def _answered(self, frame: _Frame) -> None:
+        done = self._calls.pop(str(frame.id), None)
+        if done is None:
+            return
+        values = bytes(frame.values)
+        done(values if frame.result else error_of_text(str(msgspec.json.decode(values)), Unavailable))
+
+    def _requested(self, frame: _Frame) -> None:
+        def done(outcome: Outcome) -> None:
+            failed = isinstance(outcome, PPaaSError)
+            values: Any = outcome.public if isinstance(outcome, PPaaSError) else msgspec.Raw(outcome)
+            answer = operations.ServiceResponse(
+                frame.service, not failed, msgspec.Raw(_encoder.encode(values)), frame.id
+            )
+            try:
+                self._execute(answer)
+            except PPaaSError as error:
+                self._report(error)
+
+        serve = self._served.get(frame.service)
+        if serve is None:
+            done(Unavailable(f"no interface serves {frame.service!r} now"))
+            return
+        try:
+            serve(bytes(frame.args), done)
+        except PPaaSError as error:
+            done(error)
+
+    def _failed(self, frame: _Frame) -> None:
+        error = error_of_text(str(msgspec.json.decode(bytes(frame.msg))))
+        if self._executing is not None and frame.id == self._executing.id:
+            self._executing.faults.append(error)
+        else:
+            self._report(error)
