@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from engine.container.current_map import CurrentMap
+from engine.container.diagnostics import add_diagnostics
 from engine.container.monitor.setup import ContainerMonitor, of_clone
 from engine.specs.containers import Launch
 from ppaas.clone.assembly import build_clone
@@ -70,4 +71,6 @@ def build_graph(graph: Graph, launch: Launch, threads: Threads, current: Current
         )
 
     build()
-    return ContainerMonitor(graph, robot, build)
+    monitoring = ContainerMonitor(graph, robot, build)
+    add_diagnostics(graph, bare, current, monitoring.traffic)
+    return monitoring

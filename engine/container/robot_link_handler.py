@@ -153,6 +153,7 @@ class Container:
             return
         if self._monitoring is not None:
             self._monitoring.rates.note(frame.topic, len(frame.payload))
+            self._monitoring.traffic.note(frame.topic, len(frame.payload), frame.client, self._graph.elapsed())
         try:
             self._graph.inject(frame.topic, decode(self._graph.topic(frame.topic).type, frame.payload))
         except PPaaSError as error:
@@ -169,6 +170,8 @@ class Container:
 
     def _refuse(self, frame: robot_link.Deliver, error: PPaaSError) -> None:
         refusal = refusal_of(error)
+        if self._monitoring is not None:
+            self._monitoring.traffic.refuse(frame.topic, str(error), self._graph.elapsed())
         self._endpoint.write(robot_link.MessageRefused(frame.client, frame.topic, refusal, frame.sequence))
 
     def _subscribe(self, topic: str, client: int) -> None:

@@ -11,6 +11,7 @@ from engine.service.robot_nodes import RobotNodes
 from engine.service.views import ContainerView, LifelongRobot, MachineView, MappingRobot, PeopleGroupView
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
+from ppaas.diagnosis.observations.facts import Observations
 from ppaas.errors import PPaaSError
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
 from ppaas.messages.people_coordination import PeopleState, ZoneCount
@@ -113,6 +114,10 @@ class Cloud:
     async def run_node(self, user: str, robot: str, node: str, home: str) -> NodeHome:
         """Move a node of a robot to a home, or to the best one."""
         return await self._nodes.run(user, robot, node, home)
+
+    async def observe_robot(self, user: str, robot: str, seconds: float) -> Observations:
+        """Return what is observed of a robot, once its clone has watched it for a time [s]."""
+        return await self._nodes.observe(user, robot, seconds)
 
     async def robot_map(self, user: str, robot: str, offset: int) -> GetPoseGraphResponse:
         """Return a page of the pose graph of the map that a robot makes; −1 returns its numbers."""

@@ -1,11 +1,15 @@
 """Calls of the clones of robots for REST: homes of their nodes, and the maps that they make."""
 
+import msgspec
+
 from engine.master.places import robot_key
 from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import MasterDriver
+from ppaas.diagnosis.observations.facts import Observations
 from ppaas.errors import Conflict, NotFound, Unavailable
 from ppaas.messages import decode, encode
 from ppaas.messages.base.message import Empty, Message
+from ppaas.messages.health.observe import ObserveRequest, ObserveResponse
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
 from ppaas.messages.ppaas_msgs import NodeHome, NodeHomes, RunNodeRequest
 from ppaas.messages.slam_toolbox import (
@@ -113,6 +117,25 @@ class RobotNodes:
         except NotFound:
             return GetOctomapFileResponse()
         return decode(GetOctomapFileResponse, answer)
+
+    async def observe(self, user: str, robot: str, seconds: float) -> Observations:
+        """Return what the cloud observes of a robot, once its clone has watched it for a time [s].
+
+        A robot that is not connected is not watched; only its connection is described.
+
+        Raises
+        ------
+        Unavailable
+            The robot has no container now.
+        """
+        place = self._place(user, robot)
+        link = place.link_facts()
+        if not link.robots:
+            return Observations(seconds=0.0, link=link)
+        answer = await place.call("diagnostics/observe", encode(ObserveRequest(seconds)), seconds + ANSWER_TIMEOUT)
+        seen = msgspec.json.decode(decode(ObserveResponse, answer).observations, type=Observations)
+        seen.link = place.link_facts()
+        return seen
 
     async def _ask(self, user: str, robot: str, service: str, request: Message) -> bytes:
         return await self._place(user, robot).call(f"node_monitor/{service}", encode(request), ANSWER_TIMEOUT)

@@ -96,6 +96,10 @@ class TopicBus:
         """Return whether a topic has subscribed nodes or taps."""
         return bool(self._subscribers.get(topic) or self._taps.get(topic))
 
+    def has_taps(self, topic: str) -> bool:
+        """Return whether a topic has taps: subscribers outside the graph."""
+        return bool(self._taps.get(topic))
+
     def tap_published(self, callback: Tap) -> None:
         """Call back for every message that nodes publish from now on, but not for injected ones."""
         self._published_taps.append(callback)

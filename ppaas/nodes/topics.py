@@ -13,6 +13,7 @@ from ppaas.messages.geometry_msgs import (
     PoseWithCovarianceStamped,
     Twist,
 )
+from ppaas.messages.health.diagnostic_msgs import DiagnosticArray
 from ppaas.messages.map_msgs import OccupancyGridUpdate
 from ppaas.messages.move_base_msgs import MoveBaseActionFeedback, MoveBaseActionGoal, MoveBaseActionResult
 from ppaas.messages.nav2_msgs import (
@@ -125,7 +126,7 @@ WAYPOINTS_FEEDBACK = Topic("follow_waypoints/feedback", FollowWaypointsActionFee
 WAYPOINTS_RESULT = Topic("follow_waypoints/result", FollowWaypointsActionResult, published_once=True, depth=1000,
                          lasting=True)
 
-# -- TF republisher and node monitor -----------------------------------------------------------------------------------
+# -- TF republisher, node monitor and diagnostics ----------------------------------------------------------------------
 
 TF_REPUBLISHER_GOAL = Topic("tf2_web_republisher/goal", TFSubscriptionActionGoal, many_publishers=True)
 TF_REPUBLISHER_CANCEL = Topic("tf2_web_republisher/cancel", GoalID, many_publishers=True)
@@ -134,6 +135,7 @@ TF_REPUBLISHER_STATUS = Topic("tf2_web_republisher/status", GoalStatusArray, lat
 TF_REPUBLISHER_FEEDBACK = Topic("tf2_web_republisher/feedback", TFSubscriptionActionFeedback)
 TF_REPUBLISHER_RESULT = Topic("tf2_web_republisher/result", TFSubscriptionActionResult)
 NODE_HOMES = Topic("node_monitor/homes", NodeHomes, latched=True)
+DIAGNOSTICS = Topic("diagnostics", DiagnosticArray, stream=True, robot_only=True)
 # fmt: on
 
 TOPICS = {topic.name: topic for topic in tuple(globals().values()) if isinstance(topic, Topic)} | {

@@ -10,6 +10,7 @@ from engine.container.monitor.node import NodeMonitorNode
 from engine.container.monitor.node_switch import GraphNodeSwitch
 from engine.container.monitor.parameters import NAME, monitor_parameters
 from engine.specs.containers import RobotConfig
+from ppaas.diagnosis.observations.traffic import Traffic
 from ppaas.nodes.graph import Graph
 
 
@@ -29,6 +30,10 @@ class ContainerMonitor:
     ----------
     changed : callable
         Called when nodes were added or removed.
+    rates : TopicRates
+        Data rates of topics.
+    traffic : Traffic
+        Counts of the messages that the container receives.
 
     Raises
     ------
@@ -39,6 +44,7 @@ class ContainerMonitor:
     def __init__(self, graph: Graph, robot: RobotConfig, build: Callable[[Sequence[str]], None]) -> None:
         self.changed: Callable[[], None] = lambda: None
         self.rates = TopicRates()
+        self.traffic = Traffic()
         parameters = monitor_parameters(robot.parameters.get(NAME, {}))
         switch = GraphNodeSwitch(graph, of_clone(robot), lambda node: build((node,)), self._nodes_changed)
         self._node = graph.add(lambda context: NodeMonitorNode(context, switch, self.rates, parameters))

@@ -12,11 +12,13 @@ from typing import Protocol
 
 from engine.protocols import robot_link
 from engine.service.links.client_actions import ActionProvider, ClientActions
+from engine.service.links.client_health import ClientHealth
 from engine.service.links.client_services import ClientServices, Provider
 from engine.service.links.client_topics import ClientTopics, check_type
 from engine.service.links.container_link import ContainerLink
 from engine.service.links.open_calls import Done, Outcome
 from ppaas.clock import monotonic
+from ppaas.diagnosis.observations.facts import LinkFacts
 from ppaas.errors import Conflict, NotFound, PPaaSError
 from ppaas.nodes import topics
 from ppaas.nodes.frames import BASE_LINK
@@ -65,6 +67,7 @@ class PlaceLink(ContainerLink):
         self.client_topics = ClientTopics()
         self.client_services = ClientServices()
         self.client_actions = ClientActions()
+        self.health = ClientHealth()
         self._listed: list[str] = []
         self._listed_until = 0.0
 
@@ -104,6 +107,10 @@ class PlaceLink(ContainerLink):
         """Record the round trip of a ping to the robot [s]."""
         self.round_trip = seconds
 
+    def link_facts(self) -> LinkFacts:
+        """Return the facts of the robot's connection, for its diagnosis."""
+        return self.health.facts(self._hearers, self.client_topics.types(), self.round_trip)
+
     # -- clients -------------------------------------------------------------------------------------------------------
 
     def join(self, listener: Listener) -> int:
@@ -126,6 +133,7 @@ class PlaceLink(ContainerLink):
         self.client_topics.leave(client)
         self.client_services.leave(client)
         self.client_actions.leave(client)
+        self.health.left(client)
         for topic in tuple(self._hearers):
             self.unsubscribe(topic, client)
 

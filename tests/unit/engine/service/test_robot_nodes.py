@@ -1,11 +1,14 @@
 """Tests of queries and moves of robots' nodes from REST."""
 
+import msgspec
 import pytest
 
 from engine.master.places import robot_key
 from engine.service.robot_nodes import RobotNodes
+from ppaas.diagnosis.observations.facts import LinkFacts, Observations
 from ppaas.errors import Conflict, NotFound, Unavailable
 from ppaas.messages import encode
+from ppaas.messages.health.observe import ObserveResponse
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
 from ppaas.messages.ppaas_msgs import NodeHome, NodeHomes
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse, UseJointMapRequest, UseJointMapResponse
@@ -94,3 +97,29 @@ async def test_a_robot_on_a_published_map_makes_none(monkeypatch: pytest.MonkeyP
         await maps.map("ann", "tb1", 0)
     with pytest.raises(Unavailable, match="no container now"):
         await maps.map("ann", "tb2", 0)
+
+
+class WatchedPlace(FakePlace):
+    """Answers what a clone observes."""
+
+    def __init__(self, robots: int) -> None:
+        super().__init__()
+        self.robots = robots
+
+    async def call(self, service: str, payload: bytes, timeout: float) -> bytes:
+        self.calls.append((service, payload))
+        return encode(ObserveResponse(msgspec.json.encode(Observations(seconds=2.0, base="base")).decode()))
+
+    def link_facts(self) -> LinkFacts:
+        return LinkFacts(robots=self.robots)
+
+
+@pytest.mark.parametrize(("robots", "seconds", "calls"), [(1, 2.0, 1), (0, 0.0, 0)])
+async def test_a_connected_robot_is_watched_and_its_connection_is_added(
+    robots: int, seconds: float, calls: int
+) -> None:
+    service, place = FakeService(), WatchedPlace(robots)
+    service.known = place
+    seen = await RobotNodes(service).observe("ann", "tb1", 2.0)  # type: ignore[arg-type]
+    assert (seen.seconds, seen.link) == (seconds, LinkFacts(robots=robots))
+    assert place.calls == [("diagnostics/observe", b'{"seconds":2.0}')][:calls]

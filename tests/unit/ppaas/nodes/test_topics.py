@@ -3,6 +3,7 @@
 from engine.container.monitor.node import NodeMonitorNode
 from ppaas.clone.assembly import DEPTH_CAMERA, build_clone
 from ppaas.costmap.build_layers import build_layers
+from ppaas.nodes.diagnostics.node import DiagnosticsNode
 from ppaas.nodes.explore.node import ExploreNode
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.grid_slam.node import GridSlamNode
@@ -18,7 +19,8 @@ def test_table_has_exactly_the_topics_of_a_clone() -> None:
     layers = build_layers(walled_map(4, 3, []))
     build_clone(graph, layers, model="turtlebot2", initial_pose=(1.0, 1.0, 0.0), parameters=CAMERAS | PEOPLE)
     exploring = (*ExploreNode.publishes, *ExploreNode.subscribes)
-    others = {topic.name: topic for topic in (*NodeMonitorNode.publishes, *GridSlamNode.publishes, *exploring)}
+    monitors = (*NodeMonitorNode.publishes, *DiagnosticsNode.publishes)
+    others = {topic.name: topic for topic in (*monitors, *GridSlamNode.publishes, *exploring)}
     assert graph.topics | others == TOPICS
 
 

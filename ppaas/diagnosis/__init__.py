@@ -1,0 +1,1 @@
+"""Diagnosis of a robot: observations of what it sends, and findings in words."""

@@ -1,0 +1,1 @@
+"""Observations of a robot's messages: counts, rates, sizes, stamps and frames."""

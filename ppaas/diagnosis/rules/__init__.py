@@ -1,0 +1,1 @@
+"""Rules of the diagnosis: functions from observations to findings."""

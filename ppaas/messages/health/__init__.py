@@ -1,0 +1,1 @@
+"""Messages on how a robot is: diagnostics."""

@@ -1,0 +1,1 @@
+"""Node ``diagnostics``: observes what a robot sends."""

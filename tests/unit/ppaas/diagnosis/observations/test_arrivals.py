@@ -1,0 +1,83 @@
+"""Arrivals of messages: rates, gaps, bursts, and stamps."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ppaas.diagnosis.observations.arrivals import MOST, WINDOW, Arrivals, gap_and_burst, lateness, unstamped
+
+MOMENTS = st.floats(-1e12, 1e12, allow_nan=False)
+
+
+def arrivals(times: list[float], late: list[float | None]) -> Arrivals:
+    """Return arrivals at times [s], each stamped some time before, or zero."""
+    noted = Arrivals()
+    for at, delay in zip(times, late, strict=True):
+        noted.note(at, 1e9 + at, 0.0 if delay is None else 1e9 + at - delay, "laser")
+    return noted
+
+
+def test_even_messages_have_neither_gap_nor_burst() -> None:
+    noted = arrivals([i * 0.1 for i in range(50)], [0.02] * 50)
+    gap, burst = gap_and_burst(noted.recent(4.95), 4.95)
+    assert (gap, burst) == (pytest.approx(0.1), 0.0)
+    assert lateness(noted.recent(4.95)) == (pytest.approx(0.02, abs=1e-6), 0.0)
+
+
+def test_time_since_the_last_message_counts_as_a_gap() -> None:
+    noted = arrivals([0.0, 0.1, 0.2], [0.0] * 3)
+    assert gap_and_burst(noted.recent(3.2), 3.2)[0] == pytest.approx(3.0)
+
+
+def test_messages_that_come_five_at_once_are_bursts() -> None:
+    times = [second + i * 1e-3 for second in range(5) for i in range(5)]
+    assert gap_and_burst(arrivals(times, [0.0] * 25).recent(5.0), 5.0)[1] == pytest.approx(20 / 24)
+
+
+def test_steadily_growing_delay_is_growth_and_a_clock_that_was_set_is_none() -> None:
+    times = [i * 0.1 for i in range(60)]
+    growing = lateness(arrivals(times, [0.02 * i for i in range(60)]).recent(6.0))[1]
+    assert growing == pytest.approx(1.2, abs=0.05)
+    jumped = lateness(arrivals(times, [0.0] * 30 + [40.0] * 30).recent(6.0))
+    assert jumped == (pytest.approx(40.0, abs=1e-6), pytest.approx(0.0, abs=1e-6))
+
+
+def test_stamps_of_zero_are_counted_and_not_compared_with_the_clock() -> None:
+    noted = arrivals([0.0, 0.1, 0.2, 0.3], [None, None, 0.1, 0.1])
+    assert unstamped(noted.recent(0.3)) == 0.5
+    assert lateness(noted.recent(0.3))[0] == pytest.approx(0.1, abs=1e-6)
+    assert noted.backwards() == 0
+
+
+def test_stamps_run_backwards_within_a_frame_only() -> None:
+    noted = Arrivals()
+    for stamp, frame in ((10.0, "front"), (9.0, "rear"), (11.0, "front"), (10.5, "front")):
+        noted.note(0.0, 20.0, stamp, frame)
+    assert noted.backwards() == 1
+
+
+def test_messages_before_the_window_are_forgotten() -> None:
+    noted = arrivals([0.0, 1.0, WINDOW + 0.5], [0.0, 0.0, 5.0])
+    assert len(noted.recent(WINDOW + 0.5)) == 2
+    assert noted.recent(99.0) == []
+
+
+def test_number_of_arrivals_is_bounded() -> None:
+    noted = arrivals([i * 1e-3 for i in range(2 * MOST)], [0.0] * 2 * MOST)
+    assert len(noted.recent(4.0)) == MOST
+
+
+@given(st.lists(st.tuples(st.floats(0.0, 5.0), st.none() | MOMENTS), max_size=40))
+def test_any_stamps_give_finite_facts(messages: list[tuple[float, float | None]]) -> None:
+    noted, now = Arrivals(), 0.0
+    for step, stamp in messages:
+        now += step
+        noted.note(now, 1e9 + now, stamp)
+    recent = noted.recent(now)
+    gap, burst = gap_and_burst(recent, now)
+    late, growth = lateness(recent)
+    assert gap is None or gap >= 0.0
+    assert 0.0 <= burst <= 1.0
+    assert late is None or abs(late) < 1e13
+    assert growth >= 0.0
+    assert 0.0 <= unstamped(recent) <= 1.0
