@@ -22,7 +22,7 @@ def test_false_closures_are_left_out(seed):
 
 
 def test_loops_miss_their_start_as_their_covariances_say():
-    distances = [loop_chi2(*parts)[0, 1] for parts in map(two_closures, range(300))]
+    distances = [loop_chi2(*parts)[0, 1] for parts in map(two_closures, range(150))]
     assert np.mean(distances) == pytest.approx(3.0, abs=0.5)
     assert np.mean(np.array(distances) > 11.34) < 0.04
 
