@@ -63,7 +63,8 @@ class FuzzedService:
                 store.add_user(User(user, "", role))  # type: ignore[arg-type]
         store.add_token(Token(token_id(TOKEN), "root", 1e12))
         store.put_robot(robot(ROBOT, user="root", map=MAP))
-        store.add_plan(plan(PLAN, user="root", map=MAP))
+        if not store.whole_plans([PLAN]):
+            store.add_plan(plan(PLAN, user="root", map=MAP))
         self._refill_map()
         self.cloud.running = [container("c1", user="root", robot="tb2")]
         self.cloud.places[robot_key("root", ROBOT)] = StillPlace()

@@ -17,7 +17,7 @@ from schemathesis.specs.openapi.schemas import OpenApiSchema
 
 from tests.support.endpoints.fuzzed_rest import TOKEN, FuzzedService, description, fuzzed_service, operations
 
-EXAMPLES = int(os.environ.get("PPAAS_SCHEMATHESIS_EXAMPLES", "10"))
+EXAMPLES = int(os.environ.get("PPAAS_SCHEMATHESIS_EXAMPLES", "5"))
 BEYOND_A_SCHEMA = [positive_data_acceptance]
 """Checks left out: a schema cannot describe valid cursors or map files, which are rightly refused."""
 
@@ -43,7 +43,10 @@ def schema() -> OpenApiSchema:
 
 @pytest.fixture(scope="module")
 def service() -> Iterator[FuzzedService]:
-    with fuzzed_service() as running:
+    with pytest.MonkeyPatch.context() as environment, fuzzed_service() as running:
+        # Without it each request searches the environment for proxies.
+        environment.setenv("NO_PROXY", "127.0.0.1")
+        environment.delenv("no_proxy", raising=False)
         yield running
 
 
