@@ -16,6 +16,7 @@ from schemathesis.specs.openapi.checks import negative_data_rejection, positive_
 from schemathesis.specs.openapi.schemas import OpenApiSchema
 
 from tests.support.endpoints.fuzzed_rest import TOKEN, FuzzedService, description, fuzzed_service, operations
+from tests.support.waiting import PATIENCE
 
 EXAMPLES = int(os.environ.get("PPAAS_SCHEMATHESIS_EXAMPLES", "5"))
 BEYOND_A_SCHEMA = [positive_data_acceptance]
@@ -79,7 +80,7 @@ def checked_with_requests(
 def ask(service: FuzzedService, case: schemathesis.Case) -> int:
     """Send a request and check the answer; return its status."""
     service.refill()
-    response = case.call(service.url, headers=HEADERS)
+    response = case.call(service.url, headers=HEADERS, timeout=PATIENCE)
     service.answers[case.operation.label, response.status_code] += 1
     # Unknown query parameters are ignored, as usual on the web.
     passed_over = [negative_data_rejection] if set(case.query or ()) - query_names(case) else []
