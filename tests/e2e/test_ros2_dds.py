@@ -1,0 +1,55 @@
+"""A robot on rclpy and Fast DDS drives to a goal by its clone, with the bridge between them.
+
+``make test-ros`` installs ROS 2. All nodes are on the loopback interface.
+"""
+
+import asyncio
+import json
+import math
+import os
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+
+from ppaas.maps.grid import GridMap
+from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot
+from tests.support.ros2.bridge_process import bridge_process
+from tests.support.sources import ROOT
+from tests.support.world.places import free_pose, reachable_pose
+
+pytestmark = [pytest.mark.journey, pytest.mark.ros]
+
+ROS = ROOT / "build" / "ros" / "kilted" / "bin" / "python"
+SCRIPT = ROOT / "tests" / "support" / "ros2" / "rclpy_robot.py"
+DOMAIN = "37"
+MEMORY = 60 << 20
+"""Largest memory of a bridge [bytes]."""
+
+
+async def test_a_robot_on_rclpy_is_driven_over_dds(cloud: RunningCloud, office_map: GridMap, tmp_path: Path) -> None:
+    if not ROS.exists():
+        pytest.skip("ROS 2 is not installed: run make test-ros")
+    rest = await cloud.admin()
+    await publish_map(rest, "office", office_map)
+    start = free_pose(office_map, seed=31)
+    goal = reachable_pose(office_map, start, seed=32, at_least=1.5, at_most=3.0)
+    token = await register_robot(rest, "rclpy", "office", start)
+    np.savez(tmp_path / "grid.npz", grid=office_map.data)
+    env = os.environ | {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "ROS_DOMAIN_ID": DOMAIN}
+    options = ("rclpy", "--transport", "dds", "--url", cloud.url, "--token", token)
+    with bridge_process(*options, log=tmp_path / "log", env=env) as bridge:
+        numbers = [str(number) for number in (*start, goal.x, goal.y)]
+        robot = await asyncio.create_subprocess_exec(
+            ROS, SCRIPT, tmp_path / "grid.npz", *numbers, env=env, stdout=asyncio.subprocess.PIPE
+        )
+        printed, _ = await asyncio.wait_for(robot.communicate(), 100)
+        memory = psutil.Process(bridge.pid).memory_info().rss
+    arrived = json.loads(printed)
+    assert math.dist(arrived["pose"][:2], (goal.x, goal.y)) < 0.3
+    assert arrived["map"] == 1
+    assert arrived["plan"]
+    assert "ppaas_bridge" in arrived["nodes"]
+    assert "offers no actions" in (tmp_path / "log").read_text()
+    assert memory <= MEMORY
