@@ -40,10 +40,14 @@ from ppaas.messages.geometry_msgs import PoseStamped
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.perception.compressed_depth import FORMATS, decompress
 from ppaas.robot_model.describe import describe
-from ppaas.wire.ros import ros_types
-from ppaas.wire.ros.rmw_zenoh import parse_token
 from ppaas.wire.binary.cbor_decoder import cbor_to_json
 from ppaas.wire.binary.packing import operation_of
+from ppaas.wire.rapyuta.converter import Converter
+from ppaas.wire.rapyuta.forwarder import Forwarder
+from ppaas.wire.rapyuta.part_assembler import PartAssembler
+from ppaas.wire.rapyuta.requests import read_request
+from ppaas.wire.ros import ros_types
+from ppaas.wire.ros.rmw_zenoh import parse_token
 from ppaas.wire.rosbridge import RosbridgeSession
 from tests.support.hostile_bytes import mutations, operations, peak_memory
 from tests.support.world.mappings import room_mapping
@@ -102,6 +106,15 @@ def _receive(data: bytes) -> None:
     session.receive(data)
     with contextlib.suppress(UnicodeDecodeError):
         session.receive(data.decode())
+
+
+def _receive_of_2013(data: bytes) -> None:
+    parts = PartAssembler()
+    with contextlib.suppress(PPaaSError):
+        parts.take_binary(data)
+    message = parts.take_text(data.decode("latin-1"))
+    if message is not None:
+        read_request(message)
 
 
 @dataclass(frozen=True)
@@ -209,6 +222,31 @@ PARSERS = {
         lambda data: decode(LaserScan, data),
         [SCAN],
         [lambda n: b'{"ranges": [' + b"[]," * n + b"1]}", lambda n: b'{"ranges": [' + b"1," * n + b"1]}"],
+    ),
+    "frame of Rapyuta": Parser(
+        _receive_of_2013,
+        [
+            b'{"type": "DM", "data": {"iTag": "a", "type": "b", "msgID": "c", "msg": {"x*": "%b"}}}' % (b"0a" * 16),
+            b'{"type": "CN", "data": {"addNodes": [{"containerTag": "a", "nodeTag": "b", "pkg": "c", "exe": "d"}]}}',
+            b"0a" * 16 + b"bytes",
+        ],
+        [
+            lambda n: b"[" * n,
+            lambda n: b'{"a":' * n,
+            lambda n: b'{"type":"CX","data":{"connect":[' + b"{}," * n + b"{}]}}",
+            lambda n: b'{"a*":[' + b",".join(b'"%032x"' % i for i in range(n)) + b"]}",
+            lambda n: b"{" + b",".join(b'"%x*":"%032x"' % (i, i) for i in range(n)) + b"}",
+        ],
+    ),
+    "message of a converter": Parser(
+        lambda data: Converter(LaserScan).read({"header": {"stamp": data.decode("latin-1")}, "ranges": data}),
+        [b"2013-09-01T00:00:00.123456", bytes(8)],
+        [lambda n: b"2" * 4 * n, lambda n: b"2013-09-01T" + b"0" * n],
+    ),
+    "message of a forwarder": Parser(
+        Forwarder("sensor_msgs/LaserScan").read,
+        [Forwarder("sensor_msgs/LaserScan").write(b"{}"), zlib.compress(bytes(60))],
+        [lambda n: b"x\x9c" * n, lambda n: zlib.compress(b"\xff" * n), lambda n: zlib.compress(bytes(40 * n))],
     ),
     "CDR of ROS 2": Parser(
         lambda data: [ros_types("jazzy").decode_json(name, data) for name in CDR],

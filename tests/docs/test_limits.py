@@ -13,6 +13,7 @@ from endpoints.http import (
     websocket_protocol,
 )
 from endpoints.merging.coordinator import TRANSFER_TIMEOUT, TURN_TIMEOUT
+from endpoints.rapyuta import clone, endpoints, executor, interfaces
 from endpoints.rest import nesting, paging, schemas, strict_json
 from endpoints.rest.maps import map_programs, multipart
 from endpoints.rest.maps.upload_form import MAX_FIELDS
@@ -32,6 +33,7 @@ from ppaas.perception.depth_scan import MOST_PIXELS
 from ppaas.robot_model import urdf, xml_document
 from ppaas.wire import fragments
 from ppaas.wire.binary import cbor_decoder
+from ppaas.wire.rapyuta import forwarder, part_assembler, requests
 from ppaas.wire.ros import rmw_zenoh, types
 from robots.bridges.zenoh import node
 from tests.support.documents import table, text_of
@@ -129,6 +131,22 @@ ROWS = {
     ],
     ("WebSocket", "ranges of a compact scan"): [0xFFFF],
     ("WebSocket", "pixels of a depth image"): [MOST_PIXELS],
+    (
+        "robot of [Rapyuta](rapyuta.md)",
+        "binary parts of a message; messages and parts that wait for each other, their size and time",
+    ): [
+        part_assembler.MAX_PARTS,
+        f"{part_assembler.MAX_WAITING} each, {size(part_assembler.MAX_BYTES)}, {part_assembler.TIMEOUT:g} s",
+    ],
+    (
+        "robot of Rapyuta",
+        "objects and lists within each other; items of a list of a configuration; id of a message",
+    ): [part_assembler.MAX_DEPTH, f"{requests.MAX_ITEMS}; {requests.MAX_MESSAGE_ID} characters"],
+    (
+        "robot of Rapyuta",
+        "containers; nodes of a container; interfaces of an endpoint, and their connections",
+    ): [executor.MAX_CONTAINERS, f"{clone.MAX_NODES}; {endpoints.MAX_INTERFACES}, {interfaces.MAX_PEERS} each"],
+    ("robot of Rapyuta", "message of a forwarder without compression"): [size(forwarder.MAX_SERIALIZED)],
     ("message of ROS in CDR or of ROS 1", "size"): [f"{types.MAX_MESSAGE >> 20} MiB"],
     ("graph of a robot with ROS 2", "entities; token of one"): [node.MAX_ENTITIES, rmw_zenoh.MAX_TOKEN],
     ("TLS", "time of the handshake"): [
