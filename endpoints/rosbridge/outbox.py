@@ -27,6 +27,10 @@ MAX_SENT_BYTES = 4 << 20
 """Largest size of sent frames that are kept [bytes]; a single larger frame is not kept."""
 
 
+MOST_CONNECTS = 16
+"""Largest number of connections whose times are kept."""
+
+
 class Sink(Protocol):
     """Connection that frames are sent through."""
 
@@ -59,6 +63,12 @@ class FrameOutbox:
     ----------
     repeats : bool
         Whether sent frames that must arrive are kept for ``resume``.
+    dropped : int
+        Messages that were dropped because the client reads too slowly.
+    dropped_at : float
+        Time of the last one [s].
+    connected_at : deque of float
+        Times of the last connections [s].
     """
 
     def __init__(self, clock: Clock = monotonic) -> None:
@@ -75,10 +85,17 @@ class FrameOutbox:
         self._sent: deque[tuple[int, _QueuedMessage]] = deque()
         self._sent_bytes = 0
         self.repeats = False
+        self.dropped, self.dropped_at = 0, float("-inf")
+        self.connected_at: deque[float] = deque(maxlen=MOST_CONNECTS)
 
     def __len__(self) -> int:
         """Return the number of waiting frames."""
         return len(self._entries) + len(self._parts)
+
+    @property
+    def connected(self) -> bool:
+        """Whether there is a connection now."""
+        return self._sink is not None
 
     # -- waiting frames ------------------------------------------------------------------------------------------------
 
@@ -119,6 +136,8 @@ class FrameOutbox:
     def _drop(self, number: int) -> None:
         entry = self._entries.pop(number, None)
         if entry is not None:
+            if self._sink is not None:
+                self.dropped, self.dropped_at = self.dropped + 1, self._clock()
             self._bytes -= len(entry.frame)
 
     def _make_room(self, newest: int | None = None) -> None:
@@ -138,6 +157,8 @@ class FrameOutbox:
             self._parts.clear()
             self._put_first(self._whole)
         self._sink = sink
+        if sink is not None:
+            self.connected_at.append(self._clock())
         self.flush()
 
     def flush(self) -> None:

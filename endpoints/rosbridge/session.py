@@ -82,6 +82,7 @@ class ClientSession:
         self._delayed_timer: asyncio.TimerHandle | None = None
         self._heartbeat = Heartbeat(self.published)
         self._client = place.join(self)
+        place.health.joined(self._client, role, self.outbox)
         self._goals = ClientGoals(place, self._client, wire, self.outbox, self._answer, count_plan=count_plan)
         self._actions = OfferedActions(place, self._client, wire, self.outbox.put_answer)
         self._calls = ClientCalls(place, self._client, wire, self._answer, self._answer_here)
@@ -132,13 +133,20 @@ class ClientSession:
         try:
             self._handlers[type(operation)](operation)
         except PPaaSError as error:
+            self._place.health.refused(self._client, self._topic_of(operation), error)
             self._report_error(error, operation_id=getattr(operation, "id", None))
+
+    def _topic_of(self, operation: object) -> str:
+        """Return the topic of an operation, as the clone names it; empty if it has none."""
+        topic = getattr(operation, "topic", None)
+        return self._wire.names.without_namespace(topic).strip("/") if isinstance(topic, str) else ""
 
     def _refuse(self, refused: operations.RefusedOperation) -> None:
         """Answer a call or a goal whose frame could not be read; report the error of any other frame.
 
         A client that tries to log in is told how, whatever its status level: rosbridge would end the connection.
         """
+        self._place.health.refused(self._client, "", refused.error)
         if refused.op == "call_service":
             self._calls.refuse(refused)
         elif refused.op == "send_action_goal":

@@ -9,6 +9,7 @@ from engine.service.robot_navigation import RobotNavigation
 from engine.service.views import ContainerView, LifelongRobot, MachineView, MappingRobot, PeopleGroupView
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
+from ppaas.diagnosis.observations.facts import Observations
 from ppaas.errors import PPaaSError
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
 from ppaas.messages.people_coordination import PeopleState, ZoneCount
@@ -135,6 +136,16 @@ class ControlPlane(Protocol):
             The robot has no such node.
         Unavailable
             The robot has no container.
+        """
+        ...
+
+    async def observe_robot(self, user: str, robot: str, seconds: float) -> Observations:
+        """Return what is observed of a robot, once its clone has watched it for a time [s].
+
+        Raises
+        ------
+        Unavailable
+            The robot has no container now.
         """
         ...
 

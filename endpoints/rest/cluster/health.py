@@ -9,6 +9,8 @@ from endpoints.rest.cluster.schemas import HealthAnswer
 from endpoints.rest.dependencies import Provided
 from endpoints.services.services import Services
 from endpoints.services.store_health import DiskState, StoreState, disk_state
+from ppaas import __version__
+from ppaas.clock import epoch
 from ppaas.errors import PPaaSError
 
 router = APIRouter(prefix="/health", tags=["health"])
@@ -30,6 +32,8 @@ async def show_health(request: Request, services: Provided) -> dict[str, object]
     is_ok = store.answers and map_store.answers and audit.answers and not store.waiting and not is_full
     return {
         "status": "ok" if is_ok else "degraded",
+        "version": __version__,
+        "time": epoch(),
         "store": _store_health(store, reasons),
         "map_store": _store_health(map_store, reasons),
         "audit": _store_health(audit, reasons),

@@ -110,6 +110,8 @@ class HealthAnswer(ResponseBody):
     """Health of the cloud."""
 
     status: Literal["ok", "degraded"]
+    version: str = Field(description="Version of ppaas")
+    time: float = Field(description="Clock of the cloud [s since the epoch], for robots whose clock may be wrong")
     store: StoreHealth = Field(description="Store of everything but maps")
     map_store: StoreHealth
     audit: StoreHealth = Field(description="Audit log; while it is away, its events wait in memory")

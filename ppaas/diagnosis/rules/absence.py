@@ -6,6 +6,9 @@ from ppaas.diagnosis.observations.absence import AbsenceFacts
 from ppaas.diagnosis.rules.finding import Finding, error
 from ppaas.diagnosis.rules.words import capital, seconds
 
+ABSENT = "robot-not-connected"
+"""Kind of the finding about every robot that is not connected."""
+
 
 def absence(facts: AbsenceFacts) -> Iterator[Finding]:
     """Yield that a robot is not connected, and what would stop it from connecting."""
@@ -23,7 +26,7 @@ def absence(facts: AbsenceFacts) -> Iterator[Finding]:
     advice = (
         f"Start its program: it opens 'ws://HOST/?robot={facts.robot}' with its token, and sends scans and odometry."
     )
-    yield error("robot-not-connected", text, advice)
+    yield error(ABSENT, text, advice)
 
 
 def _capacity(facts: AbsenceFacts) -> Iterator[Finding]:

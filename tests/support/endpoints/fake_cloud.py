@@ -18,6 +18,7 @@ from engine.service.view_building import machine_view
 from engine.service.views import ContainerView, LifelongRobot, MachineView, MappingRobot, PeopleGroupView
 from engine.specs.containers import ContainerSpec, MapVersion
 from engine.specs.machine_settings import MachineSettings
+from ppaas.diagnosis.observations.facts import Observations
 from ppaas.errors import Conflict, NotFound, PPaaSError, Unavailable
 from ppaas.geometry import Pose2D, poses_along
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
@@ -65,6 +66,9 @@ class FakeCloud:
         self.asked: list[tuple[str, MapVersion, PathRequest]] = []
         self.costs_asked: list[tuple[str, MapVersion, CostRequest]] = []
         self.error: Exception | None = None
+        self.observations: Observations | None = None
+        """Observations of every robot; None: robots have no containers."""
+        self.observed: list[tuple[str, str, float]] = []
         self.map_file = b""
         self.octomap_file = b""
         self.octomaps_asked: list[GetOctomapFileRequest] = []
@@ -143,6 +147,12 @@ class FakeCloud:
         if self.error is not None:
             raise self.error
         return NodeHome(node, "cloud", home or "cloud", 0.5, ["the robot is weak"])
+
+    async def observe_robot(self, user: str, robot: str, seconds: float) -> Observations:
+        if self.observations is None:
+            raise Unavailable(f"robot {robot!r} has no container now: its nodes run while it is connected")
+        self.observed.append((user, robot, seconds))
+        return self.observations
 
     async def robot_map(self, user: str, robot: str, offset: int) -> GetPoseGraphResponse:
         if self.error is not None:

@@ -7,7 +7,7 @@ import msgspec
 
 from ppaas.clock import ManualClock
 from ppaas.diagnosis.diagnose import diagnose
-from ppaas.diagnosis.observations.facts import LinkFacts, Observations, TopicFacts
+from ppaas.diagnosis.observations.facts import LinkFacts, Observations, PlaceFacts, TopicFacts
 from ppaas.diagnosis.observations.traffic import Traffic
 from ppaas.diagnosis.observations.watched_robot import WatchedRobot
 from ppaas.diagnosis.rules.finding import Finding
@@ -34,13 +34,20 @@ LINK = LinkFacts(robots=1, operators=0, round_trip=0.004, connects=1, subscribed
 """Connection of a robot with which nothing is wrong."""
 
 
+PLACE = PlaceFacts(
+    pose=(1.0, 2.0, 0.0), silence=0.1, deviation=0.05, turn_deviation=0.02, explained=0.95, cell="free", clearance=0.8,
+    radius=0.2,
+)  # fmt: skip
+"""Localization of a robot with which nothing is wrong."""
+
+
 def healthy(**changed: object) -> Observations:
     """Return the observations of a robot with which nothing is wrong, except for what is changed."""
     topics = [
         TopicFacts(name="scan", count=100, rate=10.0, bandwidth=2e4, size=2e3, silence=0.05, gap=0.12, late=0.03),
         TopicFacts(name="odom", count=200, rate=20.0, bandwidth=1e4, size=5e2, silence=0.02, gap=0.06, late=0.02),
     ]
-    return msgspec.structs.replace(Observations(seconds=5.0, topics=topics, link=LINK), **changed)
+    return msgspec.structs.replace(Observations(seconds=5.0, topics=topics, link=LINK, place=PLACE), **changed)
 
 
 def with_topic(name: str, **changed: object) -> Observations:

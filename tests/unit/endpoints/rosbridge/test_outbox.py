@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from endpoints.rosbridge.outbox import MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES, FrameOutbox
+from endpoints.rosbridge.outbox import MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES, MOST_CONNECTS, FrameOutbox
 from ppaas.clock import ManualClock
 from ppaas.errors import Unavailable
 from ppaas.nodes.topics import CMD_VEL
@@ -23,6 +23,24 @@ def test_only_the_newest_command_is_kept_and_it_expires() -> None:
     outbox.put("cmd_vel", b"stale", keep=1)
     clock.advance(CMD_VEL.expiry)
     assert sent(outbox) == []
+
+
+def test_drops_of_a_slow_connection_and_connections_are_noted_with_their_times() -> None:
+    clock = ManualClock()
+    outbox, slow = FrameOutbox(clock), Connection(room=0)
+    outbox.put("cmd_vel", b"replaced while nobody was connected", keep=1)
+    outbox.put("cmd_vel", b"first", keep=1)
+    assert (outbox.connected, outbox.dropped) == (False, 0)
+    clock.advance(5.0)
+    outbox.connect(slow)
+    outbox.put("cmd_vel", b"second", keep=1)
+    assert (outbox.connected, outbox.dropped, outbox.dropped_at) == (True, 1, clock())
+    assert list(outbox.connected_at) == [clock()]
+    outbox.connect(None)
+    assert not outbox.connected
+    for _ in range(100):
+        outbox.connect(slow)
+    assert len(outbox.connected_at) == MOST_CONNECTS
 
 
 def test_answers_are_never_dropped_and_their_number_is_bounded() -> None:

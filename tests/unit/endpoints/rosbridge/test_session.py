@@ -15,6 +15,7 @@ from ppaas.errors import Unavailable
 from ppaas.messages.nav_msgs import GetPlan
 from ppaas.messages.ppaas_msgs import ComputePath
 from ppaas.nodes.move_base.node import MoveBaseNode
+from ppaas.wire.names import NameScope
 from tests.support.endpoints.still_place import StillClient, StillPlace, answers
 
 
@@ -123,3 +124,26 @@ async def test_an_outbox_full_of_answers_disconnects_its_client(
     client.say(op="call_service", service="/move_base/_action/cancel_goal")
     async with asyncio.timeout(5):
         assert str(await client.session.over) == "full"
+
+
+# -- diagnosis ---------------------------------------------------------------------------------------------------------
+
+
+async def test_refused_operations_of_the_robot_are_noted_at_its_place_by_topic() -> None:
+    place = StillPlace()
+    robot, operator = StillClient(place, names=NameScope(["tb1"])), StillClient(place, "operator")
+    robot.say(op="publish", topic="/tb1/lidar", msg={})
+    operator.say(op="publish", topic="/elsewhere", msg={})
+    robot.session.take("not JSON")
+    assert set(place.link_facts().refused) == {"lidar", ""}
+    assert "unknown topic 'lidar'" in place.link_facts().refused["lidar"]
+
+
+async def test_subscriptions_of_the_robot_are_known_at_its_place_until_it_leaves() -> None:
+    place = StillPlace()
+    robot = StillClient(place)
+    robot.say(op="subscribe", topic="/cmd_vel")
+    StillClient(place, "operator").say(op="subscribe", topic="/map")
+    assert place.link_facts().subscribed == ("cmd_vel",)
+    robot.session.end()
+    assert place.link_facts().subscribed == ()

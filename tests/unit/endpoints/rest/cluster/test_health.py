@@ -10,6 +10,8 @@ import pytest
 
 from endpoints.services.services import Services
 from endpoints.services.store_health import StoreHealthCheck
+from ppaas import __version__
+from ppaas.clock import epoch
 from ppaas.errors import Unavailable
 from storage.disk_space.reserve import DiskReserve
 from storage.memory.store import MemoryStore
@@ -26,7 +28,9 @@ async def test_health_is_public_and_reports_ok(client: httpx.AsyncClient) -> Non
     assert answer.status_code == 200
     fine = {"state": "ok", "reason": None}
     stores = {"store": fine, "map_store": fine, "audit": fine}
-    assert answer.json() == {"status": "ok", **stores, "plans_waiting": 0, "disk": None}
+    said = answer.json()
+    assert abs(said.pop("time") - epoch()) < 60.0
+    assert said == {"status": "ok", "version": __version__, **stores, "plans_waiting": 0, "disk": None}
 
 
 async def test_a_full_disk_degrades_the_cloud_and_only_administrators_see_why(
