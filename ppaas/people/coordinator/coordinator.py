@@ -24,7 +24,7 @@ from ppaas.people.coordinator.people_table import MOST_PEOPLE, PeopleTable
 from ppaas.people.coordinator.presence import forgotten, update_presence
 from ppaas.people.coordinator.robot_comparison import RobotComparison
 from ppaas.people.coordinator.robots.group import MOST_ROBOTS, Robot, Robots
-from ppaas.people.coordinator.robots.reports import Report, read_report
+from ppaas.people.coordinator.robots.reports import Report, detected_twice, read_report
 from ppaas.people.coordinator.saved_state import load_state, save_state
 from ppaas.people.coordinator.sightings import observe
 from ppaas.people.coordinator.state_message import state_of
@@ -126,18 +126,19 @@ class Coordinator:
         self._follow_clock(now)
         if read.robot not in self.robots.known and len(self.robots.known) >= MOST_ROBOTS:
             raise InvalidInput(f"a group may have up to {MOST_ROBOTS} robots; {read.robot!r} is one more")
-        self.robots.take(self._on_map(read), now)
+        self.robots.take(self._usable(read), now)
 
-    def _on_map(self, report: Report) -> Report:
-        """Return a report without the people who appear outside the free space of the map, as those in mirrors do."""
+    def _usable(self, report: Report) -> Report:
+        """Return a report without torsos outside the free space of the map, as in mirrors, and second torsos."""
         if not report.ids:
             return report
-        positions = moved_points(report.pose, report.torsos)
         known = self.robots.known.get(report.robot)
+        report = report.without(detected_twice(report, known.bound if known is not None else {}))
+        positions = moved_points(report.pose, report.torsos)
         if known is not None:
             positions = known.offset.corrected(positions, (report.pose.x, report.pose.y))
-        most = OUTSIDE + report.deviation
-        return report.without(self._area.distance(positions) > most)
+        left_out = self._area.distance(positions) > OUTSIDE + report.deviation
+        return report.without(left_out, int(left_out.sum()))
 
     def step(self, now: float) -> PeopleState:
         """Run a cycle.

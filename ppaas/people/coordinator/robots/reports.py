@@ -1,7 +1,7 @@
 """Reports of robots, checked and as arrays."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,6 +27,8 @@ LEAST_VARIANCE = 0.02**2
 MOST_VARIANCE = 4.0
 MOST_OF_POSE = 100.0**2
 """Largest variance of a pose [m², rad²]: some robots write very large ones for what they do not know."""
+ONE_PERSON = 0.35
+"""Distance within which two people cannot stand, so that two torsos of a robot are one person [m]."""
 OUTERMOST = 1e5
 """Largest coordinate of a robot [m]."""
 
@@ -77,8 +79,8 @@ class Report:
     following: int
     outside: int = 0
 
-    def without(self, left_out: NDArray[np.bool_]) -> "Report":
-        """Return the report without some of its people, by an (n,) mask."""
+    def without(self, left_out: NDArray[np.bool_], outside: int = 0) -> "Report":
+        """Return the report without some of its people, by an (n,) mask, of whom a number is outside the map."""
         if not left_out.any():
             return self
         kept = ~left_out
@@ -90,7 +92,7 @@ class Report:
             torsos=self.torsos[kept],
             covariances=self.covariances[kept],
             scores=self.scores[kept],
-            outside=self.outside + int(left_out.sum()),
+            outside=self.outside + outside,
         )
 
 
@@ -132,6 +134,28 @@ def read_report(message: PeopleReport) -> Report:
         can_follow=message.can_follow,
         following=message.following,
     )
+
+
+def detected_twice(report: Report, bound: Mapping[str, int]) -> NDArray[np.bool_]:
+    """Return which torsos, as an (n,) mask, are a person who has another torso in the same report.
+
+    Parameters
+    ----------
+    report : Report
+    bound : mapping of str to int
+        Id of the person that each torso was before: the torso of the person who is known for longer is kept, or else
+        the one with the better score.
+    """
+    left_out = np.zeros(len(report.ids), np.bool_)
+    off = report.torsos[:, np.newaxis] - report.torsos
+    near = off[..., 0] ** 2 + off[..., 1] ** 2 < ONE_PERSON**2
+    if near.sum() == len(near):
+        return left_out
+    for one, other in np.argwhere(np.triu(near, 1)).tolist():
+        if not left_out[one] and not left_out[other]:
+            last = max(one, other, key=lambda row: (bound.get(report.ids[row], math.inf), -report.scores[row]))
+            left_out[last] = True
+    return left_out
 
 
 def _check_people(who: str, people: list[PositionMeasurement]) -> None:

@@ -12,7 +12,12 @@ from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Point, Pose, PoseWithCovariance
 from ppaas.messages.people_coordination import PeopleReport, SensorView
 from ppaas.messages.people_msgs import PositionMeasurement
-from ppaas.people.coordinator.robots.reports import MOST_OF_POSE, UNKNOWN_VARIANCE, read_report
+from ppaas.people.coordinator.robots.reports import (
+    MOST_OF_POSE,
+    UNKNOWN_VARIANCE,
+    detected_twice,
+    read_report,
+)
 
 HEADER = Header(stamp=Time.of(100.0), frame_id="map")
 PERSON = PositionMeasurement(HEADER, "a/1", "1", Point(2.0, 1.0))
@@ -74,3 +79,20 @@ def test_possible_correlations_of_a_pose_are_kept() -> None:
     covariance[0], covariance[5], covariance[30], covariance[35] = 0.04, 0.01, 0.01, 0.01
     read = read_report(changed(pose=PoseWithCovariance(REPORT.pose.pose, covariance)))
     assert read.pose_covariance.tolist() == [[0.04, 0.0, 0.01], [0.0] * 3, [0.01, 0.0, 0.01]]
+
+
+@pytest.mark.parametrize(
+    ("bound", "second"), [({}, "2"), ({"2": 5}, "1"), ({"1": 5, "2": 7}, "2"), ({"1": 7, "2": 5}, "1")]
+)
+def test_of_two_torsos_nearer_than_people_stand_the_better_known_one_is_kept(
+    bound: dict[str, int], second: str
+) -> None:
+    at = {"1": (2.0, 0.95), "2": (2.2, 0.8), "3": (2.6, 0.9)}
+    people = [
+        msgspec.structs.replace(PERSON, object_id=name, pos=Point(*place), reliability=score)
+        for (name, place), score in zip(at.items(), (0.9, 0.7, 0.8), strict=True)
+    ]
+    report = read_report(changed(people=people))
+    left_out = detected_twice(report, bound)
+    assert [name for name, out in zip(report.ids, left_out, strict=True) if out] == [second]
+    assert report.without(left_out).outside == 0
