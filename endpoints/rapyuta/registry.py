@@ -57,6 +57,13 @@ class RobotRegistry:
         Conflict
             The robot is connected already and answers, or the user has a container of this name.
         """
+        try:
+            return await self._attach(robot_id, identity, carrier)
+        except BaseException:
+            self._revoke(identity)
+            raise
+
+    async def _attach(self, robot_id: str, identity: Identity, carrier: Carrier) -> tuple[Robot, Executor]:
         key = identity.user, robot_id
         while (known := self._robots.get(key)) is not None and known[0].carrier is not None:
             await self._displace(known[0].carrier)

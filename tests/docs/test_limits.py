@@ -138,6 +138,10 @@ ROWS = {
         part_assembler.MAX_PARTS,
         f"{part_assembler.MAX_WAITING} each, {size(part_assembler.MAX_BYTES)}, {part_assembler.TIMEOUT:g} s",
     ],
+    ("robot of Rapyuta", "text of a message; objects and lists in it"): [
+        size(part_assembler.MAX_TEXT),
+        part_assembler.MAX_OBJECTS,
+    ],
     (
         "robot of Rapyuta",
         "objects and lists within each other; items of a list of a configuration; id of a message",

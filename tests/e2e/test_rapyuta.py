@@ -5,7 +5,7 @@ import json
 import zlib
 from collections.abc import Callable
 from datetime import UTC, datetime
-from typing import Any
+from typing import Any, cast
 
 import msgspec
 import numpy as np
@@ -59,7 +59,7 @@ def _in_2013(message: Message) -> Any:
     return fields
 
 
-class SensorsOf2013(RobotClient):
+class SensorsOf2013:
     """What the simulator's driver needs of a client, by a robot of 2013: odometry as JSON, ranges as binary parts."""
 
     def __init__(self, robot: RceRobot) -> None:
@@ -129,12 +129,12 @@ async def _refused(master: str, password: str) -> None:
 async def _drive(robot: RceRobot, world: World, start: Pose2D, goal: Pose2D) -> None:
     simulated, scorer, client = world.add_robot(start), Scorer(world), SensorsOf2013(robot)
     received: dict[str, list[Any]] = {tag: [] for tag in INTERFACES}
-    for tag in ("status", "map", "plan"):
-        robot.on(tag, lambda _cls, message_id, message, tag=tag: received[tag].append((message_id, message)))
-    robot.on(
-        "pose", lambda cls, _, part: received["pose"].append(ros_types("noetic").decode(cls, zlib.decompress(part)))
-    )
-    tasks = [asyncio.create_task(Simulator(world).run()), asyncio.create_task(Driver(simulated, client).run())]
+    for tag in ("pose", "status", "map", "plan"):
+        robot.on(tag, _collector(received[tag], forwarded=tag in FORWARDED))
+    tasks = [
+        asyncio.create_task(Simulator(world).run()),
+        asyncio.create_task(Driver(simulated, cast(RobotClient, client)).run()),
+    ]
     try:
         await until(lambda: bool(received["pose"]) or bool(robot.errors), 30)
         assert not robot.errors
@@ -157,9 +157,20 @@ async def _drive(robot: RceRobot, world: World, start: Pose2D, goal: Pose2D) -> 
     assert datetime.fromisoformat(received["status"][-1][1]["header"]["stamp"]).year > 2013
 
 
+def _collector(found: list[Any], *, forwarded: bool) -> Callable[[str, str, Any], None]:
+    """Return a receiver that collects the ids of messages, and the messages."""
+
+    def received(cls: str, message_id: str, message: Any) -> None:
+        if forwarded:
+            message = ros_types("noetic").decode(cls, zlib.decompress(message))
+        found.append((message_id, message))
+
+    return received
+
+
 def _pose(received: dict[str, list[Any]]) -> dict[str, Any]:
     """Return the estimate of the pose, as a pose with a header."""
-    estimate = received["pose"][-1]
+    _, estimate = received["pose"][-1]
     return {"header": {"frame_id": estimate["header"]["frame_id"]}, "pose": estimate["pose"]["pose"]}
 
 

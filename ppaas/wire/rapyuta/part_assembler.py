@@ -13,7 +13,7 @@ from typing import Any
 from uuid import uuid4
 
 from ppaas.clock import Clock, monotonic
-from ppaas.errors import MalformedMessage, QuotaExceeded
+from ppaas.errors import MalformedMessage, MessageTooLarge, QuotaExceeded
 from ppaas.messages.spellings.tolerant_json import read_json
 
 TIMEOUT = 60.0
@@ -22,8 +22,11 @@ TIMEOUT = 60.0
 UUID_LENGTH = 32
 """Length of a uuid [hexadecimal digits]."""
 
-MAX_TEXT = 16 << 20
-"""Largest text of a message [bytes]."""
+MAX_TEXT = 4 << 20
+"""Largest text of a message [bytes]: a map of a million cells, or more; what is larger goes as a binary part."""
+
+MAX_OBJECTS = 20_000
+"""Largest number of objects and lists in a message."""
 
 MAX_WAITING = 64
 """Largest number of incomplete messages, and of parts without a message; beyond it, the oldest is dropped."""
@@ -87,11 +90,19 @@ class PartAssembler:
         ------
         MalformedMessage
             The text is not a JSON object, is nested too deeply, or a reference is not a uuid.
+        MessageTooLarge
+            The text is too large.
         QuotaExceeded
             It has too many parts.
         """
         self._expire()
-        message = read_json(text.encode(errors="replace"), MAX_TEXT)
+        data = text.encode(errors="replace")
+        if len(data) > MAX_TEXT or data.count(b"{") + data.count(b"[") > MAX_OBJECTS:
+            raise MessageTooLarge(
+                f"the text of a message may have {MAX_TEXT >> 20} MiB and {MAX_OBJECTS} objects and lists: send more as "
+                "a binary part"
+            )
+        message = read_json(data, MAX_TEXT)
         if not isinstance(message, dict):
             raise MalformedMessage("A message has to be a JSON object.")
         places = dict(_places(message, MAX_DEPTH))

@@ -16,7 +16,7 @@ from robots.cli.main import main
     "wrong",
     [
         ["--port", "65536"], ["--port", "-1"], ["--port", "http"], ["--cores", "0"], ["--cores", "1.5"],
-        ["--linger", "-1"], ["--linger", "nan"], ["--linger", "inf"],
+        ["--rapyuta", "0"], ["--rapyuta", "on"], ["--linger", "-1"], ["--linger", "nan"], ["--linger", "inf"],
         ["--quota", "cakes=1"], ["--quota", "maps"], ["--quota", "maps=1.5"], ["--quota", "cores=nan"],
         ["--root-path", "ppaas"], ["--root-path", "/v1"], ["--trusted-proxy", "*"], ["--allow-origin", "pages.example"],
         ["--quota", "containers=-1"], ["--idle", "-1"], ["--dead", "0.5"], ["--dead", "nan"], ["--log-level", "loud"],

@@ -3,8 +3,10 @@
 import asyncio
 import hashlib
 import json
+import sys
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
 
@@ -18,11 +20,13 @@ from endpoints.http.front_settings import FrontSettings
 from endpoints.rapyuta import registry as registry_module
 from endpoints.rapyuta.app import rapyuta_app
 from endpoints.rapyuta.registry import RobotRegistry
+from endpoints.rapyuta.robot_socket import refusal
 from endpoints.services.services import Services
 from ppaas.errors import NotPermitted
 from tests.support.clients.rce import RceRobot, login_query
 from tests.support.endpoints.rapyuta import StillSessions
 from tests.support.endpoints.serving import serve
+from tests.support.sources import ROOT
 from tests.support.waiting import until
 
 OWN, ROBOTS = "correct horse", "the robots of 2013"
@@ -294,7 +298,30 @@ async def test_a_fault_of_the_cloud_is_told_without_details(
 
 
 def test_other_refusals_are_faults() -> None:
-    from endpoints.rapyuta.robot_socket import refusal
-
     assert refusal(TimeoutError()).status_code == 500
     assert refusal(NotPermitted("x")).status_code == 401
+
+
+async def test_the_example_configures_the_cloud_by_a_file_of_rce_ros(rapyuta: Rapyuta, tmp_path: Path) -> None:
+    examples = ROOT / "docs" / "examples"
+    file = tmp_path / "client.json"
+    file.write_text((examples / "rapyuta_tb1.json").read_text().replace("127.0.0.1:9000", rapyuta.host))
+    script = await asyncio.create_subprocess_exec(
+        sys.executable, str(examples / "rapyuta_check.py"), str(file), "60",
+        stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,
+    )  # fmt: skip
+    assert script.stdin is not None and script.stdout is not None
+    script.stdin.write(f"{ROBOTS}\n".encode())
+    lines = [json.loads(await script.stdout.readline()) for _ in range(4)]
+    script.terminate()
+    await script.communicate()
+    assert [line["data"] for line in lines] == [
+        {"topic": "iu", "iTag": tag, "status": True} for tag in ("scan", "odom", "cmd", "map")
+    ]
+
+
+async def test_a_login_that_is_refused_leaves_no_token(rapyuta: Rapyuta) -> None:
+    async with rapyuta.robot():
+        before = len(rapyuta.services.store.tokens("ann"))
+        assert (await rapyuta.refusal(rapyuta.url()))[0] == 400
+        await until(lambda: len(rapyuta.services.store.tokens("ann")) == before)

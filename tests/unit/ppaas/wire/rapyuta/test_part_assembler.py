@@ -10,10 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.clock import ManualClock
-from ppaas.errors import InvalidInput, PPaaSError, QuotaExceeded
+from ppaas.errors import InvalidInput, MessageTooLarge, PPaaSError, QuotaExceeded
 from ppaas.wire.rapyuta.part_assembler import (
     MAX_BYTES,
+    MAX_OBJECTS,
     MAX_PARTS,
+    MAX_TEXT,
     MAX_WAITING,
     TIMEOUT,
     PartAssembler,
@@ -92,6 +94,12 @@ def test_binary_frames_without_a_uuid_are_refused(frame: bytes) -> None:
 def test_nested_messages_are_bounded() -> None:
     with pytest.raises(InvalidInput, match="levels"):
         PartAssembler().take_text('{"a":' * 100 + "1" + "}" * 100)
+
+
+@pytest.mark.parametrize("text", ['{"a":"' + "x" * MAX_TEXT + '"}', '{"a":[' + "[]," * MAX_OBJECTS + "[]]}"])
+def test_texts_are_bounded(text: str) -> None:
+    with pytest.raises(MessageTooLarge, match="binary part"):
+        PartAssembler().take_text(text)
 
 
 def test_a_message_has_a_limited_number_of_parts() -> None:
