@@ -99,8 +99,8 @@ class PartAssembler:
         data = text.encode(errors="replace")
         if len(data) > MAX_TEXT or data.count(b"{") + data.count(b"[") > MAX_OBJECTS:
             raise MessageTooLarge(
-                f"the text of a message may have {MAX_TEXT >> 20} MiB and {MAX_OBJECTS} objects and lists: send more as "
-                "a binary part"
+                f"the text of a message may have {MAX_TEXT >> 20} MiB and {MAX_OBJECTS} objects and lists: send more "
+                "as a binary part"
             )
         message = read_json(data, MAX_TEXT)
         if not isinstance(message, dict):
