@@ -20,8 +20,8 @@ from endpoints.rest.openapi import EVERYWHERE, TAGS, describe, operation_id
 from endpoints.rest.people import people, people_history
 from endpoints.rest.plans import cost_matrix, evaluation, plan_database, planners, planning, plans, stored_plans
 from endpoints.rest.plans.fast_path import PlanFastPath
-from endpoints.rest.robots import models, robot_goals, robot_map, robot_nodes, robot_urdf, robots
-from endpoints.rest.users import tickets, tokens, users
+from endpoints.rest.robots import models, robot_goals, robot_map, robot_nodes, robot_shares, robot_urdf, robots
+from endpoints.rest.users import groups, tickets, tokens, users
 from endpoints.rest.viewer import add_viewer
 from endpoints.services.services import Services
 
@@ -44,6 +44,7 @@ RESOURCES = (
     tokens,
     tickets,
     users,
+    groups,
     maps,
     map_versions,
     map_reviews,
@@ -59,6 +60,7 @@ RESOURCES = (
     robot_nodes,
     robot_map,
     robot_goals,
+    robot_shares,
     plans,
     plan_database,
     stored_plans,

@@ -5,7 +5,7 @@ import hashlib
 import logging
 import secrets
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +16,7 @@ from endpoints.accounts.fair_queue import Origin
 from endpoints.accounts.login_throttle import LoginThrottle
 from endpoints.accounts.passwords import Passwords
 from endpoints.accounts.rapyuta_passwords import RapyutaPasswords
+from endpoints.accounts.scoped_user import user_of_token
 from endpoints.accounts.socket_tickets import SocketTickets
 from endpoints.accounts.token_cache import TokenCache
 from endpoints.accounts.unsaved_tokens import UNSAVED_LIFETIME, UnsavedTokens
@@ -24,6 +25,7 @@ from ppaas.errors import Conflict, InvalidInput, NotAuthenticated, NotFound, Not
 from storage.names import check_name, is_name
 from storage.ports import UserStore
 from storage.records import Role, Token, User
+from storage.sharing_records import TokenScope
 
 logger = logging.getLogger(__name__)
 
@@ -39,6 +41,9 @@ MAX_PASSWORD = 1024
 MAX_TOKEN = 256
 TOKEN_PREFIX = "ppaas_"
 """Prefix of tokens: none starts with a dash like an option of a command, and leaked tokens can be found."""
+
+Regroup = Callable[[tuple[str, ...]], tuple[str, ...]]
+"""Takes the groups of a user, and returns the new ones."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +119,7 @@ class Accounts:
         """End the threads that hash passwords."""
         self._passwords.close()
 
-    async def register(self, user_id: str, password: str, role: Role = "user") -> User:
+    async def register(self, user_id: str, password: str, role: Role = "user", groups: tuple[str, ...] = ()) -> User:
         """Create a user.
 
         Raises
@@ -129,7 +134,7 @@ class Accounts:
         if check_name("user", user_id) == ME:
             raise InvalidInput(f"{ME!r} is reserved for the calling user: choose another id")
         _check_password(password)
-        user = User(user_id, await self._passwords.hash(password), role)
+        user = User(user_id, await self._passwords.hash(password), role, groups=groups)
         await run_in_threadpool(self._store.add_user, user)
         return user
 
@@ -175,9 +180,32 @@ class Accounts:
         except NotFound as error:
             raise NotAuthenticated("wrong user or password") from error
 
+    async def issue_scoped(self, user_id: str, scope: TokenScope, lifetime: float, name: str = "") -> IssuedToken:
+        """Return a new token of a user for some robots only; ``NotFound`` if the user does not exist.
+
+        Parameters
+        ----------
+        user_id : str
+        scope : TokenScope
+            Limit of its rights.
+        lifetime : float
+            Time after which it expires [s].
+        name : str
+            What it is for.
+
+        Raises
+        ------
+        Unavailable
+            The store takes nothing now.
+        """
+        now = self._clock()
+        issued = IssuedToken(_new_text(), now + lifetime)
+        await run_in_threadpool(self._store.add_token, Token(issued.id, user_id, issued.expires, now, scope, name))
+        return issued
+
     def _issue(self, user_id: str, now: float) -> IssuedToken:
         """Return a new token, stored, or kept in memory for a while if the store takes nothing, as on a full disk."""
-        text = f"{TOKEN_PREFIX}{secrets.token_urlsafe(32)}"
+        text = _new_text()
         try:
             login = IssuedToken(text, now + self._lifetime)
             self._store.add_token(Token(login.id, user_id, login.expires, now))
@@ -195,7 +223,7 @@ class Accounts:
         return (await self.sign_in(user_id, password)).token
 
     async def authenticate(self, token: str) -> User:
-        """Return the user of a token; ``NotAuthenticated`` if it is unknown or expired.
+        """Return the user of a token, a `ScopedUser` if it has a scope; ``NotAuthenticated`` if unknown or expired.
 
         While the store is unreachable, recently verified tokens are accepted.
         """
@@ -216,10 +244,12 @@ class Accounts:
         password: str | None = None,
         keep_token: str | None = None,
         limits: Mapping[str, float | None] | None = None,
+        regroup: Regroup | None = None,
     ) -> User:
-        """Change role, password or limits of a user; a new password revokes all tokens except ``keep_token``.
+        """Change role, password, limits or groups of a user; a new password revokes all tokens except ``keep_token``.
 
-        Omitted limits stay unchanged; None restores the limit of all users.
+        Omitted limits stay unchanged; None restores the limit of all users. ``regroup`` is called with the groups of
+        the user, and returns the new ones.
 
         Raises
         ------
@@ -235,7 +265,7 @@ class Accounts:
             await self.rapyuta.check_other(user_id, password)
             changes["password_hash"] = await self._passwords.hash(password)
         try:
-            return await run_in_threadpool(self._change, user_id, changes, limits or {}, keep_token)
+            return await run_in_threadpool(self._change, user_id, changes, limits or {}, keep_token, regroup)
         finally:
             self._cache.forget_user(user_id)
 
@@ -305,12 +335,18 @@ class Accounts:
             return None
 
     def _change(
-        self, user_id: str, changes: dict[str, Any], limits: Mapping[str, float | None], keep_token: str | None
+        self,
+        user_id: str,
+        changes: dict[str, Any],
+        limits: Mapping[str, float | None],
+        keep_token: str | None,
+        regroup: Regroup | None,
     ) -> User:
         with self._changing:  # serialises concurrent changes, so that none is lost
             user = self._store.user(user_id)
             own = msgspec.structs.replace(user.limits, **limits)
-            changed = msgspec.structs.replace(user, limits=own, **changes)
+            groups = user.groups if regroup is None else regroup(user.groups)
+            changed = msgspec.structs.replace(user, limits=own, groups=groups, **changes)
             self._store.change_user(changed, keep_token=keep_token)
         if changed.password_hash != user.password_hash:
             self._unsaved.remove_all(user_id, keep=keep_token)
@@ -324,7 +360,11 @@ class Accounts:
             raise _unknown_token() from error
         if token.expires <= now:
             raise _unknown_token()
-        return user, token.expires
+        return user_of_token(user, token), token.expires
+
+
+def _new_text() -> str:
+    return f"{TOKEN_PREFIX}{secrets.token_urlsafe(32)}"
 
 
 def token_id(token: str) -> str:

@@ -26,8 +26,11 @@ TOKEN_SHOWN = 12
 """Number of characters of a token's id that are recorded."""
 
 FIELDS: Mapping[str, tuple[str, ...]] = {
-    "create_user": ("id", "role"),
-    "change_user": ("role", "password", "limits", "rapyuta_password"),
+    "create_token": ("name", "robots", "role", "publish", "subscribe", "expires_in"),
+    "create_user": ("id", "role", "groups"),
+    "change_user": ("role", "password", "limits", "rapyuta_password", "groups"),
+    "put_group": ("members",),
+    "share_robot": ("role", "publish", "subscribe"),
     "change_map": ("readers", "description"),
     "roll_back_map": ("version", "message"),
     "put_robot": ("map", "cores"),

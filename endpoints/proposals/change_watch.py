@@ -174,7 +174,7 @@ class ChangeWatch:
 def _reviewed(services: Services, robot: LifelongRobot) -> tuple[MapRecord, list[MapReview]]:
     """Return a map of which the robot's user may propose versions, and its reviews. Blocks."""
     head = services.map_store.map_head(robot.map)
-    check_may_propose(services.store.user(robot.user), head)
+    check_may_propose(services, services.store.user(robot.user), head)
     return head, services.map_store.reviews(robot.map)
 
 

@@ -1,6 +1,7 @@
-"""Dependencies of the routes: the services, the user, and the maps that a user may read."""
+"""Dependencies of the routes: the services, the user, and the maps and robots that a user may use."""
 
 from collections import Counter
+from collections.abc import Awaitable, Callable
 from typing import Annotated
 
 from fastapi import Depends, Request
@@ -9,10 +10,14 @@ from starlette.concurrency import run_in_threadpool
 
 from endpoints.accounts.authentication import authenticate
 from endpoints.accounts.caller import caller_of
+from endpoints.accounts.scoped_user import ScopedUser
+from endpoints.rest.names import RobotAddress
 from endpoints.rest.paging import Paging
 from endpoints.services.services import Services
+from endpoints.sharing.shared_robots import ReachedRobot, reach, shows_map
 from ppaas.errors import InvalidParameter, NotFound, NotPermitted
-from storage.records import MapRecord, RobotRecord, User
+from storage.records import MapRecord, User
+from storage.sharing_records import ShareRole
 
 _bearer = HTTPBearer(auto_error=False, description="Token from POST /v1/tokens.")
 
@@ -35,15 +40,36 @@ async def single_query_values(request: Request) -> None:
             raise InvalidParameter(f"query parameter {name!r} is given {count} times: give it once")
 
 
-async def current_user(
+async def any_user(
     request: Request,
     services: Provided,
     _documented: Annotated[HTTPAuthorizationCredentials | None, Depends(_bearer)],
 ) -> User:
-    """Return the user of a request, whose own limits apply from now on; ``NotAuthenticated`` without a valid token."""
+    """Return the user of a request, whose own limits apply from now on; ``NotAuthenticated`` without a valid token.
+
+    It is a `ScopedUser` if the token has a scope, which the route must respect.
+    """
     # Again, also after a route that did so before it read the body: the token may have been revoked meanwhile.
     user = await authenticate(request, services.accounts)
     services.cloud.set_limits(user.id, user.limits)
+    return user
+
+
+AnyCaller = Annotated[User, Depends(any_user)]
+"""Caller of a route that respects scopes of tokens."""
+
+
+def check_unscoped(user: User) -> None:
+    """Raise ``NotPermitted`` if the token of a caller is for some robots only."""
+    if isinstance(user, ScopedUser):
+        raise NotPermitted(
+            f"this token is for the robots {', '.join(user.scope.robots)} only: log in and use a token without a scope"
+        )
+
+
+async def current_user(user: AnyCaller) -> User:
+    """Return the user of a request; ``NotPermitted`` if the token is for some robots only."""
+    check_unscoped(user)
     return user
 
 
@@ -68,15 +94,20 @@ Admin = Annotated[User, Depends(current_admin)]
 Paged = Annotated[Paging, Depends()]
 
 
-def may_read(user: User, record: MapRecord) -> bool:
-    """Return whether a user may read a map; an administrator may read all maps."""
-    return user.role == "admin" or record.readable_by(user.id)
+def reads_itself(user: User, record: MapRecord) -> bool:
+    """Return whether a user may read a map, not only because of a robot on it; an administrator may read all maps."""
+    return not isinstance(user, ScopedUser) and (user.role == "admin" or record.readable_by(user.id))
+
+
+def may_read(services: Services, user: User, record: MapRecord) -> bool:
+    """Return whether a user may read a map, also because a robot on it is shared with the user; may block."""
+    return reads_itself(user, record) or shows_map(services.store, user, record)
 
 
 async def readable_head(services: Services, user: User, map_id: str) -> MapRecord:
     """Return a map without its files; ``NotFound`` also if the user may not read it, so that ids are not revealed."""
     head = await services.map_cache.head(services.map_store, map_id)
-    if not may_read(user, head):
+    if not reads_itself(user, head) and not await run_in_threadpool(shows_map, services.store, user, head):
         raise NotFound("map", map_id)
     return head
 
@@ -89,9 +120,20 @@ async def owned_head(services: Services, user: User, map_id: str) -> MapRecord:
     return head
 
 
-async def own_robot(services: Services, user: User, robot_id: str) -> RobotRecord:
-    """Return a robot of a user; ``NotFound`` if the user has no such robot."""
-    return await run_in_threadpool(services.store.robot, user.id, robot_id)
+def _robot_for(role: ShareRole) -> Callable[..., Awaitable[ReachedRobot]]:
+    """Return a dependency that finds the robot of a path; `NotPermitted` unless the caller has a role on it."""
+
+    async def reached(robot_id: RobotAddress, services: Provided, user: AnyCaller) -> ReachedRobot:
+        robot = await run_in_threadpool(reach, services.store, user, robot_id)
+        robot.access.check_role(role)
+        return robot
+
+    return reached
+
+
+Looked = Annotated[ReachedRobot, Depends(_robot_for("look"))]
+Driven = Annotated[ReachedRobot, Depends(_robot_for("drive"))]
+Administered = Annotated[ReachedRobot, Depends(_robot_for("administer"))]
 
 
 def robots_in(services: Services, user: str | None = None, *, map_id: str | None = None) -> list[str]:

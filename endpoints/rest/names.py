@@ -7,8 +7,10 @@ from fastapi import Path
 from pydantic import AfterValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
+from endpoints.sharing.globs import ADDRESS, is_address
 from ppaas.maps.new_map import NEW, new_map_id
 from storage.names import PATTERN, is_name
+from storage.sharing_records import GROUP, is_grantee
 
 MAX_SHOWN = 64
 
@@ -41,6 +43,25 @@ def _plugin(text: str) -> str:
     return text
 
 
+def _address(text: str) -> str:
+    if not is_address(text):
+        shown = text if len(text) <= MAX_SHOWN else text[:MAX_SHOWN] + "…"
+        message = (
+            "{shown} is not a valid address of a robot: give its id, 1 to 64 letters, digits, '_', '.' and '-', a "
+            "letter or digit first; for a robot of another user, OWNER:ID"
+        )
+        raise PydanticCustomError("address", message, {"shown": repr(shown)})
+    return text
+
+
+def _grantee(text: str) -> str:
+    if not is_grantee(text):
+        shown = text if len(text) <= MAX_SHOWN else text[:MAX_SHOWN] + "…"
+        message = "{shown} is not a valid name: give the id of a user, or 'group:' and the name of a group"
+        raise PydanticCustomError("grantee", message, {"shown": repr(shown)})
+    return text
+
+
 def _version(text: str) -> str:
     if not is_name(text):
         raise PydanticCustomError("version", "a version must be the SHA-256 of a map's files, 64 hex digits")
@@ -49,6 +70,8 @@ def _version(text: str) -> str:
 
 _SCHEMA = {"type": "string", "pattern": f"^{PATTERN}$", "minLength": 1, "maxLength": 64}
 _ROBOT_MAP_SCHEMA = {"type": "string", "pattern": f"^({NEW})?{PATTERN}$", "minLength": 1, "maxLength": 64 + len(NEW)}
+_ADDRESS_SCHEMA = {"type": "string", "pattern": f"^{ADDRESS}$", "minLength": 1, "maxLength": 129}
+_GRANTEE_SCHEMA = {"type": "string", "pattern": f"^({GROUP})?{PATTERN}$", "minLength": 1, "maxLength": 64 + len(GROUP)}
 _PLUGIN_SCHEMA = {"type": "string", "pattern": f"^{PATTERN}((/|::){PATTERN})?$", "minLength": 1, "maxLength": 130}
 
 Name = Annotated[str, AfterValidator(_name), WithJsonSchema(_SCHEMA)]
@@ -58,7 +81,15 @@ Version = Annotated[str, AfterValidator(_version), WithJsonSchema(_SCHEMA)]
 
 MapId = Annotated[Name, Path(examples=["office"])]
 VersionId = Annotated[Version, Path(description="SHA-256 of the map's files", examples=["0" * 64])]
-RobotId = Annotated[Name, Path(examples=["tb1"])]
+RobotAddress = Annotated[
+    Annotated[str, AfterValidator(_address), WithJsonSchema(_ADDRESS_SCHEMA)],
+    Path(description="Id of the robot; `OWNER:ID` for one of another user", examples=["tb1"]),
+]
+Grantee = Annotated[
+    Annotated[str, AfterValidator(_grantee), WithJsonSchema(_GRANTEE_SCHEMA)],
+    Path(description="Id of a user, or `group:` and the name of a group", examples=["ann"]),
+]
+GroupId = Annotated[Name, Path(examples=["hall"])]
 UserId = Annotated[Name, Path(description="`me` is the calling user", examples=["ann"])]
 TokenId = Annotated[Name, Path(description="`current` is the token of this request", examples=["current"])]
 PlanId = Annotated[Name, Path(examples=["9f1c0d6f6c1a4d0c8a52ad2d0cf0e6b1"])]

@@ -16,9 +16,10 @@ _SCHEMAS = "#/components/schemas/{model}"
 TAGS = [
     {"name": "tokens", "description": "Log in and out."},
     {"name": "users", "description": "Users of the cloud."},
+    {"name": "groups", "description": "Groups of users, with which robots are shared."},
     {"name": "maps", "description": "Maps, their versions and their files."},
     {"name": "people", "description": "People whom the caller's robots see on a map."},
-    {"name": "robots", "description": "The caller's robots."},
+    {"name": "robots", "description": "The caller's robots, and those that are shared with the caller."},
     {"name": "plans", "description": "Path requests and stored paths."},
     {"name": "models", "description": "Robot models that robot files may name."},
     {"name": "planners", "description": "Planners that robot files and path requests may name."},

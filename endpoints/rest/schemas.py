@@ -8,6 +8,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from endpoints.rest.names import Name
 from endpoints.rest.nesting import MAX_NESTING, is_deeper
+from endpoints.sharing.globs import GLOB, MAX_GLOBS, bare
 from engine.service.path_requests import MAX_COORDINATE
 from engine.specs.machine_settings import MOST_LABELS
 
@@ -30,6 +31,8 @@ Labels = Annotated[
 
 MAX_READERS = 256
 MAX_DESCRIPTION = 1000
+TopicGlob = Annotated[str, Field(pattern=f"^{GLOB}$"), AfterValidator(bare)]
+TopicGlobs = Annotated[list[TopicGlob], Field(max_length=MAX_GLOBS)]
 Reader = Annotated[Literal["*"] | Name, Field(union_mode="left_to_right")]
 Description = Annotated[str, Field(max_length=MAX_DESCRIPTION)]
 

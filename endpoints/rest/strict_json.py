@@ -13,7 +13,7 @@ from fastapi.routing import APIRoute
 
 from endpoints.accounts.authentication import authenticate
 from endpoints.http.parsed_body import note_body
-from endpoints.rest.dependencies import current_user, services_of
+from endpoints.rest.dependencies import any_user, services_of
 from endpoints.rest.media_types import is_format, media_type_of
 from endpoints.rest.nesting import is_deeper
 from ppaas.errors import MalformedMessage, MessageTooLarge
@@ -58,7 +58,7 @@ class StrictRoute(APIRoute):
         serve = super().get_route_handler()
         takes_body = self.body_field is not None
         # FastAPI parses a body before it calls the dependency that authenticates.
-        wants_token = takes_body and _depends_on(self.dependant, current_user)
+        wants_token = takes_body and _depends_on(self.dependant, any_user)
 
         async def strict(request: Request) -> Response:
             if wants_token:

@@ -17,9 +17,10 @@ PROBE_TIMEOUT = 2.0
 
 
 class SessionKey(NamedTuple):
-    """Key of a session: user, robot, role, and the name that the client gave it."""
+    """Key of a session: user, owner and id of the robot, role, and the name that the client gave it."""
 
     user: str
+    owner: str
     robot: str
     role: Role
     name: str
@@ -88,6 +89,11 @@ class Attachment:
         self._left = asyncio.Event()
 
     @property
+    def owner(self) -> str:
+        """User to whom the robot belongs."""
+        return self.request.owner or self.user
+
+    @property
     def headers(self) -> list[tuple[bytes, bytes]]:
         """Headers of the handshake for a client that named its session."""
         if self.request.session is None:
@@ -120,3 +126,9 @@ class Attachment:
         self._left.set()
         if self.retained.attachment is self:
             self.retained.attachment = None
+
+
+def name_of(user: str, request: ConnectRequest) -> str:
+    """Return the name of a client in the log."""
+    owner = "" if request.owner in ("", user) else f"{request.owner[:64]}:"
+    return f"{request.role} {user}/{owner}{request.robot[:64]}"

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from endpoints.rosbridge.namespaces import parse_namespace
 from endpoints.rosbridge.roles import Role, role_of
+from endpoints.sharing.globs import split_address
 from ppaas.errors import InvalidParameter
 from ppaas.wire.resumption import RESUME, SESSION, ResumptionPoint, parse_name, parse_point
 
@@ -17,6 +18,8 @@ class ConnectRequest:
     ----------
     robot : str
         Id of the robot; empty if the client names none, which the only robot of its user need not be.
+    owner : str
+        User to whom the robot belongs; empty for the user of the client.
     role : {"robot", "operator"}
         Role of the client.
     session : str, optional
@@ -47,6 +50,7 @@ class ConnectRequest:
     hold: bool = True
     status: bool = False
     queue: bool = False
+    owner: str = ""
     namespace: str | None = None
     compact: bool = False
     png: bool = True
@@ -64,6 +68,9 @@ def parse_connect_request(query: Mapping[str, str]) -> ConnectRequest:
     robot = query.get("robot")
     if robot == "":
         raise InvalidParameter("the parameter 'robot' is empty: open ws://HOST/?robot=ID")
+    owner, robot = split_address(robot or "", "")
+    if owner and not robot:
+        raise InvalidParameter(f"the parameter 'robot' names no robot of {owner[:64]!r}: give OWNER:ID")
     session, resume = query.get(SESSION), query.get(RESUME)
     if resume is not None and session is None:
         raise InvalidParameter(f"{RESUME!r} needs the name of a session: also give 'session'")
@@ -73,7 +80,8 @@ def parse_connect_request(query: Mapping[str, str]) -> ConnectRequest:
     if hold == "0" and role == "robot":
         raise InvalidParameter("hold=0 is for operators only: a robot always holds its place")
     return ConnectRequest(
-        robot=robot or "",
+        robot=robot,
+        owner=owner,
         role=role,
         session=parse_name(session) if session is not None else None,
         resume=parse_point(resume) if resume is not None else None,

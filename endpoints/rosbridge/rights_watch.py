@@ -7,6 +7,7 @@ maps drop what this process changes at once; what another process changes is see
 import asyncio
 from collections import defaultdict
 
+from endpoints.rosbridge.admission import current_access, is_owner
 from endpoints.rosbridge.attachment import Attachment
 from endpoints.rosbridge.session_registry import SessionRegistry
 from endpoints.services.services import Services
@@ -15,6 +16,7 @@ from engine.service.links.place_link import PlaceLink
 from engine.service.robot_sessions import RobotSessions
 from engine.specs.joint_maps import owner_by
 from ppaas.errors import NotAuthenticated, NotFound, NotPermitted, Unavailable
+from storage.records import User
 
 PERIOD = 0.5
 """Interval of the checks [s]."""
@@ -23,7 +25,9 @@ PERIOD = 0.5
 class RightsWatch:
     """Ends sessions whose token was revoked or has expired, and places whose map is no longer shared with their user.
 
-    A robot that makes a joint map with those of another user connects again, and then maps apart from them.
+    A session at a robot of another user ends when the robot is no longer shared with the client's user; also when it is
+    shared for less, whereupon the client connects again and has what is left. A robot that makes a joint map with those
+    of another user connects again, and then maps apart from them.
 
     Parameters
     ----------
@@ -53,8 +57,8 @@ class RightsWatch:
             by_token[attachment.token].append(attachment)
             place = attachment.retained.place
             for map_id in self._robots.map_ids(place):
-                by_map[map_id].add((attachment.user, place))
-            joint.add((attachment.user, place))
+                by_map[map_id].add((attachment.owner, place))
+            joint.add((attachment.owner, place))
         await asyncio.gather(
             *(self._check_token(token, attachments) for token, attachments in by_token.items()),
             *(self._check_map(map_id, places) for map_id, places in by_map.items()),
@@ -63,12 +67,34 @@ class RightsWatch:
 
     async def _check_token(self, token: str, attachments: list[Attachment]) -> None:
         try:
-            await self._services.accounts.user_of(token)
+            user = await self._services.accounts.user_of(token)
         except NotAuthenticated as error:
             for attachment in attachments:
                 attachment.session.closed(error)
         except Unavailable:
             return
+        else:
+            limited = (one for one in attachments if not is_owner(user, one.owner) or not one.session.access.is_full)
+            await asyncio.gather(*(self._check_access(user, attachment) for attachment in limited))
+
+    async def _check_access(self, user: User, attachment: Attachment) -> None:
+        """End a session whose user lost rights on the robot; give it those that are new."""
+        session, robot = attachment.session, attachment.request.robot
+        try:
+            access = await current_access(self._services, user, attachment.owner, robot)
+            access.check_connect(as_robot=attachment.request.role == "robot")
+        except Unavailable:
+            return
+        except NotFound:
+            if attachment.owner != user.id:
+                session.closed(NotPermitted(f"robot {robot!r} of {attachment.owner!r} is not shared with {user.id!r}"))
+        except NotPermitted as error:
+            session.closed(error)
+        else:
+            if access.includes(session.access):
+                session.access = access
+            else:  # what it subscribed to and offers may be more than it may have now
+                session.closed(Unavailable(f"your rights on robot {robot!r} were changed: connect again"))
 
     async def _check_map(self, map_id: str, places: set[tuple[str, PlaceLink]]) -> None:
         try:

@@ -19,7 +19,8 @@ from endpoints.accounts.authentication import authenticate_socket, subprotocol_o
 from endpoints.audit.notes import note_object
 from endpoints.http.problems import problem_response
 from endpoints.http.websocket_protocol import connection_of
-from endpoints.rosbridge.attachment import Attachment
+from endpoints.rosbridge.admission import admitted
+from endpoints.rosbridge.attachment import Attachment, name_of
 from endpoints.rosbridge.connect_request import parse_connect_request
 from endpoints.rosbridge.only_robot import only_robot
 from endpoints.rosbridge.session_registry import SessionRegistry
@@ -137,12 +138,13 @@ async def serve_robot_socket(socket: WebSocket, services: Services, sessions: Se
         request = parse_connect_request(socket.query_params)
         user, token = await authenticate_socket(socket, services.accounts)
         if not request.robot:
-            request = replace(request, robot=await only_robot(services.store, user.id))
+            request = replace(request, robot=await only_robot(services.store, user))
             note_object(socket.scope, f"robots/{request.robot}")
         request = replace(request, png=reads_png(socket.headers.get("user-agent", "")))
-        connection.name = f"{request.role} {user.id}/{request.robot[:64]}"
+        connection.name = name_of(user.id, request)
         services.cloud.set_limits(user.id, user.limits)
-        attachment = await sessions.attach(user.id, token, request, connection.probe)
+        request, access = await admitted(services, user, request)
+        attachment = await sessions.attach(user.id, token, request, connection.probe, access)
     except PPaaSError as error:
         connection.warn(f"refused: {error.slug}: {error}")
         await socket.send_denial_response(problem_response(error))

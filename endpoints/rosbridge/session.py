@@ -17,6 +17,7 @@ from endpoints.rosbridge.offered_actions import OfferedActions
 from endpoints.rosbridge.outbox import FrameOutbox
 from endpoints.rosbridge.roles import Role, check_may_publish
 from endpoints.rosbridge.spelling import spelling_at
+from endpoints.sharing.access import Access
 from engine.service.links.client_topics import check_type
 from engine.service.links.place_link import PlaceLink
 from ppaas.clock import monotonic
@@ -26,6 +27,7 @@ from ppaas.nodes.nav2_actions import PATH_GOALS
 from ppaas.nodes.topics import policy_of
 from ppaas.wire import operations
 from ppaas.wire.binary.packing import COMPRESSIONS
+from ppaas.wire.goals import refusal
 from ppaas.wire.names import ros1_type
 from ppaas.wire.rosbridge import RosbridgeSession
 
@@ -53,9 +55,13 @@ class ClientSession:
         Name in the log.
     count_plan : callable
         Called for each path request of the client; raises if the rate is exceeded.
+    access : Access, optional
+        Rights of the client; those of the owner by default.
 
     Attributes
     ----------
+    access : Access
+        Rights of the client, which may be replaced.
     outbox : FrameOutbox
         Frames for the client.
     over : Future
@@ -69,7 +75,10 @@ class ClientSession:
         wire: RosbridgeSession,
         name: str,
         count_plan: Callable[[], None] = lambda: None,
+        *,
+        access: Access | None = None,
     ) -> None:
+        self.access = access or Access("")
         self._place = place
         self._count_plan = count_plan
         self._role = role
@@ -96,12 +105,12 @@ class ClientSession:
             operations.Subscribe: self._subscribe,
             operations.Unsubscribe: self._unsubscribe,
             operations.CallService: self._calls.start,
-            operations.AdvertiseService: self._calls.advertise,
+            operations.AdvertiseService: self._advertise_service,
             operations.UnadvertiseService: self._calls.unadvertise,
             operations.ServiceResponse: self._calls.respond,
-            operations.SendActionGoal: self._goals.start,
+            operations.SendActionGoal: self._send_goal,
             operations.CancelActionGoal: self._goals.cancel,
-            operations.AdvertiseAction: self._actions.advertise,
+            operations.AdvertiseAction: self._advertise_action,
             operations.UnadvertiseAction: self._actions.unadvertise,
             operations.ActionFeedback: self._actions.feedback,
             operations.ActionResult: self._actions.result,
@@ -136,11 +145,6 @@ class ClientSession:
             self._place.health.refused(self._client, self._topic_of(operation), error)
             self._report_error(error, operation_id=getattr(operation, "id", None))
 
-    def _topic_of(self, operation: object) -> str:
-        """Return the topic of an operation, as the clone names it; empty if it has none."""
-        topic = getattr(operation, "topic", None)
-        return self._wire.names.without_namespace(topic).strip("/") if isinstance(topic, str) else ""
-
     def _refuse(self, refused: operations.RefusedOperation) -> None:
         """Answer a call or a goal whose frame could not be read; report the error of any other frame.
 
@@ -154,7 +158,24 @@ class ClientSession:
         else:
             self._report_error(refused.error, operation_id=refused.id, always=refused.op == "auth")
 
+    def _advertise_service(self, operation: operations.AdvertiseService) -> None:
+        self.access.check_publish(self._wire.names.resolve(operation.service))
+        self._calls.advertise(operation)
+
+    def _advertise_action(self, operation: operations.AdvertiseAction) -> None:
+        self.access.check_goal(self._wire.names.resolve(operation.action))
+        self._actions.advertise(operation)
+
+    def _send_goal(self, operation: operations.SendActionGoal) -> None:
+        try:
+            self.access.check_goal(self._wire.names.callee(operation.action))
+        except PPaaSError as error:
+            self._answer(refusal(operation, error))
+        else:
+            self._goals.start(operation)
+
     def _answer_here(self, service: str, arguments: bytes) -> bytes | None:
+        self.access.check_call(service)
         if service in PATH_SERVICES:
             self._count_plan()
         return self._goals.cancel_all(service, arguments)
@@ -162,6 +183,7 @@ class ClientSession:
     def _publish(self, operation: operations.Publish) -> None:
         topic = self._wire.names.resolve(operation.topic)
         check_may_publish(self._role, topic)
+        self.access.check_publish(topic)
         check_not_heartbeat(topic)
         if topic in PATH_GOALS:
             self._count_plan()
@@ -174,6 +196,7 @@ class ClientSession:
     def _advertise(self, operation: operations.Advertise) -> None:
         topic = self._wire.names.resolve(operation.topic)
         check_may_publish(self._role, topic)
+        self.access.check_publish(topic)
         check_not_heartbeat(topic)
         self._place.advertise(
             topic, ros1_type(operation.type), self._client, operation.id, latch=operation.latch is True
@@ -185,6 +208,8 @@ class ClientSession:
     def _subscribe(self, operation: operations.Subscribe) -> None:
         topic = self._wire.names.resolve(operation.topic)
         try:
+            if topic != HEARTBEAT:
+                self.access.check_subscribe(topic)
             kind = ros1_type(operation.type) if operation.type else None
             self._hear(topic, kind)
         except PPaaSError:

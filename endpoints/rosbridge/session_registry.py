@@ -10,10 +10,11 @@ from collections.abc import Iterable
 from functools import partial
 
 from endpoints.http.websocket_protocol import Probe
-from endpoints.rosbridge.attachment import Attachment, RetainedSession, SessionKey
+from endpoints.rosbridge.attachment import Attachment, RetainedSession, SessionKey, name_of
 from endpoints.rosbridge.connect_request import ConnectRequest
 from endpoints.rosbridge.namespaces import scope_of
 from endpoints.rosbridge.session import ClientSession
+from endpoints.sharing.access import Access
 from engine.processes.background import Background
 from engine.service.links.place_link import PlaceLink
 from engine.service.plan_rate import PlanRate
@@ -71,7 +72,9 @@ class SessionRegistry:
 
     # -- attaching ----------------------------------------------------------------------------------------------------
 
-    async def attach(self, user: str, token: str, request: ConnectRequest, probe: Probe) -> Attachment:
+    async def attach(
+        self, user: str, token: str, request: ConnectRequest, probe: Probe, access: Access | None = None
+    ) -> Attachment:
         """Attach a socket to a session at the place of a robot, once its container is ready; `detach` must follow.
 
         Parameters
@@ -82,6 +85,8 @@ class SessionRegistry:
             Request of the client.
         probe : callable
             Probes the connection.
+        access : Access, optional
+            Rights of the client on the robot; those of the owner by default, who must then be the user.
 
         Raises
         ------
@@ -90,14 +95,15 @@ class SessionRegistry:
         PPaaSError
             The place is not available; see ``RobotSessions.join`` and ``PlaceLink.ready``.
         """
+        owner = request.owner or user
         if request.role == "robot":
-            await self._displace(user, request)
+            await self._displace(owner, request)
         place = await self._robots.join(
-            user, request.robot, as_robot=request.role == "robot", hold=request.hold, queue=request.queue
+            owner, request.robot, as_robot=request.role == "robot", hold=request.hold, queue=request.queue
         )
         try:
             await self._wait_ready(request, place)
-            attachment = await self._attach(user, token, request, place, probe)
+            attachment = await self._attach(user, token, request, place, probe, access=access or Access(request.robot))
         except BaseException:
             self._leave_place(place, request)
             raise
@@ -123,10 +129,10 @@ class SessionRegistry:
         if not attachment.has_left:
             attachment.session.inform("queued", "the robot left the queue: its container starts")
 
-    async def _displace(self, user: str, request: ConnectRequest) -> None:
+    async def _displace(self, owner: str, request: ConnectRequest) -> None:
         """Displace a robot's socket of the same session, or one that is dead."""
         for attachment in self.attachments():
-            if (attachment.user, attachment.request.robot, attachment.request.role) != (user, request.robot, "robot"):
+            if (attachment.owner, attachment.request.robot, attachment.request.role) != (owner, request.robot, "robot"):
                 continue
             if request.session is not None and request.session == attachment.request.session:
                 await attachment.take_over(Conflict("another connection of the same session took over"))
@@ -136,21 +142,23 @@ class SessionRegistry:
                 )
 
     async def _attach(
-        self, user: str, token: str, request: ConnectRequest, place: PlaceLink, probe: Probe
+        self, user: str, token: str, request: ConnectRequest, place: PlaceLink, probe: Probe, *, access: Access
     ) -> Attachment:
-        key = SessionKey(user, request.robot, request.role, request.session) if request.session is not None else None
+        name = request.session
+        key = None if name is None else SessionKey(user, request.owner or user, request.robot, request.role, name)
         retained = await self._take_free(key) if key is not None else None
         # No await from here on: otherwise two sockets could take the same session.
-        if retained is not None and not self._may_resume(retained, request, place):
+        if retained is not None and not self._may_resume(retained, request, place, access):
             self._end(retained)
             retained = None
         resumed = retained is not None
         if retained is None:
-            retained = self._begin(user, request, place, key)
+            retained = self._begin(user, request, place, key, access)
         elif request.resume is not None:
             retained.session.outbox.resume(request.resume.received)
         if retained.expiry is not None:
             retained.expiry.cancel()
+        retained.session.access = access
         attachment = retained.attachment = Attachment(retained, request, user, token, probe, resumed=resumed)
         return attachment
 
@@ -160,17 +168,21 @@ class SessionRegistry:
         return retained
 
     @staticmethod
-    def _may_resume(retained: RetainedSession, request: ConnectRequest, place: PlaceLink) -> bool:
+    def _may_resume(retained: RetainedSession, request: ConnectRequest, place: PlaceLink, access: Access) -> bool:
         if retained.place is not place or retained.session.over.done():
+            return False
+        if not access.includes(retained.session.access):  # it may hold what the client has no right to any more
             return False
         return not request.counts or (request.resume is not None and request.resume.id == retained.id)
 
-    def _begin(self, user: str, request: ConnectRequest, place: PlaceLink, key: SessionKey | None) -> RetainedSession:
+    def _begin(
+        self, user: str, request: ConnectRequest, place: PlaceLink, key: SessionKey | None, access: Access
+    ) -> RetainedSession:
         level: Level = "info" if request.queue else "error" if request.status else "none"
         packer = Packer(compact=request.compact, png=request.png)
         wire = rosbridge.RosbridgeSession(level, scope_of(request.robot, request.namespace), packer)
         count_plan = partial(self._plan_rate.take, user)
-        session = ClientSession(place, request.role, wire, f"{request.role} {user}/{request.robot}", count_plan)
+        session = ClientSession(place, request.role, wire, name_of(user, request), count_plan, access=access)
         session.outbox.repeats = request.counts
         retained = RetainedSession(session, place, key)
         if key is not None:

@@ -15,6 +15,7 @@ from endpoints.services.publications import Publications
 from endpoints.services.request_limits import RequestLimits
 from endpoints.services.robot_files import PosegraphReader
 from endpoints.services.store_health import StoreHealthCheck
+from endpoints.sharing.shared_robots import ShareCache
 from storage.disk_space.reserve import DiskReserve
 from storage.ports import MapStore, Store
 
@@ -37,6 +38,7 @@ class Services:
     joint_maps: JointMaps = field(default_factory=JointMaps)
     publications: Publications = field(default_factory=Publications)
     posegraphs: PosegraphReader = field(default_factory=PosegraphReader)
+    shares: ShareCache = field(default_factory=ShareCache)
     disk: DiskReserve | None = None
     keep_versions: int | None = None
     audit: AuditLog = field(default_factory=MemoryAuditLog)

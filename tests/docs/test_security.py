@@ -30,6 +30,7 @@ from ppaas.mapping.serialization.mapping_file import pack_mapping
 from ppaas.nodes.topics import TOPICS
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
+from storage.sharing_records import Share
 from tests.support.documents import table, text_of
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.fuzzed_rest import operations
@@ -58,6 +59,9 @@ BODIES: dict[str, Any] = {
     "change_robot": {"cores": 0.5},
     "run_node": {"home": "cloud"},
     "send_goal": {"pose": [0.2, 0.1]},
+    "share_robot": {"role": "look"},
+    "create_token": {"robots": ["tb1"], "role": "look"},
+    "put_group": {"members": ["bob"]},
     "publish_robot_map": {"publish": "office-2"},
     "put_people_settings": {"rule": "longest_seen"},
     "change_people_settings": {"history": True},
@@ -120,7 +124,8 @@ async def seeded(passwords: Passwords) -> Seeded:
         tokens[user] = await services.accounts.login(user, PASSWORD)
     records.put_map(services.map_store, records.house(readers=("carl",)))
     review = records.propose(services.map_store, records.house(image=records.pgm(value=0)))
-    store.put_robot(records.robot("tb1", user="ann"))
+    await services.accounts.change("ann", regroup=lambda _: ("hall",))
+    store.put_robot(records.robot("tb1", user="ann", shares=(Share("dora", "look"),)))
     store.put_urdf("ann", "tb1", example("turtlebot3_burger"))
     store.add_plan(records.plan("p1", poses=POSES.tobytes(), version=records.house().version))
     cloud.running = [container()]
@@ -130,7 +135,8 @@ async def seeded(passwords: Passwords) -> Seeded:
     names = {
         "map_id": "house", "version": records.house().version, "robot_id": "tb1", "user_id": "ann", "plan_id": "p1",
         "machine_id": "m1", "container_id": "c1", "planner": "navfn", "node": "amcl", "goal_id": goal.id,
-        "number": str(review.number), "token": token_id(await services.accounts.login("ann", PASSWORD)),
+        "number": str(review.number), "grantee": "dora", "group_id": "hall",
+        "token": token_id(await services.accounts.login("ann", PASSWORD)),
     }  # fmt: skip
     return Seeded(services, tokens, names)
 
@@ -153,7 +159,8 @@ async def answer(app: FastAPI, passwords: Passwords, operation: Operation, role:
     elif operation.id == "put_urdf":
         headers["Content-Type"] = "application/xml"
         sent["content"] = example("turtlebot3_burger")
-    path = operation.path.format(**world.names)
+    own = {} if operation.id == "put_robot" else {"robot_id": "ann:tb1"}
+    path = operation.path.format(**world.names | own)
     async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://cloud") as client:
         found = await client.request(operation.method, path, headers=headers, **sent)
     world.services.cloud.navigation.close()  # type: ignore[attr-defined]

@@ -11,7 +11,7 @@ from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response, StreamingResponse
 from starlette.types import Receive, Scope, Send
 
-from endpoints.rest.dependencies import Caller, Provided, readable_head
+from endpoints.rest.dependencies import AnyCaller, Provided, readable_head
 from endpoints.rest.names import MapId
 from endpoints.rest.openapi import KNOWN, problems
 from endpoints.services.services import Services
@@ -35,7 +35,7 @@ _DESCRIBED: dict[int | str, dict[str, Any]] = {
 
 
 @router.get("/{map_id}/cells", response_class=Response, responses=_DESCRIBED | KNOWN | problems(404))
-async def fetch_cells(map_id: MapId, request: Request, services: Provided, user: Caller) -> Response:
+async def fetch_cells(map_id: MapId, request: Request, services: Provided, user: AnyCaller) -> Response:
     """Return the cells of a map, one byte each, in the order of `nav_msgs/OccupancyGrid`."""
     await readable_head(services, user, map_id)
     turn = AsyncExitStack()

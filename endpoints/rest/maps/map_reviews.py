@@ -99,9 +99,12 @@ def _reviews(services: Services, map_id: str) -> tuple[MapRecord, list[MapReview
     return services.map_store.map_head(map_id), services.map_store.reviews(map_id)
 
 
-def check_may_propose(user: User, head: MapRecord) -> None:
-    """Raise ``NotFound`` if the user may not see a map, and ``NotPermitted`` if the user may not propose versions."""
-    if not may_read(user, head):
+def check_may_propose(services: Services, user: User, head: MapRecord) -> None:
+    """Raise ``NotFound`` if the user may not see a map, and ``NotPermitted`` if the user may not propose versions.
+
+    May block.
+    """
+    if not may_read(services, user, head):
         raise NotFound("map", head.id)
     if user.role != "admin" and user.id != head.owner and user.id not in head.readers:
         raise NotPermitted(f"only the owner of map {head.id!r} and the readers named by the owner may propose versions")
@@ -130,7 +133,7 @@ def propose(
     """
     maps, map_id = services.map_store, publication.map
     head = maps.map_head(map_id)
-    check_may_propose(user, head)
+    check_may_propose(services, user, head)
     proposal = Publication(map_id, user.id, epoch(), publication.message, head.owner, if_match=publication.if_match)
     change = replace(_change(services, upload, head), confirmed=confirmed)
     with services.usage.new_map(services, head.owner, map_id, upload):

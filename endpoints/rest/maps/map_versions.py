@@ -7,7 +7,7 @@ from fastapi import APIRouter, Query
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response, StreamingResponse
 
-from endpoints.rest.dependencies import Caller, Paged, Provided, owned_head, readable_head
+from endpoints.rest.dependencies import AnyCaller, Caller, Paged, Provided, owned_head, readable_head
 from endpoints.rest.maps.maps import opened_map, shown_map
 from endpoints.rest.maps.schemas import CellRectangle, MapAnswer, MapDifference, MapVersionAnswer, OctomapFate
 from endpoints.rest.names import MapId, Version, VersionId
@@ -82,13 +82,13 @@ async def compare_versions(
 
 
 @router.get("/yaml", response_class=Response, responses=_YAML_FILE)
-async def fetch_yaml(map_id: MapId, services: Provided, user: Caller) -> Response:
+async def fetch_yaml(map_id: MapId, services: Provided, user: AnyCaller) -> Response:
     """Return the YAML file of the current version."""
     return await run_in_threadpool(_file, services, user, map_id, YAML)
 
 
 @router.get("/image", response_class=Response, responses=_IMAGE_FILE)
-async def fetch_image(map_id: MapId, services: Provided, user: Caller) -> Response:
+async def fetch_image(map_id: MapId, services: Provided, user: AnyCaller) -> Response:
     """Return the image of the current version."""
     return await run_in_threadpool(_file, services, user, map_id, IMAGE)
 

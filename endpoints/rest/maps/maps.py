@@ -9,7 +9,7 @@ from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response
 
 from endpoints.audit.notes import note_details, note_object
-from endpoints.rest.dependencies import Caller, Paged, Provided, may_read, owned_head, robots_in
+from endpoints.rest.dependencies import AnyCaller, Caller, Paged, Provided, may_read, owned_head, robots_in
 from endpoints.rest.maps.content_check import check_contents, grid_of
 from endpoints.rest.maps.map_reviews import propose
 from endpoints.rest.maps.review_schemas import MapReviewAnswer
@@ -89,7 +89,7 @@ async def list_maps(services: Provided, user: Caller, paging: Paged) -> dict[str
 
 
 @router.get("/{map_id}", response_model=MapAnswer, responses=KNOWN | problems(404))
-async def show_map(map_id: MapId, services: Provided, user: Caller) -> MapAnswer:
+async def show_map(map_id: MapId, services: Provided, user: AnyCaller) -> MapAnswer:
     """Show the current version of a map."""
     return await run_in_threadpool(shown_map, services, user, map_id)
 
@@ -212,7 +212,7 @@ def opened_map(
     services: Services, user: User, map_id: str, version: str | None = None, **only: Any
 ) -> Iterator[OpenMap]:
     """Open a map; ``NotFound`` also if the user may not read it, so that ids are not revealed."""
-    if not may_read(user, services.map_store.map_head(map_id)):
+    if not may_read(services, user, services.map_store.map_head(map_id)):
         raise NotFound("map", map_id)
     with services.map_store.open_map(map_id, version, **only) as opened:
         yield opened

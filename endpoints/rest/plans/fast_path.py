@@ -9,6 +9,7 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from endpoints.accounts.authentication import bearer_of
+from endpoints.accounts.scoped_user import ScopedUser
 from endpoints.http.problems import problem_response, unexpected
 from endpoints.rest.plans.planning import plan_and_store
 from endpoints.services.services import Services
@@ -63,6 +64,8 @@ class PlanFastPath:
         """Return the response to a request; None if FastAPI must serve it from the messages appended here."""
         try:
             user = await self._services.accounts.authenticate(token)
+            if isinstance(user, ScopedUser):
+                return None
             self._services.cloud.set_limits(user.id, user.limits)
             request = await _read_request(receive, messages)
             return None if request is None else await plan_and_store(self._services, user, map_id, request)

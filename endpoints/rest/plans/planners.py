@@ -5,7 +5,7 @@ from typing import Any, Literal
 from fastapi import APIRouter
 from pydantic import BaseModel, Field
 
-from endpoints.rest.dependencies import Caller, Provided
+from endpoints.rest.dependencies import AnyCaller, Provided
 from endpoints.rest.names import PlannerName
 from endpoints.rest.openapi import KNOWN, problems
 from ppaas.errors import NotFound
@@ -39,13 +39,13 @@ class PlannerPage(BaseModel):
 
 
 @router.get("", response_model=PlannerPage, responses=KNOWN)
-async def list_planners(services: Provided, _user: Caller) -> dict[str, Any]:
+async def list_planners(services: Provided, _user: AnyCaller) -> dict[str, Any]:
     """List the planners that robot files and path requests may name."""
     return {"items": await services.planners.all()}
 
 
 @router.get("/{planner}", response_model=PlannerAnswer, responses=KNOWN | problems(404))
-async def show_planner(planner: PlannerName, services: Provided, _user: Caller) -> dict[str, Any]:
+async def show_planner(planner: PlannerName, services: Provided, _user: AnyCaller) -> dict[str, Any]:
     """Show one planner, by its own name."""
     by_name = {each["name"]: each for each in await services.planners.all()}
     if planner not in by_name:

@@ -3,7 +3,7 @@
 from fastapi import APIRouter
 from pydantic import BaseModel, Field
 
-from endpoints.rest.dependencies import Caller
+from endpoints.rest.dependencies import AnyCaller
 from endpoints.rest.openapi import KNOWN
 from ppaas.robot_model.known_models import model_names, robot_model
 
@@ -27,7 +27,7 @@ class ModelPage(BaseModel):
 
 
 @router.get("", response_model=ModelPage, responses=KNOWN)
-async def list_models(_user: Caller) -> ModelPage:
+async def list_models(_user: AnyCaller) -> ModelPage:
     """List the robot models that robot files may name."""
     return ModelPage(items=[_answer(name) for name in model_names()])
 

@@ -5,16 +5,20 @@ from typing import Annotated
 from fastapi import APIRouter, Path
 from pydantic import ConfigDict, Field
 
-from endpoints.rest.dependencies import Caller, Paged, Provided, own_robot
-from endpoints.rest.names import Name, RobotId
+from endpoints.rest.dependencies import Driven, Looked, Paged, Provided
+from endpoints.rest.names import Name
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.paging import Page
 from endpoints.rest.schemas import Pose, RequestBody, ResponseBody, Triple, triple
 from endpoints.rest.strict_json import StrictRoute
 from engine.service.views import GoalState, GoalView, RobotState
 from ppaas.geometry import Pose2D
+from ppaas.nodes.topics import AMCL_POSE
 
 router = APIRouter(prefix="/robots/{robot_id}", tags=["robots"], route_class=StrictRoute)
+
+MOVE_BASE = "move_base"
+"""Action to which goals are sent."""
 
 GoalId = Annotated[Name, Path(examples=["rest-8f0c2d51a9be"])]
 
@@ -48,47 +52,47 @@ class GoalRequest(RequestBody):
     pose: Pose
 
 
-@router.get("/state", response_model=StateAnswer, responses=KNOWN | problems(404))
-async def show_state(robot_id: RobotId, services: Provided, user: Caller) -> RobotState:
+@router.get("/state", response_model=StateAnswer, responses=KNOWN | problems(403, 404))
+async def show_state(robot: Looked, services: Provided) -> RobotState:
     """Show the pose and the active goals of a robot."""
-    await own_robot(services, user, robot_id)
-    return await services.cloud.navigation.state(user.id, robot_id)
+    robot.access.check_subscribe(AMCL_POSE.name)
+    return await services.cloud.navigation.state(robot.user, robot.id)
 
 
-@router.post("/goals", status_code=201, response_model=GoalAnswer, responses=KNOWN | BODY | problems(404, 429, 503))
-async def send_goal(robot_id: RobotId, request: GoalRequest, services: Provided, user: Caller) -> GoalView:
+@router.post(
+    "/goals", status_code=201, response_model=GoalAnswer, responses=KNOWN | BODY | problems(403, 404, 429, 503)
+)
+async def send_goal(robot: Driven, request: GoalRequest, services: Provided) -> GoalView:
     """Send a connected robot to a pose; its earlier goal is cancelled, as in ROS."""
-    await own_robot(services, user, robot_id)
-    return services.cloud.navigation.send_goal(user.id, robot_id, Pose2D(*triple(request.pose)))
+    robot.access.check_goal(MOVE_BASE)
+    return services.cloud.navigation.send_goal(robot.user, robot.id, Pose2D(*triple(request.pose)))
 
 
-@router.get("/goals", response_model=Page[GoalAnswer], responses=KNOWN | problems(404))
-async def list_goals(robot_id: RobotId, services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
+@router.get("/goals", response_model=Page[GoalAnswer], responses=KNOWN | problems(403, 404))
+async def list_goals(robot: Looked, services: Provided, paging: Paged) -> dict[str, object]:
     """List the goals that were sent by REST since the robot connected, by time; ended goals are kept for a while."""
-    await own_robot(services, user, robot_id)
     after = paging.key(float, 0.0)
-    goals = [goal for goal in services.cloud.navigation.goals(user.id, robot_id) if goal.sent > after]
+    goals = [goal for goal in services.cloud.navigation.goals(robot.user, robot.id) if goal.sent > after]
     return paging.page(goals, lambda goal: goal.sent)
 
 
-@router.get("/goals/{goal_id}", response_model=GoalAnswer, responses=KNOWN | problems(404))
-async def show_goal(robot_id: RobotId, goal_id: GoalId, services: Provided, user: Caller) -> GoalView:
+@router.get("/goals/{goal_id}", response_model=GoalAnswer, responses=KNOWN | problems(403, 404))
+async def show_goal(robot: Looked, goal_id: GoalId, services: Provided) -> GoalView:
     """Show a goal."""
-    await own_robot(services, user, robot_id)
-    return services.cloud.navigation.goal(user.id, robot_id, goal_id)
+    return services.cloud.navigation.goal(robot.user, robot.id, goal_id)
 
 
 @router.delete(
-    "/goals/{goal_id}", status_code=202, response_model=GoalAnswer, responses=KNOWN | problems(404, 409, 503)
+    "/goals/{goal_id}", status_code=202, response_model=GoalAnswer, responses=KNOWN | problems(403, 404, 409, 503)
 )
-async def cancel_goal(robot_id: RobotId, goal_id: GoalId, services: Provided, user: Caller) -> GoalView:
+async def cancel_goal(robot: Driven, goal_id: GoalId, services: Provided) -> GoalView:
     """Cancel a goal; it ends as `canceled` once the robot's clone has stopped it."""
-    await own_robot(services, user, robot_id)
-    return services.cloud.navigation.cancel_goal(user.id, robot_id, goal_id)
+    robot.access.check_goal(MOVE_BASE)
+    return services.cloud.navigation.cancel_goal(robot.user, robot.id, goal_id)
 
 
-@router.delete("/goals", status_code=202, responses=KNOWN | problems(404, 503))
-async def cancel_goals(robot_id: RobotId, services: Provided, user: Caller) -> None:
+@router.delete("/goals", status_code=202, responses=KNOWN | problems(403, 404, 503))
+async def cancel_goals(robot: Driven, services: Provided) -> None:
     """Cancel all goals of a robot, also those that were not sent by REST: the robot stops."""
-    await own_robot(services, user, robot_id)
-    services.cloud.navigation.cancel_goals(user.id, robot_id)
+    robot.access.check_goal(MOVE_BASE)
+    services.cloud.navigation.cancel_goals(robot.user, robot.id)

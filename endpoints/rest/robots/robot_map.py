@@ -12,18 +12,19 @@ from pydantic import ConfigDict, Field
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.audit.notes import note_details
-from endpoints.rest.dependencies import Caller, Provided, own_robot
+from endpoints.rest.dependencies import Administered, Caller, Looked, Provided
 from endpoints.rest.maps.map_programs import MAKE_SECONDS, run_program
 from endpoints.rest.maps.maps import check_may_publish, invalidated, publish_upload
 from endpoints.rest.maps.schemas import MapAnswer
 from endpoints.rest.maps.upload_form import MapForm
-from endpoints.rest.names import Name, RobotId
+from endpoints.rest.names import Name
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.schemas import MAX_DESCRIPTION, RequestBody, ResponseBody
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.services.publications import ProgressFile, Publication, Stage
 from endpoints.services.robot_files import whole_file
 from endpoints.services.services import Services
+from endpoints.sharing.shared_robots import MAP_TOPIC, ReachedRobot
 from ppaas.errors import Conflict, Unavailable
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse
@@ -79,13 +80,12 @@ class PublishRequest(RequestBody):
     message: str = Field(default="", max_length=MAX_DESCRIPTION, description="Shown in the list of versions")
 
 
-@router.get("", response_model=RobotMapAnswer, responses=KNOWN | problems(404, 503))
-async def show_robot_map(robot_id: RobotId, services: Provided, user: Caller) -> RobotMapAnswer:
+@router.get("", response_model=RobotMapAnswer, responses=KNOWN | problems(403, 404, 503))
+async def show_robot_map(robot: Looked, services: Provided) -> RobotMapAnswer:
     """Show the size of the map that a connected robot makes, and the robots with which it makes it."""
-    await own_robot(services, user, robot_id)
-    numbers = await services.cloud.robot_map(user.id, robot_id, -1)
-    sharing = services.joint_maps.sharing(user.id, robot_id)
-    progress = await run_in_threadpool(services.publications.progress, user.id, robot_id)
+    numbers = await services.cloud.robot_map(robot.user, robot.id, -1)
+    sharing = services.joint_maps.sharing(robot.user, robot.id)
+    progress = await run_in_threadpool(services.publications.progress, robot.user, robot.id)
     return RobotMapAnswer(
         key_frames=numbers.key_frames,
         edges=numbers.edges,
@@ -100,69 +100,68 @@ async def show_robot_map(robot_id: RobotId, services: Provided, user: Caller) ->
 @router.get(
     "/posegraph",
     response_class=Response,
-    responses=KNOWN | problems(404, 503) | {200: {"content": {"application/octet-stream": {}}}},
+    responses=KNOWN | problems(403, 404, 503) | {200: {"content": {"application/octet-stream": {}}}},
 )
-async def fetch_robot_posegraph(robot_id: RobotId, services: Provided, user: Caller) -> Response:
+async def fetch_robot_posegraph(robot: Looked, services: Provided) -> Response:
     """Return the pose graph of the map that a connected robot makes."""
-    await own_robot(services, user, robot_id)
-    file, _ = await services.posegraphs.fetch(services.cloud, user.id, robot_id)
+    robot.access.check_subscribe(MAP_TOPIC)
+    file, _ = await services.posegraphs.fetch(services.cloud, robot.user, robot.id)
     return Response(file, media_type="application/octet-stream", headers={"X-Content-Type-Options": "nosniff"})
 
 
-@router.post("", status_code=201, response_model=MapAnswer, responses=KNOWN | BODY | problems(404, 409, 429, 503))
+@router.post("", status_code=201, response_model=MapAnswer, responses=KNOWN | BODY | problems(403, 404, 409, 429, 503))
 async def publish_robot_map(
-    robot_id: RobotId, wanted: PublishRequest, request: Request, services: Provided, user: Caller
+    robot: Administered, wanted: PublishRequest, request: Request, services: Provided, user: Caller
 ) -> MapAnswer:
     """Publish the map that a connected robot makes, with its pose graph, as a version; the robot may go on mapping.
 
     If the robot makes a 3D map too, the version has it as its octomap. Meanwhile `GET` shows how far it is.
     """
-    await own_robot(services, user, robot_id)
     await run_in_threadpool(check_may_publish, services, user, wanted.publish)
-    with services.publications.begin(user.id, robot_id) as publication:
-        published, record = await _publish(services, user, robot_id, wanted, publication)
+    with services.publications.begin(robot.user, robot.id) as publication:
+        published, record = await _publish(services, user, robot, wanted, publication)
     services.cloud.map_changed(record)
     note_details(request.scope, map=wanted.publish, version=published.version)
     return published
 
 
 async def _publish(
-    services: Services, user: User, robot: str, wanted: PublishRequest, publication: Publication
+    services: Services, user: User, robot: ReachedRobot, wanted: PublishRequest, publication: Publication
 ) -> tuple[MapAnswer, MapRecord]:
-    file, numbers = await services.posegraphs.fetch(services.cloud, user.id, robot)
+    file, numbers = await services.posegraphs.fetch(services.cloud, robot.user, robot.id)
     if not file:
-        raise Conflict(f"robot {robot!r} has mapped nothing yet: publish its map once it sent scans and odometry")
-    octomap = await _octomap(services, user, robot)
+        raise Conflict(f"robot {robot.id!r} has mapped nothing yet: publish its map once it sent scans and odometry")
+    octomap = await _octomap(services, robot)
     publication.stage = Stage.WAITING
     with invalidated(services, wanted.publish):
         async with services.heavy_work.turn(user.id):
             loop = asyncio.get_running_loop()
 
             def moved(motion: Motion) -> bytes:
-                fetched = _moved_octomap(services, user, robot, octomap, motion)
+                fetched = _moved_octomap(services, robot, octomap, motion)
                 return asyncio.run_coroutine_threadsafe(fetched, loop).result(2.0 * OCTOMAP_TIMEOUT)
 
             work = _Drawing(services, user, wanted, numbers, publication, moved)
             return await run_in_threadpool(work.publish, file)
 
 
-async def _octomap(services: Services, user: User, robot: str, motion: Motion | None = None) -> bytes:
+async def _octomap(services: Services, robot: ReachedRobot, motion: Motion | None = None) -> bytes:
     """Return the octomap of a robot, moved with its key frames; empty if it makes none."""
 
     def page(offset: int) -> Awaitable[GetOctomapFileResponse]:
         request = GetOctomapFileRequest(offset, **(motion or {})) if offset == 0 else GetOctomapFileRequest(offset)
-        return services.cloud.robot_octomap(user.id, robot, request)
+        return services.cloud.robot_octomap(robot.user, robot.id, request)
 
-    return await whole_file(await page(0), page, robot)
+    return await whole_file(await page(0), page, robot.id)
 
 
-async def _moved_octomap(services: Services, user: User, robot: str, octomap: bytes, motion: Motion) -> bytes:
+async def _moved_octomap(services: Services, robot: ReachedRobot, octomap: bytes, motion: Motion) -> bytes:
     """Return the octomap of a robot, moved with its key frames; that of before if the robot does not send it."""
     if not (octomap and motion["before"]):
         return octomap
     with contextlib.suppress(Unavailable, TimeoutError):
         async with asyncio.timeout(OCTOMAP_TIMEOUT):
-            return await _octomap(services, user, robot, motion) or octomap
+            return await _octomap(services, robot, motion) or octomap
     return octomap
 
 

@@ -5,8 +5,8 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Path
 from pydantic import Field
 
-from endpoints.rest.dependencies import Caller, Paged, Provided, own_robot
-from endpoints.rest.names import Name, RobotId
+from endpoints.rest.dependencies import Administered, Looked, Paged, Provided
+from endpoints.rest.names import Name
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.paging import Page
 from endpoints.rest.schemas import RequestBody, ResponseBody
@@ -35,19 +35,15 @@ class NodeRequest(RequestBody):
     home: Home | None = Field(default=None, description="Home of the node; null: the node monitor decides")
 
 
-@router.get("", response_model=Page[NodeAnswer], responses=KNOWN | problems(404, 503))
-async def list_nodes(robot_id: RobotId, services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
+@router.get("", response_model=Page[NodeAnswer], responses=KNOWN | problems(403, 404, 503))
+async def list_nodes(robot: Looked, services: Provided, paging: Paged) -> dict[str, object]:
     """List the nodes of a connected robot by name, with their homes and the reasons."""
-    await own_robot(services, user, robot_id)
-    homes = sorted(await services.cloud.node_homes(user.id, robot_id), key=lambda home: home.node)
+    homes = sorted(await services.cloud.node_homes(robot.user, robot.id), key=lambda home: home.node)
     after = paging.key(str, "")
     return paging.page([home for home in homes if home.node > after], lambda home: home.node)
 
 
-@router.post("/{node}", response_model=NodeAnswer, responses=KNOWN | BODY | problems(404, 503))
-async def run_node(
-    robot_id: RobotId, node: NodeName, request: NodeRequest, services: Provided, user: Caller
-) -> NodeHome:
+@router.post("/{node}", response_model=NodeAnswer, responses=KNOWN | BODY | problems(403, 404, 503))
+async def run_node(robot: Administered, node: NodeName, request: NodeRequest, services: Provided) -> NodeHome:
     """Move a node of a robot to a home, or let the node monitor choose its home."""
-    await own_robot(services, user, robot_id)
-    return await services.cloud.run_node(user.id, robot_id, node, request.home or "")
+    return await services.cloud.run_node(robot.user, robot.id, node, request.home or "")

@@ -6,9 +6,8 @@ from fastapi import APIRouter, HTTPException, Request
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response
 
-from endpoints.rest.dependencies import Caller, Provided
+from endpoints.rest.dependencies import Administered, Looked, Provided
 from endpoints.rest.media_types import is_format, media_type_of
-from endpoints.rest.names import RobotId
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
 from endpoints.rest.robots.schemas import UrdfAnswer
 from endpoints.services.services import Services
@@ -29,12 +28,10 @@ _SAFE = {"X-Content-Type-Options": "nosniff", "Content-Security-Policy": "sandbo
 @router.put(
     "",
     response_model=UrdfAnswer,
-    responses=_NEW | KNOWN | BODY | problems(404, 429),
+    responses=_NEW | KNOWN | BODY | problems(403, 404, 429),
     openapi_extra={"requestBody": {"required": True, "content": _CONTENT}},
 )
-async def put_urdf(
-    robot_id: RobotId, request: Request, services: Provided, user: Caller, response: Response
-) -> RobotDescription:
+async def put_urdf(robot: Administered, request: Request, services: Provided, response: Response) -> RobotDescription:
     """Set or replace the URDF of a robot, and return what was read from it.
 
     Footprint and velocity limits from it are used as soon as the robot connects again.
@@ -44,24 +41,24 @@ async def put_urdf(
         raise HTTPException(415, f"send XML with the header 'Content-Type: {XML}'")
     urdf = await request.body()
     described = await run_in_threadpool(describe, urdf)
-    if await run_in_threadpool(_put, services, user.id, robot_id, urdf):
+    if await run_in_threadpool(_put, services, robot.user, robot.id, urdf):
         response.status_code = 201
     return described
 
 
-@router.get("", response_class=Response, responses=_FILE | KNOWN | problems(404))
-async def fetch_urdf(robot_id: RobotId, services: Provided, user: Caller) -> Response:
+@router.get("", response_class=Response, responses=_FILE | KNOWN | problems(403, 404))
+async def fetch_urdf(robot: Looked, services: Provided) -> Response:
     """Return the URDF of a robot, byte for byte."""
-    urdf = await run_in_threadpool(services.store.urdf, user.id, robot_id)
-    file_name = {"Content-Disposition": f'attachment; filename="{robot_id}.urdf"'}
+    urdf = await run_in_threadpool(services.store.urdf, robot.user, robot.id)
+    file_name = {"Content-Disposition": f'attachment; filename="{robot.id}.urdf"'}
     return Response(urdf, media_type=XML, headers=_SAFE | file_name)
 
 
-@router.delete("", status_code=204, responses=KNOWN | problems(404))
-async def remove_urdf(robot_id: RobotId, services: Provided, user: Caller) -> None:
+@router.delete("", status_code=204, responses=KNOWN | problems(403, 404))
+async def remove_urdf(robot: Administered, services: Provided) -> None:
     """Remove the URDF of a robot; the robot then has the properties of its model."""
-    await run_in_threadpool(services.store.remove_urdf, user.id, robot_id)
-    services.usage.stored.forget_urdf(user.id, robot_id)
+    await run_in_threadpool(services.store.remove_urdf, robot.user, robot.id)
+    services.usage.stored.forget_urdf(robot.user, robot.id)
 
 
 def _put(services: Services, user: str, robot_id: str, urdf: bytes) -> bool:

@@ -1,124 +1,189 @@
-"""Routes of the caller's robots."""
+"""Routes of robots: the caller's own, and those that are shared with the caller."""
 
-from typing import Annotated, Any
+from contextlib import suppress
+from typing import Annotated, Any, ClassVar
 
 import msgspec
-from fastapi import APIRouter, Body, Response
+from fastapi import APIRouter, Body, Depends, Query, Response
 from fastapi.exceptions import RequestValidationError
+from msgspec.structs import replace
 from pydantic import ValidationError
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.rest.dependencies import Caller, Paged, Provided, own_robot, readable_head, robots_in
+from endpoints.rest.dependencies import Administered, AnyCaller, Looked, Provided, robots_in
 from endpoints.rest.merge_patch import merge
-from endpoints.rest.names import RobotId
+from endpoints.rest.names import RobotAddress
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
-from endpoints.rest.paging import Page
+from endpoints.rest.paging import Page, Paging
 from endpoints.rest.robots.schemas import RobotAnswer, RobotChange, RobotDetail, RobotFile, UrdfAnswer
 from endpoints.rest.schemas import triple
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.services.services import Services
-from engine.specs.filter_masks import mask_heads
-from ppaas.errors import Conflict, NotFound
+from endpoints.sharing.access import access_of
+from endpoints.sharing.globs import split_address
+from endpoints.sharing.shared_robots import ReachedRobot, own_robots, reach, robots_shared_with
+from engine.specs.filter_masks import mask_heads, no_mask
+from ppaas.errors import Conflict, InvalidParameter, NotFound
 from ppaas.maps.new_map import new_map_id
-from ppaas.nodes.map_server.costmap_filters import check_no_masks
+from ppaas.nodes.map_server.costmap_filters import check_no_masks, filter_masks
 from ppaas.robot_model.describe import describe
 from storage.records import RobotRecord, User
 
 router = APIRouter(prefix="/robots", tags=["robots"], route_class=StrictRoute)
 
 
+class RobotPaging(Paging):
+    """Parameters of a page of robots."""
+
+    filters: ClassVar[frozenset[str]] = frozenset({"shared"})
+
+
 _NEW: Responses = {201: {"model": RobotAnswer, "description": "The robot is new"}}
 
 
-@router.put("/{robot_id}", response_model=RobotAnswer, responses={**_NEW, **KNOWN, **BODY, **problems(404, 429)})
+@router.put("/{robot_id}", response_model=RobotAnswer, responses={**_NEW, **KNOWN, **BODY, **problems(403, 404, 429)})
 async def put_robot(
-    robot_id: RobotId, file: RobotFile, services: Provided, user: Caller, response: Response
+    robot_id: RobotAddress, file: RobotFile, services: Provided, user: AnyCaller, response: Response
 ) -> RobotRecord:
     """Register a robot, or replace its file; a connected robot uses the new file when it connects again.
 
     Robots belong to the caller: two users may have robots with the same id.
     """
-    await _check_map(services, user, file)
-    await _check_masks(services, user, file)
-    record = _record(robot_id, user, file)
+    owner, name = split_address(robot_id, user.id)
+    before = await run_in_threadpool(_replaced, services, user, robot_id)
+    await _check_map(services, user, owner, file)
+    await _check_masks(services, user, owner, file, {} if before is None else before.parameters)
+    record = _record(name, owner, file)
     if await run_in_threadpool(_put, services, record):
         response.status_code = 201
+    services.shares.forget_robot(owner, name)
     return record
 
 
 @router.get("", response_model=Page[RobotAnswer], responses=KNOWN)
-async def list_robots(services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
-    """List the caller's robots by id."""
-    after = paging.key(str, "")
-    found = await run_in_threadpool(services.store.robots, user.id, after=after, limit=paging.fetch_limit)
+async def list_robots(
+    services: Provided,
+    user: AnyCaller,
+    paging: Annotated[RobotPaging, Depends()],
+    shared: Annotated[
+        bool, Query(description="List the robots that other users share with the caller instead")
+    ] = False,
+) -> dict[str, object]:
+    """List the caller's robots by id; or those that are shared with the caller, by user and id."""
+    limit = paging.fetch_limit
+    if shared:
+        last = paging.key(tuple[str, str], ("", ""))
+        reached = await run_in_threadpool(robots_shared_with, services.store, user, after=last, limit=limit)
+        answers = [RobotAnswer.model_validate(one.record).model_copy(update=_rights(one)) for one in reached]
+        return paging.page(answers, lambda robot: (robot.user, robot.id))
+    found = await run_in_threadpool(own_robots, services.store, user, after=paging.key(str, ""), limit=limit)
     return paging.page(found, lambda robot: robot.id)
 
 
-@router.get("/{robot_id}", response_model=RobotDetail, responses=KNOWN | problems(404))
-async def show_robot(robot_id: RobotId, services: Provided, user: Caller) -> RobotDetail:
-    """Show a robot of the caller, with the contents of its URDF."""
-    return await run_in_threadpool(_detail, services, user, robot_id)
+@router.get("/{robot_id}", response_model=RobotDetail, responses=KNOWN | problems(403, 404))
+async def show_robot(robot: Looked, services: Provided) -> RobotDetail:
+    """Show a robot, with the contents of its URDF."""
+    return await run_in_threadpool(_detail, services, robot)
 
 
-@router.patch("/{robot_id}", response_model=RobotAnswer, responses=KNOWN | BODY | problems(404, 409))
+@router.patch("/{robot_id}", response_model=RobotAnswer, responses=KNOWN | BODY | problems(403, 404, 409))
 async def change_robot(
-    robot_id: RobotId,
+    robot: Administered,
     change: Annotated[RobotChange, Body(media_type=MERGE_PATCH)],
     services: Provided,
-    user: Caller,
+    user: AnyCaller,
 ) -> RobotRecord:
     """Change a robot's file by a JSON merge patch (RFC 7396); the type `application/json` is accepted too."""
-    before = await own_robot(services, user, robot_id)
+    before = robot.record
     file = _merge(before, change.model_dump(exclude_unset=True))
     if file.map != before.map:
-        await _check_map(services, user, file)
+        await _check_map(services, user, robot.user, file)
     if (file.map, file.parameters) != (before.map, before.parameters):
-        await _check_masks(services, user, file)
-    record = _record(robot_id, user, file)
+        await _check_masks(services, user, robot.user, file, before.parameters)
+    record = replace(_record(robot.id, robot.user, file), shares=before.shares)
     await run_in_threadpool(services.store.put_robot, record, instead_of=before)
     return record
 
 
-@router.delete("/{robot_id}", status_code=204, responses=KNOWN | problems(404, 409))
-async def remove_robot(robot_id: RobotId, services: Provided, user: Caller) -> None:
+@router.delete("/{robot_id}", status_code=204, responses=KNOWN | problems(403, 404, 409))
+async def remove_robot(robot: Administered, services: Provided) -> None:
     """Remove a robot with its URDF and the checkpoints of its clone; refused (409) while it is connected."""
-    if robot_id in robots_in(services, user.id):
-        raise Conflict(f"robot {robot_id!r} is connected: disconnect it first")
-    await run_in_threadpool(services.store.remove_robot, user.id, robot_id)
-    services.usage.stored.forget_urdf(user.id, robot_id)
+    if robot.id in robots_in(services, robot.user):
+        raise Conflict(f"robot {robot.id!r} is connected: disconnect it first")
+    await run_in_threadpool(services.store.remove_robot, robot.user, robot.id)
+    services.shares.forget_robot(robot.user, robot.id)
+    services.usage.stored.forget_urdf(robot.user, robot.id)
 
 
-async def _check_map(services: Services, user: User, file: RobotFile) -> None:
-    """Reject a file whose map is missing or unreadable now; a new map is checked when it is published."""
-    if new_map_id(file.map) is None:
-        await readable_head(services, user, file.map)
+def _replaced(services: Services, user: User, address: str) -> RobotRecord | None:
+    """Return the robot that a file replaces, None for a new one; raise unless the caller may put it."""
+    owner, name = split_address(address, user.id)
+    try:
+        robot = reach(services.store, user, address)
+    except NotFound:
+        if owner != user.id:
+            raise
+        access_of(user, owner, name, ()).check_role("administer")
+        return None
+    robot.access.check_role("administer")
+    return robot.record
 
 
-async def _check_masks(services: Services, user: User, file: RobotFile) -> None:
+async def _check_map(services: Services, user: User, owner: str, file: RobotFile) -> None:
+    """Reject a file whose map is missing or unreadable now; a new map is checked when it is published.
+
+    A map that the owner of the robot reads, and the caller does not, is refused too: it would be shown to the caller.
+    """
+    if new_map_id(file.map) is not None:
+        return
+    head = await services.map_cache.head(services.map_store, file.map)
+    if user.role != "admin" and not head.readable_by(user.id):
+        raise NotFound("map", file.map)
+    if owner != user.id and not head.readable_by(owner):
+        raise InvalidParameter(f"map {file.map!r} is not shared with {owner!r}, to whom the robot belongs")
+
+
+async def _check_masks(services: Services, user: User, owner: str, file: RobotFile, before: dict[str, Any]) -> None:
     """Reject a file whose masks are missing or unreadable now; they are looked up again when the robot connects."""
     if new_map_id(file.map) is not None:
         check_no_masks(file.parameters)
         return
-    await run_in_threadpool(mask_heads, services.map_store, user.id, file.parameters)
+    heads = await run_in_threadpool(mask_heads, services.map_store, owner, file.parameters)
+    if owner == user.id or user.role == "admin":
+        return
+    known = set(filter_masks(before).values())
+    for name, head in heads.items():
+        if head.id not in known and not head.readable_by(user.id):
+            raise no_mask(name, head.id)
 
 
 def _put(services: Services, record: RobotRecord) -> bool:
+    """Store a robot, and keep with whom it is shared; return whether it is new."""
     with services.usage.new_robot(services.store, services.cloud.quotas, record.user, record.id):
-        return services.store.put_robot(record)
+        while True:
+            try:
+                before = services.store.robot(record.user, record.id)
+            except NotFound:
+                return services.store.put_robot(record)
+            with suppress(Conflict):  # it was changed meanwhile
+                return services.store.put_robot(replace(record, shares=before.shares), instead_of=before)
 
 
-def _detail(services: Services, user: User, robot_id: str) -> RobotDetail:
-    record = services.store.robot(user.id, robot_id)
+def _detail(services: Services, robot: ReachedRobot) -> RobotDetail:
     try:
-        urdf = UrdfAnswer.model_validate(describe(services.store.urdf(user.id, robot_id)))
+        urdf = UrdfAnswer.model_validate(describe(services.store.urdf(robot.user, robot.id)))
     except NotFound:
         urdf = None
-    return RobotDetail(**msgspec.structs.asdict(record), urdf=urdf)
+    return RobotDetail(**msgspec.structs.asdict(robot.record), urdf=urdf, **_rights(robot))
 
 
-def _record(robot_id: str, user: User, file: RobotFile) -> RobotRecord:
+def _rights(robot: ReachedRobot) -> dict[str, Any]:
+    return {"role": robot.access.role}
+
+
+def _record(robot_id: str, user: str, file: RobotFile) -> RobotRecord:
     fields = file.model_dump() | {"initial_pose": triple(file.initial_pose)}
-    return RobotRecord(id=robot_id, user=user.id, **fields)
+    return RobotRecord(id=robot_id, user=user, **fields)
 
 
 def _merge(record: RobotRecord, change: dict[str, Any]) -> RobotFile:

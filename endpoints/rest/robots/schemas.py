@@ -8,6 +8,7 @@ from endpoints.rest.names import Name, PluginName, RobotMap
 from endpoints.rest.nesting import showable
 from endpoints.rest.schemas import Cores, Description, FreeForm, Labels, Pose, RequestBody, ResponseBody, Triple
 from engine.specs.machine_settings import MOST_LABELS
+from storage.sharing_records import ShareRole
 
 Properties = Annotated[FreeForm, Field(description="Any other properties, stored unchanged")]
 Parameters = Annotated[FreeForm, Field(description="Parameters of the clone's nodes, by node")]
@@ -50,10 +51,11 @@ class RobotChange(RequestBody):
 
 
 class RobotAnswer(ResponseBody):
-    """Robot of the caller."""
+    """Robot of the caller, or one that is shared with the caller."""
 
     id: str
-    user: str
+    user: str = Field(description="Owner. For other users, the address of the robot is `OWNER:ID`")
+    role: ShareRole = Field("administer", description="Role of the caller on the robot")
     map: str
     model: str
     initial_pose: Triple

@@ -1,12 +1,15 @@
 """JSON schemas of users, their quotas and usage, and tokens."""
 
-from typing import Annotated
+from typing import Annotated, Self
 
-from pydantic import Field
+from pydantic import ConfigDict, Field, model_validator
 
+from endpoints.accounts.accounts import TOKEN_LIFETIME
 from endpoints.rest.names import Name
-from endpoints.rest.schemas import Number, RequestBody, ResponseBody
+from endpoints.rest.schemas import Number, RequestBody, ResponseBody, TopicGlobs
+from endpoints.sharing.globs import MAX_GLOBS, ROBOT_GLOB
 from storage.records import Role
+from storage.sharing_records import ALL, TokenRole, TokenScope
 
 MAX_LIMIT = 1_000_000_000
 """Largest limit that a user may be given; more than any cloud has."""
@@ -14,7 +17,18 @@ MAX_LIMIT = 1_000_000_000
 MAX_BYTES = 1 << 50
 """Largest limit of stored bytes."""
 
+MIN_LIFETIME = 60.0
+MAX_LIFETIME = 366 * 24 * 3600.0
+"""Shortest and longest lifetime of a token with a scope [s]."""
+
+MAX_TOKEN_NAME = 100
+"""Largest name of a token [characters]."""
+
+MAX_GROUPS = 64
+"""Largest number of groups of a user."""
+
 Password = Annotated[str, Field(min_length=8, max_length=1024, examples=["correct horse"])]
+RobotGlob = Annotated[str, Field(pattern=f"^{ROBOT_GLOB}$")]
 _Count = Annotated[int, Field(strict=True, ge=0, le=MAX_LIMIT)]
 _Bytes = Annotated[int, Field(strict=True, ge=0, le=MAX_BYTES)]
 _Cores = Annotated[Number, Field(ge=0.0, le=MAX_LIMIT)]
@@ -42,13 +56,64 @@ class TicketAnswer(ResponseBody):
     expires_in: float = Field(description="Time within which the handshake must begin [s]")
 
 
+class ScopeAnswer(ResponseBody):
+    """Limit of the rights of a token."""
+
+    robots: list[str]
+    role: TokenRole
+    publish: list[str]
+    subscribe: list[str]
+
+
 class TokenSummary(ResponseBody):
     """Token without its text, which is not stored."""
 
     id: str
+    name: str = Field(description="What a token with a scope is for")
+    scope: ScopeAnswer | None = Field(description="Limit of its rights; null if it has all rights of its user")
     created: float = Field(description="Seconds since the epoch; 0 if unknown")
     expires: float = Field(description="Seconds since the epoch")
     current: bool = Field(description="Whether it is the token of this request")
+
+
+class ScopedTokenRequest(RequestBody):
+    """Token for some robots only."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [{"robots": ["tb*"], "role": "look"}]})
+
+    robots: Annotated[list[RobotGlob], Field(min_length=1, max_length=MAX_GLOBS)] = Field(
+        description="Globs of your robots; `OWNER:ROBOT` with two globs for robots that are shared with you"
+    )
+    role: TokenRole = Field(
+        description="`look`, `drive` and `administer` as of shares; `robot`: connect as the robot itself, for a token "
+        "that is stored on the robot"
+    )
+    publish: TopicGlobs | None = Field(default=None, description="As of shares; default: all, and none for `look`")
+    subscribe: TopicGlobs = Field(default=["*"], description="As of shares")
+    expires_in: Annotated[Number, Field(ge=MIN_LIFETIME, le=MAX_LIFETIME)] = Field(
+        default=TOKEN_LIFETIME, description="Time after which it expires [s]"
+    )
+    name: str = Field(default="", max_length=MAX_TOKEN_NAME, description="What it is for, shown in lists")
+
+    @model_validator(mode="after")
+    def _fits_the_role(self) -> Self:
+        if self.role == "look" and self.publish:
+            raise ValueError("role 'look' publishes nothing: leave out 'publish', or give the role 'drive'")
+        return self
+
+    @property
+    def scope(self) -> TokenScope:
+        """Scope of the token."""
+        publish = () if self.role == "look" else ALL if self.publish is None else tuple(self.publish)
+        return TokenScope(tuple(self.robots), self.role, publish, tuple(self.subscribe))
+
+
+Groups = Annotated[list[Name], Field(max_length=MAX_GROUPS, description="Groups of users that the user is in")]
+
+
+def distinct(groups: list[str]) -> tuple[str, ...]:
+    """Return groups sorted, each once."""
+    return tuple(sorted(set(groups)))
 
 
 class NewUser(RequestBody):
@@ -57,6 +122,7 @@ class NewUser(RequestBody):
     id: Name
     password: Password
     role: Role = "user"
+    groups: Groups = Field([])
 
 
 class LimitsChange(RequestBody):
@@ -89,6 +155,7 @@ class UserChange(RequestBody):
         description="Password by which the robots of the user log in by the protocol of Rapyuta, set by "
         "administrators; null lets none do so",
     )
+    groups: Groups | None = Field(None, description="Groups of the user, set by administrators; null for none")
 
 
 class UserAnswer(ResponseBody):
@@ -96,6 +163,7 @@ class UserAnswer(ResponseBody):
 
     id: str
     role: Role
+    groups: list[str]
 
 
 class LimitsAnswer(ResponseBody):

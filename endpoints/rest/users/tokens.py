@@ -7,12 +7,13 @@ from endpoints.accounts.accounts import IssuedToken
 from endpoints.accounts.authentication import address_of
 from endpoints.accounts.caller import note_caller
 from endpoints.audit.notes import note_object
-from endpoints.rest.dependencies import Caller, Paged, Provided, used_token
+from endpoints.audit.redaction import TOKEN_SHOWN
+from endpoints.rest.dependencies import AnyCaller, Caller, Paged, Provided, check_unscoped, used_token
 from endpoints.rest.names import TokenId
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.paging import Page
 from endpoints.rest.strict_json import StrictRoute
-from endpoints.rest.users.schemas import Credentials, TokenAnswer, TokenSummary
+from endpoints.rest.users.schemas import Credentials, ScopeAnswer, ScopedTokenRequest, TokenAnswer, TokenSummary
 from ppaas.errors import NotAuthenticated, TooManyAttempts
 from storage.records import Token
 
@@ -42,6 +43,17 @@ async def log_in(credentials: Credentials, services: Provided, request: Request,
     return login
 
 
+@router.post("/scoped", status_code=201, response_model=TokenAnswer, responses=KNOWN | BODY | problems(403))
+async def create_token(
+    wanted: ScopedTokenRequest, request: Request, services: Provided, user: Caller, response: Response
+) -> IssuedToken:
+    """Create a token of the caller for some robots only. Its text is returned only here and never stored."""
+    response.headers["Cache-Control"] = "no-store"
+    token = await services.accounts.issue_scoped(user.id, wanted.scope, wanted.expires_in, wanted.name)
+    note_object(request.scope, f"tokens/{token.id[:TOKEN_SHOWN]}")
+    return token
+
+
 @router.get("", response_model=Page[TokenSummary], responses=KNOWN)
 async def list_tokens(request: Request, services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
     """List the caller's tokens by id."""
@@ -52,10 +64,19 @@ async def list_tokens(request: Request, services: Provided, user: Caller, paging
 
 
 @router.delete("/{token}", status_code=204, responses=KNOWN | problems(404))
-async def revoke_token(token: TokenId, request: Request, services: Provided, user: Caller) -> None:
-    """Revoke a token of the caller; `current` logs out."""
+async def revoke_token(token: TokenId, request: Request, services: Provided, user: AnyCaller) -> None:
+    """Revoke a token of the caller; `current` logs out, which is all that a token with a scope may do."""
+    if token != CURRENT:
+        check_unscoped(user)
     await services.accounts.revoke(user.id, used_token(request) if token == CURRENT else token)
 
 
 def _summary(token: Token, used: str) -> TokenSummary:
-    return TokenSummary(id=token.hash, created=token.created, expires=token.expires, current=token.hash == used)
+    return TokenSummary(
+        id=token.hash,
+        name=token.name,
+        scope=None if token.scope is None else ScopeAnswer.model_validate(token.scope),
+        created=token.created,
+        expires=token.expires,
+        current=token.hash == used,
+    )

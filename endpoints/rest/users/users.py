@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Query, Request
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.accounts.accounts import ME
+from endpoints.accounts.accounts import ME, Regroup
 from endpoints.accounts.authentication import address_of
 from endpoints.accounts.usage import owned_maps, robot_count
 from endpoints.audit.notes import note_object
@@ -14,8 +14,17 @@ from endpoints.rest.names import UserId
 from endpoints.rest.openapi import ADMIN, BODY, KNOWN, problems
 from endpoints.rest.paging import Page
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
-from endpoints.rest.users.schemas import LimitsAnswer, NewUser, QuotaAnswer, UserAnswer, UserChange, UserDetail
+from endpoints.rest.users.schemas import (
+    LimitsAnswer,
+    NewUser,
+    QuotaAnswer,
+    UserAnswer,
+    UserChange,
+    UserDetail,
+    distinct,
+)
 from endpoints.services.services import Services
+from endpoints.sharing.shared_robots import end_shares
 from engine.master.quotas import NO_LIMITS, QUOTAS
 from ppaas.errors import Conflict, InvalidParameter, NotAuthenticated, NotPermitted
 from storage.records import User
@@ -27,7 +36,7 @@ router = APIRouter(prefix="/users", tags=["users"], route_class=StrictRoute)
 async def create_user(new: NewUser, request: Request, services: Provided, _admin: Admin) -> User:
     """Create a user."""
     note_object(request.scope, f"users/{new.id}")
-    return await services.accounts.register(new.id, new.password, new.role)
+    return await services.accounts.register(new.id, new.password, new.role, groups=distinct(new.groups))
 
 
 @router.get("", response_model=Page[UserAnswer], responses=ADMIN)
@@ -55,15 +64,20 @@ async def change_user(
 ) -> UserDetail:
     """Change a password, a role, or the limits of a user.
 
-    To change your own password, give the current one. Administrators change the passwords and roles of others and the
-    limits of all. With a new password all tokens of the user are revoked except the token of this request. A user who
-    has more than a new limit allows keeps it, but gets no more.
+    To change your own password, give the current one. Administrators change the passwords and roles of others, and the
+    limits and groups of all. With a new password all tokens of the user are revoked except the token of this request.
+    A user who has more than a new limit allows keeps it, but gets no more.
     """
     target = _target_user(user_id, user)
     await _check_may_change(services, user, target, change, address_of(request))
     used = used_token(request)
     changed = await services.accounts.change(
-        target, role=change.role, password=change.password, keep_token=used, limits=_limits(change)
+        target,
+        role=change.role,
+        password=change.password,
+        keep_token=used,
+        limits=_limits(change),
+        regroup=_regroup(change),
     )
     if "rapyuta_password" in change.model_fields_set:
         changed = await services.accounts.rapyuta.set(target, change.rapyuta_password)
@@ -103,7 +117,10 @@ async def remove_user(
         )
     removed = NotAuthenticated("this user was removed")
     await services.cloud.end_places(user_id, removed)  # containers that run on would store their checkpoints again
+    ended = await run_in_threadpool(end_shares, services.store, user_id)  # a later user of this id must not get them
     await services.accounts.remove(user_id)
+    for robot in ended:
+        services.shares.forget_robot(robot.user, robot.id)
     services.usage.stored.forget_user(user_id)
     await services.cloud.end_places(user_id, removed)  # of robots that connected meanwhile
     services.cloud.set_limits(user_id, NO_LIMITS)
@@ -125,6 +142,7 @@ def _detail(services: Services, user: User) -> UserDetail:
     return UserDetail(
         id=user.id,
         role=user.role,
+        groups=list(user.groups),
         limits=LimitsAnswer.model_validate(user.limits),
         rapyuta=bool(user.rapyuta_hash),
         quota=QuotaAnswer.model_validate(quotas.of(user.id)),
@@ -137,6 +155,13 @@ def _limits(change: UserChange) -> dict[str, float | None]:
     if change.limits is not None:
         return change.limits.model_dump(exclude_unset=True)
     return dict.fromkeys(QUOTAS) if "limits" in change.model_fields_set else {}
+
+
+def _regroup(change: UserChange) -> Regroup | None:
+    """Return a function that returns the new groups; None if they stay."""
+    if "groups" not in change.model_fields_set:
+        return None
+    return lambda _: distinct(change.groups or [])
 
 
 def _target_user(user_id: str, caller: User) -> str:
@@ -154,6 +179,8 @@ async def _check_may_change(services: Services, caller: User, target: str, chang
         raise NotPermitted("only an administrator may change limits")
     if "rapyuta_password" in change.model_fields_set and caller.role != "admin":
         raise NotPermitted("only an administrator may set or remove the password for robots of Rapyuta")
+    if "groups" in change.model_fields_set and caller.role != "admin":
+        raise NotPermitted("only an administrator may change groups")
     if change.role not in (None, caller.role) and target == caller.id:
         raise Conflict("you cannot change your own role: ask another administrator")
     if change.password is not None and target == caller.id:

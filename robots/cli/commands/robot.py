@@ -8,11 +8,11 @@ from robots.cli import event_loop
 from robots.cli.output import show
 from robots.cli.resource import Resource, merge_patch
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
-from robots.cli.verbs import robot_goals, robot_map, robot_nodes, robot_urdf
+from robots.cli.verbs import robot_goals, robot_map, robot_nodes, robot_shares, robot_urdf
 from robots.client.rest_paths import path_of
 
 NAME = "robot"
-HELP = "put, list, show, change and delete robots; send them to a pose"
+HELP = "put, list, show, change, share and delete robots; send them to a pose"
 
 ROBOTS = Resource(
     "robots",
@@ -36,8 +36,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     robot_goals.configure_state(verbs.add_parser("state", help="show the pose and the goals of a robot"))
     robot_goals.configure_state(verbs.add_parser("stop", help="cancel all goals of a robot"))
     robot_urdf.configure(verbs.add_parser("urdf", help="upload, download and delete the URDF of a robot"))
+    robot_shares.configure_share(verbs.add_parser("share", help="share a robot with a user or a group"))
+    robot_shares.configure_unshare(verbs.add_parser("unshare", help="share a robot no more"))
     for verb in (put, one, change, delete):
-        verb.add_argument("id")
+        verb.add_argument("id", help="id of the robot; OWNER:ID for one of another user")
+    listing.add_argument("--shared", action="store_true", help="list the robots that others share with you instead")
     put.add_argument("file", type=Path, help="the robot file")
     put.add_argument("--urdf", type=Path, metavar="FILE", help="upload this URDF too")
     put.add_argument("--radius", type=float, metavar="M", help="radius of the robot [m], instead of that of the URDF")
@@ -69,6 +72,14 @@ async def _put(arguments: argparse.Namespace) -> None:
     await _show(arguments)
 
 
+async def _list(arguments: argparse.Namespace) -> None:
+    if not arguments.shared:
+        await ROBOTS.list(arguments)
+        return
+    found = await logged_in(arguments).items(path_of("robots"), arguments.limit, shared="true")
+    show(found, ("user", "role", *ROBOTS.columns), as_json=arguments.json, if_none="no robots are shared with you")
+
+
 async def _show(arguments: argparse.Namespace) -> None:
     one = await logged_in(arguments).get(path_of("robots", arguments.id))
     show(one, ROBOTS.columns, as_json=arguments.json)
@@ -84,7 +95,7 @@ async def _change(arguments: argparse.Namespace) -> None:
 
 _VERBS = {
     "put": _put,
-    "list": ROBOTS.list,
+    "list": _list,
     "show": _show,
     "change": _change,
     "delete": ROBOTS.delete,
@@ -93,5 +104,7 @@ _VERBS = {
     "go": robot_goals.go,
     "state": robot_goals.state,
     "stop": robot_goals.stop,
+    "share": robot_shares.share,
+    "unshare": robot_shares.unshare,
     "urdf": robot_urdf.run,
 }

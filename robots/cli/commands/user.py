@@ -10,6 +10,7 @@ from robots.cli.output import show
 from robots.cli.password import add_password_argument, read_password
 from robots.cli.resource import Resource
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
+from robots.cli.verbs import user_groups
 from robots.cli.verbs.user_limits import add_limit_options, limit, show_user
 from robots.cli.verbs.user_rapyuta import add_rapyuta_options, set_rapyuta_password
 from robots.client.rest_paths import path_of
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 NAME = "user"
 HELP = "create, list, show, change, limit and delete users; change your password"
 
-USERS = Resource("users", ("id", "role"), "no users")
+USERS = Resource("users", ("id", "role"), "no users", ("id", "role", "groups"))
 ROLES = ("user", "admin")
 ME = "me"
 
@@ -45,6 +46,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         verb.add_argument("id", nargs="?", default=ME, help="(you)")
     add_password_argument(create)
     create.add_argument("--role", default="user", choices=ROLES, help="(%(default)s)")
+    user_groups.configure(verbs.add_parser("group", help="list, show or change groups of users (admin)"))
     add_limit_argument(listing)
     change.add_argument("--role", choices=ROLES)
     change.add_argument(
@@ -106,5 +108,6 @@ _VERBS = {
     "limit": limit,
     "delete": _delete,
     "logout": _logout,
+    "group": user_groups.group,
     "rapyuta": set_rapyuta_password,
 }

@@ -19,6 +19,7 @@ from engine.master.places import robot_key
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
 from storage.records import Token, User
+from storage.sharing_records import Share
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.people import add_group, person
 from tests.support.endpoints.serving import serve
@@ -41,6 +42,8 @@ KNOWN = {
     "node": "amcl",
     "goal_id": "rest-1",
     "number": "2",
+    "grantee": "group:hall",
+    "group_id": "hall",
 }
 """Ids of existing objects by path parameter."""
 
@@ -60,9 +63,9 @@ class FuzzedService:
         store = self.services.store
         for user, role in (("root", "admin"), (USER, "user")):
             if user not in {known.id for known in store.users()}:
-                store.add_user(User(user, "", role))  # type: ignore[arg-type]
+                store.add_user(User(user, "", role, groups=("hall",)))  # type: ignore[arg-type]
         store.add_token(Token(token_id(TOKEN), "root", 1e12))
-        store.put_robot(robot(ROBOT, user="root", map=MAP))
+        store.put_robot(robot(ROBOT, user="root", map=MAP, shares=(Share("group:hall", "look"),)))
         if not store.whole_plans([PLAN]):
             store.add_plan(plan(PLAN, user="root", map=MAP))
         self._refill_map()

@@ -30,7 +30,7 @@ async def test_a_robot_is_stored_as_its_file_states(client: httpx.AsyncClient, l
     ann = await log_in("ann")
     await publish(ann)
     answer = await client.put("/v1/robots/tb1", headers=ann, json=FILE)
-    assert (answer.status_code, answer.json()) == (201, FILE | {"id": "tb1", "user": "ann"})
+    assert (answer.status_code, answer.json()) == (201, FILE | {"id": "tb1", "user": "ann", "role": "administer"})
     assert (await client.get("/v1/robots/tb1", headers=ann)).json() == answer.json() | {"urdf": None}
     assert (await client.get("/v1/robots", headers=ann)).json() == {"items": [answer.json()], "next": None}
 

@@ -12,9 +12,9 @@ from tests.unit.endpoints.conftest import PASSWORD, LogIn, Publish
 async def test_an_admin_creates_lists_and_removes_users(client: httpx.AsyncClient, log_in: LogIn) -> None:
     admin = await log_in("admin")
     made = await client.post("/v1/users", headers=admin, json={"id": "ann", "password": PASSWORD})
-    assert (made.status_code, made.json()) == (201, {"id": "ann", "role": "user"})
+    assert (made.status_code, made.json()) == (201, {"id": "ann", "role": "user", "groups": []})
     listed = await client.get("/v1/users", headers=admin)
-    assert listed.json()["items"] == [{"id": "admin", "role": "admin"}, {"id": "ann", "role": "user"}]
+    assert [(one["id"], one["role"]) for one in listed.json()["items"]] == [("admin", "admin"), ("ann", "user")]
     ann = await log_in("ann")
     assert (await client.delete("/v1/users/ann", headers=admin)).status_code == 204
     problem_of(await client.get("/v1/users/me", headers=ann), 401, "not-authenticated")

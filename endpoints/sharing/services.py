@@ -1,0 +1,55 @@
+"""Services of a clone by the right that they need: some only read, and some configure the robot."""
+
+from ppaas.wire import rosapi
+
+READING = frozenset(
+    {
+        "compute_costs",
+        "compute_path",
+        "dynamic_map",
+        "make_plan",
+        "move_base/compute_path",
+        "move_base/make_plan",
+        "node_monitor/list_nodes",
+        "octomap_binary",
+        "octomap_full",
+        "octomap_server/file",
+        "people_coordinator/get_people",
+        "people_coordinator/get_people_counts",
+        "pose_graph",
+        "rosapi/get_param",
+        "rosapi/get_param_names",
+        "rosapi/has_param",
+        "rosapi/search_param",
+        "static_map",
+    }
+)
+"""Services that change nothing of the robot and its clone."""
+
+CONFIGURING = frozenset(
+    {
+        "node_monitor/give_node",
+        "node_monitor/hold_node",
+        "node_monitor/run_node",
+        "node_monitor/tell_robot",
+        "people_coordinator/configure_people",
+        "rosapi/delete_param",
+        "rosapi/set_param",
+    }
+)
+"""Services that change what the clone consists of, or its parameters."""
+
+
+def lists_names(service: str) -> bool:
+    """Return whether a service only lists names and types of the graph, which all clients of a robot may see."""
+    return service in rosapi.SERVICES
+
+
+def only_reads(service: str) -> bool:
+    """Return whether a service changes nothing."""
+    return service in READING
+
+
+def configures(service: str) -> bool:
+    """Return whether a service configures the clone of a robot."""
+    return service in CONFIGURING
