@@ -145,6 +145,11 @@ class ClientSession:
             self._place.health.refused(self._client, self._topic_of(operation), error)
             self._report_error(error, operation_id=getattr(operation, "id", None))
 
+    def _topic_of(self, operation: object) -> str:
+        """Return the topic of an operation, as the clone names it; empty if it has none."""
+        topic = getattr(operation, "topic", None)
+        return self._wire.names.without_namespace(topic).strip("/") if isinstance(topic, str) else ""
+
     def _refuse(self, refused: operations.RefusedOperation) -> None:
         """Answer a call or a goal whose frame could not be read; report the error of any other frame.
 
