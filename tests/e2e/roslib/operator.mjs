@@ -51,6 +51,9 @@ async function lookAround(ros) {
   found.frequency = await asked("parameter", (ok, no) => speed.get(ok, no));
   const map = await next(ros, "/map", "nav_msgs/OccupancyGrid", { compression: "cbor" });
   found.cells = [map.info.width * map.info.height, map.data.length];
+  const plain = await next(ros, "/map", "nav_msgs/OccupancyGrid");
+  const png = await next(ros, "/map", "nav_msgs/OccupancyGrid", { compression: "png" });
+  found.packed = [map.data.constructor.name, ...[map, png].map(({ data }) => String([...data]) === String(plain.data))];
   found.ros2Stamp = Object.keys((await next(ros, "/amcl_pose", "geometry_msgs/msg/PoseWithCovarianceStamped")).header.stamp);
   found.ros1Stamp = Object.keys((await next(ros, "/amcl_pose", "geometry_msgs/PoseWithCovarianceStamped")).header.stamp);
 }
