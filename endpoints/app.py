@@ -20,7 +20,16 @@ from endpoints.rest.openapi import EVERYWHERE, TAGS, describe, operation_id
 from endpoints.rest.people import people, people_history
 from endpoints.rest.plans import cost_matrix, evaluation, plan_database, planners, planning, plans, stored_plans
 from endpoints.rest.plans.fast_path import PlanFastPath
-from endpoints.rest.robots import models, robot_goals, robot_map, robot_nodes, robot_shares, robot_urdf, robots
+from endpoints.rest.robots import (
+    models,
+    robot_diagnosis,
+    robot_goals,
+    robot_map,
+    robot_nodes,
+    robot_shares,
+    robot_urdf,
+    robots,
+)
 from endpoints.rest.users import groups, tickets, tokens, users
 from endpoints.rest.viewer import add_viewer
 from endpoints.services.services import Services
@@ -60,6 +69,7 @@ RESOURCES = (
     robot_nodes,
     robot_map,
     robot_goals,
+    robot_diagnosis,
     robot_shares,
     plans,
     plan_database,

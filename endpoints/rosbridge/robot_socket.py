@@ -144,7 +144,8 @@ async def serve_robot_socket(socket: WebSocket, services: Services, sessions: Se
         connection.name = name_of(user.id, request)
         services.cloud.set_limits(user.id, user.limits)
         request, access = await admitted(services, user, request)
-        attachment = await sessions.attach(user.id, token, request, connection.probe, access)
+        with services.refused_connects.attempt(request.owner or user.id, request.robot, request.role):
+            attachment = await sessions.attach(user.id, token, request, connection.probe, access)
     except PPaaSError as error:
         connection.warn(f"refused: {error.slug}: {error}")
         await socket.send_denial_response(problem_response(error))

@@ -12,6 +12,7 @@ from endpoints.services.joint_maps import JointMaps
 from endpoints.services.map_cache import MapHeadCache
 from endpoints.services.plan_writer import PlanWriter
 from endpoints.services.publications import Publications
+from endpoints.services.refused_connects import RefusedConnects
 from endpoints.services.request_limits import RequestLimits
 from endpoints.services.robot_files import PosegraphReader
 from endpoints.services.store_health import StoreHealthCheck
@@ -39,6 +40,7 @@ class Services:
     publications: Publications = field(default_factory=Publications)
     posegraphs: PosegraphReader = field(default_factory=PosegraphReader)
     shares: ShareCache = field(default_factory=ShareCache)
+    refused_connects: RefusedConnects = field(default_factory=RefusedConnects)
     disk: DiskReserve | None = None
     keep_versions: int | None = None
     audit: AuditLog = field(default_factory=MemoryAuditLog)

@@ -161,6 +161,20 @@ async def test_a_goal_is_cancelled_and_given_by_keyboard(scene: Scene, context: 
         await expect(page.locator("#robot-card")).to_be_hidden()
 
 
+async def test_what_is_wrong_with_a_robot_is_said_in_words(scene: Scene, context: BrowserContext) -> None:
+    async with looking(context) as page:
+        await enter(page, scene.cloud.url, scene.token)
+        await page.get_by_role("button", name="tb-away").press("Enter")
+        await page.get_by_text("What is wrong?").press("Enter")
+        finding = page.locator(".finding")
+        await expect(finding).to_contain_text(["Error: Robot 'tb-away' is not connected."])
+        await expect(finding).to_contain_text(["Start its program"])
+        await expect(page.locator(".topics li")).to_have_count(0)
+        await page.get_by_role("button", name="tb-web").press("Enter")
+        await expect(page.locator(".topics li").first).to_contain_text("scan")
+        await expect(finding.first).not_to_contain_text("tb-away")
+
+
 async def test_a_layer_that_is_switched_off_is_unsubscribed(scene: Scene, context: BrowserContext) -> None:
     async with looking(context) as page:
         scene.listen(page)

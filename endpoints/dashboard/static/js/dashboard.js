@@ -55,7 +55,7 @@ export class Dashboard {
       release: () => this.#select(null),
       explore: () => this.#fleet.selected?.explore(),
       publish: (name) => this.#publish(name),
-    });
+    }, (robot, seconds) => rest.get(`v1/robots/${encodeURIComponent(robot)}/diagnosis?seconds=${seconds}`));
     this.#maps = new MapChoice(() => this.#otherMap());
     this.#poller = new Poller(() => this.#poll(), { well: () => this.#banner(""), failed: (error) => this.#failed(error) });
     setInterval(() => this.#refresh(), REDRAW);

@@ -1,5 +1,6 @@
 /** Card of the selected robot: its state and its commands. */
 
+import { DiagnosisPanel } from "./diagnosis.js";
 import { byId, make, say } from "./dom.js";
 import { degrees, number } from "./format.js";
 import { nameOf, sharing } from "./growing_map.js";
@@ -12,12 +13,15 @@ export class RobotCard {
   #card = byId("robot-card");
   #parts;
   #inputs;
+  #diagnosis;
 
   /**
    * @param {{drive: (pose: import("./geometry.js").Pose) => void, cancel: () => void, release: () => void,
    *          explore: () => void, publish: (name: string) => Promise<void>}} orders
+   * @param {(robot: string, seconds: number) => Promise<object>} diagnose
    */
-  constructor(orders) {
+  constructor(orders, diagnose) {
+    this.#diagnosis = new DiagnosisPanel(diagnose);
     this.#parts = {
       swatch: make("span", { className: "swatch" }),
       name: make("span", { className: "name" }),
@@ -49,7 +53,7 @@ export class RobotCard {
     this.#card.replaceChildren(
       make("div", { className: "head" }, swatch, name, presence), what, where, shared,
       make("details", { className: "go" }, make("summary", { textContent: "Drive to coordinates" }), form),
-      this.#publishForm(orders), make("div", { className: "actions" }, explore, cancel, release),
+      this.#publishForm(orders), this.#diagnosis.element, make("div", { className: "actions" }, explore, cancel, release),
     );
   }
 
@@ -77,6 +81,7 @@ export class RobotCard {
   /** @param {import("./robot_link.js").RobotLink | null} link @param {string} colour */
   update(link, colour) {
     this.#card.hidden = !link;
+    this.#diagnosis.select(link?.robot.id ?? null);
     if (!link) return;
     const { swatch, name, presence, doing: what, where, cancel } = this.#parts;
     swatch.style.background = colour;

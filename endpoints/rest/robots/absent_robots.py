@@ -1,0 +1,42 @@
+"""Facts about robots that are not connected, from the stores, the quotas and the machines."""
+
+from endpoints.rest.dependencies import readable_head
+from endpoints.services.services import Services
+from ppaas.diagnosis.observations.absence import AbsenceFacts
+from ppaas.errors import PPaaSError, QuotaExceeded
+from ppaas.maps.new_map import new_map_id
+from storage.records import RobotRecord, User
+
+
+async def absence_facts(services: Services, owner: User, record: RobotRecord) -> AbsenceFacts:
+    """Return what would stop a robot of a user from connecting now."""
+    refused = services.refused_connects.last(record.user, record.id)
+    return AbsenceFacts(
+        robot=record.id,
+        refusal="" if refused is None else refused.reason,
+        refused_ago=0.0 if refused is None else refused.ago,
+        map_problem=await _map_problem(services, owner, record),
+        quota_problem=_quota_problem(services, record),
+        cores=record.cores,
+        free=tuple(
+            machine.capacity - machine.given for machine in services.cloud.machines() if machine.state == "ready"
+        ),
+    )
+
+
+async def _map_problem(services: Services, owner: User, record: RobotRecord) -> str:
+    if new_map_id(record.map) is not None:
+        return ""
+    try:
+        await readable_head(services, owner, record.map)
+    except PPaaSError as error:
+        return str(error)
+    return ""
+
+
+def _quota_problem(services: Services, record: RobotRecord) -> str:
+    try:
+        services.cloud.quotas.check_container(record.user, record.cores)
+    except QuotaExceeded as error:
+        return str(error)
+    return ""

@@ -1,0 +1,131 @@
+"""Route of the diagnosis of a robot: what it sends, what is missing, and what to do."""
+
+from typing import Annotated
+
+import msgspec
+from fastapi import APIRouter, Query
+from pydantic import Field
+from starlette.concurrency import run_in_threadpool
+
+from endpoints.rest.dependencies import Looked, Provided
+from endpoints.rest.openapi import KNOWN, problems
+from endpoints.rest.robots.absent_robots import absence_facts
+from endpoints.rest.schemas import ResponseBody
+from endpoints.rest.strict_json import StrictRoute
+from endpoints.services.services import Services
+from ppaas.diagnosis.diagnose import diagnose
+from ppaas.diagnosis.observations.facts import Observations
+from ppaas.diagnosis.rules.absence import ABSENT, absence
+from ppaas.diagnosis.rules.finding import Finding, Level, error, worst
+from ppaas.errors import Unavailable
+from ppaas.nodes.diagnostics.node import LONGEST
+from ppaas.nodes.topics import DIAGNOSTICS
+from storage.records import RobotRecord
+
+router = APIRouter(prefix="/robots/{robot_id}", tags=["robots"], route_class=StrictRoute)
+
+DEFAULT_SECONDS = 3.0
+"""Time for which a robot is watched before the first answer [s]."""
+
+Seconds = Annotated[
+    float,
+    Query(
+        ge=0.0,
+        le=LONGEST,
+        allow_inf_nan=False,
+        description="Time for which the robot is watched before the first answer [s]; later answers come at once",
+    ),
+]
+
+
+class FindingAnswer(ResponseBody):
+    """Finding about a robot."""
+
+    level: Level = Field(description="`error`: the robot cannot drive with it; `ok`: a note")
+    kind: str = Field(
+        description="Kind of the finding, which does not change with its words", examples=["scan-missing"]
+    )
+    text: str = Field(description="What is the matter, in one sentence")
+    advice: str = Field(description="What to do next; empty if there is nothing to do")
+    topic: str = Field(description="Topic that it is about; empty for none")
+
+
+class TopicAnswer(ResponseBody):
+    """Topic that a robot publishes, or should."""
+
+    name: str
+    type: str = Field(description="Type by its name in ROS 1; empty if the clone does not have the topic")
+    count: int = Field(description="Messages since the clone's container started")
+    rate: float = Field(description="Messages a second")
+    bandwidth: float = Field(description="Data rate [bytes/s]")
+    size: float = Field(description="Mean size of a message [bytes]")
+    silence: float | None = Field(description="Time since the last message [s]; null if none came")
+    late: float | None = Field(description="Median of the time between stamp and arrival [s]; null without stamps")
+    refused: int = Field(description="Messages that the clone refused while it watched the robot")
+
+
+class FrameAnswer(ResponseBody):
+    """Frame of a robot."""
+
+    name: str
+    parent: str
+    static: bool
+    silence: float = Field(description="Time since its last transform [s]")
+
+
+class DiagnosisAnswer(ResponseBody):
+    """Diagnosis of a robot."""
+
+    robot: str
+    connected: bool = Field(description="Whether a client is connected in the role robot")
+    level: Level = Field(description="Highest level of the findings")
+    seconds: float = Field(description="Time for which the robot was watched [s]")
+    findings: list[FindingAnswer] = Field(description="Worst first, and causes before their effects")
+    topics: list[TopicAnswer]
+    frames: list[FrameAnswer]
+
+
+@router.get("/diagnosis", response_model=DiagnosisAnswer, responses=KNOWN | problems(403, 404))
+async def diagnose_robot(robot: Looked, services: Provided, seconds: Seconds = DEFAULT_SECONDS) -> dict[str, object]:
+    """Diagnose a robot: what it sends, what is missing, and what to do, in words.
+
+    The clone watches the robot for some seconds before the first answer, and until half a minute after the last one.
+    For a robot that is not connected, the answer says what would stop it from connecting.
+    """
+    robot.access.check_subscribe(DIAGNOSTICS.name)
+    try:
+        seen = await services.cloud.observe_robot(robot.user, robot.id, seconds)
+    except Unavailable as reason:
+        return await _without_clone(services, robot.record, reason)
+    if seen.link is not None and not seen.link.robots:
+        obstacles = [each for each in await _absence(services, robot.record) if each.kind != ABSENT]
+        return _answer(robot.id, [*obstacles, *diagnose(seen)], seen)
+    return _answer(robot.id, diagnose(seen), seen)
+
+
+async def _without_clone(services: Services, record: RobotRecord, reason: Unavailable) -> dict[str, object]:
+    """Return the diagnosis of a robot without a container: it waits for one, or is not connected at all."""
+    findings = await _absence(services, record)
+    if any(one.robot == record.id and one.user == record.user for one in services.cloud.containers(record.user)):
+        findings = [error("clone-not-ready", f"The clone of the robot does not answer: {reason}", "Try again.")]
+    return _answer(record.id, findings, Observations(seconds=0.0))
+
+
+async def _absence(services: Services, record: RobotRecord) -> list[Finding]:
+    owner = await run_in_threadpool(services.store.user, record.user)
+    return list(absence(await absence_facts(services, owner, record)))
+
+
+def _answer(robot: str, findings: list[Finding], seen: Observations) -> dict[str, object]:
+    return {
+        "robot": robot,
+        "connected": seen.link is not None and seen.link.robots > 0,
+        "level": worst(findings),
+        "seconds": seen.seconds,
+        "findings": msgspec.to_builtins(findings),
+        "topics": msgspec.to_builtins(seen.topics),
+        "frames": [
+            {"name": each.name, "parent": each.parents[-1], "static": each.static, "silence": each.silence}
+            for each in seen.frames
+        ],
+    }
