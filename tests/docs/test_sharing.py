@@ -1,0 +1,161 @@
+"""The table of operations by role in sharing.md is what the REST service grants, for every operation."""
+
+import json
+import re
+from typing import Any
+
+import httpx
+import pytest
+from fastapi import FastAPI
+
+from endpoints.accounts.accounts import Accounts, token_id
+from endpoints.app import create_app
+from endpoints.rest.robots.robot_shares import MAX_SHARES
+from endpoints.rest.users.schemas import MAX_GROUPS, MAX_LIFETIME
+from endpoints.services.services import Services
+from endpoints.sharing.globs import MAX_GLOBS
+from endpoints.sharing.services import CONFIGURING
+from engine.master.places import robot_key
+from engine.service import robot_navigation
+from ppaas.geometry import Pose2D
+from ppaas.mapping.serialization.mapping_file import pack_mapping
+from storage.memory.maps import MemoryMapStore
+from storage.memory.store import MemoryStore
+from storage.records import Token, User
+from storage.sharing_records import ALL, SHARE_ROLES, Share, TokenScope
+from tests.docs.test_security import BODIES, OPERATIONS, POSES, QUERIES, Operation
+from tests.support.documents import table, text_of
+from tests.support.endpoints.fake_cloud import FakeCloud, container
+from tests.support.endpoints.still_place import StillPlace
+from tests.support.storage import records
+from tests.support.world.mappings import room_mapping
+from tests.support.world.urdf import example
+
+PAGE = "docs/sharing.md"
+SHARED = [f"share: {role}" for role in SHARE_ROLES]
+SCOPED = [f"token: {role}" for role in (*SHARE_ROLES, "robot")]
+PROGRAMS = {"merge_map"}
+"""Operations that start a program, and whose rights are those of reading both maps."""
+
+BODIES = {**BODIES, "put_robot": {"map": "open"}}
+FILE = b"".join(pack_mapping(room_mapping(2)))
+
+
+def publishes(role: str) -> tuple[str, ...]:
+    return () if role == "look" else ALL
+
+
+def world() -> tuple[Services, dict[str, str]]:
+    """Return services in which ann has a robot that is shared in each role, and tokens in each role; and names."""
+    store, cloud = MemoryStore(), FakeCloud()
+    services = Services(store, MemoryMapStore(), Accounts(store), cloud)
+    store.add_user(User("ann", ""))
+    for role in SHARE_ROLES:
+        store.add_user(User(role, ""))
+        store.add_token(Token(token_id(f"share: {role}"), role, 1e12))
+    for role in (*SHARE_ROLES, "robot"):
+        scope = TokenScope(("tb1",), role, publishes(role))  # type: ignore[arg-type]
+        store.add_token(Token(token_id(f"token: {role}"), "ann", 1e12, scope=scope))
+    records.put_map(services.map_store, records.house())
+    records.put_map(services.map_store, records.house("open", readers=("*",)))
+    review = records.propose(services.map_store, records.house(image=records.pgm(value=0)))
+    shares = (Share("dora", "look"), *(Share(role, role, publishes(role)) for role in SHARE_ROLES))
+    store.put_robot(records.robot("tb1", user="ann", shares=shares))
+    store.put_urdf("ann", "tb1", example("turtlebot3_burger"))
+    store.add_plan(records.plan("p1", poses=POSES.tobytes(), version=records.house().version))
+    cloud.running, cloud.map_file = [container(robot="tb2")], FILE
+    cloud.places[robot_key("ann", "tb1")] = StillPlace()
+    goal = cloud.navigation.send_goal("ann", "tb1", Pose2D(0.2, 0.1, 0.0))
+    names = {
+        "map_id": "house", "version": records.house().version, "robot_id": "ann:tb1", "user_id": "ann", "plan_id": "p1",
+        "machine_id": "m1", "container_id": "c1", "planner": "navfn", "node": "amcl", "goal_id": goal.id,
+        "number": str(review.number), "grantee": "dora", "group_id": "hall", "token": token_id("token: look"),
+    }  # fmt: skip
+    return services, names
+
+
+@pytest.fixture(scope="module")
+def app() -> FastAPI:
+    """Return an application, whose services each world replaces."""
+    store = MemoryStore()
+    return create_app(Services(store, MemoryMapStore(), Accounts(store), FakeCloud()))
+
+
+async def statuses(app: FastAPI, operation: Operation, callers: list[str]) -> dict[str, int]:
+    """Return the status of the answer to an operation for each caller; a change by one is not seen by the next."""
+    found: dict[str, int] = {}
+    services = None
+    transport = httpx.ASGITransport(app)
+    async with httpx.AsyncClient(transport=transport, base_url="http://cloud") as client:
+        for caller in callers:
+            if services is None:
+                services, names = world()
+                app.state.services = services
+            headers = {"Authorization": f"Bearer {caller}", "Content-Type": "application/json; charset=utf-8"}
+            content: Any = json.dumps(BODIES[operation.id]) if operation.id in BODIES else None
+            if operation.id == "put_urdf":
+                headers["Content-Type"], content = "application/xml", example("turtlebot3_burger")
+            path = operation.path.format(**names)
+            query = QUERIES.get(operation.id, {})
+            answer = await client.request(operation.method, path, headers=headers, params=query, content=content)
+            found[caller] = answer.status_code
+            if answer.status_code < 400:
+                services.cloud.navigation.close()  # type: ignore[attr-defined]
+                services.accounts.close()
+                services = None
+    if services is not None:
+        services.cloud.navigation.close()  # type: ignore[attr-defined]
+        services.accounts.close()
+    return found
+
+
+def documented() -> dict[str, dict[str, bool]]:
+    rights = {}
+    for names, *cells in table(PAGE, "operations", *SHARED, *SCOPED):
+        for name in re.findall(r"\w+", names):
+            assert name not in rights, f"{name} is in two rows"
+            rights[name] = {column: cell == "yes" for column, cell in zip([*SHARED, *SCOPED], cells, strict=True)}
+    return rights
+
+
+RIGHTS = documented()
+ON_ROBOTS = [operation for operation in OPERATIONS if "{robot_id}" in operation.path]
+
+
+def test_the_table_lists_every_operation_on_robots() -> None:
+    assert {operation.id for operation in ON_ROBOTS} <= RIGHTS.keys()
+
+
+@pytest.mark.parametrize("operation", ON_ROBOTS, ids=lambda operation: operation.id)
+async def test_users_with_whom_a_robot_is_shared_may_do_what_the_table_says(
+    app: FastAPI, operation: Operation, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(robot_navigation, "POSE_TIMEOUT", 0.01)
+    found = await statuses(app, operation, SHARED)
+    granted = {caller: status not in (401, 403, 404) for caller, status in found.items()}
+    assert granted == {caller: RIGHTS[operation.id][caller] for caller in SHARED}, found
+
+
+@pytest.mark.parametrize(
+    "operation", [one for one in OPERATIONS if one.id not in PROGRAMS], ids=lambda operation: operation.id
+)
+async def test_tokens_with_a_scope_may_do_what_the_table_says_and_nothing_else(
+    app: FastAPI, operation: Operation, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(robot_navigation, "POSE_TIMEOUT", 0.01)
+    if operation.id == "log_in":
+        return  # needs no token, which is not read
+    found = await statuses(app, operation, SCOPED)
+    granted = {caller: status not in (401, 403, 404) for caller, status in found.items()}
+    assert granted == {caller: RIGHTS.get(operation.id, {}).get(caller, False) for caller in SCOPED}, found
+    assert 401 not in found.values()
+
+
+def test_limits_of_the_page_are_those_of_the_code() -> None:
+    text = re.sub(r"\s+", " ", text_of(PAGE))
+    assert f"at most {MAX_SHARES} users and groups, each with at most {MAX_GLOBS} globs" in text
+    assert f"at most {MAX_GROUPS} groups" in text
+    assert f"at most {MAX_LIFETIME / 86400:g} days" in text
+    listed = text.split("configure the clone need the role `administer`:")[1].split(".")[0]
+    patterns = [re.escape(name).replace(r"\*", ".*") for name in re.findall(r"`([^`]+)`", listed)]
+    assert all(any(re.fullmatch(pattern, service) for pattern in patterns) for service in CONFIGURING)
