@@ -1,4 +1,4 @@
-"""A robot on rclpy and Fast DDS drives to a goal by its clone, with the bridge between them.
+"""A robot on rclpy and Fast DDS drives to a goal by its clone, with a bridge between them, over DDS and by rclpy.
 
 ``make test-ros`` installs ROS 2. All nodes are on the loopback interface.
 """
@@ -7,6 +7,8 @@ import asyncio
 import json
 import math
 import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +17,7 @@ import pytest
 
 from ppaas.maps.grid import GridMap
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot
-from tests.support.ros2.bridge_process import bridge_process
+from tests.support.ros2.bridge_process import COMMAND, bridge_process
 from tests.support.sources import ROOT
 from tests.support.world.places import free_pose, reachable_pose
 
@@ -25,21 +27,37 @@ ROS = ROOT / "build" / "ros" / "kilted" / "bin" / "python"
 SCRIPT = ROOT / "tests" / "support" / "ros2" / "rclpy_robot.py"
 DOMAIN = "37"
 MEMORY = 60 << 20
-"""Largest memory of a bridge [bytes]."""
+"""Largest memory of a bridge without rclpy [bytes]."""
 
 
-async def test_a_robot_on_rclpy_is_driven_over_dds(cloud: RunningCloud, office_map: GridMap, tmp_path: Path) -> None:
+@dataclass(frozen=True)
+class Way:
+    """Transport of a bridge, and the command that runs it."""
+
+    transport: str
+    command: tuple[str | Path, ...]
+    env: Mapping[str, str] = field(default_factory=dict)
+
+
+WAYS = {
+    "dds": Way("dds", COMMAND),
+    "rclpy": Way("rclpy", (ROS, "-m", "tests.support.ros2.rclpy_bridge"), {"PYTHONPATH": str(ROOT)}),
+}
+
+
+@pytest.mark.parametrize("name", WAYS)
+async def test_a_robot_on_rclpy_is_driven(name: str, cloud: RunningCloud, office_map: GridMap, tmp_path: Path) -> None:
     if not ROS.exists():
         pytest.skip("ROS 2 is not installed: run make test-ros")
-    rest = await cloud.admin()
+    rest, way = await cloud.admin(), WAYS[name]
     await publish_map(rest, "office", office_map)
     start = free_pose(office_map, seed=31)
     goal = reachable_pose(office_map, start, seed=32, at_least=1.5, at_most=3.0)
-    token = await register_robot(rest, "rclpy", "office", start)
+    token = await register_robot(rest, name, "office", start)
     np.savez(tmp_path / "grid.npz", grid=office_map.data)
     env = os.environ | {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "ROS_DOMAIN_ID": DOMAIN}
-    options = ("rclpy", "--transport", "dds", "--url", cloud.url, "--token", token)
-    with bridge_process(*options, log=tmp_path / "log", env=env) as bridge:
+    options = (name, "--transport", way.transport, "--url", cloud.url, "--token", token)
+    with bridge_process(*options, command=way.command, log=tmp_path / "log", env=env | way.env) as bridge:
         numbers = [str(number) for number in (*start, goal.x, goal.y)]
         robot = await asyncio.create_subprocess_exec(
             ROS, SCRIPT, tmp_path / "grid.npz", *numbers, env=env, stdout=asyncio.subprocess.PIPE
@@ -51,5 +69,11 @@ async def test_a_robot_on_rclpy_is_driven_over_dds(cloud: RunningCloud, office_m
     assert arrived["map"] == 1
     assert arrived["plan"]
     assert "ppaas_bridge" in arrived["nodes"]
-    assert "offers no actions" in (tmp_path / "log").read_text()
-    assert memory <= MEMORY
+    log = (tmp_path / "log").read_text()
+    if name == "dds":
+        assert "offers no actions" in log
+        assert arrived["served"] == []
+        assert memory <= MEMORY
+    else:
+        assert "'navigate_to_pose' is not offered: the robot's ROS has no package nav2_msgs" in log
+        assert arrived["served"] == [office_map.info.width, office_map.info.height]

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 HELP = "connect a robot with ROS 2 to the cloud; no ROS is needed where the bridge runs"
 
-TRANSPORTS = ("dds", "zenoh")
+TRANSPORTS = ("dds", "zenoh", "rclpy")
 RELEASES = ("humble", "jazzy", "kilted")
 
 
@@ -27,7 +27,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--transport",
         choices=TRANSPORTS,
         default=TRANSPORTS[0],
-        help="how the robot's nodes communicate: dds, the default of ROS 2, or zenoh for rmw_zenoh (%(default)s)",
+        help="how the robot's nodes communicate: dds, the default of ROS 2; zenoh for rmw_zenoh; "
+        "rclpy, where ROS 2 is installed (%(default)s)",
     )
     parser.add_argument(
         "--domain",
@@ -86,6 +87,10 @@ def _transport(arguments: argparse.Namespace) -> "Transport":
         from robots.bridges.dds.node import DdsOptions, DdsTransport  # noqa: PLC0415
 
         return DdsTransport(DdsOptions(arguments.domain, release, arguments.dds_config))
+    if arguments.transport == "rclpy":
+        from robots.bridges.rclpy.node import RclpyOptions, RclpyTransport  # noqa: PLC0415
+
+        return RclpyTransport(RclpyOptions(arguments.domain, release))
     from robots.bridges.zenoh.node import ZenohOptions, ZenohTransport  # noqa: PLC0415
 
     listen, connect = tuple(arguments.listen), tuple(arguments.connect)

@@ -161,9 +161,18 @@ class Bridge:
 
     def _serve(self, graph: RobotGraph) -> None:
         for service in SERVICES:
-            self._servers.append(self._transport.serve(graph.full(service.name), service.type, self._answer(service)))
+            if self._has_type(service.type, service.name):
+                full = graph.full(service.name)
+                self._servers.append(self._transport.serve(full, service.type, self._answer(service)))
         for name, kind in ACTIONS.items():
-            self._servers.append(ActionServer(name, kind, graph.full(name), self._parts))
+            if self._has_type(kind, name):
+                self._servers.append(ActionServer(name, kind, graph.full(name), self._parts))
+
+    def _has_type(self, type_name: str, name: str) -> bool:
+        if self._transport.has_type(type_name):
+            return True
+        self._notices.warn(f"{name!r} is not offered: the robot's ROS has no package {type_name.partition('/')[0]}")
+        return False
 
     def _answer(self, service: Service) -> Any:
         async def answer(request: bytes) -> bytes:

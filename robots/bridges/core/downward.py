@@ -38,9 +38,12 @@ class Downward:
 
     def update(self, graph: RobotGraph) -> None:
         """Publish on the topics of the robot's namespace, and request what somebody there subscribes to."""
-        self._publish_on("tf", graph.tf_topic(), TF_MESSAGE, TF_QOS)
-        self._request("tf", TF_MESSAGE, self._transforms, wanted=True)
+        if self._parts.transport.has_type(TF_MESSAGE):
+            self._publish_on("tf", graph.tf_topic(), TF_MESSAGE, TF_QOS)
+            self._request("tf", TF_MESSAGE, self._transforms, wanted=True)
         for topic in DOWN:
+            if not self._parts.transport.has_type(topic.type):
+                continue
             name = graph.full(topic.name)
             self._publish_on(topic.cloud, name, topic.type, topic.qos)
             self._request(

@@ -73,6 +73,10 @@ class Transport(ABC):
     def entities(self) -> tuple[Entity, ...]:
         """Return the entities of the other nodes."""
 
+    def has_type(self, name: str) -> bool:
+        """Return whether the transport can carry a type, given its full name."""
+        return True
+
     @abstractmethod
     def publisher(self, topic: str, type_name: str, qos: Qos) -> Publisher:
         """Return a new publisher of a topic, whose name begins with a slash."""

@@ -47,12 +47,14 @@ class Upward:
         known : frozenset of str
             Topics of the clone.
         """
-        sources = {topic.cloud: graph.source(topic) for topic in UP if not topic.clone or topic.cloud in known}
+        has = self._parts.transport.has_type
+        carried = [topic for topic in UP if (not topic.clone or topic.cloud in known) and has(topic.type)]
+        sources = {topic.cloud: graph.source(topic) for topic in carried}
         if sources.get(COMPRESSED) is not None:
             sources[RAW] = None
         for topic in UP:
             self._carry(topic.cloud, topic.type, sources.get(topic.cloud), self._receiver(topic))
-        for name in ("tf_static", "tf"):
+        for name in ("tf_static", "tf") if has(TF_MESSAGE) else ():
             self._carry(name, TF_MESSAGE, graph.transforms(name), self._transforms(name))
 
     def close(self) -> None:

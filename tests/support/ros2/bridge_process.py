@@ -3,7 +3,7 @@
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -13,14 +13,16 @@ STARTED = "types of messages"
 """Words that the bridge logs when it has joined the graph."""
 
 
+COMMAND = (sys.executable, "-m", cli.__name__, "bridge", "ros2")
+
+
 @contextmanager
 def bridge_process(
-    *arguments: str, log: Path, env: Mapping[str, str] | None = None
+    *arguments: str, log: Path, command: Sequence[str | Path] = COMMAND, env: Mapping[str, str] | None = None
 ) -> Iterator[subprocess.Popen[bytes]]:
     """Run ``ppaas bridge ros2``; print its log at the end, which pytest shows of a failed test."""
-    command = [sys.executable, "-m", cli.__name__, "bridge", "ros2", *arguments]
     with log.open("wb") as output:
-        process = subprocess.Popen(command, stdout=output, stderr=output, env=env)
+        process = subprocess.Popen([*command, *arguments], stdout=output, stderr=output, env=env)
     try:
         deadline = time.monotonic() + 20.0
         while STARTED not in log.read_text():

@@ -42,6 +42,7 @@ class FakeTransport(Transport):
         self.servers: dict[str, tuple[str, Answer]] = {}
         self.graph: list[Entity] = []
         self.opened = False
+        self.packages_missing: set[str] = set()
         self._numbers = itertools.count(1)
 
     async def open(self, changed: Callable[[], None]) -> None:
@@ -53,6 +54,9 @@ class FakeTransport(Transport):
 
     def entities(self) -> tuple[Entity, ...]:
         return tuple(self.graph)
+
+    def has_type(self, name: str) -> bool:
+        return name.partition("/")[0] not in self.packages_missing
 
     def publisher(self, topic: str, type_name: str, qos: Qos) -> FakePublisher:
         self.publishers.append(FakePublisher(self, topic, type_name, qos))

@@ -1,7 +1,7 @@
 """Robot written on rclpy, with its own physics: run by the Python that has ROS 2, without this project.
 
 ``python rclpy_robot.py GRID.npz X Y YAW GOAL_X GOAL_Y`` drives in the cells of ``grid`` (5 cm each). It sends the goal
-by ``goal_pose``, and prints as JSON where it stopped and what it received.
+by ``goal_pose``, requests the map if a node serves it, and prints as JSON where it stopped and what it received.
 """
 
 import json
@@ -13,6 +13,7 @@ import numpy as np
 import rclpy
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import OccupancyGrid, Odometry, Path
+from nav_msgs.srv import GetMap
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import LaserScan
@@ -85,6 +86,15 @@ class Robot(Node):
         message.ranges = np.where(hit.any(1), self.distances[hit.argmax(1)], np.inf).astype(np.float32).tolist()
         self.scans.publish(message)
 
+    def served_map(self) -> list[int]:
+        """Return the size of the map that ``map_server/map`` returns; nothing if nobody serves it."""
+        client = self.create_client(GetMap, "map_server/map")
+        if not client.wait_for_service(timeout_sec=1.0):
+            return []
+        future = client.call_async(GetMap.Request())
+        rclpy.spin_until_future_complete(self, future, timeout_sec=10.0)
+        return [future.result().map.info.width, future.result().map.info.height] if future.done() else []
+
     def target(self) -> PoseStamped:
         message = PoseStamped()
         message.header.frame_id = "map"
@@ -108,7 +118,10 @@ def main() -> None:
         if robot.received["map"] and robot.received["cmd_vel"] == 0 and time.monotonic() - robot.sent > 5.0:
             robot.goals.publish(robot.target())  # again while nothing moves: the clone may not be localized yet
             robot.sent = time.monotonic()
-    sys.stdout.write(json.dumps(robot.received | {"pose": robot.pose, "nodes": robot.get_node_names()}))
+    served = robot.served_map()
+    sys.stdout.write(
+        json.dumps(robot.received | {"pose": robot.pose, "nodes": robot.get_node_names(), "served": served})
+    )
     rclpy.shutdown()
 
 

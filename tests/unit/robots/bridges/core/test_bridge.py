@@ -284,3 +284,15 @@ async def test_bytes_that_are_no_message_do_not_end_the_bridge(caplog: pytest.Lo
         await until(lambda: "'map' cannot be sent" in caplog.text)
         both.robot.say("/odom", odometry(1))
         await both.published("odom")
+
+
+async def test_what_the_robots_ros_has_no_types_for_is_not_offered(caplog: pytest.LogCaptureFixture) -> None:
+    robot = turtlebot()
+    robot.packages_missing = {"nav2_msgs", "tf2_msgs"}
+    async with bridged(robot) as both:
+        await until(lambda: "'navigate_to_pose' is not offered" in caplog.text)
+        await until(lambda: "/odom" in robot.subscriptions)
+        assert set(robot.servers) == {f"/{service.name}" for service in SERVICES if "nav2_msgs" not in service.type}
+        assert "/tf_static" not in robot.subscriptions
+        assert not {"/tf", "/particle_cloud"} & {one.topic for one in robot.publishers}
+        await both.subscribed("map")

@@ -1,0 +1,1 @@
+"""Transport of robots whose computer has ROS 2: a node of rclpy."""
