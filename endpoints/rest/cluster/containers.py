@@ -1,8 +1,10 @@
-"""Routes of containers: the caller's own, or all for an administrator."""
+"""Routes of containers: those of the caller's robots and of robots that are shared, or all for an administrator."""
 
+from contextlib import suppress
 from typing import Annotated
 
 from fastapi import APIRouter, Body
+from starlette.concurrency import run_in_threadpool
 
 from endpoints.rest.cluster.schemas import ContainerAnswer
 from endpoints.rest.dependencies import Caller, Paged, Provided
@@ -12,9 +14,11 @@ from endpoints.rest.paging import Page
 from endpoints.rest.schemas import Cores, RequestBody
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.services.services import Services
+from endpoints.sharing.shared_robots import reach, robots_shared_with
 from engine.service.views import ContainerView
-from ppaas.errors import NotFound
+from ppaas.errors import NotFound, Unavailable
 from storage.records import User
+from storage.sharing_records import ShareRole
 
 router = APIRouter(prefix="/containers", tags=["containers"], route_class=StrictRoute)
 
@@ -27,33 +31,31 @@ class ContainerChange(RequestBody):
 
 @router.get("", response_model=Page[ContainerAnswer], responses=KNOWN)
 async def list_containers(services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
-    """List the caller's containers, or all for an administrator, oldest first."""
+    """List the caller's containers and those of shared robots, or all for an administrator, oldest first."""
     after = _age(paging.key(str, ""))
-    containers = sorted(_visible(services, user), key=lambda container: _age(container.id))
+    visible = await run_in_threadpool(_visible, services, user)
+    containers = sorted(visible, key=lambda container: _age(container.id))
     return paging.page([one for one in containers if _age(one.id) > after], lambda container: container.id)
 
 
 @router.get("/{container_id}", response_model=ContainerAnswer, responses=KNOWN | problems(404))
 async def show_container(container_id: ContainerId, services: Provided, user: Caller) -> ContainerView:
     """Show a container."""
-    for container in _visible(services, user):
-        if container.id == container_id:
-            return container
-    raise NotFound("container", container_id)
+    return await _found(services, user, container_id, "look")
 
 
-@router.delete("/{container_id}", status_code=202, responses=KNOWN | problems(404))
+@router.delete("/{container_id}", status_code=202, responses=KNOWN | problems(403, 404))
 async def give_up_container(container_id: ContainerId, services: Provided, user: Caller) -> None:
     """End a container at once, as if it had died; another container replaces it.
 
     The robot stays connected and its clone continues from the last checkpoint. It counts as a death: a place whose
     containers die too often is closed. To disconnect a robot, close its sockets instead.
     """
-    await show_container(container_id, services, user)
+    await _found(services, user, container_id, "administer")
     services.cloud.give_up_container(container_id)
 
 
-@router.patch("/{container_id}", response_model=ContainerAnswer, responses=KNOWN | BODY | problems(404, 429))
+@router.patch("/{container_id}", response_model=ContainerAnswer, responses=KNOWN | BODY | problems(403, 404, 429))
 async def resize_container(
     container_id: ContainerId,
     change: Annotated[ContainerChange, Body(media_type=MERGE_PATCH)],
@@ -65,14 +67,39 @@ async def resize_container(
     Its clone keeps running. If the container dies, its replacement has the new size too; a robot that connects again
     gets the size in its file.
     """
-    container = await show_container(container_id, services, user)
+    container = await _found(services, user, container_id, "administer")
     if change.cores != container.cores:
         services.cloud.resize_container(container_id, change.cores)
     return await show_container(container_id, services, user)
 
 
+async def _found(services: Services, user: User, container_id: str, role: ShareRole) -> ContainerView:
+    """Return a container; `NotFound` unless it is the caller's, or of a robot on which the caller has a role.
+
+    Raises
+    ------
+    NotPermitted
+        The caller may see it, and has a lesser role on its robot.
+    """
+    for container in await run_in_threadpool(_visible, services, user):
+        if container.id == container_id:
+            if role != "look" and container.user != user.id and user.role != "admin":
+                robot = await run_in_threadpool(reach, services.store, user, f"{container.user}:{container.robot}")
+                robot.access.check_role(role)
+            return container
+    raise NotFound("container", container_id)
+
+
 def _visible(services: Services, user: User) -> list[ContainerView]:
-    return services.cloud.containers(None if user.role == "admin" else user.id)
+    """Return the containers that a caller may see; may block."""
+    if user.role == "admin":
+        return services.cloud.containers(None)
+    found = list(services.cloud.containers(user.id))
+    with suppress(Unavailable):  # the caller's own are shown without the store
+        shared = {(robot.user, robot.id) for robot in robots_shared_with(services.store, user)}
+        for owner in {owner for owner, _ in shared}:
+            found += [one for one in services.cloud.containers(owner) if (owner, one.robot) in shared]
+    return found
 
 
 def _age(container: str) -> tuple[int, str]:

@@ -10,7 +10,7 @@ from endpoints.rest.robots.robot_shares import MAX_SHARES
 from endpoints.services.services import Services
 from engine.master.places import robot_key
 from storage.sharing_records import Share
-from tests.support.endpoints.fake_cloud import FakeCloud
+from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.problems import problem_of
 from tests.support.endpoints.still_place import StillPlace
 from tests.unit.endpoints.conftest import LogIn, Publish
@@ -188,3 +188,19 @@ async def test_shares_are_recorded_in_the_audit_log(client: httpx.AsyncClient, a
     [event] = services.audit.read(AuditQuery(action="share_robot"))
     assert event.object == "robots/tb1/shares/bob"
     assert event.details == {"role": "drive", "publish": ["cmd_vel"]}
+
+
+async def test_containers_of_shared_robots_are_shown_and_changed_by_the_role(
+    client: httpx.AsyncClient, ann: Header, bob: Header, cloud: FakeCloud
+) -> None:
+    cloud.running = [container("c1"), container("c2", robot="tb2"), container("c3", robot=None, kind="planning")]
+    assert (await client.get("/v1/containers", headers=bob)).json()["items"] == []
+    await share(client, ann, role="drive")
+    assert [one["id"] for one in (await client.get("/v1/containers", headers=bob)).json()["items"]] == ["c1"]
+    assert (await client.get("/v1/containers/c1", headers=bob)).status_code == 200
+    for method, body in (("DELETE", None), ("PATCH", {"cores": 0.5})):
+        refused = await client.request(method, "/v1/containers/c1", headers=bob, json=body)
+        assert "needs the role 'administer'" in problem_of(refused, 403, "not-permitted")["detail"]
+        problem_of(await client.request(method, "/v1/containers/c2", headers=bob, json=body), 404, "not-found")
+    await share(client, ann, role="administer")
+    assert (await client.delete("/v1/containers/c1", headers=bob)).status_code == 202
