@@ -52,13 +52,17 @@ class Robot:
     def laser(self, angle_min, step, nearest, farthest, frame=""):
         self._name = frame.encode()
         size = 20 + 2 * self.beams + len(self._name)
-        struct.pack_into(">BBHI", self._scan, 0, 0x82, 0xFE, size, 0)
+        if size < 126:  # the head of a short frame is shorter
+            struct.pack_into(">BBI", self._scan, 2, 0x82, 0x80 | size, 0)
+        else:
+            struct.pack_into(">BBHI", self._scan, 0, 0x82, 0xFE, size, 0)
+        self._scan_head = memoryview(self._scan)[2 if size < 126 else 0 :]
         struct.pack_into("<BBH", self._scan, 8, 1, len(self._name), self.beams)
         struct.pack_into("<ffHH", self._scan, 16, angle_min, step, nearest, farthest)
 
     def send_scan(self, stamp=0):
         struct.pack_into("<I", self._scan, 12, stamp)
-        if self._send(self._scan) and self._send(self._ranges) and self._name:
+        if self._send(self._scan_head) and self._send(self._ranges) and self._name:
             self._send(self._name)
 
     # pose in the frame of odometry [m, rad], velocity of the robot [m/s, rad/s], stamp of the scans' clock [ms]

