@@ -33,7 +33,7 @@ class TopicFacts(msgspec.Struct, kw_only=True, frozen=True):
     backwards : int
         Number of messages that are stamped before the message before, of the same frame.
     senders : int
-        Number of clients that sent messages.
+        Number of clients that sent messages; 0 if none came while the robot was watched.
     refused : int
         Messages that the clone refused while the robot was watched; 0 if it accepts them again.
     refused_count : int
@@ -287,6 +287,10 @@ class Observations(msgspec.Struct, kw_only=True):
     def topic(self, name: str) -> TopicFacts:
         """Return the facts of a topic; those of a silent one if there are none."""
         return next((each for each in self.topics if each.name == name), TopicFacts(name=name))
+
+    def on_robot(self, node: str) -> bool:
+        """Return whether a node runs on the robot."""
+        return any(each.name == node and each.home == "robot" for each in self.nodes)
 
     def frame(self, name: str) -> FrameFacts | None:
         """Return the facts of a frame that has a parent; None for any other."""

@@ -73,7 +73,7 @@ class TopicTable:
             bandwidth=data / span,
             size=data / came if came else total.size / max(total.count, 1),
             silence=now - total.last if total.count else None,
-            senders=len(total.senders),
+            senders=len(total.senders) if came else 0,
             refused=total.refused - refused if now - total.refused_at <= REFUSAL_AGE else 0,
             refused_count=total.refused,
             refusal=total.refusal,

@@ -51,7 +51,7 @@ def _without_goal(seen: Observations, goal: GoalFacts) -> Iterator[Finding]:
 
 def _subscriber(seen: Observations) -> Iterator[Finding]:
     link = seen.link
-    if link is None or link.robots == 0 or CMD_VEL in link.subscribed:
+    if link is None or link.robots == 0 or CMD_VEL in link.subscribed or seen.on_robot("move_base"):
         return
     text = "The robot does not subscribe to 'cmd_vel': no command of the cloud reaches it."
     advice = "Subscribe to 'cmd_vel' as geometry_msgs/Twist or geometry_msgs/TwistStamped, in the role robot."

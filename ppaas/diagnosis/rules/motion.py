@@ -31,7 +31,7 @@ def motion(seen: Observations) -> Iterator[Finding]:
         advice = "Odometry is smooth: it must not be reset or corrected by a map. Publish corrected poses elsewhere."
         yield warn("odom-jumps", text, advice, topics.ODOM.name)
     commands = seen.topic(topics.CMD_VEL.name)
-    if commands.senders:
+    if commands.senders and not seen.on_robot("move_base"):
         text = "Another client publishes on 'cmd_vel' beside Move Base."
         yield warn("cmd-vel-others", text, "Stop it while the cloud drives, for example a teleoperation.", "cmd_vel")
 

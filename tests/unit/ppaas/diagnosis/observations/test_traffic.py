@@ -45,8 +45,10 @@ def test_rates_are_those_of_the_last_seconds() -> None:
             assert facts["goal_pose"].rate == pytest.approx(10.0, rel=0.05)
             assert facts["goal_pose"].bandwidth == pytest.approx(5000.0, rel=0.05)
             assert facts["goal_pose"].type == "geometry_msgs/PoseStamped"
+            assert facts["goal_pose"].senders == 1
     [last] = [each for each in table.facts(29.9, {}, {}) if each.name == "goal_pose"]
     assert (last.rate, last.count, last.size, last.silence) == (0.0, 100, 500.0, pytest.approx(20.0))
+    assert last.senders == 0
 
 
 def test_sensors_are_listed_though_nothing_came() -> None:

@@ -3,7 +3,7 @@
 import msgspec
 import pytest
 
-from ppaas.diagnosis.observations.facts import GoalFacts, MotionFacts
+from ppaas.diagnosis.observations.facts import GoalFacts, MotionFacts, NodeFacts
 from ppaas.diagnosis.rules.goals import goals
 from ppaas.messages.actionlib_msgs import Status
 from tests.support.world.diagnosed_robot import LINK, healthy
@@ -35,3 +35,5 @@ def test_reason_for_no_command_is_given(goal: GoalFacts, commands: int, kind: st
 def test_robot_that_does_not_hear_cmd_vel_is_found_first() -> None:
     link = msgspec.structs.replace(LINK, subscribed=("map",))
     assert [finding.kind for finding in goals(healthy(link=link))] == ["cmd-vel-unheard", "no-goal"]
+    at_home = [NodeFacts(name="move_base", home="robot")]
+    assert [finding.kind for finding in goals(healthy(link=link, nodes=at_home))] == ["no-goal"]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from ppaas.diagnosis.observations.facts import MotionFacts, TopicFacts
+from ppaas.diagnosis.observations.facts import MotionFacts, NodeFacts, TopicFacts
 from ppaas.diagnosis.rules.motion import motion
 from tests.support.world.diagnosed_robot import healthy
 
@@ -33,3 +33,5 @@ def test_robot_without_odometry_is_not_blamed_for_standing_still() -> None:
 def test_another_publisher_of_commands_is_found() -> None:
     seen = healthy(topics=[*healthy().topics, TopicFacts(name="cmd_vel", senders=1)])
     assert [finding.kind for finding in motion(seen)] == ["cmd-vel-others"]
+    seen.nodes = [NodeFacts(name="move_base", home="robot")]
+    assert list(motion(seen)) == []  # it is Move Base that publishes there
