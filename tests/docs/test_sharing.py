@@ -2,7 +2,7 @@
 
 import json
 import re
-from typing import Any
+from typing import Any, get_args
 
 import httpx
 import pytest
@@ -22,7 +22,7 @@ from ppaas.mapping.serialization.mapping_file import pack_mapping
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
 from storage.records import Token, User
-from storage.sharing_records import ALL, SHARE_ROLES, Share, TokenScope
+from storage.sharing_records import ALL, SHARE_ROLES, Share, TokenRole, TokenScope
 from tests.docs.test_security import BODIES, OPERATIONS, POSES, QUERIES, Operation
 from tests.support.documents import table, text_of
 from tests.support.endpoints.fake_cloud import FakeCloud, container
@@ -33,7 +33,8 @@ from tests.support.world.urdf import example
 
 PAGE = "docs/sharing.md"
 SHARED = [f"share: {role}" for role in SHARE_ROLES]
-SCOPED = [f"token: {role}" for role in (*SHARE_ROLES, "robot")]
+TOKEN_ROLES: tuple[TokenRole, ...] = get_args(TokenRole)
+SCOPED = [f"token: {role}" for role in TOKEN_ROLES]
 PROGRAMS = {"merge_map"}
 """Operations that start a program, and whose rights are those of reading both maps."""
 
@@ -53,9 +54,9 @@ def world() -> tuple[Services, dict[str, str]]:
     for role in SHARE_ROLES:
         store.add_user(User(role, ""))
         store.add_token(Token(token_id(f"share: {role}"), role, 1e12))
-    for role in (*SHARE_ROLES, "robot"):
-        scope = TokenScope(("tb1",), role, publishes(role))  # type: ignore[arg-type]
-        store.add_token(Token(token_id(f"token: {role}"), "ann", 1e12, scope=scope))
+    for kind in TOKEN_ROLES:
+        scope = TokenScope(("tb1",), kind, publishes(kind))
+        store.add_token(Token(token_id(f"token: {kind}"), "ann", 1e12, scope=scope))
     records.put_map(services.map_store, records.house())
     records.put_map(services.map_store, records.house("open", readers=("*",)))
     review = records.propose(services.map_store, records.house(image=records.pgm(value=0)))
@@ -100,11 +101,11 @@ async def statuses(app: FastAPI, operation: Operation, callers: list[str]) -> di
             answer = await client.request(operation.method, path, headers=headers, params=query, content=content)
             found[caller] = answer.status_code
             if answer.status_code < 400:
-                services.cloud.navigation.close()  # type: ignore[attr-defined]
+                services.cloud.navigation.close()
                 services.accounts.close()
                 services = None
     if services is not None:
-        services.cloud.navigation.close()  # type: ignore[attr-defined]
+        services.cloud.navigation.close()
         services.accounts.close()
     return found
 

@@ -321,6 +321,19 @@ async def test_users_without_maps_or_robots_see_which_commands_to_type(scene: Sc
         await expect(page.locator("#empty-stage")).to_be_hidden()
 
 
+async def test_a_robot_is_shown_to_users_with_whom_it_is_shared(scene: Scene, context: BrowserContext) -> None:
+    admin, rest = await scene.cloud.admin(), RestClient(scene.cloud.url)
+    await admin.post("/v1/users", {"id": "guest", "password": ADMIN_PASSWORD, "groups": ["hall"]})
+    await admin.put("/v1/robots/dora:tb-web/shares/group:hall", {"role": "look"})
+    token = (await rest.login("guest", ADMIN_PASSWORD)).token
+    async with looking(context) as page:
+        await enter(page, scene.cloud.url, token)
+        await expect(page.locator("#map-choice")).to_have_value("turned")
+        await expect(page.get_by_role("button", name="dora:tb-web")).to_contain_text("online")
+        await admin.delete("/v1/robots/dora:tb-web/shares/group:hall")
+        await expect(page.get_by_role("button", name="dora:tb-web")).to_be_hidden()
+
+
 # -- looks -------------------------------------------------------------------------------------------------------------
 
 

@@ -12,6 +12,7 @@ import { Poller } from "./poller.js";
 import { Refused, Unreachable } from "./rest.js";
 import { RobotCard } from "./robot_card.js";
 import { RobotList } from "./robot_list.js";
+import { containersOf, mapsOf, withShared } from "./shared_robots.js";
 import { Stage } from "./stage.js";
 import { toast } from "./toasts.js";
 import { Tools } from "./tools.js";
@@ -70,9 +71,11 @@ export class Dashboard {
   async #poll() {
     if (!this.#me) await this.#introduce();
     const machines = this.#me.role === "admin" ? this.#rest.list("v1/machines") : null;
-    const asked = ["v1/maps", "v1/robots", "v1/containers"].map((path) => this.#rest.list(path));
-    const [found, maps, robots, containers] = await Promise.all([machines, ...asked]);
-    const own = containers.filter(({ user }) => user === this.#me.id);
+    const asked = ["v1/maps", "v1/robots", "v1/robots?shared=true", "v1/containers"].map((path) => this.#rest.list(path));
+    const [found, listed, mine, shared, containers] = await Promise.all([machines, ...asked]);
+    const robots = withShared(mine, shared, this.#me.id);
+    const own = containersOf(containers, robots, this.#me.id);
+    const maps = await mapsOf(this.#rest, listed, robots);
     this.#maps.update(maps, robots, own);
     await this.#showMap();
     await this.#showChanges(maps);

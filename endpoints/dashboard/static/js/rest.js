@@ -94,8 +94,9 @@ export class Rest {
   async list(path) {
     const found = [];
     let cursor = "";
+    const query = path.includes("?") ? "&" : "?";
     do {
-      const page = await this.get(`${path}?limit=${PAGE}${cursor && `&cursor=${encodeURIComponent(cursor)}`}`);
+      const page = await this.get(`${path}${query}limit=${PAGE}${cursor && `&cursor=${encodeURIComponent(cursor)}`}`);
       found.push(...page.items);
       cursor = page.next;
     } while (cursor);

@@ -1,0 +1,45 @@
+/** Robots that others share with the user, beside the user's own: their id here is their address, `OWNER:ID`. */
+
+import { isNew } from "./growing_map.js";
+import { Refused } from "./rest.js";
+
+/**
+ * Address of a robot, as the cloud takes it from a user.
+ * @param {string} owner @param {string | null} id @param {string} me id of the user
+ */
+function address(owner, id, me) {
+  return owner === me || id === null ? id : `${owner}:${id}`;
+}
+
+/** The robots of a user and those that are shared. @param {object[]} own @param {object[]} shared @param {string} me */
+export function withShared(own, shared, me) {
+  return [...own, ...shared.map((robot) => ({ ...robot, id: address(robot.user, robot.id, me) }))];
+}
+
+/**
+ * The containers of a user, and those of robots that are shared.
+ * @param {object[]} containers @param {object[]} robots of `withShared` @param {string} me
+ */
+export function containersOf(containers, robots, me) {
+  const ids = new Set(robots.map(({ id }) => id));
+  return containers
+    .map((container) => ({ ...container, robot: address(container.user, container.robot, me) }))
+    .filter(({ user, robot }) => user === me || ids.has(robot));
+}
+
+/**
+ * The maps of a user, and those that shared robots show.
+ * @param {import("./rest.js").Rest} rest @param {object[]} maps @param {object[]} robots
+ */
+export async function mapsOf(rest, maps, robots) {
+  const listed = new Set(maps.map(({ id }) => id));
+  const others = new Set(robots.map(({ map }) => map).filter((id) => !isNew(id) && !listed.has(id)));
+  const found = await Promise.all([...others].map((id) => rest.get(`v1/maps/${encodeURIComponent(id)}`).catch(unknown)));
+  return [...maps, ...found.filter(Boolean)];
+}
+
+/** A map that is not shown to the user is left out. @param {unknown} error */
+function unknown(error) {
+  if (error instanceof Refused && error.status === 404) return null;
+  throw error;
+}
