@@ -6,6 +6,7 @@ from endpoints.accounts.authentication import address_of, authenticate_socket
 from endpoints.accounts.caller import note_caller
 from endpoints.audit.notes import note_details, note_object
 from endpoints.rapyuta.robot import Identity
+from endpoints.rest.dependencies import check_unscoped
 from endpoints.services.services import Services
 from ppaas.errors import NotAuthenticated, NotPermitted, TooManyAttempts
 from ppaas.wire.rapyuta.handshake import Login, is_digest
@@ -35,8 +36,7 @@ async def log_in(socket: WebSocket, login: Login, services: Services) -> tuple[U
     user, token = await authenticate_socket(socket, services.accounts)
     if user.id != login.user:
         raise NotAuthenticated("the token is not one of the user in userID")
-    if getattr(user, "scope", None) is not None:
-        raise NotPermitted("this token is for some robots only: log in by one without a scope")
+    check_unscoped(user)
     return user, Identity(user.id, token)
 
 

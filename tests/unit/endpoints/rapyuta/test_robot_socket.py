@@ -23,6 +23,7 @@ from endpoints.rapyuta.registry import RobotRegistry
 from endpoints.rapyuta.robot_socket import refusal
 from endpoints.services.services import Services
 from ppaas.errors import NotPermitted
+from storage.sharing_records import TokenScope
 from tests.support.clients.rce import RceRobot, login_query
 from tests.support.endpoints.rapyuta import StillSessions
 from tests.support.endpoints.serving import serve
@@ -153,6 +154,13 @@ async def test_a_token_logs_in_too(rapyuta: Rapyuta) -> None:
     query = urlencode({"userID": "ann", "robotID": "tb2", "password": "-", "token": text})
     async with connect(f"ws://{rapyuta.host}/?{query}"):
         assert len(rapyuta.registry) == 2
+
+
+async def test_a_token_for_some_robots_does_not_log_in(rapyuta: Rapyuta) -> None:
+    scoped = await rapyuta.services.accounts.issue_scoped("ann", TokenScope(("tb1",), "drive"), 60.0)
+    header = {"Authorization": f"Bearer {scoped.token}"}
+    status, text = await rapyuta.refusal(rapyuta.url(), additional_headers=header)
+    assert (status, "tb1" in text) == (401, True)
 
 
 async def test_logins_are_audited_without_secrets(rapyuta: Rapyuta) -> None:
