@@ -1,11 +1,10 @@
 """Calls of the clones of robots for REST: homes of their nodes, and the maps that they make."""
 
-import msgspec
-
 from engine.master.places import robot_key
 from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import MasterDriver
 from ppaas.diagnosis.observations.facts import Observations
+from ppaas.diagnosis.observations.serialization import observations_from_json
 from ppaas.errors import Conflict, NotFound, Unavailable
 from ppaas.messages import decode, encode
 from ppaas.messages.base.message import Empty, Message
@@ -133,7 +132,7 @@ class RobotNodes:
         if not link.robots:
             return Observations(seconds=0.0, link=link)
         answer = await place.call("diagnostics/observe", encode(ObserveRequest(seconds)), seconds + ANSWER_TIMEOUT)
-        seen = msgspec.json.decode(decode(ObserveResponse, answer).observations, type=Observations)
+        seen = observations_from_json(decode(ObserveResponse, answer).observations)
         seen.link = place.link_facts()
         return seen
 

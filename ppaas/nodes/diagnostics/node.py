@@ -3,12 +3,11 @@
 from collections.abc import Callable
 from typing import ClassVar, Protocol
 
-import msgspec
-
 from ppaas.bounded_dict import BoundedDict
 from ppaas.diagnosis.diagnose import diagnose
 from ppaas.diagnosis.observations.facts import Observations, ReportFacts
 from ppaas.diagnosis.observations.recorder import HEARD, Recorder
+from ppaas.diagnosis.observations.serialization import observations_to_json
 from ppaas.diagnosis.observations.topic_table import TopicTable
 from ppaas.diagnosis.observations.traffic import Traffic
 from ppaas.diagnosis.observations.watched_robot import WatchedRobot
@@ -177,7 +176,7 @@ class DiagnosticsNode(Node):
         return seen
 
     def _response(self) -> ObserveResponse:
-        return ObserveResponse(msgspec.json.encode(self.observations()).decode())
+        return ObserveResponse(observations_to_json(self.observations()))
 
     def _publish(self) -> None:
         findings = statuses_of(diagnose(self.observations()))
