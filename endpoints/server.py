@@ -211,7 +211,9 @@ async def _serve(arguments: argparse.Namespace) -> None:
         web = await _run_unless_stopped(stop, _start(engine, arguments, stack, tls, connections))
         if web is not None:
             url = url_of(listeners[0], "http" if tls is None else "https")
-            web.serve_rapyuta(rapyuta)
+            if rapyuta:
+                web.serve_rapyuta(rapyuta)
+                logger.info("serving robots of Rapyuta at %s", url_of(rapyuta[0], "http" if tls is None else "https"))
             await _run(web, listeners, stop, url, arguments.ready_file)
 
 
