@@ -157,7 +157,11 @@ class ZenohTransport(Transport):
                 listen = (f"tcp/[::]:{PORT}",)
         try:
             config = self._zenoh.Config.from_file(options.config) if options.config else self._zenoh.Config()
-            settings: dict[str, Any] = {"scouting/multicast/enabled": False, "timestamping/enabled": True}
+            settings: dict[str, Any] = {
+                "scouting/multicast/enabled": False,
+                "timestamping/enabled": True,
+                "transport/shared_memory/enabled": False,  # its pool is memory that a small robot misses
+            }
             if listen:
                 settings |= {"mode": "router", "listen/endpoints": list(listen)}
                 self._notices.info(f"robots connect to {', '.join(listen)}")

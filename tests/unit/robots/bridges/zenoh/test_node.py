@@ -102,7 +102,7 @@ async def test_the_release_is_that_of_the_nodes_and_domains_are_apart() -> None:
     endpoint = free_endpoint()
     async with opened(endpoint, domain=7) as router:
         kilted = Peer(endpoint, "nav", release="kilted", domain=7)
-        kilted.publisher("waypoints", "nav2_msgs/msg/WaypointStatus")
+        kilted.publisher("waypoints", "nav2_msgs/action/FollowWaypoints_GetResult")
         await until(router.entities)
         for domain, release in ((7, "kilted"), (0, "jazzy")):
             transport = ZenohTransport(ZenohOptions(connect=(endpoint,), domain=domain))

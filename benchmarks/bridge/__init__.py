@@ -1,0 +1,1 @@
+"""``ppaas bench bridge``: what a bridge costs a robot."""
