@@ -69,9 +69,7 @@ class RosTypes:
     Raises
     ------
     InvalidInput
-        The release is not known.
-    ImportError
-        ``rosbags`` is not installed; the text says how to install it.
+        The release is not known, or ``rosbags`` is not installed; the text says how to install it.
     """
 
     def __init__(self, release: str) -> None:
@@ -248,7 +246,7 @@ def _rosbags() -> tuple[ModuleType, tuple[type[Exception], ...]]:
         from rosbags import typesys  # noqa: PLC0415 - of the extras ros2 and bags
         from rosbags.serde import SerdeError  # noqa: PLC0415
     except ImportError as error:
-        raise ImportError("messages of ROS need rosbags; install it by: pip install 'ppaas[ros2]'") from error
+        raise InvalidInput("messages of ROS need the extra ros2: pip install 'ppaas[ros2]'") from error
     return typesys, (SerdeError, struct.error, ValueError, IndexError, OverflowError)
 
 

@@ -4,7 +4,7 @@ import re
 from types import SimpleNamespace
 from typing import Any
 
-from ppaas.errors import MalformedMessage
+from ppaas.errors import InvalidInput, MalformedMessage
 from ppaas.wire.ros.graph import Entity, Kind, Qos
 from ppaas.wire.ros.rmw_zenoh import ros_type
 
@@ -19,13 +19,13 @@ def imported() -> Any:
 
     Raises
     ------
-    ImportError
+    InvalidInput
         It is not installed; the text says how to install it.
     """
     try:
         from cyclonedds import _clayer, builtin, core, domain, pub, sub, topic, util  # noqa: PLC0415 - of the extra ros2
     except ImportError as error:
-        raise ImportError("robots with DDS need cyclonedds; pip install 'ppaas[ros2]'") from error
+        raise InvalidInput("robots with DDS need the extra ros2: pip install 'ppaas[ros2]'") from error
     return SimpleNamespace(
         write=_clayer.ddspy_write,
         take=_clayer.ddspy_take,

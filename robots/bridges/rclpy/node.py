@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
-from ppaas.errors import Unavailable, UnknownType
+from ppaas.errors import InvalidInput, Unavailable, UnknownType
 from ppaas.wire.ros import ros_types
 from ppaas.wire.ros.graph import Entity, Kind, Qos
 from ppaas.wire.ros.types import RELEASES
@@ -231,4 +231,4 @@ def _imported() -> Any:
     try:
         return import_module("rclpy")
     except ImportError as error:
-        raise ImportError("rclpy is not installed: run the bridge by the Python of the robot's ROS 2") from error
+        raise InvalidInput("rclpy is not installed: run the bridge by the Python of the robot's ROS 2") from error

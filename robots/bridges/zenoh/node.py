@@ -281,8 +281,9 @@ def _is_open(host: str, port: int) -> bool:
 
 def _imported() -> Any:
     try:
+        import xxhash  # noqa: F401, PLC0415 - of identities in the graph
         import zenoh  # noqa: PLC0415 - of the extra ros2
         import zenoh.ext  # noqa: PLC0415
     except ImportError as error:
-        raise ImportError("robots with rmw_zenoh need eclipse-zenoh; pip install 'ppaas[ros2]'") from error
+        raise InvalidInput("robots with rmw_zenoh need the extra ros2: pip install 'ppaas[ros2]'") from error
     return zenoh

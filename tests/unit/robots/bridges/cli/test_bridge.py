@@ -1,5 +1,7 @@
 """The command ``ppaas bridge``."""
 
+import sys
+
 import pytest
 
 from robots.cli.main import main
@@ -27,3 +29,19 @@ def test_a_token_is_needed(capsys: pytest.CaptureFixture[str], monkeypatch: pyte
     monkeypatch.delenv("PPAAS_TOKEN", raising=False)
     assert main(["bridge", "ros2", "tb1"]) != 0
     assert "ppaas login" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("transport", "module", "advice"),
+    [
+        ("dds", "cyclonedds", "pip install 'ppaas[ros2]'"),
+        ("zenoh", "zenoh", "pip install 'ppaas[ros2]'"),
+        ("rclpy", "rclpy", "by the Python of the robot's ROS 2"),
+    ],
+)
+def test_what_is_not_installed_is_named(
+    transport: str, module: str, advice: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, module, None)
+    assert main(["bridge", "ros2", "tb1", "--token", "t", "--transport", transport]) == 1
+    assert advice in capsys.readouterr().err
