@@ -27,7 +27,9 @@ async def test_a_user_is_deleted_by_force(ppaas: CommandLine) -> None:
 
 async def test_an_administrator_creates_another_administrator(ppaas: CommandLine) -> None:
     await ppaas("user", "create", "eve", "--role", "admin", user="admin", stdin="battery staple\n")
-    assert {"id": "eve", "role": "admin", "groups": []} in json.loads((await ppaas("user", "list", "--json", user="admin")).out)
+    assert {"id": "eve", "role": "admin", "groups": []} in json.loads(
+        (await ppaas("user", "list", "--json", user="admin")).out
+    )
 
 
 async def test_user_commands_require_an_administrator(ppaas: CommandLine) -> None:
