@@ -3,15 +3,16 @@
 python rapyuta_check.py FILE [SECONDS]; the password is read from standard input.
 """
 
-import asyncio
 import hashlib
 import json
 import sys
+import time
 import urllib.parse
 import urllib.request
+from contextlib import suppress
 from pathlib import Path
 
-from websockets.asyncio.client import connect
+from websockets.sync.client import connect
 
 NODE = {"cTag": "containerTag", "nTag": "nodeTag"}
 INTERFACE = {"eTag": "endpointTag", "iTag": "interfaceTag", "iType": "interfaceType", "iCls": "className"}
@@ -29,23 +30,20 @@ def messages(file):
     yield "CX", {"connect": file["connections"]}
 
 
-async def main():
+def main():
     file = json.loads(Path(sys.argv[1]).read_text())
-    seconds = float(sys.argv[2]) if len(sys.argv) > 2 else 10.0
+    end = time.monotonic() + (float(sys.argv[2]) if len(sys.argv) > 2 else 10.0)
     digest = hashlib.sha256(sys.stdin.readline().rstrip("\n").encode()).hexdigest()
     master = {"userID": file["userID"], "version": "20130902"}
     with urllib.request.urlopen(f"{file['url']}?{urllib.parse.urlencode(master)}") as answer:
         url = json.loads(answer.read())["url"]
     login = {"userID": file["userID"], "robotID": file["robotID"], "password": digest}
-    async with connect(f"{url}?{urllib.parse.urlencode(login)}", max_size=None) as socket:
+    with connect(f"{url}?{urllib.parse.urlencode(login)}", max_size=None) as socket:
         for kind, data in messages(file):
-            await socket.send(json.dumps({"type": kind, "data": data}))
-        try:
-            async with asyncio.timeout(seconds):
-                async for frame in socket:
-                    print(frame[:200], flush=True)
-        except TimeoutError:
-            pass
+            socket.send(json.dumps({"type": kind, "data": data}))
+        while time.monotonic() < end:
+            with suppress(TimeoutError):
+                print(socket.recv(timeout=end - time.monotonic())[:200], flush=True)
 
 
-asyncio.run(main())
+main()
