@@ -10,6 +10,7 @@ from endpoints.rapyuta.known_nodes import NodeArguments
 from endpoints.rapyuta.place_client import Outcome, PlaceClient
 from endpoints.rosbridge.connect_request import ConnectRequest
 from endpoints.rosbridge.session_registry import SessionRegistry
+from endpoints.sharing.access import Access
 from ppaas.errors import InvalidInput, PPaaSError, Unavailable
 from ppaas.wire.rapyuta.interface_types import InterfaceForm, interface_type
 from ppaas.wire.rapyuta.requests import AddInterface
@@ -87,7 +88,8 @@ class Clone:
         """Attach to the place of the robot once its container is ready; raises as ``SessionRegistry.attach``."""
         owner = self._owner
         request = ConnectRequest(owner.robot, status=True)
-        attachment = await self._sessions.attach(owner.user, owner.token(), request, owner.answers)
+        access = Access.of_owner(owner.robot)
+        attachment = await self._sessions.attach(owner.user, owner.token(), request, owner.answers, access)
         self._client = PlaceClient(attachment, owner.report)
         self._watching = asyncio.create_task(self._watch(self._client))
 

@@ -27,7 +27,7 @@ async def admitted(services: Services, user: User, request: ConnectRequest) -> t
     """
     owner = request.owner or user.id
     if is_owner(user, owner):
-        return request, Access(request.robot)
+        return request, Access.of_owner(request.robot)
     shares: tuple[Share, ...] = ()
     if owner != user.id:
         try:

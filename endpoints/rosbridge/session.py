@@ -55,8 +55,8 @@ class ClientSession:
         Name in the log.
     count_plan : callable
         Called for each path request of the client; raises if the rate is exceeded.
-    access : Access, optional
-        Rights of the client; those of the owner by default.
+    access : Access
+        Rights of the client.
 
     Attributes
     ----------
@@ -76,9 +76,9 @@ class ClientSession:
         name: str,
         count_plan: Callable[[], None] = lambda: None,
         *,
-        access: Access | None = None,
+        access: Access,
     ) -> None:
-        self.access = access or Access("")
+        self.access = access
         self._place = place
         self._count_plan = count_plan
         self._role = role

@@ -72,9 +72,7 @@ class SessionRegistry:
 
     # -- attaching ----------------------------------------------------------------------------------------------------
 
-    async def attach(
-        self, user: str, token: str, request: ConnectRequest, probe: Probe, access: Access | None = None
-    ) -> Attachment:
+    async def attach(self, user: str, token: str, request: ConnectRequest, probe: Probe, access: Access) -> Attachment:
         """Attach a socket to a session at the place of a robot, once its container is ready; `detach` must follow.
 
         Parameters
@@ -85,8 +83,8 @@ class SessionRegistry:
             Request of the client.
         probe : callable
             Probes the connection.
-        access : Access, optional
-            Rights of the client on the robot; those of the owner by default, who must then be the user.
+        access : Access
+            Rights of the client on the robot.
 
         Raises
         ------
@@ -103,7 +101,7 @@ class SessionRegistry:
         )
         try:
             await self._wait_ready(request, place)
-            attachment = await self._attach(user, token, request, place, probe, access=access or Access(request.robot))
+            attachment = await self._attach(user, token, request, place, probe, access=access)
         except BaseException:
             self._leave_place(place, request)
             raise

@@ -37,8 +37,13 @@ class Access:
     """
 
     robot: str
-    grants: tuple[Share, ...] = (_OWNED,)
+    grants: tuple[Share, ...]
     scope: TokenScope | None = None
+
+    @classmethod
+    def of_owner(cls, robot: str) -> "Access":
+        """Return the rights of the owner of a robot, whose address this is."""
+        return cls(robot, (_OWNED,))
 
     @property
     def is_full(self) -> bool:

@@ -15,6 +15,7 @@ from endpoints.rosbridge.attachment import Attachment, RetainedSession
 from endpoints.rosbridge.connect_request import ConnectRequest
 from endpoints.rosbridge.session import ClientSession
 from endpoints.services.services import Services
+from endpoints.sharing.access import Access
 from engine.protocols import robot_link
 from ppaas.errors import NotFound, PPaaSError
 from ppaas.messages import decode, encode, rosapi
@@ -87,12 +88,12 @@ class StillSessions:
     attached: list[Attachment] = field(default_factory=list)
     opened: list[str] = field(default_factory=list)
 
-    async def attach(self, user: str, token: str, request: ConnectRequest, probe: Probe) -> Attachment:
+    async def attach(self, user: str, token: str, request: ConnectRequest, probe: Probe, access: Access) -> Attachment:
         await asyncio.sleep(0)
         if self.refusals:
             raise self.refusals.pop(0)
         self.opened.append(request.robot)
-        session = ClientSession(self.place, request.role, RosbridgeSession("error"), request.robot)
+        session = ClientSession(self.place, request.role, RosbridgeSession("error"), request.robot, access=access)
         retained = RetainedSession(session, self.place, None)
         attachment = Attachment(retained, request, user, token, probe, resumed=False)
         self.attached.append(attachment)

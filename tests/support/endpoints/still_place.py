@@ -9,6 +9,7 @@ import msgspec
 
 from endpoints.rosbridge.roles import Role
 from endpoints.rosbridge.session import ClientSession
+from endpoints.sharing.access import Access
 from engine.protocols import robot_link
 from engine.protocols.framing import FrameStream
 from engine.service.links.place_link import PlaceLink
@@ -83,7 +84,7 @@ class StillClient:
         names: NameScope | None = None,
     ) -> None:
         wire = RosbridgeSession(level, names)  # type: ignore[arg-type]
-        self.session = ClientSession(place, role, wire, role, count_plan)
+        self.session = ClientSession(place, role, wire, role, count_plan, access=Access.of_owner("tb1"))
 
     def say(self, **frame: Any) -> None:
         """Send a frame."""

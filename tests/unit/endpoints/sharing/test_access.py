@@ -152,9 +152,9 @@ def test_a_share_that_was_narrowed_does_not_include_the_one_before() -> None:
     assert not narrow.includes(wide)
     assert access(ADMINISTER).includes(wide)
     assert not access(LOOK).includes(narrow)
-    assert Access("tb1").includes(wide)
-    assert not wide.includes(Access("tb1"))
-    assert not access_of(scoped("drive"), "ann", "tb1", ()).includes(Access("tb1"))
+    assert Access.of_owner("tb1").includes(wide)
+    assert not wide.includes(Access.of_owner("tb1"))
+    assert not access_of(scoped("drive"), "ann", "tb1", ()).includes(Access.of_owner("tb1"))
 
 
 globs = st.lists(st.sampled_from(["*", "a*", "cmd_vel", "map"]), max_size=2).map(tuple)
