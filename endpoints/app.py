@@ -30,7 +30,7 @@ from endpoints.rest.robots import (
     robot_urdf,
     robots,
 )
-from endpoints.rest.users import groups, tickets, tokens, users
+from endpoints.rest.users import groups, scoped_tokens, tickets, tokens, users
 from endpoints.rest.viewer import add_viewer
 from endpoints.services.services import Services
 
@@ -51,6 +51,7 @@ RESOURCES = (
     planning,
     cost_matrix,
     tokens,
+    scoped_tokens,
     tickets,
     users,
     groups,

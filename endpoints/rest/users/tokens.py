@@ -7,13 +7,12 @@ from endpoints.accounts.accounts import IssuedToken
 from endpoints.accounts.authentication import address_of
 from endpoints.accounts.caller import note_caller
 from endpoints.audit.notes import note_object
-from endpoints.audit.redaction import TOKEN_SHOWN
 from endpoints.rest.dependencies import AnyCaller, Caller, Paged, Provided, check_unscoped, used_token
 from endpoints.rest.names import TokenId
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.paging import Page
 from endpoints.rest.strict_json import StrictRoute
-from endpoints.rest.users.schemas import Credentials, ScopeAnswer, ScopedTokenRequest, TokenAnswer, TokenSummary
+from endpoints.rest.users.schemas import Credentials, ScopeAnswer, TokenAnswer, TokenSummary
 from ppaas.errors import NotAuthenticated, TooManyAttempts
 from storage.records import Token
 
@@ -41,17 +40,6 @@ async def log_in(credentials: Credentials, services: Provided, request: Request,
     note_caller(request.scope, credentials.user, login.id)
     note_object(request.scope, f"users/{credentials.user}")
     return login
-
-
-@router.post("/scoped", status_code=201, response_model=TokenAnswer, responses=KNOWN | BODY | problems(403))
-async def create_token(
-    wanted: ScopedTokenRequest, request: Request, services: Provided, user: Caller, response: Response
-) -> IssuedToken:
-    """Create a token of the caller for some robots only. Its text is returned only here and never stored."""
-    response.headers["Cache-Control"] = "no-store"
-    token = await services.accounts.issue_scoped(user.id, wanted.scope, wanted.expires_in, wanted.name)
-    note_object(request.scope, f"tokens/{token.id[:TOKEN_SHOWN]}")
-    return token
 
 
 @router.get("", response_model=Page[TokenSummary], responses=KNOWN)

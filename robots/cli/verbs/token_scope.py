@@ -42,7 +42,7 @@ async def create(arguments: argparse.Namespace) -> None:
     wanted = {"robots": arguments.robots, "role": arguments.role, "name": arguments.name, **topics_of(arguments)}
     if arguments.expires is not None:
         wanted["expires_in"] = arguments.expires
-    token = await logged_in(arguments).post(path_of("tokens", "scoped"), wanted)
+    token = await logged_in(arguments).post(path_of("scoped-tokens"), wanted)
     if arguments.json:
         show(token, (), as_json=True)
     else:

@@ -45,7 +45,7 @@ WITH_JSON = [
     ("PATCH", "/v1/maps/house/people/settings"),
     ("POST", "/v1/maps/house/people/follow"),
     ("PUT", "/v1/robots/tb1/shares/bob"),
-    ("POST", "/v1/tokens/scoped"),
+    ("POST", "/v1/scoped-tokens"),
     ("PUT", "/v1/groups/hall"),
 ]
 
@@ -190,7 +190,7 @@ BODIES: dict[str, object] = {
     "/v1/robots/tb1/nodes/amcl": {"home": "cloud"},
     "/v1/robots/tb1/goals": {"pose": [1, 1]},
     "/v1/robots/tb1/shares/bob": {"role": "look"},
-    "/v1/tokens/scoped": {"robots": ["tb1"], "role": "look"},
+    "/v1/scoped-tokens": {"robots": ["tb1"], "role": "look"},
     "/v1/groups/hall": {"members": ["ann"]},
     "/v1/maps/house/plans": {"start": [0, 0], "goal": [1, 1]},
     "/v1/plans/p1": {"map": "house", "planner": "dijkstra", "poses": [[0, 0, 0, 0, 0, 0, 1]]},

@@ -28,7 +28,7 @@ async def ann(client: httpx.AsyncClient, log_in: LogIn, publish: Publish, servic
 
 
 async def created(client: httpx.AsyncClient, header: Header, **wanted: Any) -> Header:
-    answer = await client.post("/v1/tokens/scoped", headers=header, json={"robots": ["tb*"], "role": "look"} | wanted)
+    answer = await client.post("/v1/scoped-tokens", headers=header, json={"robots": ["tb*"], "role": "look"} | wanted)
     assert answer.status_code == 201, answer.text
     assert answer.headers["cache-control"] == "no-store"
     return {"Authorization": f"Bearer {answer.json()['token']}"}
@@ -61,7 +61,7 @@ async def test_a_token_of_an_administrator_has_no_rights_of_administrators(
 async def test_a_token_makes_no_other_tokens_and_revokes_only_itself(client: httpx.AsyncClient, ann: Header) -> None:
     wall = await created(client, ann, role="administer")
     wanted = {"robots": ["*"], "role": "administer"}
-    refused = await client.post("/v1/tokens/scoped", headers=wall, json=wanted)
+    refused = await client.post("/v1/scoped-tokens", headers=wall, json=wanted)
     text = "this token is for the robots tb* only: log in and use a token without a scope"
     assert problem_of(refused, 403, "not-permitted")["detail"] == text
     problem_of(await client.get("/v1/tokens", headers=wall), 403, "not-permitted")
@@ -129,5 +129,5 @@ async def test_a_new_password_revokes_tokens_with_a_scope_too(
 )  # fmt: skip
 async def test_invalid_scopes_are_refused(client: httpx.AsyncClient, ann: Header, wanted: dict[str, Any]) -> None:
     body = {"robots": ["tb*"], "role": "look"} | wanted
-    answer = await client.post("/v1/tokens/scoped", headers=ann, json=body)
+    answer = await client.post("/v1/scoped-tokens", headers=ann, json=body)
     problem_of(answer, 422, "invalid-request")
