@@ -77,9 +77,9 @@ MIGRATIONS: tuple[tuple[Migration, ...], ...] = (
            zone TEXT NOT NULL, people INTEGER NOT NULL, PRIMARY KEY (map, user, hour, zone)) STRICT, WITHOUT ROWID""",
     ),
     (
-        """CREATE TABLE robot_shares (grantee TEXT NOT NULL, user TEXT NOT NULL, robot TEXT NOT NULL,
+        """CREATE TABLE IF NOT EXISTS robot_shares (grantee TEXT NOT NULL, user TEXT NOT NULL, robot TEXT NOT NULL,
            PRIMARY KEY (grantee, user, robot)) STRICT, WITHOUT ROWID""",
-        "CREATE INDEX robot_shares_by_robot ON robot_shares (user, robot)",
+        "CREATE INDEX IF NOT EXISTS robot_shares_by_robot ON robot_shares (user, robot)",
     ),
 )
 """Schema migrations, as SQL statements and functions. Entry *n* migrates a file from version *n* to *n* + 1, and is

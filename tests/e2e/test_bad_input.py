@@ -219,13 +219,14 @@ async def test_unknown_topics_services_and_types_are_not_found(operator: ClientC
 @settings(max_examples=4, suppress_health_check=list(HealthCheck), database=None)
 @given(st.lists(FRAME, min_size=100, max_size=100))
 async def test_frames_of_one_client_do_not_disturb_another(
-    cloud: RunningCloud, token: str, frames: list[str | None]
+    cloud: RunningCloud, token: str, frames: list[str | bytes]
 ) -> None:
     url = f"{cloud.ws_url}/?robot=victim&token={token}&role=operator"
     async with connect(url, max_size=None) as careless, connect(url, max_size=None) as socket:
         await send(socket, op="subscribe", topic="map", type="nav_msgs/OccupancyGrid")
         for frame in frames:
-            await careless.send((frame or "\x00").encode(errors="replace"), text=frame is not None)
+            content = frame.encode(errors="replace") if isinstance(frame, str) else frame
+            await careless.send(content or b"\x00", text=isinstance(frame, str))
         assert await Bystander(socket).is_served()
         await send(careless, op="call_service", service="/rosapi/get_time", id="last")
         while (await next_frame(careless, "service_response"))["id"] != "last":

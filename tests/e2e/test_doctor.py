@@ -67,8 +67,8 @@ async def test_robot_without_tf_is_told_so_everywhere(cloud: RunningCloud, offic
         assert f"'{FRAME}', has no transform to 'base_link'" in found["findings"][0]["text"]
         assert {topic["name"]: topic["refused"] > 0 for topic in found["topics"]}["scan"]
         assert "base_link" in {frame["name"] for frame in found["frames"]}
-        [line] = (await Examination(cloud.url, token, 0.0).cloud())["robots"]
-        assert (line["name"], line["connected"], line["level"]) == ("tf-less", True, "error")
+        lines = {line["name"]: line for line in (await Examination(cloud.url, token, 0.0).cloud())["robots"]}
+        assert (lines["tf-less"]["connected"], lines["tf-less"]["level"]) == (True, "error")
         await send(socket, op="subscribe", topic="/diagnostics")
         statuses = (json.loads(await socket.recv()))["msg"]["status"]
         assert "ppaas: frames-laser-unknown" in {status["name"] for status in statuses}

@@ -169,9 +169,15 @@ async def test_what_reads_or_computes_is_not_recorded(
 
 
 async def test_a_failure_of_the_cloud_is_no_refusal(
-    client: httpx.AsyncClient, services: Services, log_in: LogIn, monkeypatch: pytest.MonkeyPatch
+    client: httpx.AsyncClient,
+    services: Services,
+    log_in: LogIn,
+    publish: Publish,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     ann = await log_in("ann")
+    await publish(ann)
+    assert (await client.put("/v1/robots/tb1", headers=ann, json={"map": "house"})).status_code == 201
 
     def broken(*_arguments: object, **_options: object) -> None:
         raise RuntimeError

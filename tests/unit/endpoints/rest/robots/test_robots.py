@@ -43,7 +43,7 @@ async def test_only_the_map_is_required_in_a_robot_file(
     answer = await client.put("/v1/robots/tb1", headers=ann, json={"map": "house"})
     defaults = {"model": "turtlebot2", "initial_pose": [0.0, 0.0, 0.0], "cores": 1.0, "parameters": {}}
     defaults |= {"description": "", "properties": {}, "labels": {}}
-    assert answer.json() == FILE | defaults | {"id": "tb1", "user": "ann"}
+    assert answer.json() == FILE | defaults | {"id": "tb1", "user": "ann", "role": "administer"}
 
 
 async def test_a_robot_may_require_machine_labels(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
