@@ -34,12 +34,9 @@ def as_volume(codes, values):
 
 
 @settings(max_examples=15, deadline=None)
-@given(
-    st.floats(-5.0, 5.0).filter(lambda value: abs(value / 0.05 - round(value / 0.05)) > 1e-6),
-    st.floats(-5.0, 5.0).filter(lambda value: abs(value / 0.05 - round(value / 0.05)) > 1e-6),
-    st.floats(-math.pi, math.pi),
-)
+@given(st.integers(-5000, 5000), st.integers(-5000, 5000), st.floats(-math.pi, math.pi))
 def test_moved_blocks_are_those_of_the_twin(volume, x, y, angle):
+    x, y = 1e-3 * x + 0.317e-3, 1e-3 * y + 0.713e-3  # else many centres may be on the border of two voxels at once
     found = as_volume(*moved(volume.blocks, Pose2D(x, y, angle), 0.1))
     wanted = moved_voxels(log_odds(volume), (x, y, angle), 0.1)
     different = {key for key in found.keys() | wanted.keys() if found.get(key) != wanted.get(key)}
