@@ -49,9 +49,11 @@ async def send(socket: ClientConnection, **frame: Any) -> None:
 
 async def next_frame(socket: ClientConnection, op: str) -> dict[str, Any]:
     while True:
-        frame: dict[str, Any] = json.loads(await socket.recv())
-        if frame["op"] == op:
-            return frame
+        received = await socket.recv()
+        if isinstance(received, str):  # binary ones are messages in CBOR
+            frame: dict[str, Any] = json.loads(received)
+            if frame["op"] == op:
+                return frame
 
 
 async def ask(socket: ClientConnection, service: str, args: Any) -> dict[str, Any]:
@@ -108,7 +110,10 @@ async def test_an_unknown_robot_is_refused_at_the_handshake(cloud: RunningCloud,
     assert "ghost" in problem["detail"]
 
 
-async def test_an_unknown_role_and_a_missing_robot_are_refused(cloud: RunningCloud, token: str) -> None:
+async def test_an_unknown_role_and_a_missing_robot_are_refused(
+    cloud: RunningCloud, token: str, office_map: GridMap
+) -> None:
+    await put_robot_with(RestClient(cloud.url, token), "second", tuple(free_pose(office_map, seed=1)))
     assert (await refusal(f"{cloud.ws_url}/?robot=victim&token={token}&role=god"))[0] == 422
     assert (await refusal(f"{cloud.ws_url}/?token={token}"))[0] == 422
 
