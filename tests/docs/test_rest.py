@@ -29,7 +29,7 @@ def states(words: str) -> bool:
 
 def test_resources_and_commands_exist() -> None:
     rows = table(REST, "resource", "operations", "commands")
-    named = {path for row in rows for path in re.findall(r"/v1/[\w/]+", row[0])}
+    named = {path for row in rows for path in re.findall(r"/v1/[\w/-]+", row[0])}
     assert {path.split("/")[2] for path in named} == {path.split("/")[2] for path in description()["paths"]} - {
         "models"
     }
