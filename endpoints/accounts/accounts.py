@@ -20,9 +20,10 @@ from endpoints.accounts.scoped_user import user_of_token
 from endpoints.accounts.socket_tickets import SocketTickets
 from endpoints.accounts.token_cache import TokenCache
 from endpoints.accounts.unsaved_tokens import UNSAVED_LIFETIME, UnsavedTokens
+from endpoints.accounts.user_lookup import find_user
 from ppaas.clock import Clock, epoch
 from ppaas.errors import Conflict, InvalidInput, NotAuthenticated, NotFound, NotPermitted, Unavailable
-from storage.names import check_name, is_name
+from storage.names import check_name
 from storage.ports import UserStore
 from storage.records import Role, Token, User
 from storage.sharing_records import TokenScope
@@ -140,7 +141,7 @@ class Accounts:
 
     async def ensure_admin(self, password: str) -> User:
         """Return the user ``admin``, created with this password if missing; an existing user keeps its password."""
-        admin = await self._find(ADMIN)
+        admin = await find_user(self._store, ADMIN)
         if admin is None:
             return await self.register(ADMIN, password, "admin")
         if admin.role != "admin":
@@ -171,7 +172,7 @@ class Accounts:
             Too many passwords are being hashed.
         """
         origin = self._throttle.admit(user_id, address)
-        user = await self._find(user_id)
+        user = await find_user(self._store, user_id)
         if not await self._matches(user, password, origin) or user is None:
             raise NotAuthenticated("wrong user or password")
         now = self._clock()
@@ -322,17 +323,9 @@ class Accounts:
     async def is_known(self, user_id: str) -> bool:
         """Return whether a user exists; False also if the store is unreachable."""
         try:
-            return await self._find(user_id) is not None
+            return await find_user(self._store, user_id) is not None
         except Unavailable:
             return False
-
-    async def _find(self, user_id: str) -> User | None:
-        if not is_name(user_id):
-            return None
-        try:
-            return await run_in_threadpool(self._store.user, user_id)
-        except NotFound:
-            return None
 
     def _change(
         self,

@@ -16,8 +16,8 @@ from starlette.concurrency import run_in_threadpool
 
 from endpoints.accounts.login_throttle import LoginThrottle
 from endpoints.accounts.passwords import Passwords
+from endpoints.accounts.user_lookup import find_user
 from ppaas.errors import Conflict, InvalidInput, NotAuthenticated, NotFound
-from storage.names import is_name
 from storage.ports import UserStore
 from storage.records import User
 
@@ -92,7 +92,7 @@ class RapyutaPasswords:
             Too many passwords are being hashed.
         """
         origin = self._throttle.admit(user_id, address)
-        user = await self._find(user_id)
+        user = await find_user(self._store, user_id)
         stored = user.rapyuta_hash if user is not None and user.role != "admin" else ""
         if not await self._passwords.verify(stored or None, digest.lower(), origin) or user is None:
             failures = self._throttle.failed(origin)
@@ -135,7 +135,7 @@ class RapyutaPasswords:
 
     async def check_other(self, user_id: str, password: str) -> None:
         """Raise ``InvalidInput`` if a new password of a user is the one for the user's robots."""
-        user = await self._find(user_id)
+        user = await find_user(self._store, user_id)
         if user is None or not user.rapyuta_hash:
             return
         if await self._passwords.verify(user.rapyuta_hash, _digest(password)):
@@ -146,14 +146,6 @@ class RapyutaPasswords:
             changed = msgspec.structs.replace(self._store.user(user_id), rapyuta_hash=stored)
             self._store.change_user(changed)
         return changed
-
-    async def _find(self, user_id: str) -> User | None:
-        if not is_name(user_id):
-            return None
-        try:
-            return await run_in_threadpool(self._store.user, user_id)
-        except NotFound:
-            return None
 
 
 def _digest(password: str) -> str:
