@@ -88,6 +88,32 @@ class ConnectionKeeper:
                 delays = self._reconnect_delays()
             await asyncio.sleep(next(delays))
 
+    async def wait_connected(self, runner: asyncio.Task[None], timeout: float, check: Callable[[], None]) -> None:
+        """Wait for the first connection.
+
+        Parameters
+        ----------
+        runner : Task
+            Task that executes `run`.
+        timeout : float
+            Time limit, over all attempts [s].
+        check : callable
+            Called after the wait; raises if the runner has failed.
+
+        Raises
+        ------
+        Unavailable
+            There was no connection in time.
+        """
+        waiting = asyncio.create_task(self.connected.wait())
+        try:
+            await asyncio.wait({runner, waiting}, timeout=timeout, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            waiting.cancel()
+        check()
+        if not self.connected.is_set():
+            raise Unavailable(f"no connection to the cloud within {timeout:g} s; check that it runs")
+
     async def _open(self) -> ClientConnection:
         try:
             point = ResumptionPoint(self._session, self._count) if self._session else None

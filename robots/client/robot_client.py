@@ -112,19 +112,11 @@ class RobotClient:
             The reason of the cloud's refusal, or ``Unavailable`` if it was not reached within ``connect_timeout``.
         """
         self._runner = asyncio.create_task(self._run())
-        waiting = asyncio.create_task(self._keeper.connected.wait())
         try:
-            await asyncio.wait(
-                {self._runner, waiting}, timeout=self._connect_timeout, return_when=asyncio.FIRST_COMPLETED
-            )
-            self._check()
-            if not self._keeper.connected.is_set():
-                raise Unavailable(f"no connection to the cloud within {self._connect_timeout:g} s; check that it runs")
+            await self._keeper.wait_connected(self._runner, self._connect_timeout, self._check)
         except BaseException:
             await self._stop()
             raise
-        finally:
-            waiting.cancel()
         return self
 
     async def __aexit__(

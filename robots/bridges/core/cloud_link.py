@@ -121,24 +121,21 @@ class CloudLink:
             The reason of the cloud's refusal, or ``Unavailable`` if it was not reached in time.
         """
         self._runner = asyncio.create_task(self._keeper.run())
-        waiting = asyncio.create_task(self._keeper.connected.wait())
         try:
-            await asyncio.wait({self._runner, waiting}, timeout=CONNECT_TIMEOUT, return_when=asyncio.FIRST_COMPLETED)
-            if self._runner.done():
-                self._runner.result()
-            if not self._keeper.connected.is_set():
-                raise Unavailable(f"no connection to the cloud within {CONNECT_TIMEOUT:g} s; check that it runs")
+            await self._keeper.wait_connected(self._runner, CONNECT_TIMEOUT, self._check)
         except BaseException:
             await self._stop()
             raise
-        finally:
-            waiting.cancel()
         return self
 
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         await self._stop()
+
+    def _check(self) -> None:
+        if self._runner is not None and self._runner.done():
+            self._runner.result()
 
     async def _stop(self) -> None:
         if self._runner is not None:
