@@ -9,7 +9,7 @@ from ppaas import __version__
 from ppaas.errors import PPaaSError
 from robots.cli.command_parser import CommandParser
 from robots.cli.event_loop import TERMINATED, Terminated
-from robots.cli.plugins import add_missing, loaded
+from robots.cli.plugins import installed
 
 GROUP = "ppaas.commands"
 """Group of the commands' entry points."""
@@ -67,10 +67,7 @@ def _parser(entries: Iterable[EntryPoint], arguments: list[str]) -> CommandParse
     parser.add_argument("--version", action="version", version=f"ppaas {__version__}")
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     # Import only the command that is called; ``--help`` imports all.
-    for name, module in loaded(entries, arguments):
-        if isinstance(module, ModuleNotFoundError):
-            add_missing(subparsers, name, module)
-            continue
+    for name, module in installed(subparsers, entries, arguments):
         command = subparsers.add_parser(module.NAME, help=module.HELP, description=module.HELP)
         command.words = arguments[1:] if name in arguments[:1] else None
         module.configure(command)

@@ -5,10 +5,18 @@ from importlib.metadata import EntryPoint
 from typing import Any
 
 
-def loaded(entries: Iterable[EntryPoint], words: Sequence[str]) -> Iterator[tuple[str, Any]]:
+def installed(subparsers: Any, entries: Iterable[EntryPoint], words: Sequence[str]) -> Iterator[tuple[str, Any]]:
     """Yield the name and object of the entry point named by the first word, or of all if it names none.
 
-    When all are loaded, an entry point whose module is missing yields the ``ModuleNotFoundError`` as its object.
+    When all are loaded, an entry point whose module is missing is listed in the help, with the module that it needs.
+
+    Parameters
+    ----------
+    subparsers : subparsers of argparse
+        Parsers to which the caller adds one for each object.
+    entries : iterable of EntryPoint
+    words : sequence of str
+        Words of the command line that follow.
 
     Raises
     ------
@@ -21,11 +29,8 @@ def loaded(entries: Iterable[EntryPoint], words: Sequence[str]) -> Iterator[tupl
         return
     for name in sorted(by_name):
         try:
-            yield name, by_name[name].load()
+            found = by_name[name].load()
         except ModuleNotFoundError as error:
-            yield name, error
-
-
-def add_missing(subparsers: Any, name: str, error: ModuleNotFoundError) -> None:
-    """List a plug-in that cannot be loaded, with the module that it needs."""
-    subparsers.add_parser(name, help=f"needs {error.name}, which is not installed")
+            subparsers.add_parser(name, help=f"needs {error.name}, which is not installed")
+        else:
+            yield name, found

@@ -3,7 +3,7 @@
 import argparse
 from importlib.metadata import entry_points
 
-from robots.cli.plugins import add_missing, loaded
+from robots.cli.plugins import installed
 
 NAME = "bridge"
 HELP = "connect a robot with ROS to the cloud, without code on the robot"
@@ -15,10 +15,7 @@ BRIDGES = "ppaas.bridges"
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     bridges = parser.add_subparsers(dest="bridge", required=True, metavar="PROTOCOL")
-    for name, module in loaded(entry_points(group=BRIDGES), getattr(parser, "words", None) or ()):
-        if isinstance(module, ModuleNotFoundError):
-            add_missing(bridges, name, module)
-            continue
+    for name, module in installed(bridges, entry_points(group=BRIDGES), getattr(parser, "words", None) or ()):
         one = bridges.add_parser(name, help=module.HELP, description=module.HELP)
         module.configure(one)
         one.set_defaults(run_bridge=module.run)

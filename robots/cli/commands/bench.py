@@ -8,7 +8,7 @@ from robots.cli import event_loop
 from robots.cli.benches import GROUP, Bench, Measured
 from robots.cli.command_parser import CommandParser
 from robots.cli.output import print_line, show
-from robots.cli.plugins import add_missing, loaded
+from robots.cli.plugins import installed
 
 NAME = "bench"
 HELP = "measure planners, or a cloud on this machine, against baselines"
@@ -28,10 +28,7 @@ def configure(parser: CommandParser) -> None:
         parser.description = f"{HELP}: {WHERE}"
         return
     kinds = parser.add_subparsers(title="what", metavar="WHAT", required=True)
-    for name, bench in loaded(entries, parser.words):
-        if isinstance(bench, ModuleNotFoundError):
-            add_missing(kinds, name, bench)
-            continue
+    for name, bench in installed(kinds, entries, parser.words):
         kind = kinds.add_parser(name, help=bench.HELP, description=bench.HELP)
         bench.configure(kind)
         kind.add_argument("--json", action="store_true", help="print the result as one JSON object")

@@ -8,7 +8,7 @@ from typing import Any
 from ppaas.errors import InvalidInput
 from robots.cli import event_loop
 from robots.cli.output import show
-from robots.cli.plugins import add_missing, loaded
+from robots.cli.plugins import installed
 from robots.cli.resource import Resource
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
 from robots.client.rest_paths import path_of
@@ -60,10 +60,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     for verb in (listing, *named):
         add_session_arguments(verb)
-    for name, module in loaded(entry_points(group=OTHERS), getattr(parser, "words", None) or ()):
-        if isinstance(module, ModuleNotFoundError):
-            add_missing(verbs, name, module)
-            continue
+    for name, module in installed(verbs, entry_points(group=OTHERS), getattr(parser, "words", None) or ()):
         other = verbs.add_parser(name, help=module.HELP, description=module.HELP)
         module.configure(other)
         other.set_defaults(run_verb=module.run)
