@@ -1,9 +1,11 @@
 """Server that plays the cloud for clients of boards, scene by scene."""
 
+import asyncio
 import json
 import struct
 from collections.abc import AsyncIterator, Callable, Coroutine
 from contextlib import asynccontextmanager
+from http import HTTPStatus
 from typing import Any
 
 from websockets.asyncio.server import ServerConnection, serve
@@ -53,3 +55,23 @@ async def receive_until(socket: ServerConnection, count: int) -> list[Any]:
     """Return the operations of the next frames."""
     frames = [await socket.recv() for _ in range(count)]
     return [json.loads(frame if isinstance(frame, str) else operation_of(frame)) for frame in frames]
+
+
+async def move_container(socket: ServerConnection) -> None:
+    """Play a cloud that sends two messages, one of them large, and then moves the container of the robot."""
+    await receive_until(socket, 2)
+    await socket.send(CMD_VEL)
+    await socket.send(published("map", {"data": [0] * 1000}))
+    await asyncio.sleep(0.2)
+    await socket.close(1011, "unavailable: the container moves")
+
+
+async def drive_on(socket: ServerConnection) -> None:
+    """Play a cloud that sends one velocity."""
+    await socket.send(CMD_VEL)
+    await socket.wait_closed()
+
+
+def refuse_token(socket: ServerConnection, _request: Request) -> Response:
+    """Refuse the handshake."""
+    return socket.respond(HTTPStatus.UNAUTHORIZED, "the token is unknown")

@@ -4,16 +4,22 @@ import asyncio
 import json
 import shutil
 from asyncio.subprocess import PIPE
-from http import HTTPStatus
 from pathlib import Path
 from typing import Any
 
 import pytest
 from websockets.asyncio.server import ServerConnection
-from websockets.http11 import Request, Response
 
 from tests.support.cloud.board_robot import ARDUINO, STRICT, in_cpp
-from tests.support.cloud.board_scenes import CMD_VEL, playing, published, receive_until
+from tests.support.cloud.board_scenes import (
+    CMD_VEL,
+    drive_on,
+    move_container,
+    playing,
+    published,
+    receive_until,
+    refuse_token,
+)
 
 pytestmark = pytest.mark.skipif(shutil.which("g++") is None, reason="g++ is not installed")
 
@@ -64,18 +70,7 @@ async def test_a_board_says_what_it_measures_and_drives_as_it_is_told(program: s
 
 
 async def test_a_board_resumes_its_session_with_the_number_of_messages_it_received(program: str) -> None:
-    async def first(socket: ServerConnection) -> None:
-        await receive_until(socket, 2)
-        await socket.send(CMD_VEL)
-        await socket.send(published("map", {"data": [0] * 1000}))
-        await asyncio.sleep(0.2)
-        await socket.close(1011, "unavailable: the container moves")
-
-    async def second(socket: ServerConnection) -> None:
-        await socket.send(CMD_VEL)
-        await socket.wait_closed()
-
-    async with playing(first, second) as cloud:
+    async with playing(move_container, drive_on) as cloud:
         lines = await run(program, cloud.port)
     assert cloud.paths[1].endswith("&resume=abc.2")
     assert lines[:3] == [DRIVE, STOP, DRIVE], "it stops when the connection is lost"
@@ -91,10 +86,7 @@ async def test_a_board_gives_up_where_it_must_not_connect_again(program: str, co
 
 
 async def test_a_board_says_why_the_handshake_was_refused(program: str) -> None:
-    def refuse(socket: ServerConnection, _request: Request) -> Response:
-        return socket.respond(HTTPStatus.UNAUTHORIZED, "the token is unknown")
-
-    async with playing(process_request=refuse) as cloud:
+    async with playing(process_request=refuse_token) as cloud:
         assert await run(program, cloud.port, 5000) == ["text the token is unknown", "refused HTTP status 401"]
 
 

@@ -3,16 +3,22 @@
 import asyncio
 import json
 from asyncio.subprocess import PIPE
-from http import HTTPStatus
 from pathlib import Path
 from typing import Any
 
 import pytest
 from websockets.asyncio.server import ServerConnection
-from websockets.http11 import Request, Response
 
 from tests.support.cloud.board_robot import HEAP, compile_for_board, micropython
-from tests.support.cloud.board_scenes import CMD_VEL, playing, published, receive_until
+from tests.support.cloud.board_scenes import (
+    CMD_VEL,
+    drive_on,
+    move_container,
+    playing,
+    published,
+    receive_until,
+    refuse_token,
+)
 
 pytestmark = pytest.mark.skipif(
     micropython() is None, reason="MicroPython is not installed: it has wheels for Linux only"
@@ -86,18 +92,7 @@ async def test_a_board_says_what_it_measures_and_drives_as_it_is_told(folder: Pa
 
 
 async def test_a_board_resumes_its_session_with_the_number_of_frames_it_received(folder: Path) -> None:
-    async def first(socket: ServerConnection) -> None:
-        await receive_until(socket, 2)
-        await socket.send(CMD_VEL)
-        await socket.send(published("map", {"data": [0] * 1000}))
-        await asyncio.sleep(0.2)
-        await socket.close(1011, "unavailable: the container moves")
-
-    async def second(socket: ServerConnection) -> None:
-        await socket.send(CMD_VEL)
-        await socket.wait_closed()
-
-    async with playing(first, second) as cloud:
+    async with playing(move_container, drive_on) as cloud:
         lines = await run(folder, cloud.port, 1200)
     assert cloud.paths[1].endswith("&resume=abc.2")
     drive, stop = "drive 0.25 0.0 -0.5", "drive 0.0 0.0 0.0"
@@ -114,10 +109,7 @@ async def test_a_board_gives_up_where_it_must_not_connect_again(folder: Path, co
 
 
 async def test_a_board_says_why_the_handshake_was_refused(folder: Path) -> None:
-    def refuse(socket: ServerConnection, _request: Request) -> Response:
-        return socket.respond(HTTPStatus.UNAUTHORIZED, "the token is unknown")
-
-    async with playing(process_request=refuse) as cloud:
+    async with playing(process_request=refuse_token) as cloud:
         [line] = await run(folder, cloud.port, 5000)
     assert line.startswith("refused 401") and "the token is unknown" in line
 
