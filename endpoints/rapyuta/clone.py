@@ -69,7 +69,7 @@ class Clone:
 
     @property
     def is_open(self) -> bool:
-        """Whether there is a client of the place."""
+        """Whether a client is attached to the place."""
         return self._client is not None
 
     @property

@@ -48,7 +48,7 @@ class Carrier:
 
     @property
     def ready(self) -> bool:
-        """Whether frames can be sent now."""
+        """True while frames can be sent."""
         return self._connection.ready
 
     def send_frame(self, frame: bytes) -> None:

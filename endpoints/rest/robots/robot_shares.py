@@ -24,7 +24,7 @@ MAX_SHARES = 256
 
 
 class ShareFile(RequestBody):
-    """What a robot is shared for."""
+    """Rights that a share of a robot gives."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"role": "drive", "publish": ["cmd_vel"]}]})
 
@@ -56,7 +56,7 @@ class ShareFile(RequestBody):
 
 
 class ShareAnswer(ResponseBody):
-    """What a robot is shared for with a user or a group."""
+    """Share of a robot with a user or a group."""
 
     to: str = Field(description="Id of a user, or `group:` and the name of a group")
     role: ShareRole
