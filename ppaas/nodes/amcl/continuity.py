@@ -1,6 +1,7 @@
 """Continuity checks of scans and odometry: late scans, clocks that are set back, and odometry that is reset."""
 
 import logging
+import math
 
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
@@ -16,6 +17,9 @@ LONGEST_GAP = 5.0
 SLACK, FASTEST = 1.0, 5.0
 """Odometry was reset if it jumped by more than `SLACK` [m] plus what `FASTEST` [m/s] allows."""
 
+SILENCE, ORIGIN = 2.0, 0.05
+"""Time without scans [s], and distance and turn from zero [m, rad] at which odometry after it is that of a robot that
+has restarted, if it was farther than `SLACK` before."""
 
 MOST_LASERS = 100
 """Largest number of lasers whose last stamps are known."""
@@ -64,6 +68,21 @@ class Continuity:
             )
         logger.warning("the clock of the scans was set back by %.3f s; continuing from there", last - stamp)
         self._lasers.clear()
+
+    def has_restarted(self, odom: Pose2D, now: float) -> bool:
+        """Return whether the robot has restarted since the last scan, maybe elsewhere; call it before `note`.
+
+        Parameters
+        ----------
+        odom : Pose2D
+            Odometry at the time of the scan.
+        now : float
+            Time by the executor's clock [s].
+        """
+        if self.odom is None or now - self._at < SILENCE:
+            return False
+        begins = math.hypot(odom.x, odom.y) < ORIGIN and abs(odom.theta) < ORIGIN
+        return begins and odom.distance_to(self.odom) > SLACK
 
     def note(self, odom: Pose2D, stamp: float, now: float, laser: str = "") -> Pose2D | None:
         """Record a scan that is used; return the odometry of the last one if it was reset since, otherwise None.

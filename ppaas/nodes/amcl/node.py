@@ -53,7 +53,8 @@ class AmclNode(Node):
     robot has not moved far enough for an update of the particles. So other robots know of a robot that stands still.
 
     Scans wait until odometry has reached their stamps. A stamp of zero means the latest odometry. If the odometry is
-    reset, the robot is assumed not to have moved. While no scan can be used, ``amcl/status`` gives the reason.
+    reset, the robot is assumed not to have moved; if it begins anew after a silence, the robot has restarted, maybe
+    elsewhere, and is searched on the whole map. While no scan can be used, ``amcl/status`` gives the reason.
 
     Parameters
     ----------
@@ -147,12 +148,15 @@ class AmclNode(Node):
             The map has no free cell.
         """
         if service == GLOBAL_LOCALIZATION.name:
-            self._filter.initialise_globally()
-            self._tracker.forget()
-            self._restored = None
+            self._search_everywhere()
         else:
             self._update_asked = True
         reply(Empty())
+
+    def _search_everywhere(self) -> None:
+        self._filter.initialise_globally()
+        self._tracker.forget()
+        self._restored = None
 
     # -- scans ---------------------------------------------------------------------------------------------------------
 
@@ -189,8 +193,12 @@ class AmclNode(Node):
     def _process(self, scan: RobotScan, stamp: float) -> None:
         odom = self._frames.odometry(stamp)
         self._resume(odom)
+        restarted = self._continuity.has_restarted(odom, self.context.elapsed())
         before = self._continuity.note(odom, stamp, self.context.elapsed(), scan.frame)
-        if before is not None:
+        if restarted:
+            logger.warning("the odometry began anew after a silence: the robot is searched on the whole map")
+            self._search_everywhere()
+        elif before is not None:
             self._on_odometry_reset(before, odom)
         if self._update_asked or self._filter.needs_update(odom):
             self._update(scan, odom, stamp)

@@ -1,7 +1,7 @@
 """Bridge between a robot and its clone, over any transport."""
 
 import asyncio
-from collections.abc import Coroutine
+from collections.abc import Callable, Coroutine
 from typing import Any
 
 import msgspec
@@ -16,7 +16,7 @@ from robots.bridges.core.notices import Notices
 from robots.bridges.core.parts import Parts
 from robots.bridges.core.robot_graph import TWIST, RobotGraph, find_namespace
 from robots.bridges.core.robot_time import RobotTime
-from robots.bridges.core.tables import ACTIONS, SERVICES, UP, Service
+from robots.bridges.core.tables import Service
 from robots.bridges.core.transport import Closable, Transport
 from robots.bridges.core.upward import Upward
 from robots.bridges.core.velocity import Velocity
@@ -39,10 +39,22 @@ class Bridge:
         URL of the cloud, id of the robot, and token of its owner.
     namespace : str, optional
         Namespace of the robot's nodes; found in the graph by default.
+    actions : callable
+        Called with the name, the type and the name in the graph of an action, and with the ends of the bridge; offers
+        the action to the robot's nodes.
     """
 
-    def __init__(self, transport: Transport, *, url: str, robot: str, token: str, namespace: str | None = None) -> None:
-        self._transport, self._robot = transport, robot
+    def __init__(
+        self,
+        transport: Transport,
+        *,
+        url: str,
+        robot: str,
+        token: str,
+        namespace: str | None = None,
+        actions: Callable[[str, str, str, Parts], Closable] = ActionServer,
+    ) -> None:
+        self._transport, self._robot, self._actions = transport, robot, actions
         self._namespace = None if namespace is None else f"/{namespace.strip('/')}".rstrip("/")
         self._link = CloudLink(url, robot=robot, token=token, renewed=self._renewed)
         self._changed = asyncio.Event()
@@ -70,15 +82,17 @@ class Bridge:
                 if self._transport.lacking:
                     self._notices.warn(self._transport.lacking)
                 await self._link.subscribe("cmd_vel", TWIST, self._velocity.received)
-                for topic in UP:
+                for topic in self._transport.tables.up:
                     if not topic.clone:
                         await self._link.advertise(topic.cloud, topic.type)
                 following = asyncio.create_task(self._follow())
                 reporting = asyncio.create_task(self._report_missing())
                 self._tasks |= {following, reporting}
                 closed = asyncio.create_task(self._link.closed())
-                await asyncio.wait({following, closed}, return_when=asyncio.FIRST_COMPLETED)
-                for task in (closed, following):
+                ended = asyncio.create_task(self._transport.ended())
+                self._tasks |= {closed, ended}
+                await asyncio.wait({following, closed, ended}, return_when=asyncio.FIRST_COMPLETED)
+                for task in (closed, ended, following):
                     if task.done():
                         task.result()
         finally:
@@ -149,7 +163,7 @@ class Bridge:
         if self._namespace is None:
             self._notices.warn(
                 "no robot is found: nobody publishes nav_msgs/Odometry or sensor_msgs/LaserScan; "
-                "check ROS_DOMAIN_ID (--domain) and that the robot runs"
+                f"{self._transport.not_found}"
             )
             return
         for name in self._upward.missing():
@@ -160,13 +174,13 @@ class Bridge:
     # -- services and actions ------------------------------------------------------------------------------------------
 
     def _serve(self, graph: RobotGraph) -> None:
-        for service in SERVICES:
+        for service in self._transport.tables.services:
             if self._has_type(service.type, service.name):
                 full = graph.full(service.name)
                 self._servers.append(self._transport.serve(full, service.type, self._answer(service)))
-        for name, kind in ACTIONS.items():
+        for name, kind in self._transport.tables.actions.items():
             if self._has_type(kind, name):
-                self._servers.append(ActionServer(name, kind, graph.full(name), self._parts))
+                self._servers.append(self._actions(name, kind, graph.full(name), self._parts))
 
     def _has_type(self, type_name: str, name: str) -> bool:
         if self._transport.has_type(type_name):

@@ -10,7 +10,7 @@ from ppaas.errors import MalformedMessage
 from ppaas.wire.ros.graph import Qos
 from robots.bridges.core.parts import Parts
 from robots.bridges.core.robot_graph import TF_MESSAGE, RobotGraph
-from robots.bridges.core.tables import DOWN, MAP, MAP_UPDATES, PARTICLES, DownTopic
+from robots.bridges.core.tables import MAP, MAP_METADATA, MAP_UPDATES, PARTICLES, DownTopic
 from robots.bridges.core.transport import Publisher
 
 TF_QOS = Qos(depth=100)
@@ -41,7 +41,7 @@ class Downward:
         if self._parts.transport.has_type(TF_MESSAGE):
             self._publish_on("tf", graph.tf_topic(), TF_MESSAGE, TF_QOS)
             self._request("tf", TF_MESSAGE, self._transforms, wanted=True)
-        for topic in DOWN:
+        for topic in self._parts.transport.tables.down:
             if not self._parts.transport.has_type(topic.type):
                 continue
             name = graph.full(topic.name)
@@ -92,10 +92,12 @@ class Downward:
             elif topic is PARTICLES:
                 values = particle_cloud(values)
             self._publish(topic, values)
+            if topic is MAP and MAP_METADATA.cloud in self._publishers:
+                self._publish(MAP_METADATA, values.get("info"))
 
         return received
 
-    def _publish(self, topic: DownTopic, values: dict[str, Any]) -> None:
+    def _publish(self, topic: DownTopic, values: Any) -> None:
         try:
             self._publishers[topic.cloud][1].publish(self._parts.transport.types.encode(topic.type, values))
         except MalformedMessage as error:

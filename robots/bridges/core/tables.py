@@ -1,5 +1,6 @@
-"""Topics, services and actions that a bridge carries, by their names in the cloud and in ROS 2."""
+"""Topics, services and actions that a bridge carries, by their names in the cloud and at the robot."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -81,9 +82,9 @@ class DownTopic:
     cloud, cloud_type : str
         Name and type in the cloud.
     name, type : str
-        Name in the robot's namespace, and type in ROS 2.
+        Name in the robot's namespace, and type there, spelled as in ROS 2.
     qos : Qos
-        Quality of service in ROS 2.
+        Quality of service.
     always : bool
         Whether it is carried even if nobody in ROS subscribes to it.
     """
@@ -102,6 +103,8 @@ MAP: Final = DownTopic("map", _GRID, "map", _GRID, LATCHED, always=True)
 MAP_UPDATES: Final = DownTopic(
     "map_updates", "map_msgs/msg/OccupancyGridUpdate", "map_updates", "map_msgs/msg/OccupancyGridUpdate"
 )
+MAP_METADATA: Final = DownTopic("map_metadata", "nav_msgs/msg/MapMetaData", "map_metadata", "nav_msgs/msg/MapMetaData", LATCHED)
+"""Size and origin of the map, which ROS 1 has on a topic of their own: published with each map that the cloud sends."""
 PARTICLES: Final = DownTopic(
     "particlecloud", "geometry_msgs/msg/PoseArray", "particle_cloud", "nav2_msgs/msg/ParticleCloud", SENSOR
 )
@@ -123,7 +126,7 @@ DOWN: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Service:
-    """Service of Nav2 that the clone answers: its name and type in ROS 2, and those in the cloud."""
+    """Service that the clone answers: its name and type at the robot, and those in the cloud."""
 
     name: str
     type: str
@@ -150,3 +153,26 @@ ACTIONS: Final = {
     "compute_path_to_pose": "nav2_msgs/action/ComputePathToPose",
 }
 """Types of the actions of Nav2 that the clone executes, by their names, which are those of the cloud."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tables:
+    """Names by which the nodes of a robot know what the bridge carries.
+
+    Parameters
+    ----------
+    up, down : tuple
+        Topics of the robot, besides ``tf`` and ``tf_static``, and of the clone, besides ``cmd_vel`` and ``tf``.
+    services : tuple of Service
+        Services that the clone answers.
+    actions : mapping of str to str
+        Types of the actions that the clone executes, by their names.
+    """
+
+    up: tuple[UpTopic, ...]
+    down: tuple[DownTopic, ...]
+    services: tuple[Service, ...]
+    actions: Mapping[str, str]
+
+
+ROS_2: Final = Tables(UP, DOWN, SERVICES, ACTIONS)

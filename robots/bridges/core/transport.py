@@ -1,14 +1,17 @@
-"""Interface of a transport: how a bridge takes part in the graph of a ROS 2 system.
+"""Interface of a transport: how a bridge takes part in the graph of a robot's ROS.
 
-All methods are called, and all callbacks are called, on the event loop. Messages are bytes (CDR).
+All methods are called, and all callbacks are called, on the event loop. Messages are bytes: CDR of ROS 2, or the
+serialization of ROS 1.
 """
 
+import asyncio
 from abc import ABC, abstractmethod
 from collections.abc import Awaitable, Callable
 from typing import Protocol
 
 from ppaas.wire.ros import RosTypes
 from ppaas.wire.ros.graph import Entity, Qos
+from robots.bridges.core.tables import ROS_2, Tables
 
 Received = Callable[[bytes], None]
 """Called with each message of a topic."""
@@ -40,6 +43,10 @@ class Transport(ABC):
     ----------
     types : RosTypes
         Types of the robot's release of ROS; valid after ``open``.
+    tables : Tables
+        Names that the robot's nodes have for topics, services and actions.
+    not_found : str
+        Advice for a user whose robot is not in the graph.
     lacking : str
         What the transport cannot do, as a sentence for the user; empty if it can do all.
     services : bool
@@ -47,6 +54,8 @@ class Transport(ABC):
     """
 
     types: RosTypes
+    tables: Tables = ROS_2
+    not_found: str = "check ROS_DOMAIN_ID (--domain) and that the robot runs"
     lacking: str = ""
     services: bool = True
 
@@ -68,6 +77,10 @@ class Transport(ABC):
     @abstractmethod
     async def close(self) -> None:
         """Leave the graph."""
+
+    async def ended(self) -> None:
+        """Wait until the robot's side ends the bridge for good, and raise the reason."""
+        await asyncio.Event().wait()
 
     @abstractmethod
     def entities(self) -> tuple[Entity, ...]:

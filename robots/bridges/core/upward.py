@@ -9,7 +9,7 @@ from ppaas.wire.ros.graph import SENSOR, Qos
 from ppaas.wire.ros.types import to_json
 from robots.bridges.core.parts import Parts
 from robots.bridges.core.robot_graph import TF_MESSAGE, RobotGraph, Source
-from robots.bridges.core.tables import ODOMETRY, SCAN, UP, UpTopic
+from robots.bridges.core.tables import ODOMETRY, SCAN, UpTopic
 from robots.bridges.core.transport import Closable
 
 COMPRESSED = "camera/depth/image_raw/compressedDepth"
@@ -47,12 +47,12 @@ class Upward:
         known : frozenset of str
             Topics of the clone.
         """
-        has = self._parts.transport.has_type
-        carried = [topic for topic in UP if (not topic.clone or topic.cloud in known) and has(topic.type)]
+        has, up = self._parts.transport.has_type, self._parts.transport.tables.up
+        carried = [topic for topic in up if (not topic.clone or topic.cloud in known) and has(topic.type)]
         sources = {topic.cloud: graph.source(topic) for topic in carried}
         if sources.get(COMPRESSED) is not None:
             sources[RAW] = None
-        for topic in UP:
+        for topic in up:
             self._carry(topic.cloud, topic.type, sources.get(topic.cloud), self._receiver(topic))
         for name in ("tf_static", "tf") if has(TF_MESSAGE) else ():
             self._carry(name, TF_MESSAGE, graph.transforms(name), self._transforms(name))

@@ -284,6 +284,34 @@ def test_odometry_reset_keeps_the_pose():
     assert error_of(amcl.estimate(), amcl.world.pose)[0] < 0.1
 
 
+def drive(amcl: AmclUnderTest, *, steps: int, turn: float = 0.0) -> None:
+    for _ in range(steps):
+        amcl.world.move(0.2, turn, 1.0)
+        amcl.step()
+
+
+def test_a_robot_that_restarts_elsewhere_is_searched_on_the_whole_map():
+    amcl = AmclUnderTest()
+    drive(amcl, steps=8)
+    believed = amcl.estimate()
+    elsewhere = Pose2D(4.5, 1.2, 2.0)
+    amcl.world.pose, amcl.world.odom = elsewhere, Pose2D(0.0, 0.0, 0.0)
+    amcl.clock.advance(20.0)
+    amcl.step()
+    drive(amcl, steps=12, turn=0.4)
+    assert believed.distance_to(elsewhere) > 1.5
+    assert error_of(amcl.estimate(), amcl.world.pose)[0] < 0.2
+
+
+def test_a_silence_alone_is_no_restart():
+    amcl = AmclUnderTest()
+    drive(amcl, steps=8)
+    scattered = len(amcl.clouds)
+    amcl.clock.advance(20.0)
+    drive(amcl, steps=1)
+    assert len(amcl.clouds[scattered].poses) < 2000
+
+
 def test_scan_older_than_the_last_is_refused_with_the_difference():
     amcl = AmclUnderTest()
     amcl.odom(100.0)

@@ -103,6 +103,25 @@ async def test_sensors_go_up_as_the_cloud_reads_them() -> None:
         assert (await both.published("odom"))[0]["header"]["stamp"] == {"sec": 5, "nanosec": 0}
 
 
+async def test_a_robot_that_has_restarted_is_searched_on_the_whole_map(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level("INFO")
+    async with bridged(turtlebot()) as both:
+        robot = both.robot
+        await until(lambda: "/odom" in robot.subscriptions)
+        robot.say("/odom", odometry(5) | {"pose": {"pose": {"position": {"x": 4.0}, "orientation": {"w": 1.0}}}})
+        del robot.graph[0]
+        robot.has(Kind.PUBLISHER, "/odom", ODOMETRY)
+        robot.changed()
+        robot.say("/odom", odometry(6))
+        await until(lambda: len(both.cloud.of("call_service")) == 2)
+        asked = both.cloud.of("call_service")[1]
+        assert asked["service"] == "global_localization"
+        failed = {"op": "service_response", "service": "global_localization", "id": asked["id"], "result": False}
+        await both.cloud.say(**failed, values="invalid-map: no cell is free")
+        await until(lambda: "no cell is free" in caplog.text)
+        assert "the robot has restarted (restart 1)" in caplog.text
+
+
 async def test_what_the_clone_does_not_have_is_left_with_the_robot() -> None:
     robot = turtlebot()
     robot.has(Kind.PUBLISHER, "/camera/depth/image_raw", "sensor_msgs/msg/Image", SENSOR)

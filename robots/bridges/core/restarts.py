@@ -1,0 +1,90 @@
+"""Restarts of a robot, by its odometry: the clone must not believe it at its old place."""
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ppaas.geometry import wrap_angle
+
+SLACK, FASTEST = 0.5, 3.0
+"""Odometry began anew if it jumped by more than `SLACK` [m] plus what `FASTEST` [m/s] allows."""
+
+ORIGIN = 0.05
+"""Distance and turn from zero at which odometry counts as just begun [m, rad]."""
+
+SILENCE = 1.0
+"""Time without odometry after which a pose at the origin is a new beginning [s]."""
+
+SET_BACK = 1.0
+"""Least time by which stamps go back if the clock of a robot begins anew [s]."""
+
+TOGETHER = 30.0
+"""Longest time between the arrival of a new publisher and odometry that begins anew, if they are one restart [s]."""
+
+MAX_PUBLISHERS = 1000
+"""Largest number of publishers that are remembered."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Last:
+    x: float
+    y: float
+    yaw: float
+    stamp: float
+    at: float
+
+    @property
+    def at_origin(self) -> bool:
+        return math.hypot(self.x, self.y) < ORIGIN and abs(self.yaw) < ORIGIN
+
+    def begins_anew(self, before: "_Last") -> bool:
+        passed = self.at - before.at
+        jump = math.hypot(self.x - before.x, self.y - before.y)
+        if jump > SLACK + FASTEST * passed or self.stamp < before.stamp - SET_BACK:
+            return True
+        return passed > SILENCE and self.at_origin
+
+
+class RestartWatch:
+    """Notices restarts: a new publisher of odometry, and odometry that begins anew.
+
+    Neither alone is a restart. A driver may reset its odometry, and a node that starts again may continue it.
+    """
+
+    def __init__(self) -> None:
+        self._known: set[str] = set()
+        self._last: _Last | None = None
+        self._arrived: float | None = None
+        self._began: float | None = None
+
+    def publishers(self, ids: Iterable[str], now: float) -> None:
+        """Take the publishers of odometry that are in the graph at the time ``now`` [s]."""
+        found = set(ids)
+        if found - self._known and self._known:
+            self._arrived = now
+        if len(self._known) > MAX_PUBLISHERS:
+            self._known.clear()
+        self._known |= found
+
+    def odometry(self, message: Mapping[str, Any], now: float) -> None:
+        """Take an odometry message that arrived at the time ``now`` [s]."""
+        pose, stamp = message["pose"]["pose"], message["header"]["stamp"]
+        turn = pose["orientation"]
+        new = _Last(
+            pose["position"]["x"],
+            pose["position"]["y"],
+            wrap_angle(2.0 * math.atan2(turn["z"], turn["w"])),
+            stamp["sec"] + stamp["nanosec"] * 1e-9,
+            now,
+        )
+        if self._last is not None and new.begins_anew(self._last):
+            self._began = now
+        self._last = new
+
+    def restarted(self) -> bool:
+        """Return whether the robot has restarted; once a restart."""
+        if self._arrived is None or self._began is None or abs(self._arrived - self._began) > TOGETHER:
+            return False
+        self._arrived = self._began = None
+        return True
