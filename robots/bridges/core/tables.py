@@ -103,7 +103,9 @@ MAP: Final = DownTopic("map", _GRID, "map", _GRID, LATCHED, always=True)
 MAP_UPDATES: Final = DownTopic(
     "map_updates", "map_msgs/msg/OccupancyGridUpdate", "map_updates", "map_msgs/msg/OccupancyGridUpdate"
 )
-MAP_METADATA: Final = DownTopic("map_metadata", "nav_msgs/msg/MapMetaData", "map_metadata", "nav_msgs/msg/MapMetaData", LATCHED)
+MAP_METADATA: Final = DownTopic(
+    "map_metadata", "nav_msgs/msg/MapMetaData", "map_metadata", "nav_msgs/msg/MapMetaData", LATCHED
+)
 """Size and origin of the map, which ROS 1 has on a topic of their own: published with each map that the cloud sends."""
 PARTICLES: Final = DownTopic(
     "particlecloud", "geometry_msgs/msg/PoseArray", "particle_cloud", "nav2_msgs/msg/ParticleCloud", SENSOR
