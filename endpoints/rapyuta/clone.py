@@ -4,10 +4,10 @@ import asyncio
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
 
+from endpoints.clients.place_client import Outcome, PlaceClient
 from endpoints.rapyuta.container_interfaces import CONTAINER_INTERFACES, ContainerInterface
 from endpoints.rapyuta.endpoints import Endpoint
 from endpoints.rapyuta.known_nodes import NodeArguments
-from endpoints.rapyuta.place_client import Outcome, PlaceClient
 from endpoints.rosbridge.connect_request import ConnectRequest
 from endpoints.rosbridge.session_registry import SessionRegistry
 from endpoints.sharing.access import Access

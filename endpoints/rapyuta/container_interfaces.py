@@ -2,8 +2,8 @@
 
 from typing import Protocol
 
+from endpoints.clients.place_client import Done, PlaceClient
 from endpoints.rapyuta.interfaces import Answerer, Asker, Interface, Sink, Source
-from endpoints.rapyuta.place_client import Done, PlaceClient
 from engine.service.links.client_topics import check_type
 from ppaas.errors import Conflict
 from ppaas.wire.rapyuta.interface_types import InterfaceRole, InterfaceType

@@ -7,7 +7,7 @@ answerers (clients of one). Between interfaces, messages are JSON of rosbridge.
 from abc import ABC, abstractmethod
 from typing import Final
 
-from endpoints.rapyuta.place_client import Done
+from endpoints.clients.place_client import Done
 from ppaas.errors import Conflict, NotFound, QuotaExceeded, Unavailable
 from ppaas.wire.rapyuta.interface_types import InterfaceType, check_joinable
 

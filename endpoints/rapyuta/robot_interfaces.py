@@ -4,8 +4,8 @@ from collections.abc import Callable
 from typing import Any
 from uuid import uuid4
 
+from endpoints.clients.place_client import MAX_WAITING, Done, Outcome
 from endpoints.rapyuta.interfaces import Answerer, Asker, Interface, Sink, Source
-from endpoints.rapyuta.place_client import MAX_WAITING, Done, Outcome
 from ppaas.bounded_dict import BoundedDict
 from ppaas.errors import InvalidInput, PPaaSError, Unavailable
 from ppaas.wire.rapyuta.answers import Frames, data_message, error_message, interface_status

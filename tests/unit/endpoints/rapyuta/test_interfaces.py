@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from endpoints.rapyuta.place_client import MAX_WAITING
+from endpoints.clients.place_client import MAX_WAITING
 from engine.protocols import robot_link
 from ppaas.errors import NotFound, QuotaExceeded
 from tests.support.endpoints.rapyuta import ClonePlace, StillRobot, error_in

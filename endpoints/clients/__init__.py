@@ -1,0 +1,1 @@
+"""Clients of places within this process, through which endpoints of other protocols reach clones."""
