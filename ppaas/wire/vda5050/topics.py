@@ -1,0 +1,103 @@
+"""Topics of VDA 5050: ``interface/majorVersion/manufacturer/serialNumber/topic``."""
+
+from dataclasses import dataclass
+from typing import Self
+
+from ppaas.errors import InvalidInput
+from ppaas.wire.vda5050.versions import Version
+
+ORDER = "order"
+INSTANT_ACTIONS = "instantActions"
+STATE = "state"
+CONNECTION = "connection"
+FACTSHEET = "factsheet"
+VISUALIZATION = "visualization"
+RESPONSES = "responses"
+ZONE_SET = "zoneSet"
+
+TO_AGV = (ORDER, INSTANT_ACTIONS)
+"""Topics that a master control publishes in all versions."""
+
+TO_AGV_3 = (*TO_AGV, RESPONSES, ZONE_SET)
+"""Topics that a master control publishes in 3.0."""
+
+FROM_AGV = (STATE, CONNECTION, FACTSHEET, VISUALIZATION)
+"""Topics that an AGV publishes."""
+
+MAX_LEVEL = 200
+"""Largest length of a level of a topic [characters]."""
+
+
+def topics_to_agv(version: Version) -> tuple[str, ...]:
+    """Return the topics that an AGV of a version subscribes to."""
+    return TO_AGV_3 if version.major >= 3 else TO_AGV
+
+
+def quality_of(topic: str) -> tuple[int, bool]:
+    """Return the quality of service of a topic, and whether its messages are retained."""
+    return (1, True) if topic == CONNECTION else (0, False)
+
+
+@dataclass(frozen=True, slots=True)
+class Address:
+    """Address of an AGV: the levels of its topics before the last.
+
+    Attributes
+    ----------
+    interface : str
+        Name of the interface: ``uagv`` (2.x), ``vda5050`` (3.0), or another one by agreement.
+    major : str
+        Major version with its letter, as ``v2``.
+    manufacturer, serial : str
+        Manufacturer and serial number of the AGV.
+    """
+
+    interface: str
+    major: str
+    manufacturer: str
+    serial: str
+
+    @classmethod
+    def of(cls, version: Version, manufacturer: str, serial: str, interface: str = "") -> Self:
+        """Return an address.
+
+        Parameters
+        ----------
+        interface : str
+            Name of the interface; empty for that of the version.
+
+        Raises
+        ------
+        InvalidInput
+            A level is empty, too long, or has a character with a meaning of its own in MQTT.
+        """
+        names = interface or version.interface, manufacturer, serial
+        for kind, name in zip(("interface", "manufacturer", "serial number"), names, strict=True):
+            _check(kind, name)
+        return cls(names[0], f"v{version.major}", manufacturer, serial)
+
+    def topic(self, name: str) -> str:
+        """Return the whole name of a topic."""
+        return "/".join((self.interface, self.major, self.manufacturer, self.serial, name))
+
+
+def parse_topic(topic: str) -> tuple[Address, str]:
+    """Return the address and the last level of a topic.
+
+    Raises
+    ------
+    InvalidInput
+        The topic has another number of levels, or an empty one.
+    """
+    levels = topic.split("/")
+    if len(levels) != 5 or not all(levels):
+        raise InvalidInput(f"topic {topic[:MAX_LEVEL]!r} is not interface/version/manufacturer/serialNumber/topic")
+    return Address(*levels[:4]), levels[4]
+
+
+def _check(kind: str, name: str) -> None:
+    if not name or len(name) > MAX_LEVEL or not name.isprintable() or set(name) & set("/+#$"):
+        raise InvalidInput(
+            f"the {kind} {name[:MAX_LEVEL]!r} cannot be a level of a topic: give 1 to {MAX_LEVEL} characters "
+            "without '/', '+', '#' and '$'"
+        )

@@ -1,0 +1,181 @@
+"""Codec of VDA 5050, checked against the published schemas."""
+
+import json
+from itertools import product
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ppaas.errors import InvalidInput, MalformedMessage, MessageTooLarge, PPaaSError
+from ppaas.wire.vda5050 import topics
+from ppaas.wire.vda5050.codec import BODIES, MAX_PAYLOAD, decode, encode
+from ppaas.wire.vda5050.headers import HeaderCounter
+from ppaas.wire.vda5050.topics import Address
+from ppaas.wire.vda5050.versions import Version
+from tests.support.vda5050.messages import MESSAGES
+from tests.support.vda5050.schemas import problems
+
+TOPICS_2 = (*topics.FROM_AGV, *topics.TO_AGV)
+HERE = [(version, topic) for version, topic in product(Version, BODIES) if version.major >= 3 or topic in TOPICS_2]
+
+
+def payload_of(version: Version, topic: str) -> bytes:
+    counter = HeaderCounter(version, Address.of(version, "ppaas", "tb1"))
+    return encode(topic, counter.next(topic, 1_790_000_000.125), MESSAGES[topic], version)
+
+
+def changed(version: Version, topic: str, **fields: Any) -> bytes:
+    return json.dumps({**json.loads(payload_of(version, topic)), **fields}).encode()
+
+
+@pytest.mark.parametrize(("version", "topic"), HERE)
+def test_messages_satisfy_the_published_schemas(version: Version, topic: str) -> None:
+    assert problems(version, topic, payload_of(version, topic)) == []
+
+
+@pytest.mark.parametrize(("version", "topic"), [one for one in HERE if one[1] != topics.VISUALIZATION])
+def test_schemas_refuse_a_message_without_its_fields(version: Version, topic: str) -> None:
+    assert problems(version, topic, b"{}")
+
+
+@pytest.mark.parametrize("topic", BODIES)
+def test_a_message_of_3_is_read_as_it_was_written(topic: str) -> None:
+    header, body = decode(topic, payload_of(Version.V3_0, topic), Version.V3_0)
+    assert (header.header_id, header.timestamp) == (0, "2026-09-21T14:13:20.125Z")
+    again = encode(topic, header, body, Version.V3_0)
+    assert json.loads(again) == json.loads(payload_of(Version.V3_0, topic))
+
+
+@pytest.mark.parametrize(("version", "topic"), [(version, topic) for version, topic in HERE if version.major == 2])
+def test_a_message_of_2_is_read_as_it_was_written(version: Version, topic: str) -> None:
+    header, body = decode(topic, payload_of(version, topic), version)
+    assert json.loads(encode(topic, header, body, version)) == json.loads(payload_of(version, topic))
+
+
+def test_fields_have_the_names_of_the_version() -> None:
+    old, new = (json.loads(payload_of(version, topics.STATE)) for version in (Version.V2_1, Version.V3_0))
+    assert old["agvPosition"]["positionInitialized"] is new["mobileRobotPosition"]["localized"] is True
+    assert old["batteryState"]["batteryCharge"] == new["powerSupply"]["stateOfCharge"] == 80.0
+    assert [one["actionId"] for one in old["actionStates"]] == ["a1", "i1"]
+    assert [one["actionId"] for one in new["instantActionStates"]] == ["i1"]
+    assert "plannedPath" in new and "plannedPath" not in old
+
+
+def test_a_radius_of_2_is_a_circle_of_3() -> None:
+    payload = payload_of(Version.V2_1, topics.ORDER)
+    assert json.loads(payload)["nodes"][0]["nodePosition"]["allowedDeviationXY"] == 0.3
+    _, order = decode(topics.ORDER, payload, Version.V2_1)
+    circle = order.nodes[0].node_position.allowed_deviation_xy
+    assert (circle.a, circle.b) == (0.3, 0.3)
+
+
+def test_parameters_of_actions_are_left_alone() -> None:
+    action = {"actionType": "x", "actionId": "1", "blockingType": "NONE", "actionDescription": "said"}
+    value = {"maxSpeed": 1.0, "sequenceId": 2.0, "eStop": "AUTOACK"}
+    payload = changed(
+        Version.V2_1, topics.INSTANT_ACTIONS, actions=[{**action, "actionParameters": [{"key": "k", "value": value}]}]
+    )
+    _, body = decode(topics.INSTANT_ACTIONS, payload, Version.V2_1)
+    assert body.actions[0].parameter("k") == value
+    assert body.actions[0].action_descriptor == "said"
+
+
+def test_unknown_fields_are_ignored_and_optional_ones_absent() -> None:
+    _, order = decode(topics.ORDER, changed(Version.V3_0, topics.ORDER, vendor={"a": [1]}), Version.V3_0)
+    assert order.order_id == "o1" and order.zone_set_id is None
+
+
+def test_whole_numbers_may_be_written_as_floats() -> None:
+    _, order = decode(topics.ORDER, changed(Version.V2_0, topics.ORDER, orderUpdateId=4.0), Version.V2_0)
+    assert order.order_update_id == 4
+
+
+def test_visualizations_of_2_may_lack_the_header() -> None:
+    header, body = decode(topics.VISUALIZATION, b"{}", Version.V2_1)
+    assert header.serial_number == "" and body.velocity is None
+    with pytest.raises(MalformedMessage, match="headerId"):
+        decode(topics.VISUALIZATION, b"{}", Version.V3_0)
+
+
+@pytest.mark.parametrize(
+    ("version", "fields", "named"),
+    [
+        (Version.V2_1, {"agvPosition": {"x": 1.0}}, r"\$\.agvPosition"),
+        (
+            Version.V2_1,
+            {"batteryState": {"batteryCharge": "full", "charging": False}},
+            r"\$\.batteryState\.batteryCharge",
+        ),
+        (Version.V3_0, {"operatingMode": "SLEEPY"}, r"\$\.operatingMode"),
+        (Version.V3_0, {"nodeStates": None}, r"\$\.nodeStates"),
+    ],
+)
+def test_errors_name_the_field_as_it_was_spelled(version: Version, fields: dict[str, Any], named: str) -> None:
+    with pytest.raises(MalformedMessage, match=named):
+        decode(topics.STATE, changed(version, topics.STATE, **fields), version)
+
+
+def test_another_major_version_is_refused() -> None:
+    with pytest.raises(InvalidInput, match=r"'version' is '3\.0\.0'"):
+        decode(topics.CONNECTION, payload_of(Version.V3_0, topics.CONNECTION), Version.V2_1)
+    _, body = decode(topics.CONNECTION, payload_of(Version.V2_0, topics.CONNECTION), Version.V2_1)
+    assert body.connection_state == "ONLINE"
+
+
+def test_an_unknown_topic_is_refused() -> None:
+    with pytest.raises(InvalidInput, match="unknown topic 'orders'"):
+        decode("orders", b"{}", Version.V2_1)
+
+
+@pytest.mark.parametrize("payload", [b"", b"[]", b"1", b"\xff", b"[" * 100_000, b'{"a":' * 40 + b"1" + b"}" * 40])
+def test_garbage_is_refused(payload: bytes) -> None:
+    with pytest.raises(MalformedMessage):
+        decode(topics.ORDER, payload, Version.V2_1)
+
+
+def test_a_large_payload_is_refused() -> None:
+    with pytest.raises(MessageTooLarge):
+        decode(topics.ORDER, b" " * (MAX_PAYLOAD + 1), Version.V2_1)
+
+
+json_values: st.SearchStrategy[Any] = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False) | st.text(max_size=8),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=8), inner, max_size=3),
+    max_leaves=8,
+)
+
+
+@st.composite
+def damaged(draw: st.DrawFn) -> tuple[Version, str, bytes]:
+    """Draw a message with a value replaced, a field removed, or bytes changed."""
+    version, topic = draw(st.sampled_from(HERE))
+    payload = payload_of(version, topic)
+    if draw(st.booleans()):
+        at = draw(st.integers(0, len(payload) - 1))
+        return version, topic, payload[:at] + draw(st.binary(max_size=4)) + payload[at + draw(st.integers(0, 4)) :]
+    tree = json.loads(payload)
+    place = tree
+    while True:
+        keys = list(place) if isinstance(place, dict) else list(range(len(place)))
+        key = draw(st.sampled_from(keys))
+        if isinstance(place[key], dict | list) and place[key] and draw(st.booleans()):
+            place = place[key]
+            continue
+        if draw(st.booleans()):
+            place[key] = draw(json_values)
+        else:
+            del place[key]
+        return version, topic, json.dumps(tree).encode()
+
+
+@given(damaged() | st.tuples(st.sampled_from(Version), st.sampled_from([*BODIES]), st.binary(max_size=64)))
+def test_damaged_messages_are_read_or_refused(given: tuple[Version, str, bytes]) -> None:
+    version, topic, payload = given
+    try:
+        header, body = decode(topic, payload, version)
+    except PPaaSError as error:
+        assert len(str(error)) < 500
+    else:
+        encode(topic, header, body, version)
