@@ -12,6 +12,7 @@ from robots.bridges.core.actions import ActionServer
 from robots.bridges.core.cloud_link import CloudLink
 from robots.bridges.core.downward import Downward
 from robots.bridges.core.frames import Frames
+from robots.bridges.core.localization import Localization
 from robots.bridges.core.notices import Notices
 from robots.bridges.core.parts import Parts
 from robots.bridges.core.robot_graph import TWIST, RobotGraph, find_namespace
@@ -65,7 +66,9 @@ class Bridge:
         time = RobotTime(monotonic, epoch)
         parts = Parts(transport, self._link, Frames(), time, self._notices, monotonic, self._start)
         self._parts = parts
-        self._velocity, self._upward, self._downward = Velocity(parts), Upward(parts), Downward(parts)
+        self._localization = Localization(parts)
+        self._upward, self._downward = Upward(parts, self._localization), Downward(parts)
+        self._velocity = Velocity(parts)
 
     async def run(self) -> None:
         """Carry messages until cancelled.
@@ -123,7 +126,8 @@ class Bridge:
     # -- the graph -----------------------------------------------------------------------------------------------------
 
     def _renewed(self) -> None:
-        self._start(self._ask_topics())
+        for told in (self._upward.renew(), self._localization.renew(), self._ask_topics()):
+            self._start(told)
 
     async def _ask_topics(self) -> None:
         answer = msgspec.json.decode(await self._link.call("rosapi/topics", "rosapi_msgs/srv/Topics", b"{}"))

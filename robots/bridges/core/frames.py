@@ -20,10 +20,14 @@ class Frames:
     ----------
     odom, base : str
         Frame in which odometry counts, and frame of the robot's body, as odometry names them.
+    in_map : dict or None
+        Transform of the odometry's frame in the map, as the clone last told it.
     """
 
     def __init__(self) -> None:
         self.odom, self.base = "odom", "base_link"
+        self.in_map: Mapping[str, Any] | None = None
+        self._static: dict[str, Mapping[str, Any]] = {}
         self._known: set[str] = set()
         self._waiting_since: float | None = None
         self._sent: dict[str, tuple[object, float]] = {}
@@ -60,9 +64,25 @@ class Frames:
         if len(self._known) < MAX_FRAMES:
             self._known.update(one["child_frame_id"].lstrip("/") for one in transforms)
 
+    def keep(self, transforms: Sequence[Mapping[str, Any]]) -> None:
+        """Keep static transforms, which the robot publishes once, for clones that begin anew."""
+        for one in transforms:
+            if one["child_frame_id"] in self._static or len(self._static) < MAX_FRAMES:
+                self._static[one["child_frame_id"]] = one
+
+    @property
+    def kept(self) -> list[Mapping[str, Any]]:
+        """Static transforms of the robot."""
+        return list(self._static.values())
+
     def downward(self, transforms: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
         """Return the transforms of the cloud that the robot lacks: that of its odometry in the map."""
-        return [one for one in transforms if one["header"]["frame_id"] == "map" and one["child_frame_id"] == self.odom]
+        wanted = [
+            one for one in transforms if one["header"]["frame_id"] == "map" and one["child_frame_id"] == self.odom
+        ]
+        if wanted:
+            self.in_map = wanted[-1]["transform"]
+        return wanted
 
     def _has_changed(self, child: str, parent: str, value: object, now: float) -> bool:
         before = self._sent.get(child)

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ppaas.geometry import wrap_angle
+from ppaas.geometry import Pose2D, wrap_angle
 
 SLACK, FASTEST = 0.5, 3.0
 """Odometry began anew if it jumped by more than `SLACK` [m] plus what `FASTEST` [m/s] allows."""
@@ -14,7 +14,7 @@ ORIGIN = 0.05
 """Distance and turn from zero at which odometry counts as just begun [m, rad]."""
 
 SILENCE = 1.0
-"""Time without odometry after which a pose at the origin is a new beginning [s]."""
+"""Time without odometry after which a pose at the origin is a new beginning, although it was there before [s]."""
 
 SET_BACK = 1.0
 """Least time by which stamps go back if the clock of a robot begins anew [s]."""
@@ -27,23 +27,17 @@ MAX_PUBLISHERS = 1000
 
 
 @dataclass(frozen=True, slots=True)
-class _Last:
-    x: float
-    y: float
-    yaw: float
+class _Odometry:
+    pose: Pose2D
     stamp: float
     at: float
 
-    @property
-    def at_origin(self) -> bool:
-        return math.hypot(self.x, self.y) < ORIGIN and abs(self.yaw) < ORIGIN
-
-    def begins_anew(self, before: "_Last") -> bool:
-        passed = self.at - before.at
-        jump = math.hypot(self.x - before.x, self.y - before.y)
+    def begins_anew(self, before: "_Odometry") -> bool:
+        passed, jump = self.at - before.at, self.pose.distance_to(before.pose)
         if jump > SLACK + FASTEST * passed or self.stamp < before.stamp - SET_BACK:
             return True
-        return passed > SILENCE and self.at_origin
+        at_origin = math.hypot(self.pose.x, self.pose.y) < ORIGIN and abs(self.pose.theta) < ORIGIN
+        return at_origin and (passed > SILENCE or jump > ORIGIN)
 
 
 class RestartWatch:
@@ -54,7 +48,7 @@ class RestartWatch:
 
     def __init__(self) -> None:
         self._known: set[str] = set()
-        self._last: _Last | None = None
+        self._last: _Odometry | None = None
         self._arrived: float | None = None
         self._began: float | None = None
 
@@ -69,15 +63,9 @@ class RestartWatch:
 
     def odometry(self, message: Mapping[str, Any], now: float) -> None:
         """Take an odometry message that arrived at the time ``now`` [s]."""
-        pose, stamp = message["pose"]["pose"], message["header"]["stamp"]
-        turn = pose["orientation"]
-        new = _Last(
-            pose["position"]["x"],
-            pose["position"]["y"],
-            wrap_angle(2.0 * math.atan2(turn["z"], turn["w"])),
-            stamp["sec"] + stamp["nanosec"] * 1e-9,
-            now,
-        )
+        stamp = message["header"]["stamp"]
+        pose = planar(message["pose"]["pose"], "position", "orientation")
+        new = _Odometry(pose, stamp["sec"] + stamp["nanosec"] * 1e-9, now)
         if self._last is not None and new.begins_anew(self._last):
             self._began = now
         self._last = new
@@ -88,3 +76,10 @@ class RestartWatch:
             return False
         self._arrived = self._began = None
         return True
+
+
+def planar(values: Mapping[str, Any], position: str, orientation: str) -> Pose2D:
+    """Return a pose or a transform of ROS, given as a dict with these keys, as a pose in the plane."""
+    place, turn = values[position], values[orientation]
+    yaw = 2.0 * math.atan2(turn["z"], turn["w"])
+    return Pose2D(place["x"], place["y"], wrap_angle(yaw))

@@ -7,6 +7,7 @@ from typing import Any
 from ppaas.errors import InvalidInput
 from ppaas.wire.ros.graph import SENSOR, Qos
 from ppaas.wire.ros.types import to_json
+from robots.bridges.core.localization import Localization
 from robots.bridges.core.parts import Parts
 from robots.bridges.core.robot_graph import TF_MESSAGE, RobotGraph, Source
 from robots.bridges.core.tables import ODOMETRY, SCAN, UpTopic
@@ -30,10 +31,12 @@ class Upward:
     ----------
     parts : Parts
         Ends of the bridge.
+    localization : Localization
+        Takes odometry, and the publishers of it.
     """
 
-    def __init__(self, parts: Parts) -> None:
-        self._parts = parts
+    def __init__(self, parts: Parts, localization: Localization) -> None:
+        self._parts, self._localization = parts, localization
         self._carried: dict[str, _Carried] = {}
         self._last: dict[str, float] = {}
 
@@ -52,10 +55,18 @@ class Upward:
         sources = {topic.cloud: graph.source(topic) for topic in carried}
         if sources.get(COMPRESSED) is not None:
             sources[RAW] = None
+        odometry = sources.get(ODOMETRY.cloud)
+        if odometry is not None:
+            self._localization.publishers(one.id for one in odometry.publishers)
         for topic in up:
             self._carry(topic.cloud, topic.type, sources.get(topic.cloud), self._receiver(topic))
         for name in ("tf_static", "tf") if has(TF_MESSAGE) else ():
             self._carry(name, TF_MESSAGE, graph.transforms(name), self._transforms(name))
+
+    async def renew(self) -> None:
+        """Tell a clone that begins anew what the robot publishes once."""
+        if transforms := self._parts.frames.kept:
+            await self._publish_static(transforms)
 
     def close(self) -> None:
         """End all subscriptions."""
@@ -107,6 +118,7 @@ class Upward:
         if topic is ODOMETRY:
             self._parts.frames.odometry(message)
             self._parts.time.heard(message["header"]["stamp"], now)
+            self._localization.odometry(message, now)
         elif topic is SCAN:
             frame = message["header"]["frame_id"]
             if not self._parts.frames.may_send_scan(frame.lstrip("/"), now):
@@ -131,6 +143,7 @@ class Upward:
             if not wanted:
                 return
             if name == "tf_static":
+                self._parts.frames.keep(wanted)
                 self._parts.start(self._publish_static(wanted))
             else:
                 children = ",".join(one["child_frame_id"] for one in wanted)

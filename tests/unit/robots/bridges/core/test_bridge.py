@@ -122,6 +122,28 @@ async def test_a_robot_that_has_restarted_is_searched_on_the_whole_map(caplog: p
         assert "the robot has restarted (restart 1)" in caplog.text
 
 
+async def test_a_clone_that_begins_anew_is_told_what_the_last_one_knew(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level("INFO")
+    async with bridged(turtlebot()) as both:
+        await until(lambda: "/tf_static" in both.robot.subscriptions)
+        await both.subscribed("tf")
+        mount = {"header": {"frame_id": "base_link"}, "child_frame_id": "laser"}
+        both.robot.say("/tf_static", {"transforms": [mount]})
+        both.robot.say("/odom", odometry(5) | {"pose": {"pose": {"position": {"x": 2.0}, "orientation": {"w": 1.0}}}})
+        quarter = {"translation": {"x": 1.0, "y": 3.0}, "rotation": {"z": 0.5**0.5, "w": 0.5**0.5}}
+        moved = {"header": {"frame_id": "map"}, "child_frame_id": "odom", "transform": quarter}
+        await both.cloud.say(op="publish", topic="tf", msg={"transforms": [moved]})
+        await both.heard("/tf")
+        await both.cloud.connections[-1].close()
+        [initial] = await both.published("initialpose")
+        statics = await both.published("tf_static", 2)
+        assert statics[0] == statics[1]
+        pose = initial["pose"]["pose"]
+        assert (pose["position"]["x"], pose["position"]["y"]) == (pytest.approx(1.0), pytest.approx(5.0))
+        assert pose["orientation"]["z"] == pytest.approx(0.5**0.5)
+        assert initial["header"]["frame_id"] == "map"
+
+
 async def test_what_the_clone_does_not_have_is_left_with_the_robot() -> None:
     robot = turtlebot()
     robot.has(Kind.PUBLISHER, "/camera/depth/image_raw", "sensor_msgs/msg/Image", SENSOR)
