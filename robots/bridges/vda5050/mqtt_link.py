@@ -1,0 +1,199 @@
+"""Connection to an MQTT broker that is made again whenever it is lost."""
+
+import asyncio
+import logging
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from aiomqtt import Client, MqttError, Will
+from aiomqtt.exceptions import MqttConnectError
+from paho.mqtt.reasoncodes import ReasonCode
+
+from ppaas.clock import monotonic
+from ppaas.errors import NotAuthenticated
+from robots.bridges.vda5050.broker import Broker
+from robots.bridges.vda5050.outbox import Outbox, Outgoing
+from robots.client.connection import backoff
+
+logger = logging.getLogger(__name__)
+
+KEEP_ALIVE = 15
+"""Time without messages after which the client pings [s]; the broker publishes the last will after 1.5 times that."""
+
+CONNECT_TIMEOUT = 10.0
+"""Time limit of a connection, a subscription or a message that the broker confirms [s]."""
+
+FAREWELL_TIMEOUT = 2.0
+"""Time limit of the last message [s]."""
+
+MAX_INCOMING = 2000
+"""Largest number of received messages that wait; further ones are dropped."""
+
+STABLE_AFTER = 5.0
+"""Age at which a connection counts as stable [s]; delays then start from the shortest again."""
+
+REFUSED = (4, 5, 134, 135)
+"""Codes of CONNACK: wrong name or password, and not authorised, as MQTT 3 and 5 number them."""
+
+Received = Callable[[str, bytes, bool], None]
+"""Called with the topic and the payload of a message, and whether the broker had retained it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Exchange:
+    """Use of a connection.
+
+    Attributes
+    ----------
+    topics : sequence of str
+        Filters of the topics to subscribe to.
+    received : Received
+        Called with each message; it does not raise.
+    connected : callable
+        Called after each connection and subscription.
+    lost : callable
+        Called when a connection is lost.
+    will : callable
+        Returns the message that the broker publishes when the connection breaks; None for none.
+    farewell : callable
+        Returns the last message of a link that ends; None for none.
+    """
+
+    topics: Sequence[str]
+    received: Received
+    connected: Callable[[], None] = lambda: None
+    lost: Callable[[], None] = lambda: None
+    will: Callable[[], Outgoing | None] = lambda: None
+    farewell: Callable[[], Outgoing | None] = lambda: None
+
+
+class MqttLink:
+    """Client of a broker.
+
+    Parameters
+    ----------
+    broker : Broker
+    identifier : str
+        Identifier of the client, unique at the broker.
+    exchange : Exchange
+
+    Attributes
+    ----------
+    outbox : Outbox
+        Messages to send.
+    connections : int
+        Number of connections so far.
+    """
+
+    def __init__(self, broker: Broker, identifier: str, exchange: Exchange) -> None:
+        self._broker, self._identifier, self._exchange = broker, identifier, exchange
+        self.outbox = Outbox()
+        self.connections = 0
+
+    async def run(self) -> None:
+        """Exchange messages until cancelled; connect again after each loss.
+
+        Raises
+        ------
+        NotAuthenticated
+            The broker refuses the login of the first connection.
+        """
+        delays = backoff()
+        while True:
+            since = monotonic()
+            before = self.connections
+            try:
+                await self._connect()
+            except MqttError as error:
+                _check_cancelled()
+                if _is_refusal(error) and not self.connections:
+                    raise NotAuthenticated(f"the broker {self._name} refuses user or password: {error}") from error
+                lost = "lost the connection to" if self.connections > before else "cannot connect to"
+                logger.warning("%s the broker %s: %s", lost, self._name, error)
+            if self.connections > before:
+                self._exchange.lost()
+                if monotonic() - since > STABLE_AFTER:
+                    delays = backoff()
+            await asyncio.sleep(next(delays))
+
+    @property
+    def _name(self) -> str:
+        return f"{self._broker.host}:{self._broker.port}"
+
+    def _client(self) -> Client:
+        will = self._exchange.will()
+        return Client(
+            self._broker.host,
+            self._broker.port,
+            username=self._broker.user,
+            password=self._broker.password,
+            identifier=self._identifier,
+            will=None if will is None else Will(will.topic, will.payload, will.qos, will.retain),
+            clean_session=True,
+            timeout=CONNECT_TIMEOUT,
+            keepalive=KEEP_ALIVE,
+            max_queued_incoming_messages=MAX_INCOMING,
+            tls_context=self._broker.tls,
+        )
+
+    async def _connect(self) -> None:
+        """Exchange messages over one connection until it is lost."""
+        async with self._client() as client:
+            for topic in self._exchange.topics:
+                await client.subscribe(topic, qos=1)
+            self.connections += 1
+            logger.info("connected to the broker %s", self._name)
+            self._exchange.connected()
+            tasks = [asyncio.create_task(self._send(client)), asyncio.create_task(self._receive(client))]
+            try:
+                await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+            except asyncio.CancelledError:
+                await self._say_farewell(client, tasks)
+                raise
+            finally:
+                for task in tasks:
+                    task.cancel()
+                await asyncio.gather(*tasks, return_exceptions=True)
+            for task in tasks:
+                if not task.cancelled():
+                    task.result()
+
+    async def _send(self, client: Client) -> None:
+        while True:
+            message = await self.outbox.next()
+            try:
+                await client.publish(message.topic, message.payload, message.qos, message.retain)
+            except MqttError:
+                self.outbox.put_back(message)
+                raise
+
+    async def _receive(self, client: Client) -> None:
+        async for message in client.messages:
+            payload = message.payload
+            if isinstance(payload, bytes | bytearray):
+                self._exchange.received(message.topic.value, bytes(payload), message.retain)
+
+    async def _say_farewell(self, client: Client, tasks: Sequence[asyncio.Task[None]]) -> None:
+        for task in tasks:
+            task.cancel()
+        farewell = self._exchange.farewell()
+        if farewell is None:
+            return
+        try:
+            async with asyncio.timeout(FAREWELL_TIMEOUT):
+                await client.publish(farewell.topic, farewell.payload, farewell.qos, farewell.retain)
+        except (MqttError, TimeoutError) as error:
+            logger.warning("the broker %s did not take the last message: %s", self._name, error)
+
+
+def _check_cancelled() -> None:
+    """Raise if the task was cancelled: closing a connection may fail then, and its error hides the cancellation."""
+    task = asyncio.current_task()
+    if task is not None and task.cancelling():
+        raise asyncio.CancelledError
+
+
+def _is_refusal(error: MqttError) -> bool:
+    if not isinstance(error, MqttConnectError):
+        return False
+    return (error.rc.value if isinstance(error.rc, ReasonCode) else error.rc) in REFUSED
