@@ -65,6 +65,8 @@ class RosTypes:
     ----------
     release : str
         ``noetic``, ``humble``, ``jazzy`` or ``kilted``.
+    ros2_times : bool
+        Whether times of ROS 1 are read as those of ROS 2: ``sec`` and ``nanosec`` in place of ``secs`` and ``nsecs``.
 
     Raises
     ------
@@ -72,7 +74,7 @@ class RosTypes:
         The release is not known, or ``rosbags`` is not installed; the text says how to install it.
     """
 
-    def __init__(self, release: str) -> None:
+    def __init__(self, release: str, *, ros2_times: bool = False) -> None:
         if release not in DEFINITIONS:
             raise InvalidInput(f"unknown release of ROS {release!r}; known: {', '.join(RELEASES)}")
         self.release = release
@@ -86,7 +88,7 @@ class RosTypes:
         if not self.ros1:
             _spell_char_as_uint8(self._store.fielddefs)
             self._store.fielddefs |= self._services
-        self._converter = Converter(self._store, ros1=self.ros1)
+        self._converter = Converter(self._store, ros1=self.ros1 and not ros2_times)
 
     def __contains__(self, name: str) -> bool:
         return self._full(name) in self._store.types
@@ -236,9 +238,9 @@ def to_json(values: Mapping[str, Any]) -> bytes:
 
 
 @cache
-def ros_types(release: str) -> RosTypes:
-    """Return the types of a release; they are made once. Raises as `RosTypes`."""
-    return RosTypes(release)
+def ros_types(release: str, *, ros2_times: bool = False) -> RosTypes:
+    """Return the types of a release; they are made once. Arguments and errors are those of `RosTypes`."""
+    return RosTypes(release, ros2_times=ros2_times)
 
 
 def _rosbags() -> tuple[ModuleType, tuple[type[Exception], ...]]:

@@ -1,14 +1,12 @@
 """Command ``ppaas bridge ros2 ROBOT``: connects a robot with ROS 2 to its clone."""
 
 import argparse
-import logging
 import os
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from robots.cli import event_loop
-from robots.cli.session import add_cloud_arguments, token_of
+from robots.bridges.cli.running import run_bridge
+from robots.cli.session import add_cloud_arguments
 
 if TYPE_CHECKING:
     from robots.bridges.core.transport import Transport
@@ -62,23 +60,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Carry messages until interrupted; return the exit status."""
-    logging.basicConfig(level=logging.INFO, format="%(levelname)s %(message)s", stream=sys.stderr)
-    event_loop.run(_run(arguments))
-    return 0
-
-
-async def _run(arguments: argparse.Namespace) -> None:
-    # Imported here because ``ppaas --help`` loads this module.
-    from robots.bridges.core.bridge import Bridge  # noqa: PLC0415
-
-    bridge = Bridge(
-        _transport(arguments),
-        url=arguments.url,
-        robot=arguments.robot,
-        token=token_of(arguments),
-        namespace=arguments.namespace,
-    )
-    await bridge.run()
+    return run_bridge(arguments, lambda: (_transport(arguments), {}))
 
 
 def _transport(arguments: argparse.Namespace) -> "Transport":

@@ -1,0 +1,314 @@
+"""Node of ROS 1 without ROS: topics and services over TCPROS, found and registered at a master.
+
+The state of the master is read twice a second. It tells which nodes there are, and whether this one is registered: a
+master that was restarted has forgotten it, and learns it again. Nodes of rospy and roscpp do not register again, so
+the connections that they have count as part of the graph, too.
+"""
+
+import asyncio
+import contextlib
+import ipaddress
+import logging
+import socket
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TypeVar
+
+from ppaas.errors import Conflict, InvalidInput, PPaaSError, Unavailable
+from ppaas.wire.names import MAX_NAME
+from ppaas.wire.ros import ros_types
+from ppaas.wire.ros.graph import Entity, Kind, Qos
+from ppaas.wire.ros.master_state import MasterState
+from ppaas.wire.ros.tcpros import unpack_header
+from robots.bridges.core.notices import Notices
+from robots.bridges.core.transport import Answer, Closable, Publisher, Received, Transport
+from robots.bridges.ros1.http import XmlRpcServer, address_of
+from robots.bridges.ros1.master import Master
+from robots.bridges.ros1.peer import Peer
+from robots.bridges.ros1.publication import Publication
+from robots.bridges.ros1.registry import Registry
+from robots.bridges.ros1.service import Service
+from robots.bridges.ros1.slave import Slave
+from robots.bridges.ros1.subscription import Subscription
+from robots.bridges.ros1.tables import ROS_1
+
+logger = logging.getLogger("ppaas.bridge")
+
+Named = TypeVar("Named", Publication, Subscription, Service)
+
+POLL = 0.5
+"""Time between two looks at the master [s]."""
+
+MAX_PEERS = 512
+"""Largest number of connections of other nodes to this one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ros1Options:
+    """Options of a node of ROS 1.
+
+    Parameters
+    ----------
+    master : str
+        URI of the master.
+    host : str
+        Name or address of this computer that other nodes reach; empty for the address by which it reaches the master.
+    """
+
+    master: str
+    host: str = ""
+
+
+class Ros1Transport(Transport, Slave):
+    """Transport over TCPROS.
+
+    Parameters
+    ----------
+    options : Ros1Options
+        Master, and address of this computer.
+    name : str
+        Name of the node, without a leading slash.
+
+    Raises
+    ------
+    InvalidInput
+        The URI of the master is none, or the extra ``ros1`` is not installed.
+    """
+
+    tables = ROS_1
+    not_found = "check ROS_MASTER_URI (--master) and that the robot runs"
+
+    def __init__(self, options: Ros1Options, name: str = "ppaas_bridge") -> None:
+        address_of(options.master)
+        self.types = ros_types("noetic", ros2_times=True)
+        self.master, self._name, self._host = options.master, f"/{name}", options.host
+        self.publications: dict[str, Publication] = {}
+        self.subscriptions: dict[str, Subscription] = {}
+        self._services: dict[str, Service] = {}
+        self._entities: dict[tuple[Kind, str, str], Entity] = {}
+        self._state = MasterState({}, {}, {})
+        self._known_types: dict[str, str] = {}
+        self._peers: set[Peer] = set()
+        self._notices = Notices()
+        self._server = XmlRpcServer(self.methods())
+
+    # -- node ----------------------------------------------------------------------------------------------------------
+
+    async def open(self, changed: Callable[[], None]) -> None:
+        """Start the node; the master may come later."""
+        loop = asyncio.get_running_loop()
+        self._changed, self._dirty, self._end = changed, asyncio.Event(), loop.create_future()
+        self._host = self._host or await asyncio.to_thread(_own_address, *address_of(self.master))
+        listen = self._host if _is_local(self._host) else "0.0.0.0"
+        try:
+            self._data = await loop.create_server(self._accept, listen, 0)
+            self._uri = f"http://{self._host}:{await self._server.listen(listen)}/"
+        except OSError as error:
+            raise Unavailable(f"cannot listen on {listen}: {error}; name an address by --host") from error
+        master, data = Master(self.master, self._name, self._uri), f"rosrpc://{self._host}:{self.data_address()[1]}"
+        self._registry = Registry(master, self._name, data, self._notices)
+        self._notices.info("types of messages are those of ROS 1 noetic")
+        self._watching = asyncio.create_task(self._watch())
+
+    async def close(self) -> None:
+        """Withdraw all that is registered, and end the node."""
+        if not hasattr(self, "_watching"):
+            return
+        self._watching.cancel()
+        await asyncio.gather(self._watching, return_exceptions=True)
+        for entity in self._wanted().values():
+            entity.close()
+        if not self._end.done():
+            with contextlib.suppress(PPaaSError):  # the master has gone, and with it what was registered
+                await self._registry.withdraw()
+        self._data.close()
+        for peer in self._peers:
+            peer.close()
+        await self._server.close()
+
+    async def ended(self) -> None:
+        """Wait until the master or a user ends the node, and raise the reason."""
+        await asyncio.shield(self._end)
+
+    # -- master --------------------------------------------------------------------------------------------------------
+
+    async def _watch(self) -> None:
+        """Look at the master for ever."""
+        answers: bool | None = None
+        while True:
+            self._dirty.clear()
+            try:
+                await self._look()
+            except PPaaSError as error:
+                if answers is not False:
+                    logger.warning("the master does not answer, and is tried again: %s", error)
+                answers = False
+            else:
+                if not answers:
+                    logger.info("the master is %s", self.master)
+                answers = True
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(self._dirty.wait(), POLL)
+
+    async def _look(self) -> None:
+        state = await self._registry.master.state()
+        topics = state.publishers.keys() | state.subscribers.keys()
+        if not topics <= self._known_types.keys():
+            self._known_types |= dict.fromkeys(topics, "") | await self._registry.master.types()
+        if len(self._known_types) > 2 * len(topics) + 100:
+            self._known_types = {topic: self._known_types[topic] for topic in topics}
+        self._state = state
+        self._refresh()
+        found = await self._registry.reconcile(state, self._wanted())
+        for topic, uris in found.items():
+            self.publishers_changed(topic, uris)
+
+    def _wanted(self) -> dict[tuple[Kind, str], Publication | Subscription | Service]:
+        wanted: dict[tuple[Kind, str], Publication | Subscription | Service] = {}
+        wanted |= {(Kind.PUBLISHER, name): one for name, one in self.publications.items()}
+        wanted |= {(Kind.SUBSCRIBER, name): one for name, one in self.subscriptions.items()}
+        wanted |= {(Kind.SERVER, name): one for name, one in self._services.items()}
+        return wanted
+
+    def publishers_changed(self, topic: str, uris: list[str]) -> None:
+        """Follow the publishers of a topic, this node excepted."""
+        if topic in self.subscriptions:
+            self.subscriptions[topic].update(uri for uri in uris if uri != self._uri)
+
+    def told_to_end(self, reason: str) -> None:
+        """End, as ``rosnode kill`` demands, and the master if another node has the same name."""
+        if not self._end.done():
+            self._end.set_exception(
+                Conflict(f"node {self._name} was told to end: {reason or 'no reason given'}; is there a second bridge?")
+            )
+
+    # -- graph ---------------------------------------------------------------------------------------------------------
+
+    def entities(self) -> tuple[Entity, ...]:
+        """Return the publishers and subscribers of the other nodes."""
+        return tuple(self._entities.values())
+
+    def _refresh(self) -> None:
+        """Follow what the master or the connections tell of the graph."""
+        found: dict[tuple[Kind, str, str], Entity] = {}
+        for kind, topics in ((Kind.PUBLISHER, self._state.publishers), (Kind.SUBSCRIBER, self._state.subscribers)):
+            for topic, nodes in topics.items():
+                self._add(found, kind, topic, self._known_types.get(topic, ""), ((node, "") for node in nodes))
+        for subscription in self.subscriptions.values():
+            connected = ((peer.node, uri) for uri, peer in subscription.peers.items())
+            self._add(found, Kind.PUBLISHER, subscription.name, subscription.type, connected)
+        for publication in self.publications.values():
+            connected = ((peer.node, "") for peer in publication.peers)
+            self._add(found, Kind.SUBSCRIBER, publication.name, publication.type, connected)
+        if found != self._entities:
+            self._entities = found
+            self._changed()
+
+    def _add(
+        self,
+        found: dict[tuple[Kind, str, str], Entity],
+        kind: Kind,
+        topic: str,
+        type_name: str,
+        nodes: Iterable[tuple[str, str]],
+    ) -> None:
+        for node, uri in nodes:
+            if node != self._name and type_name:
+                found[kind, topic, node] = Entity(kind, topic, type_name, Qos(), node, f"{topic} {node} {uri}")
+
+    # -- topics and services -------------------------------------------------------------------------------------------
+
+    def has_type(self, name: str) -> bool:
+        """Return whether Noetic has a type."""
+        return self.types.knows(name)
+
+    def publisher(self, topic: str, type_name: str, qos: Qos) -> Publisher:
+        """Return a publisher."""
+        publication = Publication(
+            self.types, self._name, topic, type_name, qos,
+            changed=self._refresh, closed=self._closed(self.publications), notices=self._notices,
+        )  # fmt: skip
+        self.publications[topic] = publication
+        self._dirty.set()
+        return publication
+
+    def subscribe(self, topic: str, type_name: str, qos: Qos, received: Received) -> Closable:
+        """Subscribe to a topic."""
+        subscription = Subscription(
+            self.types, self._name, topic, type_name, received,
+            changed=self._refresh, closed=self._closed(self.subscriptions), notices=self._notices,
+        )  # fmt: skip
+        self.subscriptions[topic] = subscription
+        self._dirty.set()
+        return subscription
+
+    def serve(self, service: str, type_name: str, answer: Answer) -> Closable:
+        """Serve a service."""
+        served = Service(
+            self.types, self._name, service, type_name, answer,
+            closed=self._closed(self._services), notices=self._notices,
+        )  # fmt: skip
+        self._services[service] = served
+        self._dirty.set()
+        return served
+
+    def _closed(self, table: dict[str, Named]) -> Callable[[Named], None]:
+        def closed(entity: Named) -> None:
+            if table.get(entity.name) is entity:
+                del table[entity.name]
+            self._dirty.set()
+
+        return closed
+
+    # -- connections of other nodes ------------------------------------------------------------------------------------
+
+    def data_address(self) -> tuple[str, int]:
+        """Return host and port of the TCPROS server."""
+        return self._host, self._data.sockets[0].getsockname()[1]
+
+    def _accept(self) -> Peer:
+        peer = Peer(self._greet)
+        self._peers.add(peer)
+        peer.lost.add_done_callback(lambda _: self._peers.discard(peer))
+        if len(self._peers) > MAX_PEERS:
+            asyncio.get_running_loop().call_soon(peer.abort)
+        return peer
+
+    def _greet(self, peer: Peer, header: bytes) -> None:
+        try:
+            fields = unpack_header(header)
+            peer.node = fields.get("callerid", "")[:MAX_NAME] or "a node without a name"
+            peer.topic = fields.get("topic") or fields.get("service", "")
+            offered = self.publications if "topic" in fields else self._services
+            if peer.topic not in offered:
+                raise InvalidInput(f"{peer.topic[:MAX_NAME]!r} is not offered by {self._name}")
+            offered[peer.topic].accept(peer, fields)
+        except InvalidInput as error:
+            peer.send_header({"error": str(error)})
+            peer.close()
+
+
+def node_name(robot: str) -> str:
+    """Return the name of the bridge's node for a robot: one a robot, so that several may share a master."""
+    return "ppaas_bridge_" + "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in robot)
+
+
+def _own_address(host: str, port: int) -> str:
+    """Return the address of this computer by which it reaches a host."""
+    try:
+        family, kind, _, _, address = socket.getaddrinfo(host, port, socket.AF_INET, socket.SOCK_DGRAM)[0]
+        with socket.socket(family, kind) as probe:
+            probe.connect(address)
+            own: str = probe.getsockname()[0]
+            return own
+    except OSError as error:
+        raise InvalidInput(f"the master's host {host!r} cannot be reached: {error}; check ROS_MASTER_URI") from error
+
+
+def _is_local(host: str) -> bool:
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
