@@ -8,6 +8,7 @@ from typing import Any
 import msgspec
 
 from ppaas.clone.exploring import exploring
+from ppaas.clone.follow_path import move_base_defaults, move_base_kind
 from ppaas.clone.localization import Localization, on_map, while_mapping
 from ppaas.clone.node_parameters import NodeParameters
 from ppaas.clone.octomap import octomap_makers
@@ -80,6 +81,7 @@ def build_clone(
     A robot that makes a new map has ``grid_slam`` in place of the map server and ``amcl``, and ``explore``.
     With a depth camera it also has ``octomap_server``, as a robot with parameters for that node has.
     A robot has the nodes that see and follow people (`ppaas.clone.people`) if it has parameters for them.
+    A robot with parameters for ``follow_path`` follows paths itself.
 
     Parameters
     ----------
@@ -184,13 +186,14 @@ def _move_base(
     tracked = given.read(StaticLayerParameters, STATIC_LAYER).track_unknown_space
     adapt = unchanged if tracked else partial(without_unknown, robot_radius=body.robot_radius, costs=costs)
     build = partial(_built, threads, body.robot_radius, costs) if maps else None
+    kind = move_base_kind(given, _kind(maps), maps=maps)
 
     def move_base(context: Context) -> MoveBaseNode:
         surroundings = surroundings_of(
             adapt(layers), body, local, social, costs=costs, tolerance=driving.transform_tolerance, names=located.names
         )
         surroundings.mark_ahead(not controller.predicts)
-        return _kind(maps)(
+        return kind(
             context, surroundings=surroundings, planner=planner, path_planners=path_planners,
             costmap_topics=CostmapTopics(context, surroundings, body=body, publish_frequency=local.publish_frequency),
             controller=controller, recoveries=recovering, parameters=driving, threads=threads,
@@ -291,5 +294,5 @@ def _body(
 
 def _driving(given: NodeParameters, planner: str, controller: str) -> MoveBaseParameters:
     """Return the parameters of Move Base; the plug-ins of the robot's file are the defaults."""
-    base = {"base_global_planner": planner, "base_local_planner": controller}
+    base = {"base_global_planner": planner, "base_local_planner": controller} | move_base_defaults(given)
     return given.read(MoveBaseParameters, "move_base", base)

@@ -20,6 +20,12 @@ class NoValidControl(PPaaSError):
     slug = "no-valid-control"
 
 
+class PathGivenUp(NoValidControl):
+    """A robot that follows paths itself gave up; another plan would not help."""
+
+    slug = "path-given-up"
+
+
 class Velocity(NamedTuple):
     """Forward [m/s] and turning [rad/s] speed of a differential drive."""
 

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from ppaas.errors import InvalidMap
 from ppaas.maps.grid import OCCUPIED, UNKNOWN, GridInfo, GridMap
+from ppaas.messages.base.map_msgs import OccupancyGridUpdate
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Pose
-from ppaas.messages.map_msgs import OccupancyGridUpdate
 from ppaas.messages.nav_msgs import MapMetaData, OccupancyGrid
 
 # Text of a cell by its byte, padded to four characters, so that one look-up yields the text of the whole grid. The

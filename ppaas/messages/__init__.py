@@ -7,7 +7,6 @@ from ppaas.messages import (
     actionlib_msgs,
     explore_msgs,
     geometry_msgs,
-    map_msgs,
     move_base_msgs,
     nav2_msgs,
     nav_msgs,
@@ -23,7 +22,7 @@ from ppaas.messages import (
     tf2_web_republisher,
     vision_msgs,
 )
-from ppaas.messages.base import std_msgs
+from ppaas.messages.base import map_msgs, std_msgs
 from ppaas.messages.base.message import Lazy, Message, ServiceType
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.registry import message_type, message_types, service_type, type_name

@@ -6,8 +6,8 @@ from ppaas.errors import UnknownType
 from ppaas.messages import (
     actionlib_msgs,
     explore_msgs,
+    follow_path,
     geometry_msgs,
-    map_msgs,
     move_base_msgs,
     nav2_msgs,
     nav_msgs,
@@ -23,14 +23,14 @@ from ppaas.messages import (
     tf2_web_republisher,
     vision_msgs,
 )
-from ppaas.messages.base import std_msgs
+from ppaas.messages.base import map_msgs, std_msgs
 from ppaas.messages.base.message import Message, ServiceType
 from ppaas.messages.health import diagnostic_msgs, observe
 
 _PACKAGES: tuple[ModuleType, ...] = (
     std_msgs, geometry_msgs, nav_msgs, sensor_msgs, actionlib_msgs, move_base_msgs, nav2_msgs, tf2_msgs, ppaas_msgs,
     people_msgs, std_srvs, rosapi, tf2_web_republisher, map_msgs, slam_toolbox, explore_msgs,
-    octomap_msgs, vision_msgs, people_coordination, diagnostic_msgs, observe,
+    octomap_msgs, vision_msgs, people_coordination, diagnostic_msgs, observe, follow_path,
 )  # fmt: skip
 
 

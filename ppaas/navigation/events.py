@@ -158,10 +158,14 @@ class VelocityComputed:
 
 @dataclass(frozen=True, slots=True)
 class ControlFailed:
-    """Answer to ``ComputeVelocity``: every velocity would lead to a collision."""
+    """Answer to ``ComputeVelocity``: every velocity would lead to a collision.
+
+    ``final`` means that neither another plan nor a recovery behaviour can change that.
+    """
 
     now: float
     reason: str = ""
+    final: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -295,10 +295,12 @@ class MoveBase:
         return f"Plans: {', '.join(f'{count} {origin}' for origin, count in sorted(self._origins.items()))}."
 
     def _on_no_velocity(self, event: ControlFailed) -> None:
-        if event.now > self._last_valid_control + self.parameters.controller_patience:
+        if event.final:
+            self._end(event.now, Status.ABORTED, event.reason)
+        elif event.now > self._last_valid_control + self.parameters.controller_patience:
             self._recover(event.now, Trigger.CONTROLLING)
-            return
-        self._plan_again(event.now)
+        else:
+            self._plan_again(event.now)
 
     def _plan_again(self, now: float) -> None:
         """Stand still until there is another plan."""
@@ -319,8 +321,7 @@ class MoveBase:
     def _restart_planning(self, now: float) -> None:
         self.state = State.PLANNING
         self._last_valid_plan = now
-        self._retries = 0
-        self._deferred = ""
+        self._retries, self._deferred = 0, ""
         self._next_plan = now
 
     def _request_plan(self, now: float) -> None:

@@ -4,8 +4,14 @@ Nodes, containers, endpoints, agents and robots all look up the policy of a topi
 """
 
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray
+from ppaas.messages.base.map_msgs import OccupancyGridUpdate
 from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import Float64, String
+from ppaas.messages.follow_path import (
+    FollowPathActionFeedback,
+    FollowPathActionGoal,
+    FollowPathActionResult,
+)
 from ppaas.messages.geometry_msgs import (
     PolygonStamped,
     PoseArray,
@@ -14,7 +20,6 @@ from ppaas.messages.geometry_msgs import (
     Twist,
 )
 from ppaas.messages.health.diagnostic_msgs import DiagnosticArray
-from ppaas.messages.map_msgs import OccupancyGridUpdate
 from ppaas.messages.move_base_msgs import MoveBaseActionFeedback, MoveBaseActionGoal, MoveBaseActionResult
 from ppaas.messages.nav2_msgs import (
     FollowWaypointsActionFeedback,
@@ -107,6 +112,13 @@ PLAN = Topic("plan", Path, stream=True, depth=1)
 LOCAL_PLAN = Topic("local_plan", Path, stream=True, depth=1)
 ROBOTS = Topic("robots", RobotStates, stream=True)
 SPEED_LIMIT = Topic("speed_limit", SpeedLimit)
+
+# -- paths that a robot follows itself ---------------------------------------------------------------------------------
+
+FOLLOW_PATH_GOAL = Topic("follow_path/goal", FollowPathActionGoal, latched=True, depth=1, lasting=True)
+FOLLOW_PATH_CANCEL = Topic("follow_path/cancel", GoalID)
+FOLLOW_PATH_FEEDBACK = Topic("follow_path/feedback", FollowPathActionFeedback, stream=True, depth=1, robot_only=True)
+FOLLOW_PATH_RESULT = Topic("follow_path/result", FollowPathActionResult, robot_only=True)
 
 # -- costmaps of Move Base, by the names of Nav2 and of ROS 1 ----------------------------------------------------------
 

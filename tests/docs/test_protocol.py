@@ -41,6 +41,7 @@ from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.navigation.recovery_sequence import recovery_behaviors
 from ppaas.navigation.waypoints import MAX_WAYPOINTS
 from ppaas.nodes.base import DEFAULT_DEPTH
+from ppaas.nodes.follow_path.path_follower import FollowPathParameters
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.move_base.node import STATUS_PERIOD
 from ppaas.nodes.parameter_server.tree import MAX_FREE, MAX_FREE_BYTES
@@ -159,6 +160,21 @@ def test_topics_and_services_of_3d_maps_are_those_of_octomap_server(graph: Graph
     assert listed == expected
     services = table(PROTOCOL, "service of 3D mapping", "type", "what it does")
     assert {name: kind for name, kind, _ in services} == {service.name: service.type.name for service in node.services}
+
+
+def test_topics_and_parameters_of_paths_are_those_of_a_robot_that_follows_paths_itself(graph: Graph) -> None:
+    following, layers = Graph(), build_layers(GridMap(np.zeros((40, 40), np.int8), GridInfo(0.05, 40, 40)))
+    build_clone(following, layers, model="turtlebot2", initial_pose=(1.0, 1.0, 0.0), parameters={"follow_path": {}})
+    node = following.nodes["move_base"]
+    expected = {topic.name: (type_name(topic.type), "in") for topic in node.subscribes} | {
+        topic.name: (type_name(topic.type), "out" + ", latched" * topic.latched) for topic in node.publishes
+    }
+    rows = table(PROTOCOL, "topic of paths", "type", "direction", "rate and purpose")
+    listed = {name: (kind, way) for name, kind, way, _ in rows}
+    assert listed == {name: each for name, each in expected.items() if name not in graph.topics}
+    parameters = table(PROTOCOL, "parameter of `follow_path`", "default", "meaning")
+    assert [name for name, *_ in parameters] == list(FollowPathParameters.__struct_fields__)
+    assert [default for _, default, _ in parameters] == ["20", "0.5", "π"]
 
 
 def test_topics_of_people_are_those_of_the_nodes_that_see_and_follow_them(graph: Graph) -> None:

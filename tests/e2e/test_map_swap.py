@@ -11,7 +11,7 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.maps.occupancy import from_message, from_update
 from ppaas.messages.actionlib_msgs import Status
-from ppaas.messages.map_msgs import OccupancyGridUpdate
+from ppaas.messages.base.map_msgs import OccupancyGridUpdate
 from ppaas.messages.nav_msgs import OccupancyGrid, Path
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot
 from tests.support.cloud.drive import Drive, driving

@@ -6,7 +6,7 @@ from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.maps.occupancy import GridMapMessage, MapChange
-from ppaas.messages.map_msgs import OccupancyGridUpdate
+from ppaas.messages.base.map_msgs import OccupancyGridUpdate
 from ppaas.messages.nav_msgs import OccupancyGrid
 from ppaas.nodes.base import Context, Job, Payload
 from ppaas.nodes.explore.survey import Build, Survey, survey_work

@@ -129,7 +129,7 @@ class MoveBaseNode(Node):
     """
 
     name: ClassVar[str] = "move_base"
-    demands: ClassVar[Demands] = Demands(
+    demands: ClassVar[Demands | None] = Demands(
         0.6, rates={topics.SCAN.name: topics.SCAN_RATE, topics.ODOM.name: topics.ODOM_RATE}
     )
     subscribes: ClassVar[tuple[Topic, ...]] = (

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from ppaas.controllers.base import Controller, ControlRequest, Velocity
+from ppaas.controllers.base import Controller, ControlRequest, PathGivenUp, Velocity
 from ppaas.errors import PPaaSError, TransformError
 from ppaas.geometry import Pose2D
 from ppaas.messages.geometry_msgs import Twist, Vector3
@@ -173,7 +173,7 @@ class OrderExecutor:
             )
             velocity = Velocity() if reached else self._controller.compute_velocity(request)
         except PPaaSError as error:
-            return events.ControlFailed(self._context.elapsed(), str(error))
+            return events.ControlFailed(self._context.elapsed(), str(error), isinstance(error, PathGivenUp))
         velocity = self._passive_safety.slowed(velocity, pose, around.walkers(pose, self._context.elapsed()))
         publish_local_plan(self._context, pose, velocity)
         return events.VelocityComputed(self._context.elapsed(), velocity, reached)

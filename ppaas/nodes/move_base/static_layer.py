@@ -11,7 +11,7 @@ from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import UNKNOWN, GridInfo, GridMap
 from ppaas.maps.occupancy import GridMapMessage, MapChange, from_message, from_update
-from ppaas.messages.map_msgs import OccupancyGridUpdate
+from ppaas.messages.base.map_msgs import OccupancyGridUpdate
 from ppaas.messages.nav_msgs import OccupancyGrid
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Payload, Timer, Topic

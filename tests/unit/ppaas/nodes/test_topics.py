@@ -5,6 +5,7 @@ from ppaas.clone.assembly import DEPTH_CAMERA, build_clone
 from ppaas.costmap.build_layers import build_layers
 from ppaas.nodes.diagnostics.node import DiagnosticsNode
 from ppaas.nodes.explore.node import ExploreNode
+from ppaas.nodes.follow_path.node import PathFollowingNode
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.grid_slam.node import GridSlamNode
 from ppaas.nodes.topics import CLIENT_TOPIC, TOPICS, policy_of
@@ -20,7 +21,8 @@ def test_table_has_exactly_the_topics_of_a_clone() -> None:
     build_clone(graph, layers, model="turtlebot2", initial_pose=(1.0, 1.0, 0.0), parameters=CAMERAS | PEOPLE)
     exploring = (*ExploreNode.publishes, *ExploreNode.subscribes)
     monitors = (*NodeMonitorNode.publishes, *DiagnosticsNode.publishes)
-    others = {topic.name: topic for topic in (*monitors, *GridSlamNode.publishes, *exploring)}
+    following = (*PathFollowingNode.publishes, *PathFollowingNode.subscribes)
+    others = {topic.name: topic for topic in (*monitors, *following, *GridSlamNode.publishes, *exploring)}
     assert graph.topics | others == TOPICS
 
 
@@ -35,12 +37,14 @@ def test_topics_published_once_are_lasting() -> None:
     assert {topic.name for topic in TOPICS.values() if topic.lasting} == {
         "move_base/result", "follow_waypoints/result", "spin/result", "backup/result", "wait/result",
         "navigate_through_poses/result", "explore/result", "map", "map_updates", "tf_static",
+        "follow_path/goal",
     }  # fmt: skip
     assert all(topic.lasting for topic in TOPICS.values() if topic.published_once)
 
 
 def test_goals_and_cancels_of_every_action_have_many_publishers() -> None:
-    actions = {name for name in TOPICS if name.endswith(("/goal", "/cancel"))}
+    of_robots = {"follow_path/goal", "follow_path/cancel"}
+    actions = {name for name in TOPICS if name.endswith(("/goal", "/cancel"))} - of_robots
     assert {topic.name for topic in TOPICS.values() if topic.many_publishers} == actions | {"tf", "tf_static"}
 
 

@@ -1,0 +1,1 @@
+"""Move Base of a robot that follows paths itself."""
