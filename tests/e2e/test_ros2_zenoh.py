@@ -2,11 +2,7 @@
 
 import asyncio
 import json
-import socket
-import uuid
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
-from dataclasses import dataclass
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,13 +12,12 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.messages import encode
 from ppaas.messages.geometry_msgs import Pose
+from robots.client.rest import RestClient
 from robots.demo.scorer import Scorer
-from robots.sim.simulator import Simulator
-from robots.sim.world import World
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot
 from tests.support.ros2.bridge_process import bridge_process
-from tests.support.ros2.turtlebot import Turtlebot
 from tests.support.ros2.zenoh_peer import LATCHED, Peer, Recorder
+from tests.support.ros2.zenoh_robot import free_endpoint, zenoh_robot
 from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = pytest.mark.journey
@@ -32,55 +27,8 @@ PLAN = "nav2_msgs/action/ComputePathToPose"
 REACHED, CANCELLED = 4, 5
 
 
-def free_endpoint() -> str:
-    with socket.create_server(("127.0.0.1", 0)) as listening:
-        return f"tcp/127.0.0.1:{listening.getsockname()[1]}"
-
-
-@dataclass
-class Connected:
-    """A robot that drives, and another node of ROS 2 beside it."""
-
-    world: World
-    robot: Turtlebot
-    operator: Peer
-
-    async def act(self, action: str, kind: str, goal: dict[str, Any]) -> bytes:
-        """Send a goal; return its id."""
-        goal_id = uuid.uuid4().bytes
-        request = {"goal_id": {"uuid": goal_id}, "goal": goal}
-        sent = await asyncio.to_thread(self.operator.call, f"{action}/_action/send_goal", f"{kind}_SendGoal", request)
-        assert sent["accepted"]
-        return goal_id
-
-    async def result(self, action: str, kind: str, goal_id: bytes) -> dict[str, Any]:
-        """Wait for the result of a goal."""
-        request = {"goal_id": {"uuid": goal_id}}
-        return await asyncio.to_thread(
-            self.operator.call, f"{action}/_action/get_result", f"{kind}_GetResult", request, 120.0
-        )
-
-
 def stamped(pose: Pose2D) -> dict[str, Any]:
     return {"header": {"frame_id": "map"}, "pose": json.loads(encode(Pose.of(pose)))}
-
-
-@asynccontextmanager
-async def ros2_robot(endpoint: str, grid: GridMap, start: Pose2D) -> AsyncIterator[Connected]:
-    """Run a robot of namespace ``/tb3_2``, and another node."""
-    world = World(grid, 0)
-    simulated = world.add_robot(start)
-    node, operator = (Peer(endpoint, name, namespace="/tb3_2") for name in ("turtlebot", "operator"))
-    robot = Turtlebot(simulated, node)
-    tasks = [asyncio.create_task(Simulator(world).run()), asyncio.create_task(robot.run())]
-    try:
-        yield Connected(world, robot, operator)
-    finally:
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
-        node.close()
-        operator.close()
 
 
 async def test_a_robot_with_ros_2_over_zenoh_plans_and_drives_by_the_actions_of_nav2(
@@ -94,7 +42,7 @@ async def test_a_robot_with_ros_2_over_zenoh_plans_and_drives_by_the_actions_of_
     endpoint = free_endpoint()
     options = ("--transport", "zenoh", "--listen", endpoint, "--url", cloud.url, "--token", token)
     with bridge_process("ros2", *options, log=tmp_path / "log"):
-        async with ros2_robot(endpoint, office_map, start) as both:
+        async with zenoh_robot(endpoint, office_map, start, "/tb3_2") as both:
             feedback, grids, plans, frames = Recorder(), Recorder(), Recorder(), Recorder()
             both.operator.subscribe("navigate_to_pose/_action/feedback", f"{NAVIGATE}_FeedbackMessage", feedback)
             both.operator.subscribe("plan", "nav_msgs/msg/Path", plans)
@@ -131,3 +79,42 @@ async def test_a_robot_with_ros_2_over_zenoh_plans_and_drives_by_the_actions_of_
             )
             assert [one["goal_id"]["uuid"] for one in cancelled["goals_canceling"]] == [back]
             assert (await both.result("navigate_to_pose", NAVIGATE, back))["status"] == CANCELLED
+
+
+async def reported(rest: RestClient, robot: str, wanted: Callable[[list[str]], bool]) -> None:
+    """Wait until the doctor repeats the wanted reports of a robot's bridge."""
+    async with asyncio.timeout(40.0):
+        while True:
+            found = await rest.get(f"/v1/robots/{robot}/diagnosis?seconds=0")
+            if wanted([one["text"] for one in found["findings"] if one["kind"] == "robot-reports"]):
+                return
+            await asyncio.sleep(0.2)
+
+
+async def test_a_robot_of_another_domain_is_told_to_the_doctor(
+    cloud: RunningCloud, office_map: GridMap, tmp_path: Path
+) -> None:
+    rest = await cloud.admin()
+    await publish_map(rest, "office", office_map)
+    token = await register_robot(rest, "apart", "office", free_pose(office_map, seed=31))
+    endpoint = free_endpoint()
+    options = ("--transport", "zenoh", "--listen", endpoint, "--url", cloud.url, "--token", token)
+    with bridge_process("apart", *options, log=tmp_path / "log"):
+        apart = Peer(endpoint, "turtlebot", domain=7)
+        apart.publisher("odom", "nav_msgs/msg/Odometry")
+        here = None
+        try:
+            elsewhere = "robots are in domain 7, and the bridge in 0"
+            await reported(rest, "apart", lambda texts: any(elsewhere in text for text in texts))
+            here = Peer(endpoint, "turtlebot", release="kilted")
+            here.publisher("odom", "nav_msgs/msg/Odometry")
+            here.subscribe("cmd_vel", "geometry_msgs/msg/Twist", lambda _: None)
+            await reported(
+                rest,
+                "apart",
+                lambda texts: len(texts) == 1 and "'scan': the clone cannot localize it" in texts[0],
+            )
+        finally:
+            apart.close()
+            if here is not None:
+                here.close()

@@ -1,6 +1,7 @@
 """Bridge between a robot and its clone, over any transport."""
 
 import asyncio
+import contextlib
 from collections.abc import Callable, Coroutine
 from typing import Any
 
@@ -11,6 +12,8 @@ from ppaas.errors import NotFound, PPaaSError
 from robots.bridges.core.actions import ActionServer
 from robots.bridges.core.cloud_link import CloudLink
 from robots.bridges.core.downward import Downward
+from robots.bridges.core.examination import Examination
+from robots.bridges.core.findings import ERROR, Finding, examine
 from robots.bridges.core.frames import Frames
 from robots.bridges.core.localization import Localization
 from robots.bridges.core.notices import Notices
@@ -24,9 +27,6 @@ from robots.bridges.core.velocity import Velocity
 
 SETTLE = 0.05
 """Time for which changes of the graph are collected before the bridge follows them [s]."""
-
-MISSING_AFTER = 5.0
-"""Time after which the bridge reports what it has not found in the graph [s]."""
 
 
 class Bridge:
@@ -89,8 +89,8 @@ class Bridge:
                     if not topic.clone:
                         await self._link.advertise(topic.cloud, topic.type)
                 following = asyncio.create_task(self._follow())
-                reporting = asyncio.create_task(self._report_missing())
-                self._tasks |= {following, reporting}
+                examining = asyncio.create_task(Examination(self._parts, self._findings).run())
+                self._tasks |= {following, examining}
                 closed = asyncio.create_task(self._link.closed())
                 ended = asyncio.create_task(self._transport.ended())
                 self._tasks |= {closed, ended}
@@ -145,10 +145,8 @@ class Bridge:
     def _update(self) -> None:
         entities = self._transport.entities()
         if self._namespace is None:
-            try:
+            with contextlib.suppress(NotFound):  # of several robots none has this name, as the examination says
                 self._namespace = find_namespace(entities, self._robot)
-            except NotFound as error:
-                self._notices.warn(f"{error}; name one by --namespace")
             if self._namespace is None:
                 return
             self._notices.info(f"the robot's namespace is {self._namespace or '/'}")
@@ -162,18 +160,21 @@ class Bridge:
         if self._transport.services and not self._servers:
             self._serve(graph)
 
-    async def _report_missing(self) -> None:
-        await asyncio.sleep(MISSING_AFTER)
-        if self._namespace is None:
-            self._notices.warn(
-                "no robot is found: nobody publishes nav_msgs/Odometry or sensor_msgs/LaserScan; "
-                f"{self._transport.not_found}"
-            )
-            return
-        for name in self._upward.missing():
-            self._notices.warn(f"the robot does not publish {name!r}: the clone cannot localize it")
-        if not self._velocity.topics:
-            self._notices.warn("no base subscribes to 'cmd_vel': the robot will not move")
+    async def _findings(self) -> list[Finding]:
+        """Return what is wrong with the robot's graph."""
+        entities = self._transport.entities()
+        if self._namespace is not None:
+            graph, transport = RobotGraph(entities, self._namespace), self._transport
+            return examine(graph, transport.types, transport.tables, qos_matters=transport.qos_matters)
+        try:
+            find_namespace(entities, self._robot)
+        except NotFound as error:
+            return [Finding("namespace", f"{error}; name one by --namespace", ERROR)]
+        text = "no robot is found: nobody publishes nav_msgs/Odometry or sensor_msgs/LaserScan; "
+        if domains := await self._transport.other_domains():
+            names = ", ".join(map(str, domains))
+            text += f"robots are in domain {names}, and the bridge in {self._transport.domain}: "
+        return [Finding("robot", text + self._transport.not_found, ERROR)]
 
     # -- services and actions ------------------------------------------------------------------------------------------
 

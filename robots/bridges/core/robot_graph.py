@@ -29,7 +29,7 @@ class Source:
 
 
 class RobotGraph:
-    """Entities of one robot.
+    """Entities of one robot, and of other nodes beside it.
 
     Parameters
     ----------
@@ -40,12 +40,11 @@ class RobotGraph:
     """
 
     def __init__(self, entities: Sequence[Entity], namespace: str) -> None:
-        self._entities = entities
-        self._namespace = namespace
+        self.entities, self.namespace = entities, namespace
 
     def full(self, name: str) -> str:
         """Return the full name of a topic, a service or an action in the robot's namespace."""
-        return f"{self._namespace}/{name}"
+        return f"{self.namespace}/{name}"
 
     def source(self, topic: UpTopic) -> Source | None:
         """Return the topic by which the robot publishes what a topic of the cloud wants; None if there is none."""
@@ -53,7 +52,7 @@ class RobotGraph:
         for name in topic.names:
             if self.full(name) in of_type:
                 return Source(self.full(name), tuple(of_type[self.full(name)]))
-        inside = [name for name in of_type if name.startswith(f"{self._namespace}/")]
+        inside = [name for name in of_type if name.startswith(f"{self.namespace}/")]
         if topic.only and len(inside) == 1:
             return Source(inside[0], tuple(of_type[inside[0]]))
         return None
@@ -78,22 +77,26 @@ class RobotGraph:
         is taken, such as ``diff_drive_controller/cmd_vel``.
         """
         found: dict[str, set[str]] = {}
-        for entity in self._entities:
+        for entity in self.entities:
             if entity.kind is Kind.SUBSCRIBER and entity.type in (TWIST, TWIST_STAMPED):
                 found.setdefault(entity.name, set()).add(entity.type)
         preferred = self.full("cmd_vel")
         if preferred in found:
             return {preferred: found[preferred]}
-        inside = {name: types for name, types in found.items() if name.startswith(f"{self._namespace}/")}
+        inside = {name: types for name, types in found.items() if name.startswith(f"{self.namespace}/")}
         return inside if len(inside) == 1 else {}
+
+    def of(self, kind: Kind, topic: str, type_name: str = "") -> list[Entity]:
+        """Return the entities of a topic, given its full name; those of a type alone if one is named."""
+        return [one for one in self.entities if one.kind is kind and one.name == topic and type_name in ("", one.type)]
 
     def subscribers(self, topic: str) -> frozenset[str]:
         """Return the ids of the subscribers of a topic."""
-        return frozenset(one.id for one in self._entities if one.kind is Kind.SUBSCRIBER and one.name == topic)
+        return frozenset(one.id for one in self.of(Kind.SUBSCRIBER, topic))
 
     def _publishers(self, type_name: str) -> dict[str, list[Entity]]:
         found: dict[str, list[Entity]] = {}
-        for entity in self._entities:
+        for entity in self.entities:
             if entity.kind is Kind.PUBLISHER and entity.type == type_name:
                 found.setdefault(entity.name, []).append(entity)
         return found
@@ -114,15 +117,21 @@ def find_namespace(entities: Iterable[Entity], robot: str) -> str | None:
     NotFound
         Several robots are there, and none of them has the name of this one.
     """
-    found = set()
-    for entity in entities:
-        for topic in (ODOMETRY, SCAN):
-            if entity.kind is Kind.PUBLISHER and entity.type == topic.type:
-                names = [name for name in topic.names if entity.name.endswith(f"/{name}")]
-                found.add(entity.name.removesuffix(f"/{names[0]}") if names else "")
+    found = find_namespaces(entities)
     own = "/" + "".join(letter if letter.isalnum() or letter == "_" else "_" for letter in robot)
     if own in found:
         return own
     if len(found) > 1:
         raise NotFound("namespace of robot", robot, sorted(namespace or "/" for namespace in found))
     return found.pop() if found else None
+
+
+def find_namespaces(entities: Iterable[Entity]) -> set[str]:
+    """Return the namespaces of the robots in a graph, as ``find_namespace`` does: those of odometry and scans."""
+    found = set()
+    for entity in entities:
+        for topic in (ODOMETRY, SCAN):
+            if entity.kind is Kind.PUBLISHER and entity.type == topic.type:
+                names = [name for name in topic.names if entity.name.endswith(f"/{name}")]
+                found.add(entity.name.removesuffix(f"/{names[0]}") if names else "")
+    return found

@@ -65,6 +65,7 @@ UP: Final = (
     UpTopic(f"{_DEPTH}/camera_info", "sensor_msgs/msg/CameraInfo", (f"{_DEPTH}/camera_info",), period=IMAGE_PERIOD),
     UpTopic("people", "people_msgs/msg/People", ("people",)),
     UpTopic("speed_limit", "nav2_msgs/msg/SpeedLimit", ("speed_limit",), reliable=True),
+    UpTopic("diagnostics", "diagnostic_msgs/msg/DiagnosticArray", ("diagnostics",)),
     UpTopic("battery_state", "sensor_msgs/msg/BatteryState", ("battery_state", "battery"), clone=False, period=1.0),
 )
 """Topics of the robot, besides ``tf`` and ``tf_static``."""

@@ -51,6 +51,10 @@ class Transport(ABC):
         What the transport cannot do, as a sentence for the user; empty if it can do all.
     services : bool
         Whether the transport can serve services, and so actions.
+    qos_matters : bool
+        Whether publishers and subscribers are connected only if their qualities of service match.
+    domain : int
+        Domain of ROS 2.
     """
 
     types: RosTypes
@@ -58,6 +62,8 @@ class Transport(ABC):
     not_found: str = "check ROS_DOMAIN_ID (--domain) and that the robot runs"
     lacking: str = ""
     services: bool = True
+    qos_matters: bool = True
+    domain: int = 0
 
     @abstractmethod
     async def open(self, changed: Callable[[], None]) -> None:
@@ -85,6 +91,10 @@ class Transport(ABC):
     @abstractmethod
     def entities(self) -> tuple[Entity, ...]:
         """Return the entities of the other nodes."""
+
+    async def other_domains(self) -> tuple[int, ...]:
+        """Return the other domains in which robots are, as far as the transport can see them."""
+        return ()
 
     def has_type(self, name: str) -> bool:
         """Return whether the transport can carry a type, given its full name."""

@@ -73,10 +73,6 @@ class Upward:
         for name in list(self._carried):
             self._drop(name)
 
-    def missing(self) -> list[str]:
-        """Return the topics that a robot must publish and that are not there."""
-        return [topic.cloud for topic in (ODOMETRY, SCAN) if topic.cloud not in self._carried]
-
     def _carry(self, name: str, type_name: str, source: Source | None, received: Callable[[bytes], None]) -> None:
         before = self._carried.get(name)
         if before is not None and source is not None and before.source.same_as(source):

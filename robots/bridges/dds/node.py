@@ -109,7 +109,7 @@ class DdsTransport(Transport):
     )
 
     def __init__(self, options: DdsOptions, name: str = "ppaas_bridge") -> None:
-        self._options, self._name = options, name
+        self._options, self._name, self.domain = options, name, options.domain
         self._dds = dds_qos.imported()
         self.write = self._dds.write
         self.notices = Notices()

@@ -68,7 +68,7 @@ class RclpyTransport(Transport):
     """
 
     def __init__(self, options: RclpyOptions, name: str = "ppaas_bridge") -> None:
-        self._options, self._name = options, name
+        self._options, self._name, self.domain = options, name, options.domain
         self._rclpy = _imported()
         self._notices = Notices()
         self._entities: tuple[Entity, ...] = ()

@@ -4,6 +4,7 @@ A session in mode ``router`` is the router to which robots connect; one in mode 
 """
 
 import asyncio
+import contextlib
 import itertools
 import json
 import socket
@@ -18,6 +19,7 @@ from ppaas.wire.ros import ros_types
 from ppaas.wire.ros.graph import Entity, Kind, Qos, release_of
 from ppaas.wire.ros.rmw_zenoh import ZenohNode, gid_of, pack_attachment, parse_token, topic_key, unpack_attachment
 from robots.bridges.core.notices import Notices
+from robots.bridges.core.tables import ODOMETRY, SCAN
 from robots.bridges.core.transport import Answer, Closable, Publisher, Received, Transport
 
 PORT = 7447
@@ -27,6 +29,9 @@ GRAPH_WAIT = 0.5
 """Time for which the release of ROS is looked for in the graph [s]."""
 
 DEFAULT_RELEASE = "jazzy"
+
+LOOK = 1.0
+"""Longest time for which robots of other domains are looked for [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,8 +113,10 @@ class ZenohTransport(Transport):
         Name of the node.
     """
 
+    qos_matters = False
+
     def __init__(self, options: ZenohOptions, name: str = "ppaas_bridge") -> None:
-        self._options, self._name = options, name
+        self._options, self._name, self.domain = options, name, options.domain
         self._zenoh = _imported()
         self._graph = _Graph()
         self._numbers = itertools.count(1)
@@ -190,6 +197,22 @@ class ZenohTransport(Transport):
     def entities(self) -> tuple[Entity, ...]:
         """Return the entities of the other nodes."""
         return tuple(self._graph.entities.values())
+
+    async def other_domains(self) -> tuple[int, ...]:
+        """Return the other domains of the router in which somebody publishes odometry or scans."""
+        tokens = await asyncio.to_thread(self._tokens, "@ros2_lv/*/**")
+        found = set()
+        for token in tokens:
+            with contextlib.suppress(MalformedMessage):
+                entity, domain = parse_token(token), token.split("/")[1]
+                sensors = entity is not None and entity.type in (ODOMETRY.type, SCAN.type)
+                if entity is not None and sensors and entity.kind is Kind.PUBLISHER and domain.isdecimal():
+                    found.add(int(domain))
+        return tuple(sorted(found - {self.domain}))
+
+    def _tokens(self, pattern: str) -> list[str]:
+        replies = self._session.liveliness().get(pattern, timeout=LOOK)
+        return [str(reply.ok.key_expr) for reply in itertools.islice(replies, MAX_ENTITIES) if reply.ok]
 
     def _token_changed(self, sample: Any) -> None:
         token = str(sample.key_expr)

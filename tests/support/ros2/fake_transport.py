@@ -42,6 +42,7 @@ class FakeTransport(Transport):
         self.servers: dict[str, tuple[str, Answer]] = {}
         self.graph: list[Entity] = []
         self.opened = False
+        self.others: tuple[int, ...] = ()
         self.packages_missing: set[str] = set()
         self._numbers = itertools.count(1)
 
@@ -54,6 +55,9 @@ class FakeTransport(Transport):
 
     def entities(self) -> tuple[Entity, ...]:
         return tuple(self.graph)
+
+    async def other_domains(self) -> tuple[int, ...]:
+        return self.others
 
     def has_type(self, name: str) -> bool:
         return name.partition("/")[0] not in self.packages_missing

@@ -9,8 +9,7 @@ from typing import Any
 import pytest
 
 from ppaas.wire.ros.graph import LATCHED, SENSOR, Kind
-from robots.bridges.core import bridge as bridge_module
-from robots.bridges.core import velocity
+from robots.bridges.core import examination, velocity
 from robots.bridges.core.bridge import Bridge
 from robots.bridges.core.tables import ACTIONS, DOWN, SERVICES
 from tests.support.endpoints.rosbridge_server import RosbridgeServer, rosbridge_server
@@ -297,22 +296,50 @@ async def test_a_goal_that_the_cloud_refuses_is_not_accepted() -> None:
         assert not (await accepting)["accepted"]
 
 
-async def test_what_is_missing_is_told(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
-    caplog.set_level("INFO")
-    monkeypatch.setattr(bridge_module, "MISSING_AFTER", 0.0)
-    async with bridged(FakeTransport()):
-        await until(lambda: "no robot is found" in caplog.text)
-    blind = FakeTransport()
-    blind.has(Kind.PUBLISHER, "/odom", ODOMETRY)
-    monkeypatch.setattr(bridge_module, "MISSING_AFTER", 0.3)
-    async with bridged(blind):
-        await until(lambda: "does not publish 'scan'" in caplog.text and "no base subscribes" in caplog.text)
+@pytest.fixture
+def examined(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let bridges examine graphs at once, and often."""
+    monkeypatch.setattr(examination, "MISSING_AFTER", 0.3)
+    monkeypatch.setattr(examination, "PERIOD", 0.05)
+
+
+@pytest.mark.usefixtures("examined")
+async def test_a_graph_without_a_robot_is_told_with_the_domains_of_others(caplog: pytest.LogCaptureFixture) -> None:
+    elsewhere = FakeTransport()
+    elsewhere.others = (7,)
+    async with bridged(elsewhere) as both:
+        told = (await both.published("diagnostics"))[0]["status"]
+        assert [(one["name"], one["level"]) for one in told] == [("bridge: robot", 2)]
+        assert "no robot is found" in told[0]["message"]
+        assert "robots are in domain 7, and the bridge in 0" in caplog.text
     two = turtlebot("/a")
     two.has(Kind.PUBLISHER, "/b/odom", ODOMETRY)
     async with bridged(two):
         await until(lambda: "known: /a, /b; name one by --namespace" in caplog.text)
     async with bridged(two, namespace="a") as both:
         await until(lambda: "/a/odom" in both.robot.subscriptions)
+
+
+@pytest.mark.usefixtures("examined")
+async def test_what_is_wrong_is_told_until_it_is_mended(caplog: pytest.LogCaptureFixture) -> None:
+    blind = FakeTransport()
+    blind.has(Kind.PUBLISHER, "/odom", ODOMETRY)
+    async with bridged(blind) as both:
+        await until(lambda: "/odom" in blind.subscriptions)
+        blind.subscriptions["/odom"][2](b"\0\1\0\0?")
+        first = {one["name"]: one for one in (await both.published("diagnostics"))[0]["status"]}
+        assert set(first) == {"bridge: scan", "bridge: cmd_vel", "bridge: warning 1"}
+        assert "does not publish 'scan'" in first["bridge: scan"]["message"]
+        assert "cannot be read" in first["bridge: warning 1"]["message"]
+        assert "no base subscribes" in caplog.text
+        blind.has(Kind.PUBLISHER, "/scan", SCAN)
+        blind.changed()
+
+        def mended() -> bool:
+            arrays = [frame["msg"]["status"] for frame in both.cloud.of("publish") if frame["topic"] == "diagnostics"]
+            return any({"level": 0, "name": "bridge: scan", "message": ""} in array for array in arrays)
+
+        await until(mended)
 
 
 async def test_bytes_that_are_no_message_do_not_end_the_bridge(caplog: pytest.LogCaptureFixture) -> None:

@@ -1,0 +1,150 @@
+"""Faults of a robot's graph, in words: topics that are missing, types and qualities of service that do not match."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+from ppaas.wire.ros import RosTypes
+from ppaas.wire.ros.graph import Entity, Kind, Qos
+from robots.bridges.core.robot_graph import TF_MESSAGE, RobotGraph, find_namespaces
+from robots.bridges.core.tables import ODOMETRY, SCAN, Tables, UpTopic
+
+WARN, ERROR = 1, 2
+"""Levels of ``diagnostic_msgs/DiagnosticStatus``."""
+
+VELOCITY = Qos(depth=1)
+"""Quality of service of velocities."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Fault of a robot's graph: the topic or other subject of it, its text, and its level."""
+
+    subject: str
+    text: str
+    level: int = WARN
+
+
+@dataclass(frozen=True, slots=True)
+class Offer:
+    """Topic that the bridge publishes."""
+
+    topic: str
+    type: str
+    qos: Qos
+
+
+def examine(graph: RobotGraph, types: RosTypes, tables: Tables, *, qos_matters: bool = True) -> list[Finding]:
+    """Return what is wrong with the graph of a robot.
+
+    Parameters
+    ----------
+    graph : RobotGraph
+        The robot.
+    types : RosTypes
+        Types of its release of ROS.
+    tables : Tables
+        What the bridge carries.
+    qos_matters : bool
+        Whether the transport connects only publishers and subscribers whose qualities of service match; ROS 1 has none.
+    """
+    offers = [Offer(graph.full(topic.name), topic.type, topic.qos) for topic in tables.down]
+    velocities = graph.velocity_topics()
+    offers += [Offer(topic, kind, VELOCITY) for topic, kinds in velocities.items() for kind in kinds]
+    found = [*_missing(graph), *_base(graph, velocities), *_carried(graph, types, tables)]
+    if not types.ros1:
+        found += _static(graph)
+    for offer in offers:
+        wanted = velocities.get(offer.topic, {offer.type})
+        found += _subscribers(
+            graph.of(Kind.SUBSCRIBER, offer.topic), offer, wanted, qos_matters=qos_matters and not types.ros1
+        )
+        found += _hashes(offer.topic, graph.of(Kind.SUBSCRIBER, offer.topic, offer.type), types, offer.type)
+    return found
+
+
+# -- topics of the robot -----------------------------------------------------------------------------------------------
+
+
+def _missing(graph: RobotGraph) -> Iterator[Finding]:
+    for topic in (ODOMETRY, SCAN):
+        if graph.source(topic) is None:
+            yield Finding(topic.cloud, f"{_why(graph, topic)}: the clone cannot localize it", ERROR)
+
+
+def _why(graph: RobotGraph, topic: UpTopic) -> str:
+    others = {one.type for name in topic.names for one in graph.of(Kind.PUBLISHER, graph.full(name))}
+    if others:
+        return f"the robot publishes {graph.full(topic.cloud)!r} as {', '.join(sorted(others))}, not as {topic.type}"
+    named = sorted({one.name for one in graph.entities if one.kind is Kind.PUBLISHER and one.type == topic.type})
+    inside = [name for name in named if name.startswith(f"{graph.namespace}/")]
+    if len(inside) > 1:
+        return f"the robot publishes {topic.type} on {', '.join(inside)}; none of them is {topic.cloud!r}"
+    if named:
+        spaces = sorted(namespace or "/" for namespace in find_namespaces(graph.entities))
+        return (
+            f"the robot does not publish {topic.cloud!r} in namespace {graph.namespace or '/'}, but "
+            f"{', '.join(named)} (--namespace; known: {', '.join(spaces)})"
+        )
+    return f"the robot does not publish {topic.cloud!r}"
+
+
+def _base(graph: RobotGraph, velocities: dict[str, set[str]]) -> Iterator[Finding]:
+    if velocities:
+        return
+    others = sorted({one.type for one in graph.of(Kind.SUBSCRIBER, graph.full("cmd_vel"))})
+    reason = f"; 'cmd_vel' is subscribed to as {', '.join(others)}" if others else ""
+    yield Finding("cmd_vel", f"no base subscribes to 'cmd_vel'{reason}: the robot will not move", ERROR)
+
+
+def _static(graph: RobotGraph) -> Iterator[Finding]:
+    source = graph.transforms("tf_static")
+    if source is not None and not source.latched:
+        text = f"{source.topic} is not transient local: transforms that were published before the bridge came are lost"
+        yield Finding("tf_static", text)
+
+
+def _carried(graph: RobotGraph, types: RosTypes, tables: Tables) -> Iterator[Finding]:
+    sources = [(topic.type, graph.source(topic)) for topic in tables.up]
+    sources += [(TF_MESSAGE, graph.transforms(name)) for name in ("tf", "tf_static")]
+    for type_name, source in sources:
+        if source is not None:
+            yield from _hashes(source.topic, source.publishers, types, type_name)
+
+
+# -- ends that do not match --------------------------------------------------------------------------------------------
+
+
+def _hashes(topic: str, ends: Iterable[Entity], types: RosTypes, type_name: str) -> Iterator[Finding]:
+    stated = [one for one in ends if one.type_hash]
+    if not stated or not types.knows(type_name):
+        return
+    known = types.type_hash(type_name)
+    differ = {one.node or f"a {one.kind.value}" for one in stated if one.type_hash != known}
+    if differ:
+        nodes = ", ".join(sorted(differ))
+        text = (
+            f"{nodes} has another definition of {type_name} on {topic} than ROS 2 {types.release}: "
+            "name the robot's release by --distro"
+        )
+        yield Finding(topic, text, ERROR)
+
+
+def _subscribers(
+    subscribers: Sequence[Entity], offer: Offer, types: set[str], *, qos_matters: bool
+) -> Iterator[Finding]:
+    for one in subscribers:
+        node = one.node or "a node"
+        if one.type not in types:
+            yield Finding(offer.topic, f"{node} subscribes to {offer.topic} as {one.type}, not as {offer.type}")
+        elif one.type == offer.type and qos_matters and (lacks := _lacks(offer.qos, one.qos)):
+            yield Finding(
+                offer.topic,
+                f"{node} gets nothing of {offer.topic}: it requests {lacks}, which the bridge does not offer there",
+                ERROR if offer.qos is VELOCITY else WARN,
+            )
+
+
+def _lacks(offered: Qos, requested: Qos) -> str:
+    lacks = ["'reliable'"] if requested.reliable and not offered.reliable else []
+    lacks += ["'transient local'"] if requested.latched and not offered.latched else []
+    return " and ".join(lacks)
