@@ -88,6 +88,22 @@ ONLY_3: dict[str, Names] = {
     "blockingType": {"SINGLE": "HARD"},
     "blockingTypes": {"SINGLE": "HARD"},
     "connectionState": {"HIBERNATING": "OFFLINE"},
+    "errorType": {
+        "VALIDATION_FAILURE": "validationError",
+        "UNSUPPORTED_PARAMETER": "orderError",
+        "INVALID_ORDER_ACTION": "orderError",
+        "INVALID_INSTANT_ACTION": "instantActionError",
+        "OUTDATED_ORDER_UPDATE": "orderUpdateError",
+        "SAME_ORDER_UPDATE_ID": "orderUpdateError",
+        "ORDER_UPDATE_FOLLOWING_CANCEL": "orderUpdateError",
+        "OTHER_ORDER_ACTIVE": "orderError",
+        "START_NODE_OUT_OF_RANGE": "noRouteError",
+        "NO_ORDER_TO_CANCEL": "noOrderToCancel",
+        "MOBILE_ROBOT_NOT_AVAILABLE": "orderError",
+        "UNKNOWN_MAP_ID": "orderError",
+        "NODE_UNREACHABLE": "noRouteError",
+        "LOCALIZATION_ERROR": "localizationError",
+    },
 }
 """Values that 2.x lacks, with the nearest that it has."""
 

@@ -1,0 +1,113 @@
+"""Actions of an order: which run, which wait, and whether the AGV may drive meanwhile.
+
+Source: VDA 5050, "Handling of multiple actions": NONE and SOFT run beside others, SINGLE and HARD alone; SOFT and HARD
+forbid driving.
+"""
+
+from collections import deque
+from collections.abc import Iterable, Iterator
+
+from ppaas.wire.vda5050.orders import Action, Edge, Node
+from ppaas.wire.vda5050.states import ActionState, ActionStatus
+
+ALONE = ("SINGLE", "HARD")
+STANDING = ("SOFT", "HARD")
+ENDED = ("FINISHED", "FAILED")
+
+
+class ActionBook:
+    """States of the actions of an order, and the queue of those that were triggered."""
+
+    def __init__(self) -> None:
+        self._states: dict[str, ActionState] = {}
+        self._waiting: deque[Action] = deque()
+        self._running: dict[str, Action] = {}
+
+    def begin(self, steps: Iterable[Node | Edge]) -> None:
+        """Forget the actions before, and know those of a new order."""
+        self._states.clear()
+        self._waiting.clear()
+        self.extend(steps)
+
+    def extend(self, steps: Iterable[Node | Edge]) -> None:
+        """Know the actions of an update."""
+        for step in steps:
+            for action in step.actions:
+                self._states.setdefault(action.action_id, _state(action, "WAITING"))
+
+    def keep_only(self, steps: Iterable[Node | Edge]) -> None:
+        """Forget waiting actions of a horizon that is no more."""
+        ahead = {action.action_id for step in steps for action in step.actions}
+        triggered = {action.action_id for action in self._waiting}
+        self._states = {
+            key: state
+            for key, state in self._states.items()
+            if state.action_status != "WAITING" or key in ahead or key in triggered
+        }
+
+    def trigger(self, actions: Iterable[Action]) -> None:
+        """Queue the actions of a node or an edge that was reached; those that were executed are left out."""
+        waiting = [one for one in actions if self._states[one.action_id].action_status == "WAITING"]
+        self._waiting.extend(waiting)
+
+    def start(self) -> Iterator[Action]:
+        """Yield the actions that start now."""
+        while self._waiting:
+            action = self._waiting[0]
+            alone = any(one.blocking_type in ALONE for one in self._running.values())
+            if alone or (self._running and action.blocking_type in ALONE):
+                return
+            self._waiting.popleft()
+            self._running[action.action_id] = action
+            self._states[action.action_id] = _state(action, "RUNNING")
+            yield action
+
+    def end(self, action_id: str, *, ok: bool, result: str = "") -> bool:
+        """Note the end of a running action; return whether it ran."""
+        action = self._running.pop(action_id, None)
+        if action is None:
+            return False
+        self._states[action_id] = _state(action, "FINISHED" if ok else "FAILED", result)
+        return True
+
+    def cancel(self) -> None:
+        """Fail the actions that have not begun; those that run go on."""
+        self._waiting.clear()
+        for key, state in self._states.items():
+            if state.action_status == "WAITING":
+                self._states[key] = ActionState(
+                    action_id=key,
+                    action_status="FAILED",
+                    action_type=state.action_type,
+                    action_descriptor=state.action_descriptor,
+                    action_result="the order was cancelled",
+                )
+
+    @property
+    def may_drive(self) -> bool:
+        """Whether no action that runs or was triggered forbids driving."""
+        return not any(one.blocking_type in STANDING for one in (*self._running.values(), *self._waiting))
+
+    @property
+    def busy(self) -> bool:
+        """Whether actions run or were triggered."""
+        return bool(self._running or self._waiting)
+
+    @property
+    def running(self) -> bool:
+        """Whether actions run."""
+        return bool(self._running)
+
+    def states(self) -> list[ActionState]:
+        """Return the states of all actions of the order."""
+        return list(self._states.values())
+
+
+def _state(action: Action, status: ActionStatus, result: str = "") -> ActionState:
+    return ActionState(
+        action_id=action.action_id,
+        action_status=status,
+        action_type=action.action_type,
+        action_descriptor=action.action_descriptor,
+        action_result=result or None,
+    )

@@ -1,0 +1,378 @@
+"""AGV: takes orders and instant actions, commands its robot, and tells its state.
+
+Inputs are methods; each may make commands, which `take_commands` returns, and a change of the state, which
+`take_change` returns. There is no clock: what takes time is told by the caller.
+
+Source: VDA 5050 2.0, 2.1 and 3.0, chapters on orders, actions and states.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ppaas.geometry import wrap_angle
+from ppaas.wire.vda5050.agv import faults
+from ppaas.wire.vda5050.agv import instant_book as instant
+from ppaas.wire.vda5050.agv.action_book import ActionBook
+from ppaas.wire.vda5050.agv.commands import (
+    Command,
+    Execute,
+    Localize,
+    Outcome,
+    RobotPose,
+    SendFactsheet,
+    UseZones,
+)
+from ppaas.wire.vda5050.agv.driver import Driver
+from ppaas.wire.vda5050.agv.faults import Refusal, fault
+from ppaas.wire.vda5050.agv.instant_book import InstantBook
+from ppaas.wire.vda5050.agv.order_book import OrderBook, is_near
+from ppaas.wire.vda5050.agv.order_check import check_order
+from ppaas.wire.vda5050.agv.zone_book import ZoneBook
+from ppaas.wire.vda5050.orders import Action, InstantActions, Node, Order
+from ppaas.wire.vda5050.states import Error
+from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.zones import ZoneSet
+
+MAX_ERRORS = 10
+"""Number of refusals that are reported; older ones are forgotten."""
+
+
+@dataclass(frozen=True, slots=True)
+class Abilities:
+    """Map of a robot, and the types of actions that it offers at nodes, on edges and at once."""
+
+    map_id: str
+    actions: frozenset[str] = frozenset()
+
+
+class Agv:
+    """AGV that a robot is presented as.
+
+    Parameters
+    ----------
+    version : Version
+    abilities : Abilities
+
+    Attributes
+    ----------
+    orders, actions, instants, zones : OrderBook, ActionBook, InstantBook, ZoneBook
+        What the AGV was told.
+    pose : RobotPose or None
+        Pose of the robot; None if it is not localized.
+    paused, connected : bool
+        Whether the AGV was paused, and whether its robot is connected to the cloud.
+    """
+
+    def __init__(self, version: Version, abilities: Abilities) -> None:
+        self._abilities = abilities
+        self._executable, self._strict = abilities.actions, version.major >= 3
+        self._instant_types = instant.INSTANT_3 if version.major >= 3 else instant.INSTANT_2
+        self.orders, self.actions, self.instants = OrderBook(), ActionBook(), InstantBook()
+        self.zones = ZoneBook(abilities.map_id)
+        self.pose: RobotPose | None = None
+        self.paused, self.connected = False, False
+        self._entered = 0
+        self._order_errors: list[Error] = []
+        self._instant_errors: list[Error] = []
+        self._cancelling: list[Action] = []
+        self._executing: dict[str, Action] = {}
+        self._enabling: Action | None = None
+        self._commands: list[Command] = []
+        self._driver = Driver(self._commands.append)
+        self._changed = True
+        self._instant: dict[str, Callable[[Action], None]] = {
+            instant.START_PAUSE: self._start_pause,
+            instant.STOP_PAUSE: self._stop_pause,
+            instant.CANCEL_ORDER: self._cancel_order,
+            instant.STATE_REQUEST: self._request_state,
+            instant.FACTSHEET_REQUEST: self._request_factsheet,
+            instant.INIT_POSITION: self._initialize_position,
+            instant.INITIALIZE_POSITION: self._initialize_position,
+            instant.CLEAR_INSTANT_ACTIONS: self._clear_instant_actions,
+            instant.ENABLE_ZONE_SET: self._enable_zone_set,
+            instant.DELETE_ZONE_SET: self._delete_zone_set,
+        }
+
+    # -- outputs -------------------------------------------------------------------------------------------------------
+
+    def take_commands(self) -> list[Command]:
+        """Return the commands since the last call."""
+        commands = list(self._commands)
+        self._commands.clear()
+        return commands
+
+    def take_change(self) -> bool:
+        """Return whether the state has changed since the last call, so that it must be published."""
+        changed, self._changed = self._changed, False
+        return changed
+
+    @property
+    def driving(self) -> bool:
+        """Whether the robot was told to drive."""
+        return self._driver.driving
+
+    @property
+    def idle(self) -> bool:
+        """Whether the order is done: nothing is ahead, and no action of it runs or waits."""
+        return not self.orders.nodes and not self.actions.busy
+
+    @property
+    def errors(self) -> list[Error]:
+        """Errors to report."""
+        drive = [] if self._driver.error is None else [self._driver.error]
+        errors = [*self._order_errors, *self._instant_errors, *drive]
+        if not self.connected:
+            text = "the robot is not connected to the cloud"
+            errors.append(fault(faults.MOBILE_ROBOT_NOT_AVAILABLE, "WARNING", text, {}))
+        elif self.pose is None:
+            errors.append(fault(faults.LOCALIZATION_ERROR, "FATAL", "the robot is not localized", {}))
+        return errors
+
+    # -- orders --------------------------------------------------------------------------------------------------------
+
+    def take_order(self, order: Order) -> None:
+        """Take an order or an update, ignore one that was taken before, or report why it is refused."""
+        if self.orders.is_repeated(order):
+            return
+        try:
+            self._accept(order)
+        except Refusal as refusal:
+            self._order_errors = [*self._order_errors, refusal.error][-MAX_ERRORS:]
+        else:
+            self._order_errors = []
+            self._driver.again()
+            self._advance()
+        self._changed = True
+
+    def refuse_message(self, text: str) -> None:
+        """Report a message that cannot be read."""
+        error = fault(faults.VALIDATION_FAILURE, "WARNING", text, {})
+        self._order_errors = [*self._order_errors, error][-MAX_ERRORS:]
+        self._changed = True
+
+    def _accept(self, order: Order) -> None:
+        check_order(order, self._executable, self._abilities.map_id)
+        if not self.orders.is_new(order):
+            self.orders.update(order)
+            self.actions.keep_only([*self.orders.nodes, *self.orders.edges])
+            self.actions.extend([*order.nodes, *order.edges])
+            return
+        ids = {"orderId": order.order_id, "orderUpdateId": str(order.order_update_id)}
+        if not self.connected or self.pose is None:
+            raise Refusal(faults.MOBILE_ROBOT_NOT_AVAILABLE, "the robot is not connected, or not localized", ids)
+        if order.order_update_id and self._strict:
+            raise Refusal(faults.VALIDATION_FAILURE, "the orderUpdateId of a new order is 0", ids)
+        self.orders.begin(order, self.pose, idle=self.idle and not self._cancelling)
+        self._entered = 0
+        self.actions.begin([*order.nodes, *order.edges])
+        self.actions.trigger(order.nodes[0].actions)
+
+    # -- the robot -----------------------------------------------------------------------------------------------------
+
+    def robot_at(self, pose: RobotPose | None) -> None:
+        """Note the robot's pose in the map; None if it is not localized."""
+        if (pose is None) != (self.pose is None):
+            self._changed = True
+        self.pose = pose
+        target = self.orders.target
+        if pose is None or not self._driver.driving or target is None or not self._passes(target):
+            return
+        if target.node_position is not None and is_near(pose, target.node_position):
+            self._reach()
+
+    def drive_ended(self, number: int, outcome: Outcome, reason: str = "") -> None:
+        """Note the end of a drive; those that were replaced are ignored."""
+        target = self.orders.target
+        node = {"nodeId": target.node_id} if target is not None else {}
+        if not self._driver.ended(number, outcome, reason, {**self._order_ids(), **node}):
+            return
+        self._changed = True
+        if outcome is Outcome.REACHED:
+            self._reach()
+
+    def action_ended(self, action_id: str, *, ok: bool, result: str = "") -> None:
+        """Note the end of an action that the robot executed."""
+        action = self._executing.pop(action_id, None)
+        if action is not None:
+            self.instants.set(action, "FINISHED" if ok else "FAILED", result)
+        elif self.actions.end(action_id, ok=ok, result=result):
+            self._finish_cancel()
+            self._advance()
+        self._changed = True
+
+    def zones_used(self, zone_set_id: str, reason: str = "") -> None:
+        """Note that a set of zones is in use, or why it is not."""
+        action, self._enabling = self._enabling, None
+        if not reason:
+            self.zones.enabled = zone_set_id
+        if action is not None:
+            self.instants.set(action, "FAILED" if reason else "FINISHED", reason)
+        self._changed = True
+
+    def link(self, *, connected: bool) -> None:
+        """Note whether the robot is connected to the cloud; a drive that was lost begins again."""
+        if connected != self.connected:
+            self._changed = True
+        self.connected = connected
+        if connected:
+            self._advance()
+
+    # -- driving -------------------------------------------------------------------------------------------------------
+
+    def _passes(self, node: Node) -> bool:
+        """Return whether the robot drives on at a node, without a stop for actions or the end of the base."""
+        after = self.orders.nodes[1:2]
+        return bool(after and after[0].released and not node.actions)
+
+    def _reach(self) -> None:
+        node = self.orders.reach()
+        self._changed = True
+        self.actions.trigger(node.actions)
+        self._advance()
+
+    def _advance(self) -> None:
+        """Start the actions that may run, and drive if nothing forbids it."""
+        self._start_actions()
+        target = self.orders.target
+        if target is None:
+            self._driver.stand()
+            self._driver.limit(0.0)
+            return
+        edge = self.orders.edges[0]
+        if self._may_drive and self._entered != edge.sequence_id:
+            self._entered = edge.sequence_id
+            self._driver.limit(edge.maximum_speed or 0.0)
+            self.actions.trigger(edge.actions)
+            self._start_actions()
+        if not self._may_drive:
+            self._driver.stand()
+        elif not self._driver.driving or self._driver.goal != target:
+            self._driver.drive(target, self.pose)
+
+    @property
+    def _may_drive(self) -> bool:
+        ready = self.connected and not self.paused and self._driver.error is None
+        return ready and self.actions.may_drive
+
+    def _start_actions(self) -> None:
+        for action in self.actions.start():
+            self._commands.append(Execute(action))
+
+    def _order_ids(self) -> dict[str, str]:
+        return {"orderId": self.orders.order_id, "orderUpdateId": str(self.orders.update_id)}
+
+    # -- instant actions -----------------------------------------------------------------------------------------------
+
+    def take_instant_actions(self, message: InstantActions) -> None:
+        """Execute instant actions; those that were received before are ignored."""
+        for action in message.actions:
+            if not self.instants.knows(action.action_id):
+                self._execute_instant(action)
+        self._changed = True
+
+    def _execute_instant(self, action: Action) -> None:
+        try:
+            if action.action_type in self._instant_types:
+                self.instants.set(action, "RUNNING")
+                self._instant[action.action_type](action)
+            elif action.action_type in self._executable:
+                self.instants.set(action, "RUNNING")
+                self._executing[action.action_id] = action
+                self._commands.append(Execute(action))
+            else:
+                raise Refusal(
+                    faults.INVALID_INSTANT_ACTION,
+                    f"the robot has no instant action {action.action_type!r}; the factsheet lists those that it has",
+                    {"actionId": action.action_id},
+                )
+        except Refusal as refusal:
+            self.instants.set(action, "FAILED", str(refusal))
+            self._instant_errors = [*self._instant_errors, refusal.error][-MAX_ERRORS:]
+        else:
+            self._instant_errors = []
+
+    def _start_pause(self, action: Action) -> None:
+        self.paused = True
+        self._advance()
+        self.instants.set(action, "FINISHED")
+
+    def _stop_pause(self, action: Action) -> None:
+        self.paused = False
+        self._driver.again()
+        self._advance()
+        self.instants.set(action, "FINISHED")
+
+    def _cancel_order(self, action: Action) -> None:
+        wanted = action.parameter("orderId")
+        if self.idle or wanted not in (None, self.orders.order_id):
+            raise Refusal(
+                faults.NO_ORDER_TO_CANCEL,
+                "no order is active" if self.idle else f"order {self.orders.order_id!r} is active, not {wanted!r}",
+                {"actionId": action.action_id},
+            )
+        self.orders.cancel()
+        self.actions.cancel()
+        self._driver.again()
+        self._advance()
+        self._cancelling.append(action)
+        self._finish_cancel()
+
+    def _finish_cancel(self) -> None:
+        """End cancelOrder once no action runs any more."""
+        if not self.actions.running:
+            for action in self._cancelling:
+                self.instants.set(action, "FINISHED")
+            self._cancelling.clear()
+
+    def _request_state(self, action: Action) -> None:
+        self.instants.set(action, "FINISHED")
+
+    def _request_factsheet(self, action: Action) -> None:
+        self._commands.append(SendFactsheet())
+        self.instants.set(action, "FINISHED")
+
+    def _initialize_position(self, action: Action) -> None:
+        values = [action.parameter(key) for key in ("x", "y", "theta")]
+        x, y, theta = (float(v) if isinstance(v, int | float) and not isinstance(v, bool) else math.nan for v in values)
+        if not all(map(math.isfinite, (x, y, theta))):
+            raise _invalid(action, "x, y and theta are numbers [m, m, rad]")
+        if action.parameter("mapId") != self._abilities.map_id:
+            raise _invalid(action, f"the robot is on map {self._abilities.map_id!r}: mapId names no other")
+        if not self.idle:
+            raise _invalid(action, f"order {self.orders.order_id!r} is active: cancel it before")
+        last = action.parameter("lastNodeId")
+        if isinstance(last, str):
+            self.orders.last_node, self.orders.last_sequence = last, 0
+        self._commands.append(Localize(x, y, wrap_angle(theta)))
+        self.instants.set(action, "FINISHED")
+
+    def _clear_instant_actions(self, action: Action) -> None:
+        self.instants.clear_ended()
+        self.instants.set(action, "FINISHED")
+
+    # -- zones ---------------------------------------------------------------------------------------------------------
+
+    def take_zone_set(self, message: ZoneSet) -> None:
+        """Keep a set of zones, or report why it is refused."""
+        try:
+            self.zones.add(message.zone_set)
+        except Refusal as refusal:
+            self._instant_errors = [*self._instant_errors, refusal.error][-MAX_ERRORS:]
+        self._changed = True
+
+    def _enable_zone_set(self, action: Action) -> None:
+        zone_set_id = str(action.parameter("zoneSetId"))
+        self.zones.get(zone_set_id)
+        if self._enabling is not None:
+            raise _invalid(action, "another zone set is being enabled: try again")
+        self._enabling = action
+        self._commands.append(UseZones(zone_set_id))
+
+    def _delete_zone_set(self, action: Action) -> None:
+        self.zones.remove(str(action.parameter("zoneSetId")))
+        self.instants.set(action, "FINISHED")
+
+
+def _invalid(action: Action, text: str) -> Refusal:
+    return Refusal(faults.INVALID_INSTANT_ACTION, text, {"actionId": action.action_id})

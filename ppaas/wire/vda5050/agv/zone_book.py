@@ -1,0 +1,106 @@
+"""Sets of zones of an AGV, in 3.0: which it has, and which it uses."""
+
+from ppaas.wire.vda5050.agv import faults
+from ppaas.wire.vda5050.agv.faults import Refusal
+from ppaas.wire.vda5050.states import ZoneSetState
+from ppaas.wire.vda5050.zones import Zones
+
+SUPPORTED = ("BLOCKED", "SPEED_LIMIT")
+"""Types of zones that the cloud has masks for."""
+
+MAX_SETS = 8
+MAX_ZONES = 1000
+MAX_VERTICES = 20_000
+"""Largest numbers of sets, of zones of a set, and of vertices of a set."""
+
+
+class ZoneBook:
+    """Sets of zones.
+
+    Attributes
+    ----------
+    enabled : str or None
+        Id of the set in use.
+    """
+
+    def __init__(self, map_id: str) -> None:
+        self._map_id = map_id
+        self._sets: dict[str, Zones] = {}
+        self.enabled: str | None = None
+
+    def add(self, zones: Zones) -> None:
+        """Keep a set; it is not in use.
+
+        Raises
+        ------
+        Refusal
+            It is of another map, there already, too large, or has zones that cannot be respected.
+        """
+        ids = {"zoneSetId": zones.zone_set_id}
+        if zones.map_id != self._map_id:
+            raise Refusal(faults.UNKNOWN_MAP_ID, f"zones are on map {zones.map_id!r}, not {self._map_id!r}", ids)
+        if zones.zone_set_id in self._sets:
+            if zones == self._sets[zones.zone_set_id]:
+                return
+            raise Refusal(faults.DUPLICATE_ZONE_SET, f"zone set {zones.zone_set_id!r} is there: delete it before", ids)
+        problem = _problem(zones)
+        if not problem and len(self._sets) >= MAX_SETS:
+            problem = f"the robot has {MAX_SETS} zone sets: delete one"
+        if problem:
+            raise Refusal(faults.INVALID_ZONE_SET, problem, ids)
+        self._sets[zones.zone_set_id] = zones
+
+    def get(self, zone_set_id: str) -> Zones:
+        """Return a set.
+
+        Raises
+        ------
+        Refusal
+            The AGV has no set of that id.
+        """
+        try:
+            return self._sets[zone_set_id]
+        except KeyError:
+            text = f"there is no zone set {zone_set_id!r}; known: {', '.join(self._sets) or 'none'}"
+            raise Refusal(faults.INVALID_ZONE_SET, text, {"zoneSetId": zone_set_id[: faults.MAX_TEXT]}) from None
+
+    def remove(self, zone_set_id: str) -> None:
+        """Forget a set that is not in use.
+
+        Raises
+        ------
+        Refusal
+            There is no such set, or it is in use.
+        """
+        self.get(zone_set_id)
+        if self.enabled == zone_set_id:
+            raise Refusal(
+                faults.INVALID_ZONE_SET,
+                f"zone set {zone_set_id!r} is in use: enable another one before",
+                {"zoneSetId": zone_set_id},
+            )
+        del self._sets[zone_set_id]
+
+    def states(self) -> list[ZoneSetState]:
+        """Return the sets as the state has them."""
+        return [
+            ZoneSetState(
+                zone_set_id=key,
+                map_id=zones.map_id,
+                zone_set_status="ENABLED" if key == self.enabled else "DISABLED",
+            )
+            for key, zones in self._sets.items()
+        ]
+
+
+def _problem(zones: Zones) -> str:
+    if not zones.zone_set_id:
+        return "zoneSetId is empty"
+    if len(zones.zones) > MAX_ZONES or sum(len(zone.vertices) for zone in zones.zones) > MAX_VERTICES:
+        return f"a zone set has at most {MAX_ZONES} zones and {MAX_VERTICES} vertices"
+    for zone in zones.zones:
+        if zone.zone_type not in SUPPORTED:
+            return f"zone {zone.zone_id!r} is of type {zone.zone_type}; supported: {', '.join(SUPPORTED)}"
+        if zone.zone_type == "SPEED_LIMIT" and not (zone.maximum_speed and zone.maximum_speed > 0):
+            return f"zone {zone.zone_id!r} has no maximumSpeed above 0"
+    return ""
