@@ -26,7 +26,6 @@ from ppaas.nodes.base import DEFAULT_DEPTH
 from ppaas.nodes.nav2_actions import PATH_GOALS
 from ppaas.nodes.topics import policy_of
 from ppaas.wire import operations
-from ppaas.wire.binary.packing import COMPRESSIONS
 from ppaas.wire.goals import refusal
 from ppaas.wire.names import ros1_type
 from ppaas.wire.rosbridge import RosbridgeSession
@@ -224,9 +223,9 @@ class ClientSession:
         if (operation.throttle_rate or 0) < 0 or (operation.queue_length or 0) < 0:
             text = "throttle_rate and queue_length are not negative: 0 is used instead"
             self._report(rebuild(InvalidInput.slug, text), "warning", operation.id)
-        if operation.compression and operation.compression not in COMPRESSIONS:
-            text = f"unknown compression {operation.compression[:32]!r}: JSON is sent; known: {', '.join(COMPRESSIONS)}"
-            self._report(rebuild(InvalidInput.slug, text), "warning", operation.id)
+        objection = self._wire.objection(operation)
+        if objection is not None:
+            self._report(objection, "warning", operation.id)
         if topic != HEARTBEAT and self._place.topic_type(topic) is None:
             hint = namespace_hint(topic, self._place.topics)
             text = f"topic {topic!r} does not exist yet; its messages arrive as soon as a client advertises it{hint}"

@@ -23,6 +23,7 @@ from ppaas.errors import Conflict, Unavailable
 from ppaas.wire import rosbridge
 from ppaas.wire.binary.packing import Packer
 from ppaas.wire.operations import Level
+from ppaas.wire.ros.serialization import serialize
 
 READY_TIMEOUT = 15.0
 """Time limit until the container of a place is ready [s]."""
@@ -177,7 +178,7 @@ class SessionRegistry:
         self, user: str, request: ConnectRequest, place: PlaceLink, key: SessionKey | None, access: Access
     ) -> RetainedSession:
         level: Level = "info" if request.queue else "error" if request.status else "none"
-        packer = Packer(compact=request.compact, png=request.png)
+        packer = Packer(compact=request.compact, png=request.png, serialize=serialize)
         wire = rosbridge.RosbridgeSession(level, scope_of(request.robot, request.namespace), packer)
         count_plan = partial(self._plan_rate.take, user)
         session = ClientSession(place, request.role, wire, name_of(user, request), count_plan, access=access)

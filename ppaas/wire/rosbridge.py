@@ -14,9 +14,10 @@ import msgspec
 
 from ppaas.errors import MalformedMessage, PPaaSError, QuotaExceeded
 from ppaas.messages.spellings.time_spelling import to_ros2
+from ppaas.wire.binary.cbor_raw import RosType
 from ppaas.wire.binary.packing import Packer, operation_of
 from ppaas.wire.fragments import FragmentAssembler, size_of
-from ppaas.wire.names import NameScope, is_ros2_type, ros2_spelling
+from ppaas.wire.names import NameScope, is_ros2_type, ros1_type, ros2_spelling
 from ppaas.wire.operation_decoder import decode_operation
 from ppaas.wire.operations import (
     LEVELS,
@@ -55,6 +56,10 @@ class _Status(msgspec.Struct, tag_field="op", tag="status"):
     level: str
     msg: str
     id: Id = None
+
+
+def _type_of(operation: Subscribe) -> RosType:
+    return RosType(ros1_type(operation.type) if operation.type else None, is_ros2_type(operation.type))
 
 
 class RosbridgeSession:
@@ -130,10 +135,15 @@ class RosbridgeSession:
         throttle, queue_length = max(operation.throttle_rate or 0.0, 0.0) / 1000.0, max(operation.queue_length or 0, 0)
         subscription = Subscription(
             operation.topic, throttle, queue_length, self.spelling_of(topic, operation.type), size_of(operation),
-            self.packer.packing_of(topic, operation.compression),
+            self.packer.packing_of(topic, operation.compression, _type_of(operation)),
         )  # fmt: skip
         self._subscriptions.setdefault(topic, TopicSubscriptions()).add(operation.id, subscription)
         self._forget_late()
+
+    def objection(self, operation: Subscribe) -> PPaaSError | None:
+        """Return why a subscription gets JSON in place of the compression it asked for; None if it does not."""
+        topic = self.names.resolve(operation.topic)
+        return self.packer.objection(topic, operation.compression, _type_of(operation))
 
     def _unsubscribe(self, operation: Unsubscribe) -> None:
         topic = self.names.resolve(operation.topic)

@@ -201,14 +201,35 @@ async def test_3_1_2_png_is_an_operation_with_the_message_as_an_image(client: St
     assert in_png(frame) == {"op": "publish", "topic": "/map", "msg": {"n": 1}}
 
 
-@pytest.mark.parametrize("compression", ["cbor-raw", "zip"])
-async def test_3_4_4_json_is_sent_with_a_warning_if_the_compression_is_unknown(
-    client: StillClient, place: StillPlace, compression: str
+@pytest.mark.parametrize("ros2", [False, True])
+async def test_3_1_4_cbor_raw_has_the_time_of_sending_and_the_bytes_of_the_message(
+    client: StillClient, place: StillPlace, ros2: bool
 ) -> None:
-    [warning] = says(client, op="subscribe", topic="/map", compression=compression)
-    assert (warning["level"], compression in warning["msg"]) == ("warning", True)
-    place.publish_json("map", {"n": 1})
-    assert client.received() == [{"op": "publish", "topic": "/map", "msg": {"n": 1}}]
+    """In rosbridge_suite of ROS 1 the bytes are those of ROS 1, in that of ROS 2 CDR: here the type tells."""
+    kind = "nav_msgs/msg/OccupancyGrid" if ros2 else "nav_msgs/OccupancyGrid"
+    client.say(op="subscribe", topic="/map", type=kind, compression="cbor-raw")
+    place.publish_json("map", {"data": [0, -1, 100]})
+    [frame] = client.received()
+    content = frame["msg"]
+    assert (frame["op"], frame["topic"], set(content)) == ("publish", "/map", {"secs", "nsecs", "bytes"})
+    assert content["secs"] > 1_000_000_000 and content["bytes"].endswith(b"\3\0\0\0\0\xff\x64")
+    assert content["bytes"].startswith(b"\0\1\0\0") == ros2
+
+
+@pytest.mark.parametrize(
+    ("topic", "compression", "kind", "reason"),
+    [
+        ("/map", "zip", None, "'zip'"),
+        ("/move_base/result", "cbor-raw", "move_base_msgs/msg/MoveBaseActionResult", "MoveBaseActionResult"),
+    ],
+)  # fmt: skip
+async def test_3_4_4_json_is_sent_with_a_warning_if_the_compression_cannot_be_had(
+    client: StillClient, place: StillPlace, topic: str, compression: str, kind: str | None, reason: str
+) -> None:
+    [warning] = says(client, op="subscribe", topic=topic, compression=compression, type=kind)
+    assert (warning["level"], reason in warning["msg"], "JSON is sent" in warning["msg"]) == ("warning", True, True)
+    place.publish_json(topic.strip("/"), {"n": 1})
+    assert client.received() == [{"op": "publish", "topic": topic, "msg": {"n": 1}}]
 
 
 def in_png(frame: dict[str, Any]) -> dict[str, Any]:

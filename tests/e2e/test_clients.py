@@ -77,6 +77,8 @@ async def test_a_client_drives_a_robot(name: str, cloud: RunningCloud, office_ma
     robot, path = "tb-" + re.sub(r"\W", "-", name), str(client.python_path)
     async with operating(client.command, cloud, office_map, robot, 41, PYTHONPATH=path) as operated:
         check(operated, client.ros, office_map)
+        if name == "roslib-1.4":
+            assert operated.found.told["raw"] is True, "the map of cbor-raw is that of JSON"
 
 
 def check(operated: Operated, ros: int, grid: GridMap) -> None:
@@ -98,4 +100,6 @@ def test_the_versions_are_pinned() -> None:
     roslib = json.loads((NODE / "package.json").read_text(encoding="utf-8"))["dependencies"]
     roslibrust = tomllib.loads((RUST / "Cargo.toml").read_text(encoding="utf-8"))["dependencies"]["roslibrust"]
     assert (roslibpy, roslibrust["version"]) == (["1.8.1", "2.1.0"], "=0.26.0")
-    assert roslib == {"roslib-1": "npm:roslib@1.4.1", "roslib": "2.1.0"}
+    assert {name: roslib[name] for name in ("roslib-1", "roslib")} == {
+        "roslib-1": "npm:roslib@1.4.1", "roslib": "2.1.0",
+    }  # fmt: skip

@@ -36,6 +36,7 @@ def check_introspection(found: dict[str, Any], grid: GridMap) -> None:
     assert {"/move_base/make_plan", "/static_map"} <= set(found["services"])  # type: ignore[call-overload]
     assert {"/move_base", "/navigate_to_pose"} <= set(found["actions"])  # type: ignore[call-overload]
     assert found["packed"] == ["Int8Array", True, True]
+    assert found["raw"] == [True, True], "of ROS 1 and of ROS 2"
     assert found["frequency"] == MoveBaseParameters().controller_frequency
     assert found["cells"] == [grid.data.size, grid.data.size]
     assert (found["ros1Stamp"], found["ros2Stamp"]) == (["secs", "nsecs"], ["sec", "nanosec"])

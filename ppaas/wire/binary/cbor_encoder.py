@@ -9,7 +9,7 @@ Source: ``rosbridge_library/internal/cbor_conversion.py`` of ``RobotWebTools/ros
 import base64
 import binascii
 from collections.abc import Callable, Mapping
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any, Final
 
 import msgspec
@@ -29,6 +29,12 @@ _ARRAYS: Final[Mapping[str, tuple[int, str]]] = {
 }  # fmt: skip
 """Tag and type of numbers by the ROS type of the elements."""
 
+_HEAD: Final = b"\xa3\x62op\x67publish\x65topic"
+"""Begin of a map of three members, the first of which is the operation, and the key of the second."""
+
+_MESSAGE: Final = b"\x63msg"
+"""Key of the third member."""
+
 _Convert = Callable[[Any], object]
 """Called with a value of JSON; returns what is encoded for it."""
 
@@ -47,8 +53,15 @@ def cbor_frame(spelling: str, message: bytes, kind: str | None) -> BinaryFrame:
     """
     import cbor2  # noqa: PLC0415  # needed only for clients of CBOR
 
-    value = _converter(kind)(msgspec.json.decode(message))
-    return BinaryFrame(cbor2.dumps({"op": "publish", "topic": spelling, "msg": value}))
+    return BinaryFrame(_HEAD + cbor2.dumps(spelling) + _MESSAGE + _content(message, kind))
+
+
+@lru_cache(maxsize=1)
+def _content(message: bytes, kind: str | None) -> bytes:
+    """Return a message in CBOR; all subscribers of its topic share it, as they are sent it one after the other."""
+    import cbor2  # noqa: PLC0415
+
+    return cbor2.dumps(_converter(kind)(msgspec.json.decode(message)))
 
 
 def _converter(kind: str | None) -> _Convert:

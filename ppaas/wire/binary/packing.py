@@ -1,12 +1,14 @@
-"""Packing of messages for a client: as JSON, as PNG, in CBOR or as compact frames."""
+"""Packing of messages for a client: as JSON, as PNG, in CBOR, in bytes of ROS or as compact frames."""
 
 from collections.abc import Callable
 from functools import partial
 from typing import Final, NamedTuple, TypeAlias
 
-from ppaas.errors import MalformedMessage
+from ppaas.clock import Clock, epoch
+from ppaas.errors import InvalidInput, MalformedMessage, PPaaSError
 from ppaas.wire.binary.cbor_decoder import cbor_to_json, is_cbor
 from ppaas.wire.binary.cbor_encoder import cbor_frame
+from ppaas.wire.binary.cbor_raw import RosType, Serialize, cbor_raw_frame, not_serialized
 from ppaas.wire.binary.compact import compact_cmd_vel, compact_to_json, is_compact
 from ppaas.wire.binary.png import png_frame
 
@@ -35,12 +37,15 @@ def _compact(_spelling: str, message: bytes) -> bytes:
 
 
 PLAIN: Final = Packing(0, json_frame)
-COMPRESSIONS: Final = ("none", "png", "cbor")
+COMPRESSIONS: Final = ("none", "png", "cbor", "cbor-raw")
 """Values of ``compression``, from the least to the most; of several subscriptions to a topic the most counts."""
 
 
 CMD_VEL_TOPIC: Final = "cmd_vel"
 """Topic whose messages have a compact frame."""
+
+
+_UNTYPED: Final = RosType()
 
 
 class Packer:
@@ -52,6 +57,10 @@ class Packer:
         Whether velocities are sent as compact frames to subscriptions without a compression.
     png : bool
         Whether the client reads ``png``. Clients that do not may ask for it all the same.
+    serialize : callable
+        Makes bytes of ROS of messages.
+    now : callable
+        Returns the time since the epoch [s].
 
     Attributes
     ----------
@@ -59,13 +68,30 @@ class Packer:
         Called with a topic; returns its type, or None.
     """
 
-    def __init__(self, *, compact: bool = False, png: bool = True) -> None:
+    def __init__(
+        self, *, compact: bool = False, png: bool = True, serialize: Serialize = not_serialized, now: Clock = epoch
+    ) -> None:
         self._compact = compact
         self._png = png
+        self._serialize = serialize
+        self._now = now
         self.type_of: Callable[[str], str | None] = lambda _topic: None
 
-    def packing_of(self, topic: str, compression: str | None) -> Packing:
-        """Return the packing of a subscription to a topic; JSON if the compression is not one of `COMPRESSIONS`."""
+    def packing_of(self, topic: str, compression: str | None, kind: RosType = _UNTYPED) -> Packing:
+        """Return the packing of a subscription to a topic; JSON if there is an `objection`.
+
+        Parameters
+        ----------
+        topic : str
+        compression : str, optional
+            One of `COMPRESSIONS`.
+        kind : RosType
+            Type that the client named.
+        """
+        if self.objection(topic, compression, kind) is not None:
+            compression = None
+        if compression == "cbor-raw":
+            return Packing(COMPRESSIONS.index("cbor-raw"), partial(self._raw, topic, kind))
         if compression == "cbor":
             return Packing(COMPRESSIONS.index("cbor"), partial(self._cbor, topic))
         if compression == "png" and self._png:
@@ -74,8 +100,31 @@ class Packer:
             return Packing(0, _compact)
         return PLAIN
 
+    def objection(self, topic: str, compression: str | None, kind: RosType = _UNTYPED) -> PPaaSError | None:
+        """Return why a subscription gets JSON in place of the compression it asked for; None if it does not."""
+        if compression == "cbor-raw":
+            return self._not_serialized(self._typed(topic, kind))
+        if not compression or compression in COMPRESSIONS:
+            return None
+        known = ", ".join(COMPRESSIONS)
+        return InvalidInput(f"unknown compression {compression[:32]!r}: JSON is sent; known: {known}")
+
+    def _not_serialized(self, kind: RosType) -> PPaaSError | None:
+        """Return why messages of a type get no bytes of ROS; a message without fields is one of any type."""
+        try:
+            self._serialize(b"{}", kind if kind.name is not None else kind._replace(name="std_msgs/Empty"))
+        except PPaaSError as error:
+            return type(error)(f"{error}; JSON is sent in place of cbor-raw")
+        return None
+
+    def _typed(self, topic: str, kind: RosType) -> RosType:
+        return kind if kind.name is not None else kind._replace(name=self.type_of(topic))
+
     def _cbor(self, topic: str, spelling: str, message: bytes) -> bytes:
         return cbor_frame(spelling, message, self.type_of(topic))
+
+    def _raw(self, topic: str, kind: RosType, spelling: str, message: bytes) -> bytes:
+        return cbor_raw_frame(spelling, self._serialize(message, self._typed(topic, kind)), self._now())
 
 
 def operation_of(frame: bytes) -> bytes:

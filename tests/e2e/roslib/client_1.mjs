@@ -2,6 +2,7 @@
 // node client_1.mjs WS_URL '{"near": POSE, "far": POSE}'; prints what it found as one line of JSON.
 import { readFileSync } from "node:fs";
 import ROSLIB from "roslib-1";
+import { rawGrid, sameMap } from "./raw.mjs";
 
 const [url, given] = process.argv.slice(2);
 const poses = JSON.parse(given);
@@ -11,8 +12,8 @@ setTimeout(() => { console.error("nothing more came"); process.exit(1); }, 120_0
 const ros = new ROSLIB.Ros({ url, encoding: "utf8" });
 await new Promise((resolve, reject) => { ros.on("connection", resolve); ros.on("error", reject); });
 
-function next(name, messageType) {
-  const topic = new ROSLIB.Topic({ ros, name, messageType });
+function next(name, messageType, compression = "none") {
+  const topic = new ROSLIB.Topic({ ros, name, messageType, compression });
   return new Promise((resolve) => topic.subscribe(resolve));
 }
 
@@ -24,6 +25,7 @@ function goalAt(name) {
 }
 
 const grid = await next("/map", "nav_msgs/OccupancyGrid");
+const raw = await next("map", "nav_msgs/OccupancyGrid", "cbor-raw"); // a spelling that has a compression of its own
 const { position } = (await next("/amcl_pose", "geometry_msgs/PoseWithCovarianceStamped")).pose.pose;
 const plan = next("/plan", "nav_msgs/Path");
 const client = new ROSLIB.ActionClient({ ros, serverName: "/move_base", actionName: "move_base_msgs/MoveBaseAction" });
@@ -43,6 +45,7 @@ console.log(JSON.stringify({
   topics: topics.topics,
   services,
   cells: [grid.info.width * grid.info.height, grid.data.length],
+  raw: sameMap(rawGrid(raw, 1), grid),
   pose: [position.x, position.y],
   plan: (await plan).poses.length,
   feedback: Object.keys(moving),

@@ -1,6 +1,7 @@
 // An operator in plain roslib: looks around, drives the robot by topic and by action, and offers a service.
 // node operator.mjs WS_URL '{"near": POSE, "far": POSE, "start": POSE}'; prints what it found as one line of JSON.
 import { Action, ActionClient, Goal, Param, Ros, ROS2TFClient, Service, TFClient, Topic } from "roslib";
+import { rawGrid, sameMap } from "./raw.mjs";
 
 const [url, given] = process.argv.slice(2);
 const { near, far, back } = JSON.parse(given);
@@ -54,6 +55,10 @@ async function lookAround(ros) {
   const plain = await next(ros, "/map", "nav_msgs/OccupancyGrid");
   const png = await next(ros, "/map", "nav_msgs/OccupancyGrid", { compression: "png" });
   found.packed = [map.data.constructor.name, ...[map, png].map(({ data }) => String([...data]) === String(plain.data))];
+  found.raw = [
+    await next(ros, "/map", "nav_msgs/OccupancyGrid", { compression: "cbor-raw" }),
+    await next(ros, "/map", "nav_msgs/msg/OccupancyGrid", { compression: "cbor-raw" }),
+  ].map((raw, index) => sameMap(rawGrid(raw, index + 1), plain));
   found.ros2Stamp = Object.keys((await next(ros, "/amcl_pose", "geometry_msgs/msg/PoseWithCovarianceStamped")).header.stamp);
   found.ros1Stamp = Object.keys((await next(ros, "/amcl_pose", "geometry_msgs/PoseWithCovarianceStamped")).header.stamp);
 }

@@ -41,7 +41,7 @@ FIELDS: dict[str, st.SearchStrategy[Any]] = {
     "type": st.sampled_from(TYPES), "action_type": st.sampled_from(TYPES), "id": st.sampled_from(IDS),
     "msg": JSON, "args": JSON, "values": JSON, "result": st.booleans(), "latch": st.booleans(),
     "feedback": st.booleans(), "level": st.sampled_from(["none", "error", "info", "loud"]),
-    "compression": st.sampled_from(["none", "png", "cbor", "zip", ""]),
+    "compression": st.sampled_from(["none", "png", "cbor", "cbor-raw", "zip", ""]),
     "throttle_rate": st.integers(-1, 50), "queue_length": st.integers(-1, 2000), "timeout": NUMBERS,
     "status": st.integers(-1, 7), "data": st.text(max_size=5), "num": st.integers(-1, 3), "total": st.integers(0, 3),
 }  # fmt: skip
@@ -80,7 +80,7 @@ GOOD: dict[str, Any] = {
     "msg": _one_of({}, {"data": 1}, {"header": {"stamp": {"secs": 1, "nsecs": 2}}}),
     "args": _one_of({}, [], {"target_pose": {}}), "values": _one_of({}, "no", None), "result": _one_of(True, False),
     "latch": _one_of(True, False), "feedback": _one_of(True), "level": _one_of("none", "error", "info"),
-    "compression": _one_of(None, "none", "png", "cbor"),
+    "compression": _one_of(None, "none", "png", "cbor", "cbor-raw"),
     "throttle_rate": _one_of(0, None, 5), "queue_length": _one_of(0, 3), "timeout": _one_of(0.01, -1, 1e300),
     "status": _one_of(4, 5, 6), "data": _one_of('{"op":', "\"publish\"}"), "num": _one_of(0, 1), "total": _one_of(1, 2),
 }  # fmt: skip

@@ -13,7 +13,9 @@ from endpoints.sharing.access import Access
 from engine.protocols import robot_link
 from engine.protocols.framing import FrameStream
 from engine.service.links.place_link import PlaceLink
+from ppaas.wire.binary.packing import Packer
 from ppaas.wire.names import NameScope
+from ppaas.wire.ros.serialization import serialize
 from ppaas.wire.rosbridge import RosbridgeSession
 from tests.support.engine.engine_links import HELLO_NODES, HELLO_SERVICES, HELLO_TOPICS
 from tests.support.network.still_socket import BINARY, sent
@@ -83,7 +85,7 @@ class StillClient:
         count_plan: Callable[[], None] = lambda: None,
         names: NameScope | None = None,
     ) -> None:
-        wire = RosbridgeSession(level, names)  # type: ignore[arg-type]
+        wire = RosbridgeSession(level, names, Packer(serialize=serialize))  # type: ignore[arg-type]
         self.session = ClientSession(place, role, wire, role, count_plan, access=Access.of_owner("tb1"))
 
     def say(self, **frame: Any) -> None:

@@ -1,16 +1,25 @@
 """Packing of messages for clients, and binary frames of theirs."""
 
 import json
+import math
 import struct
+import sys
 from typing import Any
 
 import cbor2
 import pytest
+from rosbags.typesys import Stores, get_typestore
 
-from ppaas.errors import MalformedMessage
+from ppaas.errors import MalformedMessage, UnknownType
 from ppaas.wire.binary.binary_frame import BinaryFrame
+from ppaas.wire.binary.cbor_raw import RosType
 from ppaas.wire.binary.packing import Packer, operation_of
+from ppaas.wire.ros.serialization import serialize
+from ppaas.wire.ros.types import ros_types
 from ppaas.wire.rosbridge import RosbridgeSession
+
+ROS_1, ROS_2 = get_typestore(Stores.ROS1_NOETIC), get_typestore(Stores.ROS2_HUMBLE)
+SCAN = {"header": {"frame_id": "laser", "stamp": {"secs": 7, "nsecs": 9}}, "ranges": [1.5, None]}
 
 TWIST = {"linear": {"x": 0.5, "y": 0.0, "z": 0.0}, "angular": {"x": 0.0, "y": 0.0, "z": -0.25}}
 COMPACT_TWIST = struct.pack("<BBHI3f", 3, 0, 3, 0, 0.5, 0.0, -0.25)
@@ -75,6 +84,85 @@ def test_cbor_has_typed_arrays_by_the_type_of_the_topic() -> None:
     packer.type_of = {"scan": "sensor_msgs/LaserScan"}.get
     [frame] = frames(packer, {"compression": "cbor"}, topic="scan", message={"ranges": [1.0]})
     assert cbor2.loads(frame)["msg"]["ranges"].tag == 85
+
+
+def raw(packer: Packer, *subscriptions: dict[str, Any], topic: str = "scan", message: Any = SCAN) -> list[Any]:
+    return [cbor2.loads(frame) for frame in frames(packer, *subscriptions, topic=topic, message=message)]
+
+
+@pytest.mark.parametrize(("kind", "store"), [("sensor_msgs/LaserScan", ROS_1), ("sensor_msgs/msg/LaserScan", ROS_2)])
+def test_raw_messages_are_of_the_version_of_ros_that_spells_the_type_so(kind: str, store: Any) -> None:
+    packer = Packer(serialize=serialize, now=lambda: 12.5)
+    [frame] = raw(packer, {"compression": "cbor-raw", "type": kind})
+    assert (frame["op"], frame["topic"], frame["msg"]["secs"], frame["msg"]["nsecs"]) == (
+        "publish",
+        "scan",
+        12,
+        5 * 10**8,
+    )
+    scan = read(store, frame["msg"]["bytes"])
+    assert (scan.header.frame_id, scan.header.stamp.sec, scan.header.stamp.nanosec) == ("laser", 7, 9)
+    assert scan.ranges[0] == 1.5 and math.isnan(scan.ranges[1])
+
+
+def read(store: Any, data: bytes) -> Any:
+    deserialize = store.deserialize_ros1 if store is ROS_1 else store.deserialize_cdr
+    return deserialize(data, "sensor_msgs/msg/LaserScan")
+
+
+def test_raw_messages_without_a_type_are_those_of_ros_1() -> None:
+    packer = Packer(serialize=serialize)
+    packer.type_of = {"scan": "sensor_msgs/LaserScan"}.get
+    [frame] = raw(packer, {"compression": "cbor-raw"})
+    assert read(ROS_1, frame["msg"]["bytes"]).header.frame_id == "laser"
+
+
+def test_raw_is_the_strongest_compression() -> None:
+    asked = [{"compression": "cbor-raw", "type": "sensor_msgs/LaserScan"}, {"compression": "cbor"}]
+    [frame] = raw(Packer(serialize=serialize), *asked)
+    assert set(frame["msg"]) == {"secs", "nsecs", "bytes"}
+
+
+@pytest.mark.parametrize(("kind", "reason"), [("my_msgs/Own", "my_msgs/Own"), ("a/b/c", "a/b/c")])
+def test_a_type_that_ros_has_not_is_sent_as_json_and_told(kind: str, reason: str) -> None:
+    objection = Packer(serialize=serialize).objection("scan", "cbor-raw", RosType(kind))
+    assert isinstance(objection, UnknownType)
+    assert reason in str(objection) and "JSON is sent" in str(objection)
+    [frame] = frames(Packer(serialize=serialize), {"compression": "cbor-raw", "type": "my_msgs/Own"})
+    assert kind_of(frame) == "json"
+
+
+def test_a_topic_without_a_type_gets_no_objection_and_json_until_it_has_one() -> None:
+    packer = Packer(serialize=serialize)
+    assert packer.objection("scan", "cbor-raw") is None
+    assert kind_of(frames(packer, {"compression": "cbor-raw"}, topic="scan", message=SCAN)[0]) == "json"
+
+
+@pytest.mark.parametrize("message", [{"ranges": 5}, [1], {"header": {"stamp": -1}}, {"no": 1}, {"ranges": [[1]]}])
+def test_a_message_that_is_not_of_its_type_is_sent_as_json(message: Any) -> None:
+    asked = {"compression": "cbor-raw", "type": "sensor_msgs/LaserScan"}
+    [frame] = frames(Packer(serialize=serialize), asked, topic="scan", message=message)
+    assert json.loads(frame)["msg"] == message
+
+
+def test_without_the_extra_json_is_sent_and_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "rosbags", None)
+    serialize.cache_clear()
+    ros_types.cache_clear()
+    packer = Packer(serialize=serialize)
+    assert "pip install 'ppaas[ros2]'" in str(packer.objection("scan", "cbor-raw"))
+    assert kind_of(frames(packer, {"compression": "cbor-raw"})[0]) == "json"
+
+
+def test_all_subscribers_share_what_is_encoded() -> None:
+    clients = [RosbridgeSession(packer=Packer(serialize=serialize)) for _ in range(5)]
+    asked = {"op": "subscribe", "topic": "/scan", "type": "sensor_msgs/msg/LaserScan", "compression": "cbor-raw"}
+    for client in clients:
+        client.receive(json.dumps(asked))
+    serialize.cache_clear()
+    message = json.dumps(SCAN).encode()
+    frames_of_all = [frame for client in clients for frame in client.publish("scan", message, 0.0)]
+    assert (len(frames_of_all), serialize.cache_info().misses) == (5, 1)
 
 
 def test_a_delayed_message_is_packed_too() -> None:

@@ -1,0 +1,31 @@
+"""Messages of topics in bytes of ROS, for clients that subscribe with ``compression: cbor-raw``."""
+
+from functools import lru_cache
+from typing import Final
+
+from ppaas.errors import UnknownType
+from ppaas.wire.binary.cbor_raw import RosType
+from ppaas.wire.ros.types import ROS_1, ros_types
+
+ROS_2: Final = "jazzy"
+"""Release of ROS 2 whose messages are sent; those of the clone's topics are the same since Humble."""
+
+
+@lru_cache(maxsize=2)
+def serialize(message: bytes, kind: RosType) -> bytes:
+    """Return a message, given as JSON, in bytes of ROS.
+
+    All subscribers of its topic share them: those of ROS 1, and those of ROS 2.
+
+    Raises
+    ------
+    UnknownType
+        The type is not known, or none of this version of ROS.
+    MalformedMessage
+        The message is not of this type, as one of a client may be.
+    InvalidInput
+        ``rosbags`` is not installed; the text says how to install it.
+    """
+    if kind.name is None:
+        raise UnknownType("the topic has no type yet")
+    return ros_types(ROS_2 if kind.ros2 else ROS_1).encode_json(kind.name, message)
