@@ -1,8 +1,9 @@
-"""The client for Arduino, compiled for this computer, against a server that plays the cloud; and for an ARM board."""
+"""The client for Arduino, compiled for this computer, against a server that plays the cloud."""
 
 import asyncio
 import json
 import shutil
+import subprocess
 from asyncio.subprocess import PIPE
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 import pytest
 from websockets.asyncio.server import ServerConnection
 
-from tests.support.cloud.board_robot import ARDUINO, STRICT, in_cpp
+from tests.support.cloud.board_robot import ARDUINO, PROGRAMS, STRICT, in_cpp
 from tests.support.cloud.board_scenes import (
     CMD_VEL,
     drive_on,
@@ -23,7 +24,6 @@ from tests.support.cloud.board_scenes import (
 
 pytestmark = pytest.mark.skipif(shutil.which("g++") is None, reason="g++ is not installed")
 
-ARM = "arm-none-eabi-g++"
 DRIVE, STOP = "drive 0.25 0.0 -0.5", "drive 0.00 0.0 0.0"
 
 
@@ -90,42 +90,9 @@ async def test_a_board_says_why_the_handshake_was_refused(program: str) -> None:
         assert await run(program, cloud.port, 5000) == ["text the token is unknown", "refused HTTP status 401"]
 
 
-BOARD = """
-#include "ppaas_robot.hpp"
-struct Client {
-  int connect(const char *, uint16_t);
-  size_t write(const uint8_t *, size_t);
-  int available();
-  int read(uint8_t *, size_t);
-  uint8_t connected();
-  void stop();
-};
-unsigned long millis();
-void drive(float, float, float);
-extern Client client;
-ppaas::Robot<Client> robot(client, millis, drive);
-static_assert(sizeof robot <= 20 * 1024, "a board has 20 kB");
-void setup() { robot.laser(0, 0.01745f, 120, 8000); robot.begin("host", 8500, "board", "token"); }
-void loop() { robot.send_odom(0, 0, 0, 0, 0, 0); robot.send_scan(); robot.poll(); }
-"""
-
-
-@pytest.mark.skipif(shutil.which(ARM) is None, reason="gcc-arm-none-eabi is not installed")
-def test_the_header_compiles_for_a_cortex_m(tmp_path: Path) -> None:
-    check_board(tmp_path, ARM, "-mcpu=cortex-m0plus", "-mthumb")
-
-
-def test_the_header_compiles_for_a_board_without_exceptions_and_heap(tmp_path: Path) -> None:
-    check_board(tmp_path, "g++")
-
-
-def check_board(folder: Path, compiler: str, *options: str) -> None:
-    """Compile a sketch for a board; it must not need the heap."""
-    import subprocess
-
-    (folder / "board.cpp").write_text(BOARD)
-    made = folder / "board.o"
-    command = [compiler, *STRICT, *options, "-Os", "-I", str(ARDUINO), "-c", "-o", str(made), str(folder / "board.cpp")]
+def test_the_header_needs_neither_exceptions_nor_the_heap(tmp_path: Path) -> None:
+    made = tmp_path / "board.o"
+    command = ["g++", *STRICT, "-Os", "-I", str(ARDUINO), "-c", "-o", str(made), str(PROGRAMS / "arduino_board.cpp")]
     result = subprocess.run(command, capture_output=True, text=True, check=False)
     assert result.returncode == 0, result.stderr
     needed = made.read_bytes()
