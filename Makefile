@@ -11,7 +11,7 @@ TEST_PROCESSES ?= 5
 DEMO_ARGS ?=
 # Makes the bill of materials, in an environment of its own; the extras that a cloud and its robots may install.
 CYCLONEDX := cyclonedx-bom==7.5.0
-SHIPPED := cloud sim ray hdfs cassandra docker plot bags mapping ros2 ros1
+SHIPPED := cloud sim ray hdfs cassandra docker plot bags mapping ros2 ros1 foxglove
 
 # Python keeps what it has compiled, also where the environment says otherwise: the many processes of `make test`
 # would compile the same modules and tests again. Without a value the variable has no effect.
@@ -20,7 +20,8 @@ export PYTHONDONTWRITEBYTECODE :=
 BIN := $(VENV)/bin
 LOCKED := $(VENV)/.locked
 INSTALLED := $(VENV)/.installed
-NODE_TESTS := tests/e2e/roslib
+NODE_TESTS := tests/e2e/roslib tests/e2e/foxglove
+NODE_MODULES := $(NODE_TESTS:=/node_modules)
 RUST_TESTS := tests/e2e/roslibrust/Cargo.toml
 CLIENTS := build/clients
 ROS := build/ros
@@ -69,16 +70,16 @@ kernels: $(INSTALLED) ## Compile all kernels into the cache, if they are not the
 	@echo "kernels: compiling what is not in the cache"
 	@$(BIN)/python -m engine.runtimes.compilation.rest_compiler
 
-test: $(INSTALLED) $(NODE_TESTS)/node_modules browser proxies broker kernels ## Run all tests
+test: $(INSTALLED) $(NODE_MODULES) browser proxies broker kernels ## Run all tests
 	@echo "test: all of tests/, without the network (PYTEST_ARGS narrows it)"
 	$(BIN)/python -m pytest --numprocesses $(TEST_PROCESSES) --dist loadscope --no-loadscope-reorder $(PYTEST_ARGS)
 
-test-clients: $(INSTALLED) $(NODE_TESTS)/node_modules $(CLIENTS)/roslibpy-1 $(ARM)/usr ## Drive robots with unmodified clients: roslibpy, roslib, roslibrust, ROS#'s frames; build for ARM
+test-clients: $(INSTALLED) $(NODE_MODULES) $(CLIENTS)/roslibpy-1 $(ARM)/usr ## Drive robots with unmodified clients: roslibpy, roslib, roslibrust, ROS#'s frames; build for ARM
 	@echo "test-clients: builds roslibrust, minutes the first time"
 	@if command -v cargo >/dev/null && cargo fetch --quiet --locked --manifest-path $(RUST_TESTS); then \
 		cargo build --quiet --locked --offline --manifest-path $(RUST_TESTS) --target-dir $(CLIENTS)/roslibrust; \
 		else echo "test-clients: no roslibrust; install cargo and connect to crates.io, or its test is skipped" >&2; fi
-	$(BIN)/python -m pytest -m clients tests/e2e/test_clients.py tests/unit/robots/arduino $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -m clients tests/e2e/test_clients.py tests/e2e/test_foxglove.py tests/unit/robots/arduino $(PYTEST_ARGS)
 
 test-servers: $(INSTALLED) ## Run the tests over a real Cassandra and a real HDFS, killed in the middle (wants Java 17 and Maven)
 	@echo "test-servers: starts the servers on this machine; the first time Maven fetches their jars into build/"
@@ -141,7 +142,7 @@ sbom: $(LOCKED) ## Write build/sbom.json, the software bill of materials (Cyclon
 	@echo "sbom: build/sbom.json"
 
 clean: ## Remove what was made, .venv included
-	rm -rf $(VENV) $(NODE_TESTS)/node_modules build dist .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis
+	rm -rf $(VENV) $(NODE_MODULES) build dist .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis
 	find . -name __pycache__ -type d -not -path './.git/*' -prune -exec rm -rf {} +
 
 # A changed lock makes the environment anew, so that nothing of an older lock stays in it. Modules are compiled at once, as
@@ -154,11 +155,11 @@ $(LOCKED): $(LOCKS)
 	$(BIN)/uv pip install --quiet --compile-bytecode --python $(BIN)/python --require-hashes -r deploy/requirements.lock
 	@touch $@
 
-# roslib, for the tests that drive a robot with it; where there is no Node, those tests skip and say so.
-$(NODE_TESTS)/node_modules: $(NODE_TESTS)/package-lock.json
-	@echo "setup: roslib, by the versions of $<"
-	@npm ci --silent --no-audit --no-fund --prefix $(NODE_TESTS) && touch $@ || \
-		echo "setup: no roslib; install Node 20 with npm, or the tests of roslib are skipped" >&2
+# Clients in Node, for the tests that drive a robot with them; where there is no Node, those tests skip and say so.
+$(NODE_MODULES): %/node_modules: %/package-lock.json
+	@echo "setup: $(@D), by the versions of $<"
+	@npm ci --silent --no-audit --no-fund --prefix $(@D) && touch $@ || \
+		echo "setup: no $@; install Node 20 with npm, or the tests of these clients are skipped" >&2
 
 # roslibpy for ROS 1, in a folder of its own: the one for ROS 2 is in the environment.
 $(CLIENTS)/roslibpy-1: tests/support/clients/roslibpy_1.lock $(LOCKED)

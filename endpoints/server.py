@@ -33,6 +33,7 @@ from engine.processes.private_files import keep_new_files_private, make_private_
 from engine.runtimes.compilation import store_kernels
 from ppaas.errors import InvalidInput
 from ppaas.plugins import permit_only
+from ppaas.wire.foxglove.installed import check_installed
 from storage.urls.opening import local_path
 from storage.urls.passwords import chosen_url
 
@@ -89,6 +90,8 @@ def run_server(arguments: argparse.Namespace) -> int:
         level=arguments.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s", datefmt="%H:%M:%S"
     )
     permit_only(arguments.allow)
+    if arguments.foxglove is not None:
+        check_installed()
     settle_stores(arguments)
     try:
         make_private_folder(arguments.data)
@@ -198,7 +201,8 @@ async def _serve(arguments: argparse.Namespace) -> None:
         for listener in listeners:
             stack.enter_context(listener)
         rapyuta = [] if arguments.rapyuta is None else listen(arguments.host, arguments.rapyuta)
-        for listener in rapyuta:
+        foxglove = [] if arguments.foxglove is None else listen(arguments.host, arguments.foxglove)
+        for listener in (*rapyuta, *foxglove):
             stack.enter_context(listener)
         tls = server_tls(arguments)
         if tls is None:
@@ -214,6 +218,9 @@ async def _serve(arguments: argparse.Namespace) -> None:
             if rapyuta:
                 web.serve_rapyuta(rapyuta)
                 logger.info("serving robots of Rapyuta at %s", url_of(rapyuta[0], "http" if tls is None else "https"))
+            if foxglove:
+                web.serve_foxglove(foxglove)
+                logger.info("serving viewers of Foxglove at %s", url_of(foxglove[0], "ws" if tls is None else "wss"))
             await _run(web, listeners, stop, url, arguments.ready_file)
 
 

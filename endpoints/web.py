@@ -39,6 +39,9 @@ from engine.processes.background import Background
 MAX_FRAME = 16 * 1024 * 1024
 """Largest frame of a robot [bytes]: ten times a raw 640×480 depth image."""
 
+MAX_VIEWER_FRAME = 1024 * 1024
+"""Largest frame of a viewer of Foxglove [bytes], which publishes goals, not sensors."""
+
 
 class Server(uvicorn.Server):
     """Uvicorn server that leaves signals to the process, which closes the cloud first."""
@@ -133,6 +136,9 @@ class Web:
             _uvicorn_config(rapyuta_app(services, self._rapyuta, settings), log_level, dead, connections, tls)
         )
         self._rapyuta_listeners: list[socket.socket] = []
+        self._services, self._settings = services, settings
+        self._configured = partial(_uvicorn_config, log_level=log_level, dead=dead, connections=connections, tls=tls)
+        self._viewers: tuple[Server, list[socket.socket]] | None = None
 
     async def serve(self, listeners: Sequence[socket.socket]) -> None:
         """Serve until `stop` is called."""
@@ -148,11 +154,21 @@ class Web:
         if self._rapyuta_listeners:
             self._background.run(self._rapyuta.watch())
             servers.append(self._rapyuta_server.serve(self._rapyuta_listeners))
+        if self._viewers is not None:
+            server, viewed = self._viewers
+            servers.append(server.serve(viewed))
         await asyncio.gather(*servers)
 
     def serve_rapyuta(self, listeners: Sequence[socket.socket]) -> None:
         """Let ``serve`` also serve robots of Rapyuta, on these listeners; without any, it does not."""
         self._rapyuta_listeners = list(listeners)
+
+    def serve_foxglove(self, listeners: Sequence[socket.socket]) -> None:
+        """Let ``serve`` also serve viewers of Foxglove, on these listeners; needs the extra ``foxglove``."""
+        from endpoints.foxglove.app import foxglove_app  # noqa: PLC0415 - of the extra
+
+        app = foxglove_app(self._services, self._sessions, self._settings)
+        self._viewers = Server(self._configured(app, max_frame=MAX_VIEWER_FRAME)), list(listeners)
 
     def run_in_background(self, work: Coroutine[Any, Any, None]) -> None:
         """Run a coroutine in the background; it is cancelled at the end."""
@@ -161,6 +177,8 @@ class Web:
     def stop(self) -> None:
         """Make ``serve`` return."""
         self._server.should_exit = self._rapyuta_server.should_exit = True
+        if self._viewers is not None:
+            self._viewers[0].should_exit = True
 
     async def close(self) -> None:
         """End all sessions."""
@@ -181,7 +199,13 @@ def build_app(services: Services, sessions: SessionRegistry, settings: FrontSett
 
 
 def _uvicorn_config(
-    app: ASGIApp, log_level: str, dead: float, connections: ConnectionTable, tls: ServerTls | None
+    app: ASGIApp,
+    log_level: str,
+    dead: float,
+    connections: ConnectionTable,
+    tls: ServerTls | None,
+    *,
+    max_frame: int = MAX_FRAME,
 ) -> uvicorn.Config:
     return uvicorn.Config(
         app,
@@ -192,7 +216,7 @@ def _uvicorn_config(
         server_header=False,
         date_header=False,
         http=http_protocol(connections),
-        ws_max_size=MAX_FRAME,
+        ws_max_size=max_frame,
         ws=DirectWebSocket,
         ws_per_message_deflate=False,
         ws_ping_interval=dead

@@ -3,7 +3,7 @@
 from collections.abc import MutableMapping
 from typing import Any
 
-_OBJECT, _DETAILS = "ppaas.audit.object", "ppaas.audit.details"
+_OBJECT, _DETAILS, _REFUSAL = "ppaas.audit.object", "ppaas.audit.details", "ppaas.audit.refusal"
 
 
 def note_object(scope: MutableMapping[str, Any], name: str) -> None:
@@ -24,3 +24,13 @@ def noted_object(scope: MutableMapping[str, Any]) -> str | None:
 def noted_details(scope: MutableMapping[str, Any]) -> dict[str, Any]:
     """Return the noted details."""
     return dict(scope.get(_DETAILS, {}))
+
+
+def note_refusal(scope: MutableMapping[str, Any], status: int) -> None:
+    """Note the status of a WebSocket that is accepted only to report why it is refused."""
+    scope[_REFUSAL] = status
+
+
+def noted_refusal(scope: MutableMapping[str, Any]) -> int | None:
+    """Return the status of a refused WebSocket; None if it is not refused."""
+    return scope.get(_REFUSAL)

@@ -12,7 +12,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from endpoints.accounts.caller import caller_of
 from endpoints.audit.event import AuditEvent, AuditLog, Outcome
-from endpoints.audit.notes import noted_details, noted_object
+from endpoints.audit.notes import noted_details, noted_object, noted_refusal
 from endpoints.audit.redaction import TOKEN_SHOWN, named_object, plain, recorded_fields
 from endpoints.http.parsed_body import parsed_body
 from endpoints.http.problems import problem_slug
@@ -103,7 +103,7 @@ class _AuditedSocket:
         kind = message["type"]
         if kind == "websocket.accept":
             self._opened = monotonic()
-            self._record("connect", 101, {})
+            self._record("connect", noted_refusal(self._scope) or 101, {})
         elif kind == "websocket.http.response.start" and "endpoint" in self._scope:
             self._record("connect", message["status"], {})
         elif kind == "websocket.close":

@@ -38,6 +38,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="PORT",
         help="also serve robots that speak the protocol of Rapyuta (RoboEarth Cloud Engine), on this port (off)",
     )
+    parser.add_argument(
+        "--foxglove",
+        type=whole(1, MAX_PORT),
+        metavar="PORT",
+        help="also serve viewers of Foxglove, on this port; 8765 is the one that Foxglove expects (off)",
+    )
     _add_machines(parser)
     _add_limits(parser)
     _add_connections(parser)

@@ -1,5 +1,6 @@
 """Client of a place within this process: operations in, messages and answers out, as rosbridge has them."""
 
+import asyncio
 import itertools
 from collections import defaultdict
 from collections.abc import Callable
@@ -161,6 +162,21 @@ class PlaceClient:
         number = self._next()
         self._calls[number] = done
         self._execute(operations.CallService(service, number, msgspec.Raw(payload)))
+
+    async def ask(self, service: str, payload: bytes) -> bytes:
+        """Call a service like `call`, wait, and return the response as JSON; raises the error of the call."""
+        answered: asyncio.Future[bytes] = asyncio.get_running_loop().create_future()
+
+        def done(outcome: Outcome) -> None:
+            if answered.done():
+                return
+            if isinstance(outcome, PPaaSError):
+                answered.set_exception(outcome)
+            else:
+                answered.set_result(outcome)
+
+        self.call(service, payload, done)
+        return await answered
 
     def offer(self, service: str, kind: str, serve: Serve) -> None:
         """Offer a service; raises if the clone has it, or another client offers it."""

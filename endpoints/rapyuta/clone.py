@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
 
-from endpoints.clients.place_client import Outcome, PlaceClient
+from endpoints.clients.place_client import PlaceClient
 from endpoints.rapyuta.container_interfaces import CONTAINER_INTERFACES, ContainerInterface
 from endpoints.rapyuta.endpoints import Endpoint
 from endpoints.rapyuta.known_nodes import NodeArguments
@@ -129,18 +129,7 @@ class Clone:
 
     async def call(self, service: str, payload: bytes) -> bytes:
         """Call a service of the clone and return the response as JSON; raises the error of the call."""
-        answered: asyncio.Future[bytes] = asyncio.get_running_loop().create_future()
-
-        def done(outcome: Outcome) -> None:
-            if answered.done():
-                return
-            if isinstance(outcome, PPaaSError):
-                answered.set_exception(outcome)
-            else:
-                answered.set_result(outcome)
-
-        self.client.call(service, payload, done)
-        return await answered
+        return await self.client.ask(service, payload)
 
 
 @dataclass

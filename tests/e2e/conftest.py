@@ -27,16 +27,27 @@ def node() -> str:
 @pytest.fixture(scope="session")
 def rapyuta_port() -> int:
     """Return the port of the cloud for robots of Rapyuta."""
+    return _free_port()
+
+
+@pytest.fixture(scope="session")
+def foxglove_port() -> int:
+    """Return the port of the cloud for viewers of Foxglove."""
+    return _free_port()
+
+
+def _free_port() -> int:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         port: int = listener.getsockname()[1]
     return port
 
 
 @pytest.fixture(scope="session")
-def cloud(tmp_path_factory: pytest.TempPathFactory, rapyuta_port: int) -> Iterator[RunningCloud]:
+def cloud(tmp_path_factory: pytest.TempPathFactory, rapyuta_port: int, foxglove_port: int) -> Iterator[RunningCloud]:
     """Return a running cloud, stopped cleanly at the end."""
     folder: Path = tmp_path_factory.mktemp("cloud")
-    with running_cloud(folder, "--rapyuta", str(rapyuta_port)) as running:
+    ports = ("--rapyuta", str(rapyuta_port), "--foxglove", str(foxglove_port))
+    with running_cloud(folder, *ports) as running:
         asyncio.run(_raise_oversubscription(running))
         yield running
 

@@ -1,0 +1,159 @@
+"""Robot as one viewer sees it: its topics, and the feeds of those that the viewer has opened."""
+
+import asyncio
+from collections.abc import Callable
+from typing import NamedTuple
+
+import msgspec
+
+from endpoints.clients.place_client import PlaceClient
+from endpoints.foxglove.feed import Feed
+from endpoints.rosbridge.attachment import Attachment
+from engine.service.links.place_link import PlaceLink
+from ppaas.errors import PPaaSError
+from ppaas.nodes.topics import policy_of
+from ppaas.wire.foxglove.answers import Schema
+from ppaas.wire.foxglove.conversion.conversions import PICTURES, conversion_of
+from ppaas.wire.foxglove.conversion.frames import SharedFrames
+from ppaas.wire.foxglove.conversion.scenes import BODY, SCENE
+from storage.records import RobotRecord
+
+_encoder = msgspec.json.Encoder()
+
+
+class Shown(NamedTuple):
+    """Content of a channel.
+
+    ``topic`` is the name without that of the robot; ``source`` the topic of the clone that it is made of, empty for
+    the body of the robot, and ``kind`` the type of that topic as spelled in ROS 1.
+    """
+
+    topic: str
+    source: str = ""
+    kind: str = ""
+
+    @property
+    def schema(self) -> Schema:
+        """Schema of the channel."""
+        if not self.source:
+            return SCENE
+        return PICTURES[self.source][2].schema if self.is_picture else conversion_of(self.kind).schema
+
+    @property
+    def is_picture(self) -> bool:
+        """Whether it is a picture that is made of a topic besides."""
+        return self.topic != self.source
+
+    @property
+    def depth(self) -> int:
+        """Number of messages that wait for a slow viewer."""
+        return policy_of(self.source).depth
+
+
+class RobotView:
+    """Robot with a running clone, and this viewer's client of it.
+
+    Parameters
+    ----------
+    name : str
+        Name by which the viewer sees it, before its topics and frames.
+    record : RobotRecord
+    attachment : Attachment
+        Attachment to the session at its place.
+    frames : SharedFrames
+    report : callable
+        Called with errors.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        record: RobotRecord,
+        attachment: Attachment,
+        frames: SharedFrames,
+        report: Callable[[PPaaSError], None],
+    ) -> None:
+        self.name = name
+        self.record = record
+        self.attachment = attachment
+        self.frames = frames
+        self.client = PlaceClient(attachment, report)
+        self.channels: dict[Shown, int] = {}
+        self.services: dict[str, int] = {}
+        self._report = report
+        self._feeds: dict[Shown, Feed] = {}
+
+    @property
+    def place(self) -> PlaceLink:
+        """Place of the robot."""
+        return self.client.place
+
+    @property
+    def over(self) -> asyncio.Future[PPaaSError]:
+        """Done once the session at the place has ended; its result is the reason."""
+        return self.attachment.session.over
+
+    def end(self) -> None:
+        """Detach from the place."""
+        for feed in self._feeds.values():
+            feed.close()
+        self._feeds.clear()
+        self.client.detach()
+
+    # -- what there is -------------------------------------------------------------------------------------------------
+
+    def shown(self) -> set[Shown]:
+        """Return what the viewer may see of the robot now."""
+        access = self.attachment.session.access
+        found = {Shown(BODY)}
+        for topic, kind in self.place.topic_types().items():
+            if access.may_read(topic):
+                found.add(Shown(topic, topic, kind))
+                if topic in PICTURES and PICTURES[topic][0] == kind:
+                    found.add(Shown(PICTURES[topic][1], topic, kind))
+        return found
+
+    def callable_services(self) -> dict[str, str]:
+        """Return the services that the viewer may call, with their types as spelled in ROS 1."""
+        access = self.attachment.session.access
+        found = {}
+        for service in self.place.services.values():
+            try:
+                access.check_call(service.name)
+            except PPaaSError:
+                continue
+            found[service.name] = service.type
+        return found
+
+    # -- feeds ---------------------------------------------------------------------------------------------------------
+
+    def hear(self, shown: Shown, send: Callable[[bytes], None]) -> None:
+        """Feed a channel from now on; called again, the latched message is sent again.
+
+        Raises
+        ------
+        PPaaSError
+            The viewer may not subscribe to the topic, or it has another type meanwhile.
+        """
+        feed = self._feeds.get(shown)
+        if feed is None:
+            conversion = PICTURES[shown.source][2] if shown.is_picture else conversion_of(shown.kind)
+            feed = self._feeds[shown] = Feed(conversion, self.frames, send, self._report)
+        try:
+            self.client.subscribe(shown.source, shown.kind, feed.take)
+        except PPaaSError:
+            self._feeds.pop(shown).close()
+            raise
+
+    def ignore(self, shown: Shown) -> None:
+        """Feed a channel no longer."""
+        feed = self._feeds.pop(shown, None)
+        if feed is not None:
+            feed.close()
+            self.client.unsubscribe(shown.source, feed.take)
+
+    # -- services ------------------------------------------------------------------------------------------------------
+
+    async def ask(self, service: str, request: object) -> bytes:
+        """Call a service and return the response as JSON; raises the error of the call."""
+        return await self.client.ask(service, _encoder.encode(request))

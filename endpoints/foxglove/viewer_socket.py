@@ -1,0 +1,129 @@
+"""WebSocket of a viewer: ``ws://HOST:PORT/?token=TOKEN``, and optionally ``&robot=ADDRESS`` for some robots only.
+
+A viewer that is refused is told so in a status of the protocol, which Foxglove shows, and then disconnected; a client
+that offers no subprotocol of Foxglove gets an HTTP problem instead.
+"""
+
+import asyncio
+import contextlib
+import logging
+
+from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
+
+from endpoints.accounts.authentication import authenticate_socket
+from endpoints.audit.notes import note_details, note_refusal
+from endpoints.foxglove.requests import ViewerRequests
+from endpoints.foxglove.viewer import Login, Viewer
+from endpoints.foxglove.viewers import Viewers
+from endpoints.http.problems import problem_response
+from endpoints.http.websocket_protocol import connection_of
+from endpoints.rosbridge.robot_socket import CLOSE_TIMEOUT, CLOSED_BY_CLOUD, MAX_REASON, NO_RIGHT, content_of
+from endpoints.services.services import Services
+from endpoints.sharing.globs import is_address
+from ppaas.errors import InvalidParameter, NotAuthenticated, NotPermitted, PPaaSError
+from ppaas.wire.foxglove import answers
+from ppaas.wire.foxglove.answers import Level
+
+logger = logging.getLogger(__name__)
+
+SUBPROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
+"""Subprotocols, the preferred one first."""
+
+NAME = "PPaaS"
+"""Name of the server in Foxglove."""
+
+MAX_NAMED = 50
+"""Largest number of robots that a viewer may name."""
+
+
+async def serve_viewer_socket(socket: WebSocket, services: Services, viewers: Viewers) -> None:
+    """Serve one WebSocket from its handshake to its end."""
+    connection = connection_of(socket)
+    connection.name = "unknown viewer of Foxglove"
+    note_details(socket.scope, role="operator", protocol="foxglove")
+    offered = socket.scope.get("subprotocols", [])
+    subprotocol = next((one for one in SUBPROTOCOLS if one in offered), None)
+    try:
+        if subprotocol is None:
+            raise InvalidParameter(f"offer the subprotocol {' or '.join(SUBPROTOCOLS)}: open this address in Foxglove")
+        login = await _log_in(socket, services)
+        connection.name = f"viewer {login.user} of Foxglove"
+        viewer = viewers.admit(login, connection.probe)
+    except PPaaSError as error:
+        connection.warn(f"refused: {error.slug}: {error}")
+        await _refuse(socket, error, subprotocol)
+        return
+    try:
+        await viewers.prepare()
+        await socket.accept(subprotocol=subprotocol)
+        await _run(socket, viewer)
+    finally:
+        viewers.release(viewer)
+    await _close(socket, viewer)
+
+
+async def _log_in(socket: WebSocket, services: Services) -> Login:
+    """Return the login of a viewer; raises as ``authenticate_socket``, or ``InvalidParameter`` for a bad address."""
+    user, token = await authenticate_socket(socket, services.accounts)
+    named = tuple(socket.query_params.getlist("robot"))
+    if len(named) > MAX_NAMED:
+        raise InvalidParameter(f"name at most {MAX_NAMED} robots, or none to see all")
+    for address in named:
+        if not is_address(address):
+            raise InvalidParameter(f"robot must be ID or OWNER:ID, not {address[:64]!r}")
+    return Login(user.id, token, named)
+
+
+async def _run(socket: WebSocket, viewer: Viewer) -> None:
+    """Execute requests until the viewer disconnects, or must disconnect."""
+    connection = connection_of(socket)
+    requests = ViewerRequests(viewer)
+
+    def take(frame: str | bytes) -> None:
+        try:
+            requests.take(frame)
+        except Exception as error:
+            logger.exception("%s: a request failed", connection.name)
+            viewer.end(PPaaSError(f"internal error: {type(error).__name__}"))
+
+    async def until_left() -> None:
+        while (message := await socket.receive())["type"] != "websocket.disconnect":
+            take(content_of(message))  # received before the handshake was answered
+
+    viewer.answer(answers.server_info(NAME, viewer.session_id))
+    connection.hand_to(take, viewer.flush)
+    viewer.outbox.connect(connection)
+    tasks = asyncio.create_task(until_left()), asyncio.create_task(requests.run())
+    try:
+        await asyncio.wait((*tasks, viewer.over), return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        viewer.outbox.connect(None)
+        connection.hand_to(None)
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+
+async def _close(socket: WebSocket, viewer: Viewer) -> None:
+    """Close the socket with the reason, unless the viewer closed it."""
+    if viewer.over.done() and socket.application_state is WebSocketState.CONNECTED:
+        await _close_with(socket, viewer.over.result())
+
+
+async def _refuse(socket: WebSocket, error: PPaaSError, subprotocol: str | None) -> None:
+    response = problem_response(error)
+    if subprotocol is None:
+        await socket.send_denial_response(response)
+        return
+    note_refusal(socket.scope, response.status_code)
+    await socket.accept(subprotocol=subprotocol)
+    await _close_with(socket, error)
+
+
+async def _close_with(socket: WebSocket, error: PPaaSError) -> None:
+    text = f"{error.slug}: {error.public}"
+    code = NO_RIGHT if isinstance(error, NotAuthenticated | NotPermitted) else CLOSED_BY_CLOUD
+    with contextlib.suppress(TimeoutError, WebSocketDisconnect):
+        async with asyncio.timeout(CLOSE_TIMEOUT):
+            await socket.send_text(answers.status(Level.ERROR, text).decode())
+            await socket.close(code, text.encode()[:MAX_REASON].decode(errors="ignore"))

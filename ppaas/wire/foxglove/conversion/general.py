@@ -1,0 +1,51 @@
+"""Messages of any type: in CDR with the definition of ROS 2 where it has the type, else as JSON."""
+
+from typing import Any, Final
+
+import msgspec
+
+from ppaas.errors import MalformedMessage, UnknownType
+from ppaas.messages import message_type
+from ppaas.wire.foxglove.conversion.base import Conversion
+from ppaas.wire.foxglove.conversion.frames import SharedFrames
+from ppaas.wire.foxglove.conversion.schemas import RELEASE, cdr, json_schema
+from ppaas.wire.ros.types import ros_types
+
+_decoder = msgspec.json.Decoder()
+_encoder = msgspec.json.Encoder()
+
+FRAMELESS: Final = b"frame_id"
+"""Bytes without which a message names no frame."""
+
+
+def in_cdr(kind: str) -> Conversion:
+    """Return the conversion of a type of ROS 2 to CDR; it is given as spelled in ROS 1."""
+    types = ros_types(RELEASE)
+
+    def convert(payload: bytes, frames: SharedFrames) -> bytes:
+        return types.encode(kind, _read(kind, payload, frames))
+
+    return Conversion(cdr(kind), convert)
+
+
+def in_json(kind: str) -> Conversion:
+    """Return the conversion of any other type: only its frames are renamed."""
+
+    def convert(payload: bytes, frames: SharedFrames) -> bytes:
+        return payload if FRAMELESS not in payload else _encoder.encode(_read(kind, payload, frames))
+
+    try:
+        return Conversion(json_schema(kind, message_type(kind)), convert)
+    except UnknownType:
+        return Conversion(json_schema(kind, None), convert)
+
+
+def _read(kind: str, payload: bytes, frames: SharedFrames) -> dict[str, Any]:
+    try:
+        values = _decoder.decode(payload)
+    except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
+        raise MalformedMessage(f"not a {kind}: not JSON: {error}") from error
+    if not isinstance(values, dict):
+        raise MalformedMessage(f"not a {kind}: not an object")
+    frames.share_all(values)
+    return values

@@ -1,0 +1,69 @@
+"""Messages that Foxglove's clients publish, as JSON of rosbridge: they come as JSON, CDR or in the bytes of ROS 1."""
+
+from typing import Any
+
+import msgspec
+
+from ppaas.errors import InvalidInput, MalformedMessage
+from ppaas.wire.foxglove.answers import ENCODINGS
+from ppaas.wire.foxglove.conversion.frames import SharedFrames
+from ppaas.wire.foxglove.conversion.schemas import RELEASE
+from ppaas.wire.ros.types import ROS_1, ros_types, to_json
+
+RELEASES = {"cdr": RELEASE, "ros1": ROS_1}
+"""Releases of ROS whose types are read, by encoding."""
+
+_decoder = msgspec.json.Decoder()
+
+
+def check_encoding(encoding: str) -> None:
+    """Raise ``InvalidInput`` unless messages in an encoding can be read."""
+    if encoding not in ENCODINGS:
+        raise InvalidInput(f"messages in {encoding[:32]!r} are not read; publish in one of {', '.join(ENCODINGS)}")
+
+
+def read_published(encoding: str, kind: str, data: bytes, frames: SharedFrames) -> bytes:
+    """Return a message as JSON, with the frames of the robot.
+
+    Parameters
+    ----------
+    encoding : str
+        One of ``ENCODINGS``.
+    kind : str
+        Type of the message, as spelled in ROS 1.
+    data : bytes
+    frames : SharedFrames
+
+    Raises
+    ------
+    InvalidInput
+        The encoding is another one, or the type is unknown, or the message is not of its type.
+    """
+    check_encoding(encoding)
+    values = _read_json(data) if encoding == "json" else ros_types(RELEASES[encoding]).decode(kind, data)
+    frames.own_all(values)
+    return to_json(values)
+
+
+def _read_json(data: bytes) -> dict[str, Any]:
+    try:
+        values = _decoder.decode(data)
+    except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
+        raise MalformedMessage(f"the message is not JSON: {error}") from error
+    if not isinstance(values, dict):
+        raise MalformedMessage("the message is not an object of JSON")
+    _respell_times(values)
+    return values
+
+
+def _respell_times(values: Any) -> None:
+    """Spell times as ROS 1 does; Foxglove writes ``sec`` and ``nsec``."""
+    waiting = [values]
+    while waiting:
+        value = waiting.pop()
+        if isinstance(value, list):
+            waiting.extend(value)
+        elif isinstance(value, dict):
+            if value.keys() == {"sec", "nsec"}:
+                value["secs"], value["nsecs"] = value.pop("sec"), value.pop("nsec")
+            waiting.extend(value.values())

@@ -1,0 +1,215 @@
+"""Requests of Foxglove's clients: operations as JSON, and binary frames with messages and calls."""
+
+import struct
+from typing import Annotated, Any, Final, TypeAlias
+
+import msgspec
+
+from ppaas.errors import MalformedMessage
+
+MAX_LISTED = 10_000
+"""Largest number of items in one list of a request."""
+
+MAX_TEXT = 4096
+"""Longest name in a request [characters]."""
+
+MESSAGE_DATA, SERVICE_CALL = 1, 2
+"""First bytes of binary frames of clients."""
+
+_ID = struct.Struct("<I")
+_CALL = struct.Struct("<III")
+
+Id = Annotated[int, msgspec.Meta(ge=0, le=2**32 - 1)]
+"""Number that a client or the server chooses."""
+
+_Text = Annotated[str, msgspec.Meta(max_length=MAX_TEXT)]
+_Listed = msgspec.Meta(max_length=MAX_LISTED)
+_Names = Annotated[list[_Text], _Listed]
+
+
+class Request(msgspec.Struct, frozen=True, tag_field="op", rename="camel"):
+    """Base of the operations; fields that are not listed are ignored."""
+
+
+class Subscription(msgspec.Struct, frozen=True, rename="camel"):
+    """Subscription to a channel, with the id that its messages carry."""
+
+    id: Id
+    channel_id: Id
+
+
+class Subscribe(Request, frozen=True, tag="subscribe"):
+    """Subscribe to channels."""
+
+    subscriptions: Annotated[list[Subscription], _Listed]
+
+
+class Unsubscribe(Request, frozen=True, tag="unsubscribe"):
+    """End subscriptions."""
+
+    subscription_ids: Annotated[list[Id], _Listed]
+
+
+class ClientChannel(msgspec.Struct, frozen=True, rename="camel"):
+    """Channel that a client publishes."""
+
+    id: Id
+    topic: _Text
+    encoding: _Text
+    schema_name: _Text
+
+
+class Advertise(Request, frozen=True, tag="advertise"):
+    """Open channels of the client."""
+
+    channels: Annotated[list[ClientChannel], _Listed]
+
+
+class Unadvertise(Request, frozen=True, tag="unadvertise"):
+    """Close channels of the client."""
+
+    channel_ids: Annotated[list[Id], _Listed]
+
+
+class GetParameters(Request, frozen=True, tag="getParameters"):
+    """Read parameters; without names, all."""
+
+    parameter_names: _Names
+    id: _Text | None = None
+
+
+class Parameter(msgspec.Struct, frozen=True, omit_defaults=True):
+    """Parameter; ``type`` tells numbers of 64 bits from integers, and bytes from text. One without a value is unset."""
+
+    name: _Text
+    value: Any = msgspec.UNSET
+    type: str | None = None
+
+
+class SetParameters(Request, frozen=True, tag="setParameters"):
+    """Set parameters; one without a value is removed."""
+
+    parameters: Annotated[list[Parameter], _Listed]
+    id: _Text | None = None
+
+
+class SubscribeParameterUpdates(Request, frozen=True, tag="subscribeParameterUpdates"):
+    """Ask for the values of parameters that change; without names, of all."""
+
+    parameter_names: _Names
+
+
+class UnsubscribeParameterUpdates(Request, frozen=True, tag="unsubscribeParameterUpdates"):
+    """End that."""
+
+    parameter_names: _Names
+
+
+class SubscribeConnectionGraph(Request, frozen=True, tag="subscribeConnectionGraph"):
+    """Ask for the graph of nodes, and its changes."""
+
+
+class UnsubscribeConnectionGraph(Request, frozen=True, tag="unsubscribeConnectionGraph"):
+    """End that."""
+
+
+class FetchAsset(Request, frozen=True, tag="fetchAsset"):
+    """Ask for a file."""
+
+    uri: _Text
+    request_id: Id
+
+
+class MessageData(msgspec.Struct, frozen=True):
+    """Message on a channel of the client."""
+
+    channel_id: int
+    data: bytes
+
+
+class ServiceCall(msgspec.Struct, frozen=True):
+    """Call of a service."""
+
+    service_id: int
+    call_id: int
+    encoding: str
+    data: bytes
+
+
+Operation: TypeAlias = (
+    Subscribe
+    | Unsubscribe
+    | Advertise
+    | Unadvertise
+    | GetParameters
+    | SetParameters
+    | SubscribeParameterUpdates
+    | UnsubscribeParameterUpdates
+    | SubscribeConnectionGraph
+    | UnsubscribeConnectionGraph
+    | FetchAsset
+)
+
+OPERATIONS: Final = (
+    "subscribe", "unsubscribe", "advertise", "unadvertise", "getParameters", "setParameters",
+    "subscribeParameterUpdates", "unsubscribeParameterUpdates", "subscribeConnectionGraph",
+    "unsubscribeConnectionGraph", "fetchAsset",
+)  # fmt: skip
+"""Names of the operations that are read."""
+
+_decoder = msgspec.json.Decoder(Operation)
+
+
+class _Named(msgspec.Struct):
+    op: str
+
+
+_named = msgspec.json.Decoder(_Named)
+
+
+def read_request(frame: str | bytes) -> Operation | MessageData | ServiceCall | None:
+    """Return the request in a frame, ``bytes`` for a binary one; None for an operation that this version ignores.
+
+    Raises
+    ------
+    MalformedMessage
+        It is not a request of the protocol; the text names the place.
+    """
+    if isinstance(frame, bytes):
+        return _read_binary(frame)
+    try:
+        operation: Operation = _decoder.decode(frame)
+    except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
+        if _is_unknown(frame):
+            return None
+        raise MalformedMessage(f"not an operation of Foxglove's protocol: {error}") from error
+    return operation
+
+
+def _is_unknown(text: str) -> bool:
+    """Return whether a text is an operation of another version, which servers ignore as the specification says."""
+    try:
+        return _named.decode(text).op not in OPERATIONS
+    except (msgspec.DecodeError, UnicodeError, RecursionError):
+        return False
+
+
+def _read_binary(frame: bytes) -> MessageData | ServiceCall:
+    if not frame:
+        raise MalformedMessage("an empty binary frame")
+    try:
+        if frame[0] == MESSAGE_DATA:
+            return MessageData(_ID.unpack_from(frame, 1)[0], frame[1 + _ID.size :])
+        if frame[0] == SERVICE_CALL:
+            return _read_call(frame)
+    except (struct.error, UnicodeDecodeError) as error:
+        raise MalformedMessage(f"a binary frame of {len(frame)} bytes is too short, or no text: {error}") from error
+    raise MalformedMessage(f"unknown binary operation {frame[0]}; known: {MESSAGE_DATA} message, {SERVICE_CALL} call")
+
+
+def _read_call(frame: bytes) -> ServiceCall:
+    service, call, length = _CALL.unpack_from(frame, 1)
+    begin = 1 + _CALL.size
+    if length > min(MAX_TEXT, len(frame) - begin):
+        raise MalformedMessage(f"the encoding of a call has {length} bytes, and {len(frame) - begin} follow")
+    return ServiceCall(service, call, frame[begin : begin + length].decode(), frame[begin + length :])

@@ -1,0 +1,151 @@
+"""State of a connection of Foxglove's protocol: channels, subscriptions, channels of the client."""
+
+import itertools
+from collections.abc import Iterator
+from typing import Generic, NamedTuple, TypeVar
+
+from ppaas.errors import Conflict, NotFound, QuotaExceeded
+from ppaas.wire.binary.binary_frame import BinaryFrame
+from ppaas.wire.foxglove.answers import Channel, Schema, message_data
+from ppaas.wire.foxglove.requests import ClientChannel, Subscription
+
+MAX_SUBSCRIPTIONS = 10_000
+"""Largest number of subscriptions of one client."""
+
+MAX_CLIENT_CHANNELS = 200
+"""Largest number of channels that one client publishes."""
+
+K = TypeVar("K")
+
+
+class Opened(NamedTuple, Generic[K]):
+    """Channel with what it shows."""
+
+    channel: Channel
+    shows: K
+
+
+class FoxgloveSession(Generic[K]):
+    """Channels and subscriptions of one connection; ``K`` is what the caller shows in a channel."""
+
+    def __init__(self) -> None:
+        self._ids = itertools.count(1)
+        self._channels: dict[int, Opened[K]] = {}
+        self._subscriptions: dict[int, int] = {}
+        self._heard: dict[int, list[int]] = {}
+        self._published: dict[int, ClientChannel] = {}
+
+    # -- channels ------------------------------------------------------------------------------------------------------
+
+    def open(self, topic: str, schema: Schema, shows: K) -> Channel:
+        """Open a channel; its id is never used again."""
+        channel = Channel(next(self._ids), topic, schema)
+        self._channels[channel.id] = Opened(channel, shows)
+        return channel
+
+    def close(self, channel: int) -> None:
+        """Close a channel, and end its subscriptions."""
+        del self._channels[channel]
+        for subscription in self._heard.pop(channel, ()):
+            del self._subscriptions[subscription]
+
+    def shown(self, channel: int) -> K:
+        """Return what a channel shows."""
+        return self._channels[channel].shows
+
+    def is_heard(self, channel: int) -> bool:
+        """Return whether a channel has subscriptions."""
+        return channel in self._heard
+
+    @property
+    def heard(self) -> bool:
+        """Whether there is a subscription."""
+        return bool(self._heard)
+
+    # -- subscriptions -------------------------------------------------------------------------------------------------
+
+    def subscribe(self, wanted: Subscription) -> K:
+        """Add a subscription, and return what its channel shows.
+
+        Raises
+        ------
+        Conflict
+            The id of the subscription is in use.
+        NotFound
+            There is no such channel.
+        QuotaExceeded
+            There are too many subscriptions.
+        """
+        if wanted.id in self._subscriptions:
+            raise Conflict(f"subscription {wanted.id} exists already: choose another id, or unsubscribe first")
+        opened = self._channels.get(wanted.channel_id)
+        if opened is None:
+            raise NotFound("channel", str(wanted.channel_id))
+        if len(self._subscriptions) >= MAX_SUBSCRIPTIONS:
+            raise QuotaExceeded(f"a client may have at most {MAX_SUBSCRIPTIONS} subscriptions: end some first")
+        self._subscriptions[wanted.id] = wanted.channel_id
+        self._heard.setdefault(wanted.channel_id, []).append(wanted.id)
+        return opened.shows
+
+    def unsubscribe(self, subscription: int) -> K | None:
+        """End a subscription; return what its channel shows if that was the last one of the channel, else None.
+
+        Raises
+        ------
+        NotFound
+            There is no such subscription.
+        """
+        channel = self._subscriptions.pop(subscription, None)
+        if channel is None:
+            raise NotFound("subscription", str(subscription))
+        self._heard[channel].remove(subscription)
+        if self._heard[channel]:
+            return None
+        del self._heard[channel]
+        return self.shown(channel)
+
+    def messages(self, channel: int, time: int, data: bytes) -> Iterator[BinaryFrame]:
+        """Yield the frames of a message, one for each subscription of its channel.
+
+        Parameters
+        ----------
+        channel : int
+        time : int
+            Time of reception [ns since the epoch].
+        data : bytes
+            Message in the encoding of the channel.
+        """
+        for subscription in self._heard.get(channel, ()):
+            yield message_data(subscription, time, data)
+
+    # -- channels of the client ----------------------------------------------------------------------------------------
+
+    def advertise(self, channel: ClientChannel) -> None:
+        """Open a channel of the client.
+
+        Raises
+        ------
+        Conflict
+            The client has a channel of this id.
+        QuotaExceeded
+            It has too many channels.
+        """
+        if channel.id in self._published:
+            raise Conflict(f"you advertise channel {channel.id} already: choose another id, or unadvertise it first")
+        if len(self._published) >= MAX_CLIENT_CHANNELS:
+            raise QuotaExceeded(f"a client may advertise at most {MAX_CLIENT_CHANNELS} channels: unadvertise one first")
+        self._published[channel.id] = channel
+
+    def unadvertise(self, channel: int) -> ClientChannel:
+        """Close a channel of the client, and return it; ``NotFound`` if there is none."""
+        closed = self._published.pop(channel, None)
+        if closed is None:
+            raise NotFound("advertised channel", str(channel))
+        return closed
+
+    def published(self, channel: int) -> ClientChannel:
+        """Return a channel of the client; ``NotFound`` if there is none."""
+        found = self._published.get(channel)
+        if found is None:
+            raise NotFound("advertised channel", str(channel))
+        return found
