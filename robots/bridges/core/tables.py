@@ -6,8 +6,8 @@ from typing import Final
 
 from ppaas.wire.ros.graph import LATCHED, SENSOR, Qos
 
-IMAGE_PERIOD = 0.1
-"""Least time between two depth images that are carried [s]."""
+IMAGE_PERIOD, CLOUD_PERIOD, JOINTS_PERIOD = 0.1, 0.2, 0.1
+"""Least time between two depth images, point clouds and states of joints that are carried [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,9 +63,18 @@ UP: Final = (
         period=IMAGE_PERIOD,
     ),
     UpTopic(f"{_DEPTH}/camera_info", "sensor_msgs/msg/CameraInfo", (f"{_DEPTH}/camera_info",), period=IMAGE_PERIOD),
+    UpTopic(
+        "cloud_in",
+        "sensor_msgs/msg/PointCloud2",
+        ("cloud_in", "points", f"{_DEPTH}/points", f"{_DEPTH}/color/points"),
+        period=CLOUD_PERIOD,
+    ),
     UpTopic("people", "people_msgs/msg/People", ("people",)),
+    UpTopic("detections", "vision_msgs/msg/Detection3DArray", ("detections",)),
+    UpTopic("goal_update", "geometry_msgs/msg/PoseStamped", ("goal_update",)),
     UpTopic("speed_limit", "nav2_msgs/msg/SpeedLimit", ("speed_limit",), reliable=True),
     UpTopic("diagnostics", "diagnostic_msgs/msg/DiagnosticArray", ("diagnostics",)),
+    UpTopic("joint_states", "sensor_msgs/msg/JointState", ("joint_states",), clone=False, period=JOINTS_PERIOD),
     UpTopic("battery_state", "sensor_msgs/msg/BatteryState", ("battery_state", "battery"), clone=False, period=1.0),
 )
 """Topics of the robot, besides ``tf`` and ``tf_static``."""
@@ -100,6 +109,7 @@ class DownTopic:
 
 _GRID = "nav_msgs/msg/OccupancyGrid"
 _POLYGON = "geometry_msgs/msg/PolygonStamped"
+_OCTOMAP = "octomap_msgs/msg/Octomap"
 MAP: Final = DownTopic("map", _GRID, "map", _GRID, LATCHED, always=True)
 MAP_UPDATES: Final = DownTopic(
     "map_updates", "map_msgs/msg/OccupancyGridUpdate", "map_updates", "map_msgs/msg/OccupancyGridUpdate"
@@ -123,6 +133,9 @@ DOWN: Final = (
     DownTopic("global_costmap/costmap", _GRID, "global_costmap/costmap", _GRID, LATCHED),
     DownTopic("local_costmap/costmap", _GRID, "local_costmap/costmap", _GRID, LATCHED),
     DownTopic(_FOOTPRINT, _POLYGON, _FOOTPRINT, _POLYGON),
+    DownTopic("octomap_binary", _OCTOMAP, "octomap_binary", _OCTOMAP, LATCHED),
+    DownTopic("octomap_full", _OCTOMAP, "octomap_full", _OCTOMAP, LATCHED),
+    DownTopic("projected_map", _GRID, "projected_map", _GRID, LATCHED),
 )
 """Topics of the clone, besides ``cmd_vel`` and ``tf``."""
 

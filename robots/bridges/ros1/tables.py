@@ -10,7 +10,7 @@ from robots.bridges.core.tables import MAP, MAP_METADATA, MAP_UPDATES, RELIABLE,
 
 MOVE_BASE: Final = "move_base"
 
-_ROS_2_ONLY = {"goal_pose", "speed_limit"}
+_ROS_2_ONLY = {"goal_pose", "speed_limit", "detections"}
 _GRID, _PATH, _POSE = "nav_msgs/msg/OccupancyGrid", "nav_msgs/msg/Path", "geometry_msgs/msg/PoseWithCovarianceStamped"
 _EMPTY = "std_srvs/srv/Empty"
 

@@ -1,7 +1,7 @@
 """Definitions of ROS 2 that are the same in all its releases.
 
 Sources: ``ros2/common_interfaces``, ``ros2/rcl_interfaces``, ``ros-planning/navigation_msgs``,
-``wg-perception/people``.
+``wg-perception/people``, ``ros-perception/vision_msgs``, ``OctoMap/octomap_msgs``.
 """
 
 from typing import Final
@@ -36,6 +36,13 @@ COMMON: Final = {
         ---
         nav_msgs/Path plan
     """,
+    "octomap_msgs/msg/Octomap": """
+        std_msgs/Header header
+        bool binary
+        string id
+        float64 resolution
+        int8[] data
+    """,
     "people_msgs/msg/Person": """
         string name
         geometry_msgs/Point position
@@ -59,5 +66,27 @@ COMMON: Final = {
         ---
         bool success
         string message
+    """,
+    "vision_msgs/msg/ObjectHypothesis": """
+        string class_id
+        float64 score
+    """,
+    "vision_msgs/msg/ObjectHypothesisWithPose": """
+        vision_msgs/ObjectHypothesis hypothesis
+        geometry_msgs/PoseWithCovariance pose
+    """,
+    "vision_msgs/msg/BoundingBox3D": """
+        geometry_msgs/Pose center
+        geometry_msgs/Vector3 size
+    """,
+    "vision_msgs/msg/Detection3D": """
+        std_msgs/Header header
+        vision_msgs/ObjectHypothesisWithPose[] results
+        vision_msgs/BoundingBox3D bbox
+        string id
+    """,
+    "vision_msgs/msg/Detection3DArray": """
+        std_msgs/Header header
+        vision_msgs/Detection3D[] detections
     """,
 }

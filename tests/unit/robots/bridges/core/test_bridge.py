@@ -148,7 +148,8 @@ async def test_what_the_clone_does_not_have_is_left_with_the_robot() -> None:
     robot.has(Kind.PUBLISHER, "/camera/depth/image_raw", "sensor_msgs/msg/Image", SENSOR)
     robot.has(Kind.PUBLISHER, "/battery_state", "sensor_msgs/msg/BatteryState", SENSOR)
     async with bridged(robot) as both:
-        assert (await both.cloud.heard("advertise"))[0]["type"] == "sensor_msgs/msg/BatteryState"
+        advertised = {frame["topic"]: frame["type"] for frame in await both.cloud.heard("advertise", 2)}
+        assert advertised["battery_state"] == "sensor_msgs/msg/BatteryState"
         await until(lambda: "/battery_state" in robot.subscriptions)
         assert "/camera/depth/image_raw" not in robot.subscriptions
         robot.say("/battery_state", {"percentage": 0.5})
