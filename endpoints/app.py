@@ -20,6 +20,7 @@ from endpoints.rest.openapi import EVERYWHERE, TAGS, describe, operation_id
 from endpoints.rest.people import people, people_history
 from endpoints.rest.plans import cost_matrix, evaluation, plan_database, planners, planning, plans, stored_plans
 from endpoints.rest.plans.fast_path import PlanFastPath
+from endpoints.rest.recordings import robot_recordings
 from endpoints.rest.robots import (
     models,
     robot_diagnosis,
@@ -72,6 +73,7 @@ RESOURCES = (
     robot_goals,
     robot_diagnosis,
     robot_shares,
+    robot_recordings,
     plans,
     plan_database,
     stored_plans,

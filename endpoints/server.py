@@ -59,6 +59,9 @@ SETTLED = 10.0
 MACHINE_SETTINGS = "machine-settings.json"
 """File in the data folder with the settings of machines."""
 
+RECORDINGS = "recordings"
+"""Name of the folder of the recordings of robots in the data folder."""
+
 MACHINES = "machines"
 """Folder in the data folder with certificates and tickets of remote machines."""
 
@@ -139,6 +142,7 @@ def cloud_config(arguments: argparse.Namespace) -> CloudConfig:
         map_store=arguments.map_store or f"file:///{data / 'maps'}",
         outbox=str(data / "outbox.sqlite"),
         reserve=str(data),
+        recordings=str(data / RECORDINGS),
         keep_versions=arguments.keep_versions,
         listen_machines=arguments.listen_machines or (RAY_LISTENS if on_ray else None),
         machines=str(data / MACHINES),

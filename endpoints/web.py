@@ -119,6 +119,7 @@ class Web:
             self.accounts,
             engine.cloud,
             disk=engine.reserve,
+            recordings=engine.recordings,
             keep_versions=engine.keep_versions,
             audit=audit,
         )

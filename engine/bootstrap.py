@@ -37,6 +37,7 @@ from engine.specs.checkpoints import CheckpointSelection
 from ppaas.errors import InvalidInput, Unavailable
 from storage.disk_space.reserve import DiskReserve
 from storage.ports import MapStore, Store
+from storage.recordings.folder import RecordingsFolder
 from storage.urls.opening import open_map_store, open_store
 
 logger = logging.getLogger(__name__)
@@ -75,6 +76,8 @@ class CloudConfig:
         Number of versions of a map that are kept, beside those that robots use; None for all.
     reserve : str, optional
         Folder for the reserve of disk space; None for no reserve.
+    recordings : str, optional
+        Folder of the recordings of robots; None to keep none.
     machine : str
         Name of this machine.
     cores : int, optional
@@ -109,6 +112,7 @@ class CloudConfig:
     machines: str = "machines"
     outbox: str | None = None
     reserve: str | None = None
+    recordings: str | None = None
     keep_versions: int | None = None
     machine: str = "local"
     cores: int | None = None
@@ -149,6 +153,7 @@ def _agent_config(config: CloudConfig, cloud: str, far: RemoteMachines | None) -
         map_store=config.map_store,
         outbox=config.outbox,
         reserve=config.reserve,
+        recordings=config.recordings,
         cores=config.cores,
         peering=far.peering if far is not None else None,
         runtime=config.runtime,
@@ -183,6 +188,7 @@ class Engine(CloudListener):
         runtimes.RUNTIMES.load(config.runtime)  # raises here if unknown; otherwise the agent would fail
         self.keep_versions = config.keep_versions
         outbox, reserve = (Path(path) if path else None for path in (config.outbox, config.reserve))
+        self.recordings = None if config.recordings is None else RecordingsFolder(Path(config.recordings))
         self.reserve = DiskReserve(reserve) if reserve is not None else None
         if self.reserve is not None:
             self.reserve.keep()

@@ -11,6 +11,8 @@ from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.diagnosis.observations.facts import Observations
 from ppaas.errors import PPaaSError
+from ppaas.messages.base.message import Message
+from ppaas.messages.health.recorder import RecorderState
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
 from ppaas.messages.people_coordination import PeopleState, ZoneCount
 from ppaas.messages.ppaas_msgs import NodeHome
@@ -144,6 +146,20 @@ class ControlPlane(Protocol):
 
         Raises
         ------
+        Unavailable
+            The robot has no container now.
+        """
+        ...
+
+    async def call_recorder(self, user: str, robot: str, service: str, request: Message) -> RecorderState:
+        """Call a service of the recorder of a robot, ``start``, ``stop`` or ``state``; return its state.
+
+        Raises
+        ------
+        Conflict
+            A recording is in progress.
+        InvalidParameter
+            The time or the topics are invalid.
         Unavailable
             The robot has no container now.
         """

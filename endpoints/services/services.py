@@ -19,6 +19,7 @@ from endpoints.services.store_health import StoreHealthCheck
 from endpoints.sharing.shared_robots import ShareCache
 from storage.disk_space.reserve import DiskReserve
 from storage.ports import MapStore, Store
+from storage.recordings.folder import RecordingsFolder
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,5 +43,6 @@ class Services:
     shares: ShareCache = field(default_factory=ShareCache)
     refused_connects: RefusedConnects = field(default_factory=RefusedConnects)
     disk: DiskReserve | None = None
+    recordings: RecordingsFolder | None = None
     keep_versions: int | None = None
     audit: AuditLog = field(default_factory=MemoryAuditLog)

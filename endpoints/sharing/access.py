@@ -119,6 +119,12 @@ class Access:
             self.scope is None or matches(name, self.scope.subscribe)
         )
 
+    @property
+    def readable(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Globs of topics that shares permit, and globs that the token permits: `may_read` needs one of each."""
+        shared = tuple(glob for share in self.grants for glob in share.subscribe)
+        return shared, ("*",) if self.scope is None else tuple(self.scope.subscribe)
+
     # -- internals -----------------------------------------------------------------------------------------------------
 
     def _grants_role(self, role: ShareRole) -> bool:

@@ -17,6 +17,7 @@ READING = frozenset(
         "people_coordinator/get_people",
         "people_coordinator/get_people_counts",
         "pose_graph",
+        "recorder/state",
         "rosapi/get_param",
         "rosapi/get_param_names",
         "rosapi/has_param",

@@ -17,6 +17,7 @@ from engine.agent.master_redial import Master
 from engine.agent.master_session import MasterSession
 from engine.agent.neighbours import Neighbours
 from engine.agent.network_load import NetworkLoad
+from engine.agent.recorder_process import NO_RECORDER, RecorderProcess, Recordings
 from engine.agent.robot_link_relay import Relay
 from engine.fabric.router import RouterProcess
 from engine.fabric.session import Fabric
@@ -78,7 +79,14 @@ async def open_components(config: AgentConfig, stack: contextlib.AsyncExitStack)
     stack.callback(store.close)
     cache = MapCache.of_instance(instance_name(), LayerBuilder(open_map_store(config.map_store)))
     stack.callback(cache.remove_all)
-    gateway = ContainerGateway(run_dir / "gate.sock", store, fabric, link=config.machine, acts=session.acts)
+    gateway = ContainerGateway(
+        run_dir / "gate.sock",
+        store,
+        fabric,
+        link=config.machine,
+        acts=session.acts,
+        recordings=_recordings(config, stack),
+    )
     stack.push_async_callback(gateway.close)
     await gateway.start()
     hosting = ContainerSupervisor(
@@ -96,6 +104,15 @@ async def open_components(config: AgentConfig, stack: contextlib.AsyncExitStack)
     await neighbours.start()
     await stack.enter_async_context(compiling_the_rest())
     return AgentComponents(config, cpus, hosting, gateway, session, HostLoad(hosting.loads, NetworkLoad(), neighbours))
+
+
+def _recordings(config: AgentConfig, stack: contextlib.AsyncExitStack) -> Recordings:
+    """Return the recorder of the machine, whose process starts when a robot is recorded."""
+    if config.recordings is None:
+        return NO_RECORDER
+    recorder = RecorderProcess(Path(config.recordings), Path(config.reserve) if config.reserve else None)
+    stack.push_async_callback(recorder.close)
+    return recorder
 
 
 async def _runtime(config: AgentConfig, stack: contextlib.AsyncExitStack) -> Runtime:

@@ -28,6 +28,8 @@ class AgentConfig(msgspec.Struct, frozen=True):
         File that queues plans while a store on another machine is unavailable.
     reserve : str, optional
         Folder with the cloud's reserve of disk space, if it is on this machine.
+    recordings : str, optional
+        Folder of the recordings of robots; None if this machine keeps none.
     cores : int, optional
         Number of CPUs that the machine may use; all of them by default.
     labels : dict of str to str
@@ -55,6 +57,7 @@ class AgentConfig(msgspec.Struct, frozen=True):
     map_store: str
     outbox: str | None = None
     reserve: str | None = None
+    recordings: str | None = None
     cores: int | None = None
     labels: dict[str, str] = {}
     peering: Peering | None = None

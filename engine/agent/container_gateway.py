@@ -14,6 +14,7 @@ import msgspec
 
 from engine.agent.fleet_topics import Fabric, FleetTopics, heard_by, scope_of
 from engine.agent.plan_service import PlanService
+from engine.agent.recorder_process import NO_RECORDER, Recordings
 from engine.processes.background import Background
 from engine.processes.occasional_log import OccasionalLog
 from engine.protocols import machine_link
@@ -96,6 +97,8 @@ class ContainerGateway:
     acts : callable
         Returns whether this machine acts for its cloud now. While it does not, the gateway stores no checkpoint, since
         another machine may have stored later ones, and publishes nothing on the fabric.
+    recordings : Recordings
+        Recorder of the machine.
     attach_timeout : float
         Time within which a connecting container must identify itself [s].
     """
@@ -109,12 +112,14 @@ class ContainerGateway:
         *,
         link: str = "machine",
         acts: Callable[[], bool] = lambda: True,
+        recordings: Recordings = NO_RECORDER,
         attach_timeout: float = ATTACH_TIMEOUT,
     ) -> None:
         self.path = path
         self._store = store
         self._plans = PlanService(store, link)
         self._topics = FleetTopics(fabric)
+        self._recordings = recordings
         self.cloud = cloud
         self._acts = acts
         self._attach_timeout = attach_timeout
@@ -258,6 +263,7 @@ class ContainerGateway:
                 self._take(frame, attached)
         finally:
             del self._attached[attached.spec.id]
+            self._recordings.left(attached.spec)
             if attached.following is not None and not attached.following.done():
                 attached.following.set_exception(Unavailable(f"container {attached.spec.id} has disconnected"))
             for subscription in subscriptions:
@@ -278,16 +284,12 @@ class ContainerGateway:
                 self._ask(frame.request, attached, lambda: asyncio.to_thread(self._plans.history, spec))
             case machine_link.PrepareIndex():
                 self._ask(frame.request, attached, lambda: attached.prepare(frame.planner))
-            case machine_link.NoteHistory() | machine_link.Share() | machine_link.MapInUse():
+            case machine_link.NoteHistory() | machine_link.Share() | machine_link.MapInUse() | machine_link.Record():
                 self._take_unanswered(frame, attached)
             case machine_link.Attach():
                 raise NotPermitted(f"container {attached.spec.id} is attached already, and sent another attach request")
 
-    def _take_unanswered(
-        self,
-        frame: machine_link.NoteHistory | machine_link.Share | machine_link.MapInUse,
-        attached: _AttachedContainer,
-    ) -> None:
+    def _take_unanswered(self, frame: machine_link.Unanswered, attached: _AttachedContainer) -> None:
         match frame:
             case machine_link.NoteHistory():
                 self._note_history(frame, attached)
@@ -295,6 +297,8 @@ class ContainerGateway:
                 self._share(frame, attached)
             case machine_link.MapInUse():
                 self._followed(frame, attached)
+            case machine_link.Record():
+                self._recordings.take(attached.spec, frame.batch, attached.stream.write)
 
     # -- the stores ----------------------------------------------------------------------------------------------------
 

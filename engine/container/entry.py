@@ -7,7 +7,7 @@ restores the checkpoint and connects to its machine. After its hello to the endp
 import asyncio
 import logging
 import os
-from collections.abc import Coroutine
+from collections.abc import Callable, Coroutine
 from functools import partial
 from typing import Any
 
@@ -17,7 +17,7 @@ from engine.container.current_map import CurrentMap
 from engine.container.endpoint_link import EndpointLink, Stream, dial
 from engine.container.executor import NodeExecutor
 from engine.container.fleet_bridge import FleetBridge
-from engine.container.graph_building import build_graph
+from engine.container.graph_building import Attendants, build_graph
 from engine.container.machine_client import MachineClient
 from engine.container.map_follower import MapFollower
 from engine.container.people_bridge import PeopleBridge
@@ -43,7 +43,7 @@ async def run(launch: Launch) -> None:
     plans, notes = SharedPlans(times, home.elsewhere), PlanningNotes(times)
     try:
         current = CurrentMap(launch, plans, times, notes)
-        monitoring = build_graph(home.graph, launch, threads, current)
+        attendants = build_graph(home.graph, launch, threads, current)
         _restore(home.graph, launch)
     except PPaaSError as error:
         home.close()
@@ -52,12 +52,14 @@ async def run(launch: Launch) -> None:
     machine = await MachineClient.connect(launch)
     current.indexes.ask(machine, asyncio.get_running_loop())
     plans.ask(machine)
+    monitoring = None if attendants is None else attendants.monitoring
     endpoint = EndpointLink(launch.link, stream)
     container = Container(launch, home, endpoint, machine, notes, monitoring=monitoring)
     outside, people = FleetBridge(launch, home.graph, machine), PeopleBridge(launch, home, machine)
     follow = MapFollower(current, home, container, machine, outside, notes, monitoring)
+    told = _connected(attendants, machine)
     listening = asyncio.create_task(
-        machine.serve(partial(_shared, outside, people), partial(_resize, threads), endpoint.came, follow)
+        machine.serve(partial(_shared, outside, people), partial(_resize, threads), endpoint.came, follow, told)
     )
     await notes.begin(machine)
     try:
@@ -90,6 +92,14 @@ def _restore(graph: Graph, launch: Launch) -> None:
             logger.warning("the people coordinator of map %r begins anew: %s", launch.spec.map.id, error)
             return
         raise InvalidInput(f"{error}; connect again to start a new session without it") from error
+
+
+def _connected(attendants: Attendants | None, machine: MachineClient) -> Callable[[machine_link.RecorderTold], None]:
+    """Connect the recorder of a clone with its machine; return the function that passes on what the machine says."""
+    if attendants is None:
+        return lambda _: None
+    attendants.recording.connect(machine)
+    return attendants.recording.told
 
 
 def _shared(outside: FleetBridge, people: PeopleBridge, message: machine_link.Shared) -> None:

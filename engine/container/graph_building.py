@@ -1,11 +1,13 @@
 """Builds the graph of a container: the nodes of a clone and their monitor, planning on a map, or a coordinator."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from engine.container.current_map import CurrentMap
 from engine.container.diagnostics import add_diagnostics
 from engine.container.monitor.setup import ContainerMonitor, of_clone
+from engine.container.recording import RecordingLink, without_recorder
 from engine.specs.containers import Launch
 from ppaas.clone.assembly import build_clone
 from ppaas.clone.planning_container import build_planning
@@ -16,7 +18,15 @@ from storage.staged_uploads import mapped
 from storage.versions import POSEGRAPH
 
 
-def build_graph(graph: Graph, launch: Launch, threads: Threads, current: CurrentMap) -> ContainerMonitor | None:
+@dataclass(frozen=True, slots=True)
+class Attendants:
+    """Parts of a container that attend to its clone: the node monitor, and the link of the recorder."""
+
+    monitoring: ContainerMonitor
+    recording: RecordingLink
+
+
+def build_graph(graph: Graph, launch: Launch, threads: Threads, current: CurrentMap) -> Attendants | None:
     """Add the nodes of this container to its graph.
 
     Parameters
@@ -32,8 +42,8 @@ def build_graph(graph: Graph, launch: Launch, threads: Threads, current: Current
 
     Returns
     -------
-    Monitoring or None
-        The node monitor of a clone; None if the container only plans or coordinates.
+    Attendants or None
+        The node monitor and the recorder of a clone; None if the container only plans or coordinates.
     """
     robot = launch.spec.robot
     if launch.spec.people is not None:
@@ -47,7 +57,7 @@ def build_graph(graph: Graph, launch: Launch, threads: Threads, current: Current
         assert current.layers is not None
         build_planning(graph, current.layers, threads=threads, reuse=current.reuse)
         return None
-    bare = of_clone(robot)
+    bare = without_recorder(of_clone(robot))
     text = UrdfText(robot.urdf_text) if robot.urdf_text else None
 
     posegraph = Path(launch.layers) / POSEGRAPH
@@ -71,6 +81,6 @@ def build_graph(graph: Graph, launch: Launch, threads: Threads, current: Current
         )
 
     build()
-    monitoring = ContainerMonitor(graph, robot, build)
+    monitoring = ContainerMonitor(graph, without_recorder(robot), build)
     add_diagnostics(graph, bare, current, monitoring.traffic)
-    return monitoring
+    return Attendants(monitoring, RecordingLink(graph, robot, current, launch.spec.cores))

@@ -51,6 +51,7 @@ class MachineClient:
         resized: Callable[[int], None] = lambda _: None,
         endpoint_came: Callable[[], None] = lambda: None,
         use_layers: Callable[[machine_link.UseLayers], None] = lambda _: None,
+        recorder_told: Callable[[machine_link.RecorderTold], None] = lambda _: None,
     ) -> None:
         """Handle frames until the machine disconnects.
 
@@ -64,6 +65,8 @@ class MachineClient:
             Called when an endpoint listens again.
         use_layers : callable
             Called with other layers of the map; it calls ``map_in_use``.
+        recorder_told : callable
+            Called with what the recorder of the machine says.
         """
         while (frame := await self._stream.receive()) is not None:
             match frame:
@@ -75,6 +78,8 @@ class MachineClient:
                     endpoint_came()
                 case machine_link.UseLayers():
                     use_layers(frame)
+                case machine_link.RecorderTold():
+                    recorder_told(frame)
                 case _:
                     self._finish(frame)
 
@@ -189,6 +194,15 @@ class MachineClient:
     def share(self, topic: str, payload: bytes) -> None:
         """Publish a message for the robots on the same map; it may be lost."""
         self._stream.write(machine_link.Share(topic, payload))
+
+    def record(self, batch: bytes) -> None:
+        """Write a batch to the recordings of the robot; it may be lost."""
+        self._stream.write(machine_link.Record(batch))
+
+    @property
+    def waiting(self) -> int:
+        """Number of written bytes that are still queued for the machine."""
+        return self._stream.waiting
 
     async def close(self) -> None:
         """Close the connection."""

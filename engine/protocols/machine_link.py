@@ -91,9 +91,16 @@ class MapInUse(msgspec.Struct, tag="map_in_use"):
     refusal: Refusal | None = None
 
 
-FromContainer = (
-    Attach | SaveClone | ReadLog | KeepPlan | FindPlans | AskHistory | NoteHistory | PrepareIndex | Share | MapInUse
-)
+class Record(msgspec.Struct, tag="record"):
+    """Write a batch of messages (`ppaas.recording.batches`) to the recordings of the robot. It may be lost."""
+
+    batch: bytes
+
+
+Unanswered = NoteHistory | Share | MapInUse | Record
+"""Frames of a container that have no answer."""
+
+FromContainer = Attach | SaveClone | ReadLog | KeepPlan | FindPlans | AskHistory | PrepareIndex | Unanswered
 
 
 class Done(msgspec.Struct, tag="done"):
@@ -152,6 +159,14 @@ class EndpointCame(msgspec.Struct, tag="endpoint_came"):
     """A new endpoint waits for the container, which dials it at once if its robot link is lost."""
 
 
+class RecorderTold(msgspec.Struct, tag="recorder_told"):
+    """What the recorder of the machine says: see `ppaas.nodes.recorder.node.RecorderNode.told`."""
+
+    problem: str = ""
+    forgotten: bool = False
+    lost: int = 0
+
+
 class UseLayers(msgspec.Struct, tag="use_layers"):
     """Other versions of map and masks are in shared memory: the clone is to go on with them, and to answer.
 
@@ -175,4 +190,4 @@ class UseLayers(msgspec.Struct, tag="use_layers"):
 
 Answer = Done | PlansFound | LogRead | PlanningHistory
 
-ToContainer = Answer | Shared | Resized | EndpointCame | UseLayers
+ToContainer = Answer | Shared | Resized | EndpointCame | UseLayers | RecorderTold

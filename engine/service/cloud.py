@@ -13,6 +13,8 @@ from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.diagnosis.observations.facts import Observations
 from ppaas.errors import PPaaSError
+from ppaas.messages.base.message import Message
+from ppaas.messages.health.recorder import RecorderState
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
 from ppaas.messages.people_coordination import PeopleState, ZoneCount
 from ppaas.messages.ppaas_msgs import NodeHome
@@ -118,6 +120,10 @@ class Cloud:
     async def observe_robot(self, user: str, robot: str, seconds: float) -> Observations:
         """Return what is observed of a robot, once its clone has watched it for a time [s]."""
         return await self._nodes.observe(user, robot, seconds)
+
+    async def call_recorder(self, user: str, robot: str, service: str, request: Message) -> RecorderState:
+        """Start or stop a recording of a robot, or return the state of its recorder."""
+        return await self._nodes.recorder(user, robot, service, request)
 
     async def robot_map(self, user: str, robot: str, offset: int) -> GetPoseGraphResponse:
         """Return a page of the pose graph of the map that a robot makes; −1 returns its numbers."""

@@ -9,6 +9,7 @@ from ppaas.errors import Conflict, NotFound, Unavailable
 from ppaas.messages import decode, encode
 from ppaas.messages.base.message import Empty, Message
 from ppaas.messages.health.observe import ObserveRequest, ObserveResponse
+from ppaas.messages.health.recorder import RecorderState
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
 from ppaas.messages.ppaas_msgs import NodeHome, NodeHomes, RunNodeRequest
 from ppaas.messages.slam_toolbox import (
@@ -135,6 +136,21 @@ class RobotNodes:
         seen = observations_from_json(decode(ObserveResponse, answer).observations)
         seen.link = place.link_facts()
         return seen
+
+    async def recorder(self, user: str, robot: str, service: str, request: Message) -> RecorderState:
+        """Call a service of the recorder of a robot, ``start``, ``stop`` or ``state``; return its state.
+
+        Raises
+        ------
+        Conflict
+            A recording is in progress.
+        InvalidParameter
+            The time or the topics are invalid.
+        Unavailable
+            The robot has no container now.
+        """
+        place = self._place(user, robot)
+        return decode(RecorderState, await place.call(f"recorder/{service}", encode(request), ANSWER_TIMEOUT))
 
     async def _ask(self, user: str, robot: str, service: str, request: Message) -> bytes:
         return await self._place(user, robot).call(f"node_monitor/{service}", encode(request), ANSWER_TIMEOUT)

@@ -97,6 +97,19 @@ class RosTypes:
         """Return whether a message or a service is known."""
         return name in self or name in self._services
 
+    def learn(self, name: str, text: str) -> None:
+        """Add a message that the release lacks, and those in it.
+
+        Parameters
+        ----------
+        name : str
+            Name of the type.
+        text : str
+            Its definition and those of the messages in it, as ``definition`` returns them. Messages that are known stay.
+        """
+        described = _rosbags()[0].get_types_from_msg(text, self._full(name))
+        self._store.register({known: fields for known, fields in described.items() if known not in self._store.types})
+
     def encode(self, name: str, values: Mapping[str, Any]) -> bytes:
         """Return a message as bytes: CDR, little endian and with its header of four bytes, or ROS 1's serialization.
 

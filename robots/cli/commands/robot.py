@@ -8,11 +8,11 @@ from robots.cli import event_loop
 from robots.cli.output import show
 from robots.cli.resource import Resource, merge_patch
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
-from robots.cli.verbs import robot_goals, robot_map, robot_nodes, robot_shares, robot_urdf
+from robots.cli.verbs import robot_goals, robot_map, robot_nodes, robot_recordings, robot_shares, robot_urdf
 from robots.client.rest_paths import path_of
 
 NAME = "robot"
-HELP = "put, list, show, change, share and delete robots; send them to a pose"
+HELP = "put, list, show, change, share, record and delete robots; send them to a pose"
 
 ROBOTS = Resource(
     "robots",
@@ -35,6 +35,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     robot_goals.configure_go(verbs.add_parser("go", help="send a connected robot to a pose"))
     robot_goals.configure_state(verbs.add_parser("state", help="show the pose and the goals of a robot"))
     robot_goals.configure_state(verbs.add_parser("stop", help="cancel all goals of a robot"))
+    robot_recordings.configure_record(verbs.add_parser("record", help="record a robot, or fetch its last minutes"))
+    robot_recordings.configure_recordings(verbs.add_parser("recordings", help="list, fetch and delete recordings"))
     robot_urdf.configure(verbs.add_parser("urdf", help="upload, download and delete the URDF of a robot"))
     robot_shares.configure_share(verbs.add_parser("share", help="share a robot with a user or a group"))
     robot_shares.configure_unshare(verbs.add_parser("unshare", help="share a robot no more"))
@@ -104,6 +106,8 @@ _VERBS = {
     "go": robot_goals.go,
     "state": robot_goals.state,
     "stop": robot_goals.stop,
+    "record": robot_recordings.record,
+    "recordings": robot_recordings.recordings,
     "share": robot_shares.share,
     "unshare": robot_shares.unshare,
     "urdf": robot_urdf.run,

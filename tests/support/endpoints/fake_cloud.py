@@ -3,6 +3,7 @@
 import base64
 import hashlib
 import json
+from collections.abc import Callable
 
 import msgspec
 import numpy as np
@@ -21,6 +22,8 @@ from engine.specs.machine_settings import MachineSettings
 from ppaas.diagnosis.observations.facts import Observations
 from ppaas.errors import Conflict, NotFound, PPaaSError, Unavailable
 from ppaas.geometry import Pose2D, poses_along
+from ppaas.messages.base.message import Message
+from ppaas.messages.health.recorder import RecorderState
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
 from ppaas.messages.people_coordination import PeopleState, ZoneCount
 from ppaas.messages.ppaas_msgs import NodeHome
@@ -68,6 +71,8 @@ class FakeCloud:
         self.error: Exception | None = None
         self.observations: Observations | None = None
         """Observations of every robot; None: robots have no containers."""
+        self.recorder: Callable[[str], RecorderState] | None = None
+        self.recorder_calls: list[tuple[str, str, str, Message]] = []
         self.observed: list[tuple[str, str, float]] = []
         self.map_file = b""
         self.octomap_file = b""
@@ -153,6 +158,13 @@ class FakeCloud:
             raise Unavailable(f"robot {robot!r} has no container now: its nodes run while it is connected")
         self.observed.append((user, robot, seconds))
         return self.observations
+
+    async def call_recorder(self, user: str, robot: str, service: str, request: Message) -> RecorderState:
+        """Answer as the recorder of the robot; ``recorder`` is None: robots have no containers."""
+        self.recorder_calls.append((user, robot, service, request))
+        if self.recorder is None:
+            raise Unavailable(f"robot {robot!r} has no container now")
+        return self.recorder(service)
 
     async def robot_map(self, user: str, robot: str, offset: int) -> GetPoseGraphResponse:
         if self.error is not None:

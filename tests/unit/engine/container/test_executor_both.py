@@ -25,6 +25,7 @@ from ppaas.messages.nav_msgs import GetMapResponse, GetPlanRequest, GetPlanRespo
 from ppaas.nodes.base import Node, Payload
 from ppaas.nodes.diagnostics.node import DiagnosticsNode
 from ppaas.nodes.graph import Graph
+from ppaas.nodes.recorder.node import RecorderNode
 from ppaas.people.nodes import FOLLOW_PERSON, LEG_DETECTOR, TORSO_DETECTOR
 from ppaas.people.settings import PeopleSettings
 from tests.support.world.places import free_pose, reachable_pose
@@ -76,7 +77,8 @@ def test_all_builds_together_have_every_node_class(layers: MapLayers) -> None:
         graph = Graph()
         build(graph, layers, free_pose(layers.grid, seed=1))
         built |= {type(node) for node in graph.nodes.values()}
-    assert built | {DiagnosticsNode} == node_classes(), "containers add their diagnostics to every build"
+    added = {DiagnosticsNode, RecorderNode}
+    assert built | added == node_classes(), "containers add diagnostics and recorder to every build"
 
 
 @pytest.mark.parametrize("service", BUILDS)

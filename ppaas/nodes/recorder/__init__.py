@@ -1,0 +1,1 @@
+"""Recorder of a clone: collects messages for the recorder of its machine."""

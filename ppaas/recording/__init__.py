@@ -1,0 +1,1 @@
+"""Recordings of clones: what is recorded, and MCAP files of it, written and read."""

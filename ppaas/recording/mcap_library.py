@@ -1,0 +1,20 @@
+"""The library ``mcap``, which is part of the extra ``recording``."""
+
+from types import ModuleType
+
+from ppaas.errors import InvalidInput
+
+
+def mcap_modules() -> tuple[ModuleType, ModuleType]:
+    """Return the modules ``mcap.writer`` and ``mcap.records``.
+
+    Raises
+    ------
+    InvalidInput
+        The library is not installed; the text says how to install it.
+    """
+    try:
+        from mcap import records, writer  # noqa: PLC0415 - of the extra recording
+    except ImportError as error:
+        raise InvalidInput("recordings need the extra recording: pip install 'ppaas[recording]'") from error
+    return writer, records

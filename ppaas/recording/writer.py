@@ -1,0 +1,146 @@
+"""Writes MCAP files of recorded messages: CDR with the definitions of ROS 2, so that tools of others open them.
+
+Source: the specification of MCAP (https://mcap.dev/spec), and its registry of profiles (``ros2``).
+"""
+
+from typing import IO, Any, NamedTuple
+
+import msgspec
+
+from ppaas.recording.batches import About, Entry
+from ppaas.recording.mcap_library import mcap_modules
+from ppaas.wire.ros.own_types import types_with
+
+PROFILE = "ros2"
+CHUNK = 256 << 10
+"""Size at which messages are compressed and written [bytes]."""
+
+ABOUT, ROBOT_FILE, PARAMETERS = "ppaas", "robot.json", "parameters.json"
+"""Names of the metadata and of the attachments by which a replay sets up the clone."""
+
+DIRECTION, UP, DOWN = "ppaas_direction", "up", "down"
+"""Metadata of a channel: whether its messages came from outside or from the clone."""
+
+_FOREVER = "sec: 9223372036\n    nsec: 854775807"
+_QOS = """- history: 1
+  depth: {depth}
+  reliability: 1
+  durability: {durability}
+  deadline:
+    {forever}
+  lifespan:
+    {forever}
+  liveliness: 1
+  liveliness_lease_duration:
+    {forever}
+  avoid_ros_namespace_conventions: false"""
+"""QoS of a topic, as ``ros2 bag`` stores it: keep last, reliable."""
+
+_VOLATILE, _TRANSIENT_LOCAL = 2, 1
+
+
+class Encoded(NamedTuple):
+    """A recorded message as CDR."""
+
+    entry: Entry
+    data: bytes
+
+
+def encoded(entry: Entry) -> Encoded:
+    """Return a message as CDR.
+
+    Raises
+    ------
+    UnknownType
+        Its type is unknown.
+    MalformedMessage
+        It is not a message of its type.
+    """
+    return Encoded(entry, types_with(entry.type).encode_json(entry.type, entry.payload))
+
+
+def full_name(name: str) -> str:
+    """Return the name of a type of messages as spelled in ROS 2."""
+    package, _, rest = name.partition("/")
+    return name if "/" in rest else f"{package}/msg/{rest}"
+
+
+class McapFile:
+    """An MCAP file that is being written. The caller opens and closes the stream.
+
+    Parameters
+    ----------
+    stream : binary stream
+        Opened for writing; it can tell its position.
+    about : About
+        What the recording is of.
+    """
+
+    def __init__(self, stream: IO[bytes], about: About) -> None:
+        writer, _ = mcap_modules()
+        self._stream = stream
+        self._writer: Any = writer.Writer(stream, chunk_size=CHUNK)
+        self._schemas: dict[str, int] = {}
+        self._channels: dict[tuple[str, str, bool], int] = {}
+        self._sequences: dict[int, int] = {}
+        self._writer.start(profile=PROFILE, library=f"ppaas {about.software}")
+        self._writer.add_metadata(ABOUT, _texts(about))
+        for name, content in ((ROBOT_FILE, about.file), (PARAMETERS, about.parameters)):
+            self._writer.add_attachment(0, 0, name, "application/json", msgspec.json.encode(content))
+
+    @property
+    def size(self) -> int:
+        """Number of bytes written; messages since the last chunk are not among them."""
+        return self._stream.tell()
+
+    def add(self, message: Encoded, *, log_time: int | None = None) -> None:
+        """Add a message; ``log_time`` replaces its time of arrival, for one that is repeated at the begin of a file.
+
+        Such a message has the sequence number 0.
+        """
+        entry = message.entry
+        channel = self._channel(entry)
+        if log_time is None:
+            sequence = self._sequences[channel] = self._sequences.get(channel, 0) + 1
+        else:
+            sequence = 0
+        self._writer.add_message(
+            channel, entry.log_time if log_time is None else log_time, message.data, entry.publish_time, sequence
+        )
+
+    def _channel(self, entry: Entry) -> int:
+        key = entry.topic, entry.type, entry.up
+        if key not in self._channels:
+            latched = {"depth": 1, "durability": _TRANSIENT_LOCAL}
+            qos = _QOS.format(
+                **(latched if entry.latched else {"depth": 10, "durability": _VOLATILE}), forever=_FOREVER
+            )
+            notes = {"offered_qos_profiles": qos, DIRECTION: UP if entry.up else DOWN}
+            self._channels[key] = self._writer.register_channel(
+                f"/{entry.topic}", "cdr", self._schema(entry.type), notes
+            )
+        return self._channels[key]
+
+    def _schema(self, name: str) -> int:
+        if name not in self._schemas:
+            text = types_with(name).definition(name).encode()
+            self._schemas[name] = self._writer.register_schema(full_name(name), "ros2msg", text)
+        return self._schemas[name]
+
+    def flush(self) -> None:
+        """Write what was added, so that it is in the file whatever happens to this process."""
+        self._writer.flush()
+
+    def finish(self) -> None:
+        """Write the index and the end of the file."""
+        self._writer.finish()
+        self._stream.flush()
+
+
+def _texts(about: About) -> dict[str, str]:
+    return {
+        "robot": about.robot,
+        "software": about.software,
+        "map": about.map,
+        "map_version": about.map_version,
+    }

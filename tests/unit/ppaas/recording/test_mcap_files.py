@@ -1,0 +1,217 @@
+"""MCAP files: written, read back by us and by the libraries of others, cut off, damaged and hostile."""
+
+import struct
+from io import BytesIO
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from mcap.reader import make_reader
+from mcap.writer import CompressionType, Writer
+from rosbags.highlevel import AnyReader
+
+from ppaas.errors import InvalidInput, MalformedMessage, MessageTooLarge
+from ppaas.messages import decode
+from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.recording import reader as reading
+from ppaas.recording.batches import Entry
+from ppaas.recording.copying import McapCopy
+from ppaas.recording.decoding import McapDecoder, decoded
+from ppaas.recording.reader import MAGIC, McapReader
+from ppaas.recording.writer import McapFile, encoded
+from tests.support.recordings.entries import ABOUT, START, entry, mcap, read, scan, text, twist
+
+DRIVE = (
+    text("map_name", "office"),
+    entry("scan", scan(1), 1),
+    entry("cmd_vel", twist(), 2, up=False),
+    entry("scan", scan(3), 3),
+)
+
+
+def test_file_is_read_back() -> None:
+    reader, messages = read(mcap(*DRIVE))
+    assert [message.channel.topic for message in messages] == ["/map_name", "/scan", "/cmd_vel", "/scan"]
+    assert [message.sequence for message in messages] == [1, 1, 1, 2]
+    assert messages[1].log_time == START + 10**9
+    assert decode(LaserScan, decoded(messages[1].channel, messages[1].data)) == scan(1)
+    assert reader.metadata["ppaas"]["map"] == ABOUT.map
+    assert reader.attachments["robot.json"] == b'{"map":"office","model":"turtlebot2"}'
+    assert not reader.cut
+
+
+def test_library_mcap_reads_it() -> None:
+    reader = make_reader(BytesIO(mcap(*DRIVE)), validate_crcs=True)
+    found = [(channel.topic, schema.name) for schema, channel, _ in reader.iter_messages() if schema is not None]
+    assert found[1:3] == [("/scan", "sensor_msgs/msg/LaserScan"), ("/cmd_vel", "geometry_msgs/msg/Twist")]
+    assert reader.get_header().profile == "ros2"
+
+
+def test_rosbags_reads_it(tmp_path: Path) -> None:
+    path = tmp_path / "drive.mcap"
+    path.write_bytes(mcap(*DRIVE))
+    with AnyReader([path]) as bag:
+        scans = [bag.deserialize(raw, c.msgtype) for c, _, raw in bag.messages() if c.topic == "/scan"]
+        durability = {
+            connection.topic: connection.ext.offered_qos_profiles[0].durability for connection in bag.connections
+        }
+    assert scans[0].ranges.tolist()[:2] == [1.0, 2.5]
+    assert durability["/map_name"].name == "TRANSIENT_LOCAL"
+    assert durability["/scan"].name == "VOLATILE"
+
+
+# -- files that were cut off, damaged or made by somebody else ---------------------------------------------------------
+
+
+def test_file_without_an_end_has_what_was_written() -> None:
+    reader, messages = read(mcap(*DRIVE, finish=False))
+    assert len(messages) == len(DRIVE)
+    assert reader.cut
+
+
+def test_every_cut_of_a_file_is_read_as_far_as_it_goes() -> None:
+    whole = mcap(*DRIVE)
+    counts = []
+    for length in range(len(MAGIC), len(whole)):
+        counts.append(len(read(whole[:length])[1]))
+    assert counts[0] == 0
+    assert counts == sorted(counts)
+    assert counts[-1] == len(DRIVE)
+
+
+def test_wrong_checksum_is_an_error() -> None:
+    data = bytearray(_written(CompressionType.NONE))
+    data[data.index(b"payload")] ^= 1
+    with pytest.raises(MalformedMessage, match="checksum"):
+        read(bytes(data))
+
+
+@pytest.mark.parametrize("compression", CompressionType)
+def test_all_compressions_are_read(compression: CompressionType) -> None:
+    _, messages = read(_written(compression))
+    assert [message.data for message in messages] == [b"payload"]
+    assert messages[0].channel.type == ""
+
+
+def test_messages_of_a_chunk_are_sorted_by_time() -> None:
+    stream = BytesIO()
+    writer = Writer(stream)
+    writer.start()
+    channel = writer.register_channel("/a", "json", 0)
+    for at in (30, 10, 20):
+        writer.add_message(channel, at, b"{}", at)
+    writer.finish()
+    assert [message.log_time for message in read(stream.getvalue())[1]] == [10, 20, 30]
+
+
+def test_other_files_are_refused() -> None:
+    with pytest.raises(MalformedMessage, match="not an MCAP file"):
+        McapReader(BytesIO(b"#ROSBAG V2.0\n" + b"\0" * 100))
+
+
+@pytest.mark.parametrize("compression", [CompressionType.ZSTD, CompressionType.LZ4, CompressionType.NONE])
+def test_decompression_bomb_is_refused_in_little_memory(
+    compression: CompressionType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bomb = _written(compression, bytes(1 << 20))
+    monkeypatch.setattr(reading, "MOST_CHUNK", 1 << 16)
+    with pytest.raises(MessageTooLarge, match="chunk"):
+        read(bomb)
+
+
+def test_chunk_that_is_larger_than_it_says_is_refused() -> None:
+    data = bytearray(_written(CompressionType.ZSTD, bytes(1 << 20)))
+    size = data.index(struct.pack("<Q", (1 << 20) + _overhead()))
+    data[size : size + 8] = struct.pack("<Q", 100)
+    with pytest.raises(MalformedMessage, match="101 bytes or more, and not 100"):
+        read(bytes(data))
+
+
+def test_huge_record_is_refused_before_it_is_read() -> None:
+    with pytest.raises(MessageTooLarge, match="at most"):
+        read(MAGIC + struct.pack("<BQ", reading.CHUNK, 1 << 62))
+
+
+def test_huge_attachment_is_skipped() -> None:
+    reader, messages = read(MAGIC + struct.pack("<BQ", reading.ATTACHMENT, 1 << 62) + b"x" * 1000)
+    assert (messages, reader.cut) == ([], True)
+
+
+def test_number_of_channels_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reading, "MOST_CHANNELS", 3)
+    with pytest.raises(MessageTooLarge, match="channels"):
+        read(mcap(*(text(f"t{number}", "") for number in range(5))))
+
+
+def test_unknown_types_are_counted_and_left_out() -> None:
+    stream = BytesIO()
+    writer = Writer(stream)
+    writer.start()
+    schema = writer.register_schema("acme_msgs/msg/Anvil", "ros2msg", b"float64 weight")
+    for topic, encoding in (("/anvil", "cdr"), ("/odd", "protobuf")):
+        writer.add_message(writer.register_channel(topic, encoding, schema), 1, b"\0" * 12, 1)
+    writer.finish()
+    decoder = McapDecoder()
+    assert [decoder.json(message) for message in read(stream.getvalue())[1]] == [None, None]
+    assert sorted(reason.split(":")[0] for reason in decoder.skipped) == ["/anvil", "/odd"]
+
+
+GOOD = mcap(*DRIVE)
+
+
+@given(st.integers(0, len(GOOD) - 1), st.binary(min_size=1, max_size=12), st.integers(0, 20))
+def test_damaged_files_end_in_typed_errors(at: int, patch: bytes, cut: int) -> None:
+    damaged = GOOD[:at] + patch + GOOD[at + len(patch) :]
+    decoder = McapDecoder()
+    try:
+        for message in McapReader(BytesIO(damaged[: len(damaged) - cut])).messages():
+            decoder.json(message)
+    except InvalidInput:
+        pass
+
+
+# -- copies ------------------------------------------------------------------------------------------------------------
+
+
+def test_segments_become_one_file_without_what_they_repeat() -> None:
+    first, second = mcap(*DRIVE), mcap(*DRIVE[1:], finish=False)
+    repeated = _with_repeated(text("map_name", "office", 9), entry("scan", scan(9), 9))
+    output = BytesIO()
+    copied = McapCopy(output, lambda topic: topic != "cmd_vel").copy(map(BytesIO, (first, second, repeated)))
+    reader, messages = read(output.getvalue())
+    assert [message.channel.topic for message in messages] == ["/map_name", *["/scan"] * 5]
+    assert copied == (6, 1)
+    assert not reader.cut
+    assert reader.metadata["ppaas"]["robot"] == "tb1"
+    make_reader(BytesIO(output.getvalue()), validate_crcs=True).get_summary()
+
+
+def test_copy_of_nothing_is_a_file() -> None:
+    output = BytesIO()
+    assert McapCopy(output, lambda _: True).copy([BytesIO(b"")]) == (0, 1)
+    assert read(output.getvalue())[1] == []
+
+
+def _with_repeated(repeated: Entry, other: Entry) -> bytes:
+    stream = BytesIO()
+    file = McapFile(stream, ABOUT)
+    file.add(encoded(repeated), log_time=START)
+    file.add(encoded(other))
+    file.finish()
+    return stream.getvalue()
+
+
+def _written(compression: CompressionType, payload: bytes = b"payload") -> bytes:
+    stream = BytesIO()
+    writer = Writer(stream, compression=compression)
+    writer.start()
+    writer.add_message(writer.register_channel("/a", "json", 0), 5, payload, 5)
+    writer.finish()
+    return stream.getvalue()
+
+
+def _overhead() -> int:
+    """Return the size of the channel and the head of the message in the chunk of `_written`."""
+    channel = 9 + 2 + 2 + (4 + 2) + (4 + 4) + 4
+    return channel + 9 + 22
