@@ -25,6 +25,7 @@ NODE_MODULES := $(NODE_TESTS:=/node_modules)
 RUST_TESTS := tests/e2e/roslibrust/Cargo.toml
 CLIENTS := build/clients
 ROS := build/ros
+NOETIC := python3-rospy,python3-rosmaster,python3-actionlib,python3-move-base-msgs,python3-nav-msgs,python3-sensor-msgs,python3-tf2-msgs,python3-numpy
 ARM := build/arm
 ARM_PACKAGES := gcc-arm-none-eabi binutils-arm-none-eabi libnewlib-dev libnewlib-arm-none-eabi
 LOCKS := deploy/bootstrap.lock deploy/requirements.lock
@@ -188,6 +189,14 @@ $(ROS)/kilted: tests/support/ros2/kilted.lock $(LOCKED)
 	$(BIN)/uv venv --quiet --python $(BIN)/python $@
 	$(BIN)/uv pip install --quiet --python $@/bin/python --require-hashes -r $<
 	@touch $@
+
+# ROS 1 of Debian, in a chroot; where there is no mmdebstrap, its test is skipped and says so.
+test-ros: $(ROS)/noetic
+$(ROS)/noetic:
+	@echo "setup: ROS 1 Noetic, by the packages of Debian 12 (wants root and mmdebstrap)"
+	@rm -rf $@.new; mkdir -p $(ROS)
+	@mmdebstrap --quiet --variant=essential --include=$(NOETIC) bookworm $@.new && mv $@.new $@ || \
+		echo "setup: no ROS 1; be root and install mmdebstrap, or its test is skipped" >&2
 
 $(INSTALLED): $(LOCKED) pyproject.toml benchmarks/pyproject.toml
 	$(BIN)/uv pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation --editable . --editable benchmarks

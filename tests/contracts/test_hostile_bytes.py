@@ -48,6 +48,8 @@ from ppaas.wire.rapyuta.part_assembler import PartAssembler
 from ppaas.wire.rapyuta.requests import read_request
 from ppaas.wire.ros import ros_types
 from ppaas.wire.ros.rmw_zenoh import parse_token
+from ppaas.wire.ros.tcpros import FrameReader, framed, pack_header, unpack_header
+from ppaas.wire.ros.xml_rpc import pack_call, pack_response, unpack_call, unpack_response
 from ppaas.wire.rosbridge import RosbridgeSession
 from tests.support.hostile_bytes import mutations, operations, peak_memory
 from tests.support.world.mappings import room_mapping
@@ -92,6 +94,13 @@ def _read_cursor(data: bytes) -> None:
 
 def _read_query(data: bytes) -> None:
     parse_connect_request(QueryParams(data.decode("latin-1")))
+
+
+def _take_frames(data: bytes) -> None:
+    reader = FrameReader()
+    reader.feed(data)
+    while reader.take(1 << 16) is not None:
+        pass
 
 
 def _read_rows(data: bytes) -> None:
@@ -265,6 +274,32 @@ PARSERS = {
         lambda data: ros_types("noetic").decode_json("nav_msgs/Path", data),
         [ros_types("noetic").encode("nav_msgs/Path", {"poses": [{"header": {"frame_id": "map"}}] * 2})],
         [lambda n: bytes(16) + b"\xff\xff\xff\xff" + bytes(n)],
+    ),
+    "connection header of ROS 1": Parser(
+        unpack_header,
+        [pack_header({"callerid": "/talker", "topic": "/chatter", "md5sum": "*", "type": "std_msgs/String"})],
+        [lambda n: framed(b"a=") * n, lambda n: framed(b"%b=" % (b"a" * n)), lambda n: b"\1\0\0\0=" * n],
+    ),
+    "frames of TCPROS": Parser(
+        _take_frames,
+        [framed(b"hello") + framed(b"")],
+        [lambda n: framed(b"") * n, lambda n: b"\xff\xff\0\0" + bytes(n)],
+    ),
+    "call of XML-RPC": Parser(
+        unpack_call,
+        [pack_call("publisherUpdate", "/master", "/odom", ["http://robot:1/"])],
+        [
+            lambda n: b"<a>" * n,
+            lambda n: b"<methodCall>" + b"<value><array><data>" * n,
+            lambda n: (
+                b"<methodCall><params><param><value><int>" + b"9" * n + b"</int></value></param></params></methodCall>"
+            ),
+        ],
+    ),
+    "response of XML-RPC": Parser(
+        unpack_response,
+        [pack_response(1, "state", [[["/odom", ["/base"]]], [], []])],
+        [lambda n: b"<methodResponse>" + b"<value>" * n],
     ),
     "pose graph": Parser(
         unpack_mapping,

@@ -68,7 +68,10 @@ class RobotGraph:
     def tf_topic(self) -> str:
         """Return the topic on which the robot expects transforms."""
         source = self.transforms("tf")
-        return source.topic if source else self.full("tf")
+        if source:
+            return source.topic
+        wanted_at_root = self.subscribers("/tf") and not self.subscribers(self.full("tf"))
+        return "/tf" if wanted_at_root else self.full("tf")
 
     def velocity_topics(self) -> dict[str, set[str]]:
         """Return the topics on which bases expect velocities, with their types.

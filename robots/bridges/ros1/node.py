@@ -148,7 +148,8 @@ class Ros1Transport(Transport, Slave):
                     logger.info("the master is %s", self.master)
                 answers = True
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(self._dirty.wait(), POLL)
+                async with asyncio.timeout(POLL):  # `wait_for` would ignore that it is cancelled, in Python 3.11
+                    await self._dirty.wait()
 
     async def _look(self) -> None:
         state = await self._registry.master.state()

@@ -54,6 +54,10 @@ def test_transforms_are_those_of_the_namespace_or_of_the_root() -> None:
     assert (both.topic, both.latched) == ("/a/tf_static", False)
     assert RobotGraph([], "/a").tf_topic() == "/a/tf"
     assert RobotGraph([publisher("/tf", TF_MESSAGE)], "/a").tf_topic() == "/tf"
+    listener = Entity(Kind.SUBSCRIBER, "/tf", TF_MESSAGE, Qos(), "/viewer", "1")
+    assert RobotGraph([listener], "/a").tf_topic() == "/tf", "as nodes of ROS 1 have it, whatever their namespace"
+    own = Entity(Kind.SUBSCRIBER, "/a/tf", TF_MESSAGE, Qos(), "/viewer", "2")
+    assert RobotGraph([listener, own], "/a").tf_topic() == "/a/tf"
 
 
 def test_velocities_go_where_a_base_expects_them_with_its_type() -> None:
