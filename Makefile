@@ -91,7 +91,7 @@ test-docker: $(INSTALLED) ## Run the tests over a real Docker engine (PPAAS_DOCK
 	@echo "test-docker: builds the images of this checkout, minutes the first time"
 	$(BIN)/python -m pytest -m docker --timeout 1800 $(PYTEST_ARGS)
 
-test-ros: $(INSTALLED) $(ROS)/kilted ## Drive robots on rclpy of ROS 2 Kilted, whose wheels are in an environment of their own
+test-ros: $(INSTALLED) $(ROS)/kilted_messages ## Drive robots on rclpy of ROS 2 Kilted, whose wheels are in an environment of their own
 	@echo "test-ros: nodes of ROS on the loopback interface of this machine"
 	$(BIN)/python -m pytest -m ros $(PYTEST_ARGS)
 
@@ -189,6 +189,13 @@ $(ROS)/kilted: tests/support/ros2/kilted.lock $(LOCKED)
 	$(BIN)/uv venv --quiet --python $(BIN)/python $@
 	$(BIN)/uv pip install --quiet --python $@/bin/python --require-hashes -r $<
 	@touch $@
+
+# tf2_msgs and nav2_msgs, which the wheels lack, by the generators of the wheels; without a compiler their test is skipped.
+$(ROS)/kilted_messages: tests/support/ros2/build_messages.py ppaas/wire/ros/definitions/nav2.py $(ROS)/kilted $(INSTALLED)
+	@echo "setup: tf2_msgs and nav2_msgs for ROS 2 Kilted, minutes the first time (wants CMake and g++)"
+	@rm -rf $@
+	@$(BIN)/python -m tests.support.ros2.build_messages kilted $(ROS)/kilted $@ || \
+		{ rm -rf $@; echo "setup: no nav2_msgs; install CMake and g++, or the test of Navigation2's actions is skipped" >&2; }
 
 # ROS 1 of Debian, in a chroot; where there is no mmdebstrap, its test is skipped and says so.
 test-ros: $(ROS)/noetic

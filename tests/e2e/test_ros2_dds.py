@@ -7,6 +7,7 @@ import asyncio
 import json
 import math
 import os
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,8 +25,12 @@ from tests.support.world.places import free_pose, reachable_pose
 pytestmark = [pytest.mark.journey, pytest.mark.ros]
 
 ROS = ROOT / "build" / "ros" / "kilted" / "bin" / "python"
-SCRIPT = ROOT / "tests" / "support" / "ros2" / "rclpy_robot.py"
+SCRIPTS = ROOT / "tests" / "support" / "ros2"
+MESSAGES = ROOT / "build" / "ros" / "kilted_messages"
 DOMAIN = "37"
+REACHED, CANCELLED, ABORTED = 4, 5, 6
+"""Statuses of ``action_msgs/GoalStatus``."""
+
 MEMORY = 60 << 20
 """Largest memory of a bridge without rclpy [bytes]."""
 
@@ -60,7 +65,7 @@ async def test_a_robot_on_rclpy_is_driven(name: str, cloud: RunningCloud, office
     with bridge_process(*options, command=way.command, log=tmp_path / "log", env=env | way.env) as bridge:
         numbers = [str(number) for number in (*start, goal.x, goal.y)]
         robot = await asyncio.create_subprocess_exec(
-            ROS, SCRIPT, tmp_path / "grid.npz", *numbers, env=env, stdout=asyncio.subprocess.PIPE
+            ROS, SCRIPTS / "rclpy_robot.py", tmp_path / "grid.npz", *numbers, env=env, stdout=asyncio.subprocess.PIPE
         )
         printed, _ = await asyncio.wait_for(robot.communicate(), 100)
         memory = psutil.Process(bridge.pid).memory_info().rss
@@ -77,3 +82,49 @@ async def test_a_robot_on_rclpy_is_driven(name: str, cloud: RunningCloud, office
     else:
         assert "'navigate_to_pose' is not offered: the robot's ROS has no package nav2_msgs" in log
         assert arrived["served"] == [office_map.info.width, office_map.info.height]
+
+
+async def test_a_client_of_navigation2_on_rclpy_is_answered_by_the_clone(
+    cloud: RunningCloud, office_map: GridMap, tmp_path: Path
+) -> None:
+    if not MESSAGES.exists():
+        pytest.skip("nav2_msgs for ROS 2 is not built: run make test-ros")
+    rest = await cloud.admin()
+    await publish_map(rest, "office", office_map)
+    start = free_pose(office_map, seed=31)
+    goal = reachable_pose(office_map, start, seed=32, at_least=1.5, at_most=3.0)
+    token = await register_robot(rest, "nav2", "office", start)
+    np.savez(tmp_path / "grid.npz", grid=office_map.data)
+    packages = MESSAGES / "lib" / f"python{sys.version_info.major}.{sys.version_info.minor}" / "site-packages"
+    env = os.environ | {
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        "ROS_DOMAIN_ID": DOMAIN,
+        "ROS_DISTRO": "kilted",
+        "PYTHONPATH": f"{ROOT}:{packages}",
+        "LD_LIBRARY_PATH": str(MESSAGES / "lib"),
+        "AMENT_PREFIX_PATH": f"{MESSAGES}:{ROS.parent.parent}",
+    }
+    options = ("nav2", "--transport", "rclpy", "--url", cloud.url, "--token", token)
+    with bridge_process(*options, command=WAYS["rclpy"].command, log=tmp_path / "log", env=env):
+        numbers = [str(number) for number in (*start, goal.x, goal.y)]
+        robot = await asyncio.create_subprocess_exec(
+            ROS,
+            SCRIPTS / "rclpy_navigator.py",
+            tmp_path / "grid.npz",
+            *numbers,
+            env=env,
+            stdout=asyncio.subprocess.PIPE,
+        )
+        printed, _ = await asyncio.wait_for(robot.communicate(), 200)
+    ended = json.loads(printed)
+    assert (ended["path"]["status"], ended["path"]["code"]) == (REACHED, 0)
+    assert ended["path"]["end"] > 10
+    assert (ended["reached"]["status"], ended["reached"]["code"]) == (REACHED, 0)
+    assert math.dist(ended["reached"]["end"][:2], (goal.x, goal.y)) < 0.3
+    assert ended["feedbacks"] > 2
+    assert ended["cancelled"]["status"] == CANCELLED
+    assert ended["blocked"]["status"] == ABORTED
+    assert ended["blocked"]["code"] > 0
+    assert ended["blocked"]["end"], "the error has words"
+    assert ended["tour"]["end"] == [1], "the waypoint in the wall was missed"
+    assert "map → odom" in ended["frames"]
