@@ -1,0 +1,349 @@
+"""Master control of one AGV: takes paths and what the AGV says, returns instructions.
+
+Each event ends in `_advance`, which compares the path that is wanted with the order that the AGV has::
+
+    no order ──path──► sent ──the AGV takes it──► driving ──at the last node──► ended
+                         ▲                          │  │
+                         └──an update, to release more│  │ another path, a cancel, or a contradiction
+                                                      │  ▼
+                                                      cancelling ──no order is left──► no order
+
+So a bridge that restarts, a broker that loses messages and an AGV that does something else all end in the same places.
+"""
+
+import math
+from dataclasses import dataclass
+
+from ppaas.messages.follow_path import FollowPathError
+from ppaas.wire.vda5050.master.adoption import adopted, is_active, is_of_this_bridge
+from ppaas.wire.vda5050.master.cancelling import Cancelling
+from ppaas.wire.vda5050.master.contradictions import contradiction, distance_off
+from ppaas.wire.vda5050.master.instructions import Complaint, Instruction, PathEnded, Progress, SendOrder
+from ppaas.wire.vda5050.master.order_plan import OrderPlan
+from ppaas.wire.vda5050.master.reports import errors_in_words, fatal_error, rejection, standing
+from ppaas.wire.vda5050.master.route import Route
+from ppaas.wire.vda5050.master.settings import TRIES, Settings
+from ppaas.wire.vda5050.states import ConnectionState, State
+
+PROGRESS_PERIOD = 1.0
+"""Period of progress while nothing changes [s]."""
+
+LEFTOVER = 3.0
+"""Time after a session with the cloud has begun within which it sends the path again, if there is one [s]."""
+
+OFF_STATES = 2
+"""Number of states in a row by which an AGV has left its route."""
+
+NEAR = 0.3
+"""Distance up to which two routes are one [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Path:
+    """Path that the AGV is to follow: its id and its route."""
+
+    id: str
+    route: Route
+
+
+class MasterControl:
+    """Leads one AGV along paths.
+
+    Parameters
+    ----------
+    settings : Settings
+
+    Attributes
+    ----------
+    state : State or None
+        Newest state of the AGV.
+    connection : ConnectionState or None
+        Newest state of its connection.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        self.settings = settings
+        self.state: State | None = None
+        self.connection: ConnectionState | None = None
+        self._wanted: Path | None = None
+        self._order: OrderPlan | None = None
+        self._cancelling = Cancelling()
+        self._sent_at = 0.0
+        self._confirm_by = math.inf
+        self._tries = self._off = 0
+        self._broken_at: float | None = None
+        self._told_at = -math.inf
+        self._out: list[Instruction] = []
+
+    @property
+    def path(self) -> str:
+        """Id of the path that is followed; empty if there is none."""
+        return self._wanted.id if self._wanted else ""
+
+    @property
+    def order(self) -> OrderPlan | None:
+        """The order that the AGV has from this master control."""
+        return self._order
+
+    # -- events --------------------------------------------------------------------------------------------------------
+
+    def follow(self, path: Path, now: float) -> list[Instruction]:
+        """Take a path in place of the one before; one with the same id is the same path, sent again."""
+        self._out = []
+        self._confirm_by = math.inf
+        if path.id != self.path:
+            self._wanted = path
+            self._advance(now)
+        return self._out
+
+    def ask_again(self, now: float) -> None:
+        """Expect the path anew: a session with the cloud has begun, whose clone may be another one without a goal."""
+        self._confirm_by = now + LEFTOVER
+
+    def cancel(self, path: str, now: float) -> list[Instruction]:
+        """Take the end of a path; of any path if the id is empty."""
+        self._out = []
+        if self._wanted is not None and path in ("", self._wanted.id):
+            self._wanted = None
+            self._advance(now)
+        return self._out
+
+    def take_state(self, state: State, now: float) -> list[Instruction]:
+        """Take a state of the AGV."""
+        self._out = []
+        self.state = state
+        if self._order is None or self._cancelling.active:
+            pass  # what it says of an order that is to be cancelled does not matter
+        elif state.order_id == self._order.order_id:
+            self._take_progress(self._order, state, now)
+        else:
+            self._take_other_order(self._order, state)
+        self._advance(now)
+        self._tell(now)
+        return self._out
+
+    def take_connection(self, connection: ConnectionState, now: float) -> list[Instruction]:
+        """Take the state of the AGV's connection."""
+        self._out = []
+        self.connection = connection
+        self._broken_at = None if connection == "ONLINE" else self._broken_at if self._broken_at is not None else now
+        if connection in ("OFFLINE", "HIBERNATING"):
+            self._fail(FollowPathError.FAILED_TO_MAKE_PROGRESS, f"the AGV is {connection}")
+            self._order = None
+        self._advance(now)
+        return self._out
+
+    def tick(self, now: float) -> list[Instruction]:
+        """Let time pass: messages are sent again, patience runs out, progress is told."""
+        self._out = []
+        if self._broken_at is not None and now - self._broken_at > self.settings.offline_patience:
+            broken = f"the connection of the AGV has been broken for {now - self._broken_at:.0f} s"
+            self._fail(FollowPathError.FAILED_TO_MAKE_PROGRESS, broken)
+        if now > self._confirm_by:
+            self._confirm_by, self._wanted = math.inf, None
+        self._advance(now)
+        if now - self._told_at >= PROGRESS_PERIOD:
+            self._tell(now)
+        return self._out
+
+    # -- what the AGV says of its order --------------------------------------------------------------------------------
+
+    def _take_progress(self, order: OrderPlan, state: State, now: float) -> None:
+        if state.order_update_id == order.update_id:
+            order.accepted = True
+        wrong = contradiction(order, state, now, self.settings)
+        if wrong:
+            self._contradict(wrong)
+            return
+        last = order.node(state.last_node_sequence_id)
+        if last is not None and last.id == state.last_node_id and last.sequence != order.reached:
+            order.reached, order.reached_at = last.sequence, now
+        off = distance_off(order, state)
+        self._off = self._off + 1 if off > self.settings.off_route else 0
+        if self._off >= OFF_STATES:
+            self._contradict(f"it is {off:.1f} m off its route")
+        elif error := fatal_error(state) or ("" if order.accepted else rejection(state, order.order_id)):
+            self._fail(FollowPathError.FAILED_TO_MAKE_PROGRESS, f"the AGV reports {error}")
+        elif order.accepted and not is_active(state) and not state.driving:
+            self._end_of_order(order, state)
+
+    def _end_of_order(self, order: OrderPlan, state: State) -> None:
+        """Take a state without nodes: the order is finished, or the AGV has dropped it."""
+        if order.is_finished:
+            self._succeed(order)
+            return
+        why = rejection(state, order.order_id) or standing(state)
+        at = order.position(order.reached)
+        self._fail(
+            FollowPathError.FAILED_TO_MAKE_PROGRESS,
+            f"the AGV dropped its order at node {at} of {len(order.nodes) - 1}{': ' if why else ''}{why}",
+        )
+        self._order = None
+
+    def _take_other_order(self, order: OrderPlan, state: State) -> None:
+        """Take a state that names another order: that before this one, or one of somebody else."""
+        if order.accepted:
+            self._order = None
+            self._contradict(f"it names order {state.order_id[:60]!r} in place of its own, {order.order_id!r}")
+        elif error := rejection(state, order.order_id):
+            self._order = None
+            self._fail(FollowPathError.INVALID_PATH, f"the AGV rejects the order: {error}")
+
+    def _succeed(self, order: OrderPlan) -> None:
+        if self._wanted is not None and self._wanted.id == order.path:
+            self._out.append(PathEnded(self._wanted.id, FollowPathError.NONE))
+            self._wanted = None
+        self._order = None
+
+    def _contradict(self, text: str) -> None:
+        self._off = 0
+        self._out.append(Complaint(text))
+        self._fail(FollowPathError.FAILED_TO_MAKE_PROGRESS, f"the AGV contradicts its order: {text}")
+
+    def _fail(self, code: FollowPathError, reason: str) -> None:
+        if self._wanted is not None:
+            self._out.append(PathEnded(self._wanted.id, code, reason))
+            self._wanted = None
+
+    # -- from the wanted path to orders --------------------------------------------------------------------------------
+
+    def _advance(self, now: float) -> None:
+        state = self.state
+        if state is None or self.connection != "ONLINE":
+            return
+        if self._cancelling.active:
+            self._go_on_cancelling(state, now)
+        elif self._order is None:
+            self._begin(state, now)
+        elif self._wanted is None:
+            self._start_cancelling(now)
+        elif not self._order.accepted:
+            self._wait_for_acceptance(self._order, now)
+        elif self._wanted.id != self._order.path:
+            self._switch(self._order, self._wanted, state, now)
+        elif self._order.needs_release(self.settings):
+            self._send(self._order, now)
+
+    def _begin(self, state: State, now: float) -> None:
+        """Start with an AGV that has no order of this master control, as far as it is known."""
+        wanted = self._wanted
+        if wanted is None:
+            if is_active(state) and is_of_this_bridge(state) and math.isinf(self._confirm_by):
+                self._start_cancelling(now)
+            return
+        position = state.mobile_robot_position
+        known = adopted(wanted.id, wanted.route, position.map_id if position else "", state)
+        if known is not None:
+            self._order = known
+            if not is_active(state) and not state.driving:
+                self._end_of_order(known, state)
+        elif is_active(state):
+            if is_of_this_bridge(state):
+                self._start_cancelling(now)
+            else:
+                self._fail(FollowPathError.UNKNOWN, f"the AGV drives order {state.order_id[:60]!r} of somebody else")
+        elif position is not None and position.localized and not standing(state):
+            self._start(wanted, state, now)
+
+    def _start(self, wanted: Path, state: State, now: float) -> None:
+        position = state.mobile_robot_position
+        assert position is not None
+        route = wanted.route.after(position.x, position.y, self.settings.start_distance)
+        if route is None:
+            limit = self.settings.start_distance
+            self._fail(FollowPathError.INVALID_PATH, f"the AGV is more than {limit:g} m away from its path")
+            return
+        before = state.last_node_id, state.last_node_sequence_id
+        self._order, self._off = OrderPlan.of(wanted.id, route, position.map_id, before), 0
+        self._order.reached_at = now
+        self._send(self._order, now)
+
+    def _send(self, order: OrderPlan, now: float) -> None:
+        self._sent_at, self._tries = now, 1
+        self._out.append(SendOrder(order.message(self.settings)))
+
+    def _wait_for_acceptance(self, order: OrderPlan, now: float) -> None:
+        if now - self._sent_at < self.settings.patience or order.newest is None:
+            return
+        if self._tries >= TRIES:
+            errors = errors_in_words(self.state) if self.state is not None else ""
+            text = f"the AGV has not taken its order, sent {TRIES} times{': ' if errors else ''}{errors}"
+            self._fail(FollowPathError.PATIENCE_EXCEEDED, text)
+            self._start_cancelling(now)
+            return
+        self._tries += 1
+        self._sent_at = now
+        self._out.append(SendOrder(order.newest))
+
+    def _switch(self, order: OrderPlan, wanted: Path, state: State, now: float) -> None:
+        """Follow another path: by the order that leads there already, by an update of it, or by another order."""
+        base_end = order.node(order.released)
+        position = state.mobile_robot_position
+        if base_end is None or base_end.place is None or position is None:
+            self._start_cancelling(now)
+            return
+        rest = order.route.after(position.x, position.y, self.settings.off_route)
+        if rest is not None and rest.is_near(wanted.route, NEAR):
+            order.path = wanted.id
+            return
+        beyond = wanted.route.after(*base_end.place, NEAR)
+        if beyond is None or rest is None or not _begins_with(wanted.route, rest, base_end.place):
+            self._start_cancelling(now)
+            return
+        order.lead_on(wanted.id, wanted.route, beyond)
+        self._send(order, now)
+
+    # -- cancellation --------------------------------------------------------------------------------------------------
+
+    def _start_cancelling(self, now: float) -> None:
+        order, state = self._order, self.state
+        assert state is not None
+        if order is not None and order.accepted and not is_active(state) and not state.driving:
+            self._order = None
+            self._advance(now)
+            return
+        self._out.append(self._cancelling.begin(now))
+
+    def _go_on_cancelling(self, state: State, now: float) -> None:
+        if self._cancelling.is_done(state, now, idle=not is_active(state)):
+            self._order = None
+            self._advance(now)
+        elif now - self._cancelling.since > self.settings.patience:
+            again = self._cancelling.again(now)
+            if again is not None:
+                self._out.append(again)
+                return
+            self._out.append(Complaint(f"it does not cancel order {state.order_id[:60]!r}"))
+            self._fail(FollowPathError.PATIENCE_EXCEEDED, "the AGV does not cancel the order that it has")
+            self._order = None
+
+    # -- progress ------------------------------------------------------------------------------------------------------
+
+    def _tell(self, now: float) -> None:
+        if self._wanted is None:
+            return
+        self._told_at = now
+        state, text = self.state, self._why_waiting(now)
+        speed = 0.0
+        if state is not None and state.velocity is not None and state.velocity.vx is not None:
+            speed = state.velocity.vx
+        left = self._wanted.route.length if self._order is None else self._left(self._order)
+        self._out.append(Progress(self._wanted.id, left, speed, text))
+
+    def _left(self, order: OrderPlan) -> float:
+        return order.between(order.position(order.reached), len(order.nodes) - 1)
+
+    def _why_waiting(self, now: float) -> str:
+        if self._broken_at is not None:
+            return f"the connection of the AGV has been broken for {now - self._broken_at:.0f} s"
+        if self.state is None:
+            return "the AGV has sent no state"
+        if self._cancelling.active:
+            return "the AGV is to cancel the order before"
+        return standing(self.state)
+
+
+def _begins_with(route: Route, rest: Route, place: tuple[float, float]) -> bool:
+    """Return whether a route leads along the rest of another one, up to a place."""
+    back = rest.before(*place)
+    return all(route.after(x, y, NEAR) is not None for x, y in back.points.tolist())
