@@ -78,13 +78,13 @@ class ViewerRequests:
     async def run(self) -> None:
         """Look at what the viewer watches, again and again, until cancelled."""
         try:
-            await repeat(self._refresh, PERIOD)
+            await repeat(self.refresh, PERIOD)
         finally:
             await self._work.cancel()
 
-    async def _refresh(self) -> None:
-        await self._viewer.refresh()
-        self._update_services()
+    async def refresh(self) -> None:
+        """Look at what the viewer watches once."""
+        self._update_services(await self._viewer.refresh())
         self._send_graph()
         await self._send_changed_parameters()
 
@@ -133,7 +133,7 @@ class ViewerRequests:
 
     def _publication(self, channel: requests.ClientChannel) -> _Publication:
         """Return where a channel is advertised; advertise it, if its robot has connected since."""
-        view, topic = self._viewer.find(channel.topic)
+        view, topic = self._viewer.find_topic(channel.topic)
         known = self._publications.get(channel.id)
         if known is None or known.view is not view:
             advertisement = view.client.advertise(topic, ros1_type(channel.schema_name))
@@ -202,12 +202,12 @@ class ViewerRequests:
 
     # -- services ------------------------------------------------------------------------------------------------------
 
-    def _update_services(self) -> None:
-        """Announce the services that the viewer may call, and withdraw the others."""
+    def _update_services(self, changed: list[RobotView]) -> None:
+        """Announce the services of robots that the viewer may call, and withdraw the others."""
         self._services = {
             number: (view, name) for view in self._viewer.views.values() for name, number in view.services.items()
         }
-        for view in self._viewer.views.values():
+        for view in changed:
             now = view.callable_services()
             gone = [name for name in view.services if name not in now]
             if gone:

@@ -82,6 +82,7 @@ class RobotView:
         self.services: dict[str, int] = {}
         self._report = report
         self._feeds: dict[Shown, Feed] = {}
+        self._known: tuple[object, ...] = ()
 
     @property
     def place(self) -> PlaceLink:
@@ -101,6 +102,12 @@ class RobotView:
         self.client.detach()
 
     # -- what there is -------------------------------------------------------------------------------------------------
+
+    def has_changed(self) -> bool:
+        """Return whether topics, services or rights differ from those at the last call."""
+        now = (self.place.topic_types(), tuple(self.place.services.values()), self.attachment.session.access)
+        before, self._known = self._known, now
+        return before != now
 
     def shown(self) -> set[Shown]:
         """Return what the viewer may see of the robot now."""

@@ -160,8 +160,6 @@ class Viewer:
     def find(self, name: str) -> tuple[RobotView, str]:
         """Return the robot that a name begins with, and the rest of the name, without slashes around it.
 
-        A name that begins with no robot is one of the only robot, if there is one only.
-
         Raises
         ------
         NotFound
@@ -173,28 +171,44 @@ class Viewer:
             split = bare.split("/", parts)
             if len(split) == parts + 1 and (view := views.get("/".join(split[:-1]))) is not None:
                 return view, split[-1]
-        if len(views) == 1 and bare:
-            return next(iter(views.values())), bare
         raise NotFound("robot at the beginning of", name[:64], [f"/{known}/{bare[:64]}" for known in sorted(views)[:5]])
 
-    async def refresh(self) -> None:
-        """Attach to robots whose clones run now, and leave those that are gone; open and close channels."""
+    def find_topic(self, name: str) -> tuple[RobotView, str]:
+        """Return robot and topic as `find`; a topic of the clone that names no robot is that of the only robot."""
+        try:
+            return self.find(name)
+        except NotFound:
+            views, topic = list(self.views.values()), name.strip("/")
+            if len(views) == 1 and topic in views[0].place.topics:
+                return views[0], topic
+            raise
+
+    async def refresh(self) -> list[RobotView]:
+        """Attach to robots whose clones run now, and leave those that are gone; open and close channels.
+
+        Returns
+        -------
+        list of RobotView
+            Robots whose topics, services or rights have changed.
+        """
         try:
             user = await self._services.accounts.user_of(self.login.token)
         except NotAuthenticated as error:
             self.end(error)
-            return
+            return []
         except Unavailable:
-            return
+            return []
         records = await run_in_threadpool(reached, self._services.store, user, self.login.named)
         found = {one.key: one for one in running(self._services.cloud, user, records)}
         for key, view in tuple(self.views.items()):
             if key not in found or found[key].frames != view.frames:
                 self._drop(view)
         await asyncio.gather(*(self._attach(user, one) for key, one in found.items() if key not in self.views))
-        for view in tuple(self.views.values()):
+        changed = [view for view in self.views.values() if view.has_changed()]
+        for view in changed:
             self._update_channels(view)
             await self._until_read()
+        return changed
 
     async def _attach(self, user: User, robot: ReachableRobot) -> None:
         record = robot.record
@@ -243,6 +257,8 @@ class Viewer:
         self.answer(answers.unadvertise(closed))
 
     def _update_channels(self, view: RobotView) -> None:
+        if view not in self.views.values():
+            return  # it has ended while the channels of another one were read
         now = view.shown()
         self._close(view, [shown for shown in view.channels if shown not in now])
         new = []

@@ -39,14 +39,17 @@ client.on("message", ({ subscriptionId, timestamp, data }) => {
   const name = subscriptions.get(subscriptionId);
   found.counts[name] = (found.counts[name] ?? 0) + 1;
   found.lag = Number(BigInt(Date.now()) - timestamp / 1_000_000n);
-  if (name === "map" || name === "amcl_pose") {
+  if (["map", "amcl_pose", "move_base/result"].includes(name)) {
     const reader = new MessageReader(parse(channels.get(topicOf(name)).schema, { ros2: true }));
     const message = reader.readMessage(data);
-    found[name] = name === "map"
-      ? { width: message.info.width, cells: message.data.length, frame: message.header.frame_id }
-      : { ...message.pose.pose.position, frame: message.header.frame_id };
+    if (name === "map") {
+      found.map = { width: message.info.width, cells: message.data.length, frame: message.header.frame_id };
+    } else if (name === "amcl_pose") {
+      found.amcl_pose = { ...message.pose.pose.position, frame: message.header.frame_id };
+    } else {
+      found.result = message.status.status;
+    }
   }
-  if (name === "move_base/result") { found.result = JSON.parse(new TextDecoder().decode(data)).status.status; }
   received();
 });
 

@@ -5,9 +5,10 @@ from functools import cache
 from ppaas.wire.foxglove.conversion.base import Conversion
 from ppaas.wire.foxglove.conversion.drawn import DRAWN
 from ppaas.wire.foxglove.conversion.general import in_cdr, in_json
+from ppaas.wire.foxglove.conversion.located import KIND as LOCATED
+from ppaas.wire.foxglove.conversion.located import located
 from ppaas.wire.foxglove.conversion.scenes import PEOPLE
-from ppaas.wire.foxglove.conversion.schemas import RELEASE
-from ppaas.wire.ros.types import ros_types
+from ppaas.wire.ros.own_types import has_type
 
 PICTURES = {"people": ("people_msgs/People", "people/scene", PEOPLE)}
 """Pictures by their topic: its type, the topic of the picture, and the conversion."""
@@ -18,4 +19,6 @@ def conversion_of(kind: str) -> Conversion:
     """Return the conversion of the messages of a type, given as spelled in ROS 1."""
     if kind in DRAWN:
         return DRAWN[kind]
-    return in_cdr(kind) if kind in ros_types(RELEASE) else in_json(kind)
+    if kind == LOCATED:
+        return located()
+    return in_cdr(kind) if has_type(kind) else in_json(kind)

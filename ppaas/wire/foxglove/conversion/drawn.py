@@ -80,7 +80,7 @@ def _scan(scan: LaserScan, frames: SharedFrames) -> Encodable:
         start_angle=scan.angle_min,
         end_angle=scan.angle_min + scan.angle_increment * max(len(scan.ranges) - 1, 0),
         ranges=ranges.tolist(),
-        intensities=np.array(scan.intensities, np.float64).tolist(),
+        intensities=np.array(scan.intensities, np.float64).tolist() if scan.intensities else [],
     )
 
 

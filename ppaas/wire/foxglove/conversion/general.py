@@ -1,15 +1,14 @@
-"""Messages of any type: in CDR with the definition of ROS 2 where it has the type, else as JSON."""
+"""Messages of any type: in CDR where the type is known, else as JSON."""
 
 from typing import Any, Final
 
 import msgspec
 
-from ppaas.errors import MalformedMessage, UnknownType
-from ppaas.messages import message_type
+from ppaas.errors import MalformedMessage
 from ppaas.wire.foxglove.conversion.base import Conversion
 from ppaas.wire.foxglove.conversion.frames import SharedFrames
-from ppaas.wire.foxglove.conversion.schemas import RELEASE, cdr, json_schema
-from ppaas.wire.ros.types import ros_types
+from ppaas.wire.foxglove.conversion.schemas import cdr, json_schema
+from ppaas.wire.ros.own_types import types_with
 
 _decoder = msgspec.json.Decoder()
 _encoder = msgspec.json.Encoder()
@@ -19,8 +18,8 @@ FRAMELESS: Final = b"frame_id"
 
 
 def in_cdr(kind: str) -> Conversion:
-    """Return the conversion of a type of ROS 2 to CDR; it is given as spelled in ROS 1."""
-    types = ros_types(RELEASE)
+    """Return the conversion of a type of ROS 2 or of the cloud to CDR; it is given as spelled in ROS 1."""
+    types = types_with(kind)
 
     def convert(payload: bytes, frames: SharedFrames) -> bytes:
         return types.encode(kind, _read(kind, payload, frames))
@@ -29,15 +28,12 @@ def in_cdr(kind: str) -> Conversion:
 
 
 def in_json(kind: str) -> Conversion:
-    """Return the conversion of any other type: only its frames are renamed."""
+    """Return the conversion of a type of a client that nobody else knows: only its frames are renamed."""
 
     def convert(payload: bytes, frames: SharedFrames) -> bytes:
         return payload if FRAMELESS not in payload else _encoder.encode(_read(kind, payload, frames))
 
-    try:
-        return Conversion(json_schema(kind, message_type(kind)), convert)
-    except UnknownType:
-        return Conversion(json_schema(kind, None), convert)
+    return Conversion(json_schema(kind, None), convert)
 
 
 def _read(kind: str, payload: bytes, frames: SharedFrames) -> dict[str, Any]:

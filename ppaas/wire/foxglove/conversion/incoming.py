@@ -7,11 +7,8 @@ import msgspec
 from ppaas.errors import InvalidInput, MalformedMessage
 from ppaas.wire.foxglove.answers import ENCODINGS
 from ppaas.wire.foxglove.conversion.frames import SharedFrames
-from ppaas.wire.foxglove.conversion.schemas import RELEASE
+from ppaas.wire.ros.own_types import types_with
 from ppaas.wire.ros.types import ROS_1, ros_types, to_json
-
-RELEASES = {"cdr": RELEASE, "ros1": ROS_1}
-"""Releases of ROS whose types are read, by encoding."""
 
 _decoder = msgspec.json.Decoder()
 
@@ -40,7 +37,10 @@ def read_published(encoding: str, kind: str, data: bytes, frames: SharedFrames) 
         The encoding is another one, or the type is unknown, or the message is not of its type.
     """
     check_encoding(encoding)
-    values = _read_json(data) if encoding == "json" else ros_types(RELEASES[encoding]).decode(kind, data)
+    if encoding == "json":
+        values = _read_json(data)
+    else:
+        values = (types_with(kind) if encoding == "cdr" else ros_types(ROS_1)).decode(kind, data)
     frames.own_all(values)
     return to_json(values)
 

@@ -10,10 +10,7 @@ from ppaas.messages.base.message import Message, message_of, plain, struct_of
 from ppaas.messages.registry import type_name
 from ppaas.wire.foxglove.answers import Schema
 from ppaas.wire.names import ros2_type
-from ppaas.wire.ros.types import ros_types
-
-RELEASE: Final = "jazzy"
-"""Release of ROS 2 in whose definitions messages are sent."""
+from ppaas.wire.ros.own_types import types_with
 
 _NUMBERS: Final[dict[type[inspect.Type], str]] = {
     inspect.FloatType: "number",
@@ -29,8 +26,8 @@ def protobuf(kind: Any) -> Schema:
 
 
 def cdr(kind: str) -> Schema:
-    """Return the schema of a type of ROS 2, which is given as spelled in ROS 1; raises as `ros_types`."""
-    return Schema("cdr", ros2_type(kind, "msg"), "ros2msg", ros_types(RELEASE).definition(kind))
+    """Return the schema of a type of ROS 2 or of the cloud, given as spelled in ROS 1; raises as `types_with`."""
+    return Schema("cdr", ros2_type(kind, "msg"), "ros2msg", types_with(kind).definition(kind))
 
 
 def json_schema(name: str, message: type[Message] | None) -> Schema:

@@ -1,0 +1,1 @@
+"""``ppaas bench foxglove``: what viewers of Foxglove cost the cloud."""
