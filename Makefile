@@ -20,7 +20,7 @@ export PYTHONDONTWRITEBYTECODE :=
 BIN := $(VENV)/bin
 LOCKED := $(VENV)/.locked
 INSTALLED := $(VENV)/.installed
-NODE_TESTS := tests/e2e/roslib tests/e2e/foxglove
+NODE_TESTS := tests/e2e/roslib tests/e2e/foxglove tests/e2e/vda5050
 NODE_MODULES := $(NODE_TESTS:=/node_modules)
 RUST_TESTS := tests/e2e/roslibrust/Cargo.toml
 CLIENTS := build/clients
@@ -34,7 +34,7 @@ UV_COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --g
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo browser proxies broker kernels test test-clients test-servers test-docker test-ray test-ros joints chaos schemathesis lint bench bench-cassandra performance lock sbom clean
+.PHONY: help setup demo browser proxies broker kernels test test-clients test-servers test-docker test-ray test-ros joints chaos schemathesis fuzz lint bench bench-cassandra performance lock sbom clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -102,6 +102,11 @@ test-ray: $(INSTALLED) ## Run the tests over a real Ray cluster, whose nodes joi
 schemathesis: $(INSTALLED) ## Send the REST service some ten thousand requests, good and bad, made from its description
 	@echo "schemathesis: 150 examples an operation; prints how each was answered"
 	PPAAS_SCHEMATHESIS_EXAMPLES=150 $(BIN)/python -m pytest -n 0 --timeout 1800 tests/unit/endpoints/test_app_schemathesis.py $(PYTEST_ARGS)
+
+fuzz: $(INSTALLED) ## Feed each parser of strangers' bytes, and the clients of boards, a hundred thousand mutated inputs (PYTEST_ARGS narrows it)
+	@echo "fuzz: 100000 examples a parser, for hours; prints how many were tried"
+	PPAAS_FUZZ_EXAMPLES=100000 $(BIN)/python -m pytest -n 0 --timeout 0 --hypothesis-show-statistics -k "hostile_bytes_are_read or hostile_cloud" \
+		tests/contracts/test_hostile_bytes.py tests/unit/robots/arduino tests/unit/robots/micropython $(PYTEST_ARGS)
 
 joints: $(INSTALLED) ## Run the load-bearing joints of the engine for a minute each
 	@echo "joints: 60 s each, over real processes"

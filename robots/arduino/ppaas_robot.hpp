@@ -190,7 +190,7 @@ class Robot {
     char number[24];
     state_ = State::GREETING;  // so that close() is heard
     if (!client_.connect(host_, port_)) return close("no connection");
-    status_ = 0, at_ = 0, got_ = 0, size_ = 0, heard_ = now();
+    status_ = 0, at_ = 0, got_ = 0, size_ = 0, heard_ = now(), resumed_ = false, new_id_[0] = 0;
     snprintf(number, sizeof number, ".%lu", static_cast<unsigned long>(received_));
     // The key is for caches, which a connection of a robot does not meet; it need not be random.
     const bool kept = id_[0] != 0;
@@ -312,9 +312,10 @@ class Robot {
   }
 
   void closed() {
-    const unsigned code = size_ > 1 ? inbox_[0] << 8 | inbox_[1] : 1005;
+    const bool told = size_ > 1 && keep();  // of a frame that was passed over, the inbox has the last piece
+    const unsigned code = told ? inbox_[0] << 8 | inbox_[1] : 1005;
     char text[sizeof lost_];
-    const int size = size_ > 2 ? int(size_ - 2) : 0;
+    const int size = told ? int(size_ - 2) : 0;
     const char *reason = reinterpret_cast<char *>(inbox_) + 2;
     uint8_t frame[8];
     send(frame, head(frame, 0x88, 0));

@@ -202,8 +202,9 @@ class Robot:
             self._send(self._view[:size])
         elif opcode == 8:
             self._send(self._ws_head(0x88, 0))
-            code = struct.unpack_from(">H", self._inbox)[0] if size > 1 else 1005
-            self._closed(code, bytes(self._view[2:size]).decode())
+            told = keep and size > 1
+            code = struct.unpack_from(">H", self._inbox)[0] if told else 1005
+            self._closed(code, text_of(self._view[2:size]) if told else "")
         elif opcode == 2 and size == 20 and self._inbox[0] == 3:
             self._driven, self.moving = time.ticks_ms(), True
             self.drive(*struct.unpack_from("<3f", self._inbox, 8))
@@ -214,12 +215,13 @@ class Robot:
                 self.on_status("a message is lost: %s" % error)
 
     def _heard_json(self, message):
-        if message["op"] == "publish":
-            entry = self.topics.get(message["topic"])
-            if entry:
+        op = message.get("op") if isinstance(message, dict) else None
+        if op == "publish":
+            entry = self.topics.get(str(message.get("topic")))
+            if entry and "msg" in message:
                 entry[0](message["msg"])
-        elif message["op"] == "status":
-            self.on_status(message["msg"])
+        elif op == "status":
+            self.on_status(message.get("msg"))
 
     def _closed(self, code, reason):
         self.close("%d %s" % (code, reason))
@@ -241,7 +243,7 @@ class Robot:
                 % ((path,) + self.address + (self.token, key))
             )
             self._greeted()
-        except OSError as error:
+        except (OSError, ValueError, IndexError, MemoryError) as error:  # the last three: what answers is no cloud
             self.close(error)
 
     def _dial(self):
@@ -253,7 +255,7 @@ class Robot:
     def _greeted(self):
         status, headers = read_head(self.socket)
         if status != 101:
-            reason = "%d %s" % (status, self.socket.read(min(int(headers.get("content-length", 0)), 512)))
+            reason = "%d %s" % (status, self.socket.read(max(min(int(headers.get("content-length", 0)), 512), 0)))
             self.close(reason)
             if status in (400, 401, 403, 404, 422):
                 raise Refused(reason)
@@ -270,6 +272,14 @@ class Robot:
             self.say('{"op":"subscribe","topic":"cmd_vel","type":"geometry_msgs/Twist"}')
             for topic in self.topics:
                 self._ask(topic)
+
+
+# text in UTF-8; empty if it is none
+def text_of(data):
+    try:
+        return bytes(data).decode()
+    except ValueError:
+        return ""
 
 
 # status and headers, with names in lower case, of an HTTP response

@@ -14,8 +14,10 @@ import zlib
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
+from typing import Any
 
 import cbor2
+import msgspec
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -37,20 +39,25 @@ from ppaas.maps.formats.movingai import parse_map, parse_scenario
 from ppaas.maps.octomap import BINARY, parse_octomap
 from ppaas.messages import decode
 from ppaas.messages.geometry_msgs import PoseStamped
-from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.messages.people_msgs import People
+from ppaas.messages.sensor_msgs import Image as RosImage
+from ppaas.messages.sensor_msgs import LaserScan, PointCloud2
+from ppaas.messages.spellings.tolerant_json import read_json
 from ppaas.perception.compressed_depth import FORMATS, decompress
 from ppaas.robot_model.describe import describe
 from ppaas.wire.binary.cbor_decoder import cbor_to_json
-from ppaas.wire.binary.packing import operation_of
+from ppaas.wire.binary.packing import Packer, operation_of
 from ppaas.wire.rapyuta.converter import Converter
 from ppaas.wire.rapyuta.forwarder import Forwarder
 from ppaas.wire.rapyuta.part_assembler import PartAssembler
 from ppaas.wire.rapyuta.requests import read_request
 from ppaas.wire.ros import ros_types
 from ppaas.wire.ros.rmw_zenoh import parse_token
+from ppaas.wire.ros.serialization import serialize
 from ppaas.wire.ros.tcpros import FrameReader, framed, pack_header, unpack_header
 from ppaas.wire.ros.xml_rpc import pack_call, pack_response, unpack_call, unpack_response
 from ppaas.wire.rosbridge import RosbridgeSession
+from tests.support.fuzzing import EXAMPLES
 from tests.support.hostile_bytes import mutations, operations, peak_memory
 from tests.support.world.mappings import room_mapping
 from tests.support.world.png import chunk, header, png
@@ -117,6 +124,32 @@ def _receive(data: bytes) -> None:
         session.receive(data.decode())
 
 
+def _receive_fragments(data: bytes) -> None:
+    session = RosbridgeSession()
+    for line in data.split(b"\n"):
+        session.receive(line)
+
+
+def _publish(data: bytes) -> None:
+    """Send a message of a client to subscribers of all compressions and types: each gets a frame."""
+    session = RosbridgeSession(packer=Packer(compact=True, serialize=serialize))
+    session.packer.type_of = {"cmd_vel": "sensor_msgs/LaserScan"}.get
+    for number, asked in enumerate(SUBSCRIPTIONS):
+        topic = "/" * (number % 2) + "robot/" * (number // 2) + "cmd_vel"
+        session.receive(json.dumps({"op": "subscribe", "topic": topic, "id": str(number)} | asked))
+    frames = [frame for topic in session.subscribed() for frame in session.publish(topic, data, 0.0)]
+    assert len(frames) == len(SUBSCRIPTIONS)
+
+
+def _convert(data: bytes) -> None:
+    converters = [Converter(kind) for kind in (None, LaserScan, PoseStamped, RosImage, PointCloud2, People)]
+    for converter in converters:
+        with contextlib.suppress(PPaaSError):
+            converter.read(read_json(data, 1 << 16))
+        with contextlib.suppress(msgspec.DecodeError, UnicodeDecodeError):  # the cloud has checked that it is JSON
+            converter.write(data)
+
+
 def _receive_of_2013(data: bytes) -> None:
     parts = PartAssembler()
     with contextlib.suppress(PPaaSError):
@@ -147,6 +180,11 @@ class Parser:
 
 POSE = json.dumps({"header": {"frame_id": "map"}, "pose": {"position": {"x": 1.5}, "orientation": {"w": 1.0}}}).encode()
 SCAN = json.dumps({"angle_min": -1.0, "angle_max": 1.0, "angle_increment": 1.0, "ranges": [1.0, None, 2.0]}).encode()
+SUBSCRIPTIONS: list[dict[str, Any]] = [
+    {}, {"compression": "png"}, {"compression": "cbor"}, {"compression": "cbor-raw"},
+    {"compression": "cbor-raw", "type": "sensor_msgs/msg/LaserScan"},
+    {"compression": "cbor-raw", "type": "geometry_msgs/msg/Twist"},
+]  # fmt: skip
 CDR = ("tf2_msgs/TFMessage", "sensor_msgs/LaserScan", "people_msgs/People", "action_msgs/srv/CancelGoal_Response")
 YAML = (
     b"image: m.pgm\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
@@ -246,6 +284,40 @@ PARSERS = {
             lambda n: b'{"a*":[' + b",".join(b'"%032x"' % i for i in range(n)) + b"]}",
             lambda n: b"{" + b",".join(b'"%x*":"%032x"' % (i, i) for i in range(n)) + b"}",
         ],
+    ),
+    "fragments of rosbridge": Parser(
+        _receive_fragments,
+        [
+            b"\n".join(
+                json.dumps({"op": "fragment", "id": "a", "data": text, "num": number, "total": 3}).encode()
+                for number, text in order
+            )
+            for order in (
+                [(0, '{"op": "publish", '), (2, ', "msg": {"a": [1]}}'), (1, '"topic": "/goal"')],
+                [(0, '{"op": "set_'), (0, "again"), (1, 'level", "level"'), (2, ': "info"}')],
+            )
+        ],
+        [lambda n: b'{"op": "fragment", "id": "a", "data": "{", "num": 0, "total": 2}\n' * n],
+    ),
+    "message for subscribers": Parser(
+        _publish,
+        [SCAN, b'{"linear": {"x": 0.2}, "angular": {"z": 0.1}}', '[{"ä": null}]'.encode()],
+        [
+            lambda n: b"[" * n,
+            lambda n: b'{"ranges": [' + b"[]," * n + b"1]}",
+            lambda n: b'{"ranges": [' + b"1," * n + b"1]}",
+        ],
+    ),
+    "JSON of a converter": Parser(
+        _convert,
+        [
+            SCAN,
+            POSE,
+            b'{"header": {"stamp": "2013-09-01T00:00:00.1"}, "data": "AAEC", "width": 1, "time_increment": 1}',
+            b'{"fields": [{"name": "x", "offset": 0}], "data": [1, 2]}',
+            b'{"people": [{"tags": ["a"], "position": {"x": 1}}], "header": {"stamp": {"secs": 1, "nsecs": 2}}}',
+        ],
+        [lambda n: b'{"data": "' + b"A" * n + b'"}', lambda n: b'{"people": [' + b"{}," * n + b"{}]}"],
     ),
     "message of a converter": Parser(
         lambda data: Converter(LaserScan).read({"header": {"stamp": data.decode("latin-1")}, "ranges": data}),
@@ -417,7 +489,7 @@ PARSERS = {
 
 
 @pytest.mark.parametrize("name", PARSERS)
-@settings(max_examples=100, suppress_health_check=list(HealthCheck))
+@settings(max_examples=EXAMPLES, suppress_health_check=list(HealthCheck))
 @given(data=st.data())
 def test_hostile_bytes_are_read_or_refused(name: str, data: st.DataObject) -> None:
     parser = PARSERS[name]

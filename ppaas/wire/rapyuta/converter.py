@@ -73,7 +73,10 @@ class Converter:
         return _encoder.encode(_without_bytes(value))
 
     def write(self, payload: bytes) -> Any:
-        """Return a message for the robot; bytes in it are binary parts."""
+        """Return a message for the robot; bytes in it are binary parts.
+
+        Values that are not of their type, as a client may publish them, stay as they are; times among them are 0.
+        """
         message = msgspec.json.decode(payload)
         if self._fields is None or not isinstance(message, dict):
             return message
@@ -181,11 +184,17 @@ def _read_duration(value: Any, place: str) -> Any:
 
 
 def _write_duration(value: Any) -> Any:
-    return value.get("secs", 0) + value.get("nsecs", 0) * 1e-9 if isinstance(value, dict) else value
+    try:
+        return value.get("secs", 0) + value.get("nsecs", 0) * 1e-9 if isinstance(value, dict) else value
+    except (TypeError, OverflowError):
+        return 0.0
 
 
 def _write_bytes(value: Any) -> Any:
-    return base64.b64decode(value) if isinstance(value, str) else value
+    try:
+        return base64.b64decode(value) if isinstance(value, str) else value
+    except ValueError:
+        return value
 
 
 def _read_numbers(dtype: "np.dtype[Any]", value: Any, place: str) -> Any:
