@@ -49,7 +49,11 @@ class Forwarder:
         await self.cut()
 
     async def _carry(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        far_reader, far_writer = await asyncio.open_connection(self._to.hostname, self._to.port)
+        try:
+            far_reader, far_writer = await asyncio.open_connection(self._to.hostname, self._to.port)
+        except OSError:  # the server is down: so is the connection to the forwarder
+            writer.transport.abort()
+            return
         self._writers |= {writer, far_writer}
         await asyncio.gather(self.pipe(reader, far_writer), self.pipe(far_reader, writer))
 

@@ -6,6 +6,7 @@ import struct
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import zenoh
@@ -34,13 +35,28 @@ class Peer:
         Release of ROS 2.
     domain : int
         Domain of ROS 2.
+    authority : Path, optional
+        Certificate of the authority that routers with TLS have theirs from.
     """
 
     def __init__(
-        self, endpoint: str, name: str, *, namespace: str = "", release: str = "jazzy", domain: int = 0
+        self,
+        endpoint: str,
+        name: str,
+        *,
+        namespace: str = "",
+        release: str = "jazzy",
+        domain: int = 0,
+        authority: Path | None = None,
     ) -> None:
         config = zenoh.Config()
-        settings = {"mode": "client", "connect/endpoints": [endpoint], "scouting/multicast/enabled": False}
+        settings: dict[str, Any] = {
+            "mode": "client",
+            "connect/endpoints": [endpoint],
+            "scouting/multicast/enabled": False,
+        }
+        if authority is not None:
+            settings["transport/link/tls/root_ca_certificate"] = str(authority)
         for key, value in (settings | {"timestamping/enabled": True}).items():
             config.insert_json5(key, json.dumps(value))
         self.session = zenoh.open(config)

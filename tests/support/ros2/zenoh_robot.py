@@ -1,16 +1,20 @@
 """A simulated robot with ROS 2 over Zenoh, and another node beside it, for journeys."""
 
 import asyncio
+import json
 import socket
 import uuid
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from ppaas.clock import monotonic
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
+from ppaas.messages import encode
+from ppaas.messages.geometry_msgs import Pose
 from robots.sim.simulator import Simulator
 from robots.sim.world import World
 from tests.support.ros2.turtlebot import Turtlebot
@@ -51,6 +55,20 @@ class DrivenRobot:
             self.operator.call, f"{action}/_action/get_result", f"{kind}_GetResult", request, 120.0
         )
 
+    async def send_goal(self, goal: Pose2D) -> None:
+        """Send a goal as RViz does; again until the robot drives, for its clone may not be localized yet."""
+        publish = self.operator.publisher("goal_pose", "geometry_msgs/msg/PoseStamped")
+        message = {"header": {"frame_id": "map"}, "pose": json.loads(encode(Pose.of(goal)))}
+        for _ in range(10):
+            await asyncio.sleep(0.5)
+            publish(message)
+            try:
+                await self.drives(timeout=3.0)
+            except AssertionError:
+                continue
+            return
+        raise AssertionError("the robot does not drive to its goal")
+
     async def drives(self, timeout: float = 20.0) -> None:
         """Wait until the robot has moved by 0.1 m."""
         begin, deadline = self.pose, monotonic() + timeout
@@ -77,13 +95,17 @@ class DrivenRobot:
 
 
 @asynccontextmanager
-async def zenoh_robot(endpoint: str, grid: GridMap, start: Pose2D, namespace: str = "") -> AsyncIterator[DrivenRobot]:
-    """Run a robot in a namespace, and another node."""
+async def zenoh_robot(
+    endpoint: str, grid: GridMap, start: Pose2D, namespace: str = "", *, authority: Path | None = None
+) -> AsyncIterator[DrivenRobot]:
+    """Run a robot in a namespace, and another node; ``authority`` is that of a router with TLS."""
     world = World(grid, 0)
     simulated = world.add_robot(start)
     # In threads, for a forwarder between robot and bridge may be on this event loop.
-    node = await asyncio.to_thread(Peer, endpoint, "turtlebot", namespace=namespace)
-    operator = await asyncio.to_thread(Peer, endpoint, "operator", namespace=namespace)
+    node, operator = [
+        await asyncio.to_thread(Peer, endpoint, name, namespace=namespace, authority=authority)
+        for name in ("turtlebot", "operator")
+    ]
     robot = Turtlebot(simulated, node)
     tasks = [asyncio.create_task(Simulator(world).run()), asyncio.create_task(robot.run())]
     try:
