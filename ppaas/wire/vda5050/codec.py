@@ -60,6 +60,8 @@ def encode(topic: str, header: Header, body: Fields, version: Version) -> bytes:
     """
     tree = msgspec.to_builtins(body)
     spelled = spelling.to_version_3(topic, tree) if version.major >= 3 else spelling.to_version_2(topic, tree)
+    if version is Version.V2_0 and topic == topics.INSTANT_ACTIONS:
+        spelled[topic] = spelled["actions"]  # the schema of 2.0 has one name of the list, its text the other
     return msgspec.json.encode({**msgspec.to_builtins(header), **spelled})
 
 

@@ -121,6 +121,8 @@ def from_version_2(topic: str, message: Tree) -> Tree:
     spelled: Tree = _renamed(message, NAMES_2.get(topic, {}), _value_to_3)
     if topic == topics.STATE:
         spelled.setdefault("instantActionStates", [])
+    if topic == topics.INSTANT_ACTIONS and topic in spelled:
+        spelled.setdefault("actions", spelled[topic])  # as the text of 2.0 named them, and some peers do
     return spelled
 
 

@@ -7,7 +7,7 @@ reestablished, and its session resumed; subscriptions and advertisements are ren
 import asyncio
 import itertools
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Self
@@ -26,7 +26,7 @@ from ppaas.wire.operations import (
     Unsubscribe,
 )
 from ppaas.wire.refusals import error_of_text
-from robots.client.connection import Address, ConnectionOptions, backoff
+from robots.client.connection import Address, ConnectionOptions, Role, backoff
 from robots.client.connection_keeper import ConnectionKeeper
 from robots.client.send_queue import SUBSCRIPTION, SendQueue
 
@@ -37,6 +37,9 @@ CAPACITY = 256
 
 CONNECT_TIMEOUT = 30.0
 """Time limit of the first connection [s]."""
+
+LOST = "the connection to the cloud was lost, and with it the outcome"
+"""Reason of calls and goals that ended with the session."""
 
 UNKNOWN = 0
 """Status of a goal that was refused, or whose outcome is unknown."""
@@ -89,12 +92,24 @@ class CloudLink:
         URL of the cloud, id of the robot, and token of its owner.
     renewed : callable
         Called when a session begins, the first included: the clone may be another one.
+    operator : bool
+        Whether the bridge stands beside the robot, which is connected by itself, and does not keep its clone.
     """
 
-    def __init__(self, url: str, *, robot: str, token: str, renewed: Callable[[], None] = lambda: None) -> None:
+    def __init__(
+        self,
+        url: str,
+        *,
+        robot: str,
+        token: str,
+        renewed: Callable[[], None] = lambda: None,
+        operator: bool = False,
+    ) -> None:
         self._queue = SendQueue(CAPACITY)
+        role: Role = "operator" if operator else "robot"
+        session = f"bridge-{uuid4().hex[:16]}"
         self._keeper = ConnectionKeeper(
-            Address(url, robot=robot, token=token, role="robot", session=f"bridge-{uuid4().hex[:16]}"),
+            Address(url, robot=robot, token=token, role=role, session=session, hold=not operator),
             ConnectionOptions(),
             self._queue,
             backoff,
@@ -160,6 +175,11 @@ class CloudLink:
         """Publish a message in place of a queued one of the same key (the topic): for streams on a slow link."""
         self._queue.put_newest(key or topic, _text(Publish(topic, msgspec.Raw(message))))
 
+    def publish_together(self, key: str, messages: Iterable[tuple[str, bytes]]) -> None:
+        """Publish messages of several topics in one frame, in place of a queued frame of the same key."""
+        frame = "".join(_text(Publish(topic, msgspec.Raw(message))) for topic, message in messages)
+        self._queue.put_newest(key, frame)
+
     async def publish(self, topic: str, message: bytes) -> None:
         """Publish a message that must not be lost; waits while the queue is full."""
         await self._queue.put(_text(Publish(topic, msgspec.Raw(message))))
@@ -169,9 +189,17 @@ class CloudLink:
         offer = self._offers[topic] = Advertise(topic, type_name)
         await self._queue.put(_text(offer), SUBSCRIPTION)
 
-    async def subscribe(self, topic: str, type_name: str, received: Json, *, queue_length: int = 0) -> None:
-        """Subscribe to a topic; one callback a topic."""
-        wanted = Subscribe(topic, id=f"subscribe:{topic}", type=type_name, queue_length=queue_length)
+    async def subscribe(
+        self, topic: str, type_name: str, received: Json, *, queue_length: int = 0, period: float = 0.0
+    ) -> None:
+        """Subscribe to a topic, with at most one message in each period [s]; one callback a topic."""
+        wanted = Subscribe(
+            topic,
+            id=f"subscribe:{topic}",
+            type=type_name,
+            queue_length=queue_length,
+            throttle_rate=round(1000 * period),
+        )
         self._subscriptions[topic] = wanted, received
         await self._queue.put(_text(wanted), SUBSCRIPTION)
 
@@ -227,7 +255,7 @@ class CloudLink:
         return [_text(operation) for operation in (*self._offers.values(), *subscriptions)]
 
     def _session_lost(self) -> None:
-        lost = Unavailable("the connection to the cloud was lost, and with it the outcome")
+        lost = Unavailable(LOST)
         for future in self._calls.values():
             if not future.done():
                 future.set_exception(lost)

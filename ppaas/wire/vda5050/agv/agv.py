@@ -40,10 +40,11 @@ MAX_ERRORS = 10
 
 @dataclass(frozen=True, slots=True)
 class Abilities:
-    """Map of a robot, and the types of actions that it offers at nodes, on edges and at once."""
+    """Map of a robot, types of actions that it offers at nodes, on edges and at once, and types of zones."""
 
     map_id: str
     actions: frozenset[str] = frozenset()
+    zones: tuple[str, ...] = ()
 
 
 class Agv:
@@ -69,7 +70,7 @@ class Agv:
         self._executable, self._strict = abilities.actions, version.major >= 3
         self._instant_types = instant.INSTANT_3 if version.major >= 3 else instant.INSTANT_2
         self.orders, self.actions, self.instants = OrderBook(), ActionBook(), InstantBook()
-        self.zones = ZoneBook(abilities.map_id)
+        self.zones = ZoneBook(abilities.map_id, abilities.zones)
         self.pose: RobotPose | None = None
         self.paused, self.connected = False, False
         self._entered = 0
@@ -277,6 +278,7 @@ class Agv:
                 self.instants.set(action, "RUNNING")
                 self._instant[action.action_type](action)
             elif action.action_type in self._executable:
+                self._check_connected(action)
                 self.instants.set(action, "RUNNING")
                 self._executing[action.action_id] = action
                 self._commands.append(Execute(action))
@@ -291,6 +293,10 @@ class Agv:
             self._instant_errors = [*self._instant_errors, refusal.error][-MAX_ERRORS:]
         else:
             self._instant_errors = []
+
+    def _check_connected(self, action: Action) -> None:
+        if not self.connected:
+            raise _invalid(action, "the robot is not connected to the cloud: try again")
 
     def _start_pause(self, action: Action) -> None:
         self.paused = True
@@ -344,6 +350,7 @@ class Agv:
         last = action.parameter("lastNodeId")
         if isinstance(last, str):
             self.orders.last_node, self.orders.last_sequence = last, 0
+        self._check_connected(action)
         self._commands.append(Localize(x, y, wrap_angle(theta)))
         self.instants.set(action, "FINISHED")
 

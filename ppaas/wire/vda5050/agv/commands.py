@@ -52,9 +52,9 @@ class SendFactsheet:
 
 @dataclass(frozen=True, slots=True)
 class UseZones:
-    """Use the zones of a set from now on; None for no zones. ``zones_used`` tells the end."""
+    """Use the zones of a set from now on; ``zones_used`` tells the end."""
 
-    zone_set_id: str | None
+    zone_set_id: str
 
 
 Command = Drive | Stop | LimitSpeed | Localize | Execute | SendFactsheet | UseZones

@@ -8,6 +8,12 @@ from ppaas.wire.vda5050.zones import Zones
 SUPPORTED = ("BLOCKED", "SPEED_LIMIT")
 """Types of zones that the cloud has masks for."""
 
+MIN_SPEED = 0.02
+"""Lowest limit of a zone [m/s]."""
+
+FARTHEST = 10_000.0
+"""Largest coordinate of a vertex [m]."""
+
 MAX_SETS = 8
 MAX_ZONES = 1000
 MAX_VERTICES = 20_000
@@ -17,14 +23,21 @@ MAX_VERTICES = 20_000
 class ZoneBook:
     """Sets of zones.
 
+    Parameters
+    ----------
+    map_id : str
+        Map of the AGV.
+    supported : tuple of str
+        Types of zones that it respects.
+
     Attributes
     ----------
     enabled : str or None
         Id of the set in use.
     """
 
-    def __init__(self, map_id: str) -> None:
-        self._map_id = map_id
+    def __init__(self, map_id: str, supported: tuple[str, ...]) -> None:
+        self._map_id, self._supported = map_id, supported
         self._sets: dict[str, Zones] = {}
         self.enabled: str | None = None
 
@@ -43,7 +56,7 @@ class ZoneBook:
             if zones == self._sets[zones.zone_set_id]:
                 return
             raise Refusal(faults.DUPLICATE_ZONE_SET, f"zone set {zones.zone_set_id!r} is there: delete it before", ids)
-        problem = _problem(zones)
+        problem = _problem(zones, self._supported)
         if not problem and len(self._sets) >= MAX_SETS:
             problem = f"the robot has {MAX_SETS} zone sets: delete one"
         if problem:
@@ -93,14 +106,16 @@ class ZoneBook:
         ]
 
 
-def _problem(zones: Zones) -> str:
+def _problem(zones: Zones, supported: tuple[str, ...]) -> str:
     if not zones.zone_set_id:
         return "zoneSetId is empty"
     if len(zones.zones) > MAX_ZONES or sum(len(zone.vertices) for zone in zones.zones) > MAX_VERTICES:
         return f"a zone set has at most {MAX_ZONES} zones and {MAX_VERTICES} vertices"
+    if any(max(abs(point.x), abs(point.y)) > FARTHEST for zone in zones.zones for point in zone.vertices):
+        return f"a vertex is farther than {FARTHEST:g} m from the origin of the map"
     for zone in zones.zones:
-        if zone.zone_type not in SUPPORTED:
-            return f"zone {zone.zone_id!r} is of type {zone.zone_type}; supported: {', '.join(SUPPORTED)}"
-        if zone.zone_type == "SPEED_LIMIT" and not (zone.maximum_speed and zone.maximum_speed > 0):
-            return f"zone {zone.zone_id!r} has no maximumSpeed above 0"
+        if zone.zone_type not in supported:
+            return f"zone {zone.zone_id!r} is of type {zone.zone_type}; supported: {', '.join(supported) or 'none'}"
+        if zone.zone_type == "SPEED_LIMIT" and not (zone.maximum_speed and zone.maximum_speed >= MIN_SPEED):
+            return f"the maximumSpeed of zone {zone.zone_id!r} is not at least {MIN_SPEED} m/s"
     return ""

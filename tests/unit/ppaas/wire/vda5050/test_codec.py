@@ -87,6 +87,14 @@ def test_unknown_fields_are_ignored_and_optional_ones_absent() -> None:
     assert order.order_id == "o1" and order.zone_set_id is None
 
 
+def test_instant_actions_of_2_have_two_names() -> None:
+    payload = json.loads(payload_of(Version.V2_0, topics.INSTANT_ACTIONS))
+    assert payload["actions"] == payload.pop("instantActions")
+    payload["instantActions"] = payload.pop("actions")
+    _, body = decode(topics.INSTANT_ACTIONS, json.dumps(payload).encode(), Version.V2_0)
+    assert [one.action_id for one in body.actions] == ["i1"]
+
+
 def test_whole_numbers_may_be_written_as_floats() -> None:
     _, order = decode(topics.ORDER, changed(Version.V2_0, topics.ORDER, orderUpdateId=4.0), Version.V2_0)
     assert order.order_update_id == 4

@@ -18,6 +18,7 @@ from ppaas.wire.vda5050.agv.commands import (
     Stop,
     UseZones,
 )
+from ppaas.wire.vda5050.agv.zone_book import SUPPORTED
 from ppaas.wire.vda5050.fields import Point, Trajectory
 from ppaas.wire.vda5050.orders import Deviation, InstantActions, Order
 from ppaas.wire.vda5050.versions import Version
@@ -26,7 +27,7 @@ from tests.support.vda5050.orders import MAP, action, edge, node, order
 
 
 def agv_at(x: float = 0.0, version: Version = Version.V2_1) -> Agv:
-    agv = Agv(version, Abilities(MAP, frozenset({"beep"})))
+    agv = Agv(version, Abilities(MAP, frozenset({"beep"}), SUPPORTED))
     agv.link(connected=True)
     agv.robot_at(RobotPose(x, 0.0, 0.0))
     return agv

@@ -59,6 +59,12 @@ def test_a_robot_that_is_not_connected_is_not_localized() -> None:
     assert state.operating_mode == "SERVICE"
 
 
+def test_a_robot_that_others_move_drives() -> None:
+    agv = new_agv(Version.V2_1)
+    assert state_of(agv, MAP, TELEMETRY).driving
+    assert not state_of(agv, MAP, Telemetry(TELEMETRY.power, Velocity(vx=0.0, omega=0.01))).driving
+
+
 steps = st.lists(
     st.one_of(
         st.builds(

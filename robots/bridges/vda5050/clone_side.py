@@ -1,0 +1,254 @@
+"""Side of an AGV that is the robot in the cloud: executes commands, and tells poses, drives and actions."""
+
+import math
+from collections.abc import Callable, Coroutine
+from typing import Any
+
+import msgspec
+
+from ppaas.clock import monotonic
+from ppaas.errors import PPaaSError
+from ppaas.geometry import quaternion_of, yaw_of
+from ppaas.wire.vda5050.agv.agv import Agv
+from ppaas.wire.vda5050.agv.commands import Command, Drive, Execute, LimitSpeed, Localize, Outcome, RobotPose, Stop
+from ppaas.wire.vda5050.agv.report import Telemetry
+from ppaas.wire.vda5050.fields import Velocity
+from ppaas.wire.vda5050.orders import Action
+from ppaas.wire.vda5050.states import PowerSupply
+from robots.bridges.core.cloud_link import LOST, CloudGoal, CloudLink
+from robots.bridges.vda5050.agv_options import AgvOptions
+
+POSE_PERIOD = 0.2
+"""Least time between two poses that are taken [s]."""
+
+SLOW_PERIOD = 1.0
+"""Least time between two paths, and between two messages of the battery [s]."""
+
+POSE_AGE = 3.0
+"""Age of the last pose from which the robot counts as lost [s]."""
+
+ACTION_TIMEOUT = 60.0
+"""Time limit of an action of the robot [s], that of the cloud for calls."""
+
+REACHED = 4
+CHARGING = 1
+"""Status of a goal that was reached, and of a battery that is charged, as ROS 2 numbers them."""
+
+COVARIANCE = {0: 0.25, 7: 0.25, 35: 0.07}
+"""Covariance of a pose that a master control sets, as of RViz: entries of a 6 × 6 matrix [m², rad²]."""
+
+NAVIGATE = "nav2_msgs/action/NavigateToPose"
+POSE_TYPE = "geometry_msgs/msg/PoseWithCovarianceStamped"
+TRIGGER = "std_srvs/srv/Trigger"
+
+
+class _Quaternion(msgspec.Struct):
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+    w: float = 0.0
+
+
+class _Point(msgspec.Struct):
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+
+
+class _Pose(msgspec.Struct):
+    position: _Point
+    orientation: _Quaternion
+
+
+class _WithCovariance(msgspec.Struct):
+    pose: _Pose
+    covariance: list[float] = []
+
+
+class _Located(msgspec.Struct):
+    pose: _WithCovariance
+
+
+class _PathPose(msgspec.Struct):
+    pose: _Pose
+
+
+class _Path(msgspec.Struct):
+    poses: list[_PathPose]
+
+
+class _Twist(msgspec.Struct):
+    linear: _Point
+    angular: _Point
+
+
+class _Moving(msgspec.Struct):
+    twist: _Twist
+
+
+class _Odometry(msgspec.Struct):
+    twist: _Moving
+
+
+class _Battery(msgspec.Struct):
+    percentage: float | None = None
+    voltage: float | None = None
+    current: float | None = None
+    power_supply_status: int = 0
+
+
+_LOCATED, _PATH = msgspec.json.Decoder(_Located), msgspec.json.Decoder(_Path)
+_ODOMETRY, _BATTERY = msgspec.json.Decoder(_Odometry), msgspec.json.Decoder(_Battery)
+
+
+class CloneSide:
+    """Robot of an AGV.
+
+    Parameters
+    ----------
+    agv : Agv
+    telemetry : Telemetry
+        Takes what the robot tells besides its pose.
+    link : CloudLink
+    options : AgvOptions
+    changed : callable
+        Called after each input of the AGV.
+    start : callable
+        Starts a coroutine in the background.
+    """
+
+    def __init__(
+        self,
+        agv: Agv,
+        telemetry: Telemetry,
+        link: CloudLink,
+        options: AgvOptions,
+        *,
+        changed: Callable[[], None],
+        start: Callable[[Coroutine[Any, Any, None]], None],
+    ) -> None:
+        self._agv, self._telemetry, self._link, self._options = agv, telemetry, link, options
+        self._changed, self._start = changed, start
+        self._located = -math.inf
+        self._goal: CloudGoal | None = None
+
+    async def subscribe(self) -> None:
+        """Subscribe to the robot's topics."""
+        link = self._link
+        await link.subscribe("amcl_pose", POSE_TYPE, self._pose_received, period=POSE_PERIOD)
+        await link.subscribe("odom", "nav_msgs/msg/Odometry", self._odometry_received, period=POSE_PERIOD)
+        await link.subscribe(
+            "battery_state", "sensor_msgs/msg/BatteryState", self._battery_received, period=SLOW_PERIOD
+        )
+        if self._options.version.major >= 3:
+            await link.subscribe("plan", "nav_msgs/msg/Path", self._path_received, period=SLOW_PERIOD)
+
+    # -- from the robot ------------------------------------------------------------------------------------------------
+
+    def check(self) -> None:
+        """Notice that the connection was lost or found, or that poses do not come any more."""
+        if self._link.connected != self._agv.connected:
+            self._agv.link(connected=self._link.connected)
+            self._changed()
+        if self._agv.pose is not None and monotonic() - self._located > POSE_AGE:
+            self._agv.robot_at(None)
+            self._telemetry.velocity = None
+            self._changed()
+
+    def _pose_received(self, message: bytes) -> None:
+        located = _LOCATED.decode(message)
+        pose, covariance = located.pose.pose, located.pose.covariance
+        turned = pose.orientation
+        deviation = math.sqrt(max(0.0, covariance[0] + covariance[7])) if len(covariance) == 36 else 0.0
+        yaw = yaw_of(turned.x, turned.y, turned.z, turned.w)
+        self._located = monotonic()
+        self._agv.robot_at(RobotPose(pose.position.x, pose.position.y, yaw, deviation))
+        self._changed()
+
+    def _odometry_received(self, message: bytes) -> None:
+        odometry = _ODOMETRY.decode(message)
+        twist = odometry.twist.twist
+        self._telemetry.velocity = Velocity(vx=twist.linear.x, vy=twist.linear.y, omega=twist.angular.z)
+
+    def _path_received(self, message: bytes) -> None:
+        path = _PATH.decode(message)
+        self._telemetry.path = [(one.pose.position.x, one.pose.position.y) for one in path.poses]
+
+    def _battery_received(self, message: bytes) -> None:
+        battery = _BATTERY.decode(message)
+        if battery.percentage is None:
+            return
+        self._telemetry.information.clear()
+        self._telemetry.power = PowerSupply(
+            state_of_charge=min(max(100.0 * battery.percentage, 0.0), 100.0),
+            charging=battery.power_supply_status == CHARGING,
+            battery_voltage=battery.voltage,
+            battery_current=battery.current,
+        )
+
+    # -- to the robot --------------------------------------------------------------------------------------------------
+
+    async def execute(self, command: Command) -> None:
+        """Execute a command of the AGV."""
+        if isinstance(command, Drive):
+            await self._drive(command)
+        elif isinstance(command, Stop):
+            await self._stop()
+        elif isinstance(command, LimitSpeed):
+            limit = {"header": {}, "percentage": False, "speed_limit": command.speed}
+            await self._link.publish("speed_limit", msgspec.json.encode(limit))
+        elif isinstance(command, Localize):
+            await self._localize(command)
+        elif isinstance(command, Execute):
+            self._start(self._act(command.action))
+
+    async def _drive(self, drive: Drive) -> None:
+        goal = {"pose": {"header": {"frame_id": "map"}, "pose": _pose(drive.x, drive.y, drive.theta)}}
+        sent = await self._link.send_goal("navigate_to_pose", NAVIGATE, msgspec.json.encode(goal), lambda _: None)
+        self._goal = sent
+        self._start(self._await_end(drive.number, sent))
+
+    async def _await_end(self, number: int, goal: CloudGoal) -> None:
+        end = await goal.end
+        if end.status == REACHED:
+            self._agv.drive_ended(number, Outcome.REACHED)
+        elif end.reason == LOST:
+            self._agv.drive_ended(number, Outcome.LOST)
+            if self._link.connected:  # another session has begun: drive again
+                self._agv.link(connected=True)
+        else:
+            self._agv.drive_ended(number, Outcome.FAILED, end.reason or _message(end.result))
+        self._changed()
+
+    async def _stop(self) -> None:
+        if self._goal is not None:
+            await self._link.cancel_goal(self._goal)
+            self._goal = None
+
+    async def _localize(self, command: Localize) -> None:
+        covariance = [COVARIANCE.get(index, 0.0) for index in range(36)]
+        pose = {"pose": _pose(command.x, command.y, command.theta), "covariance": covariance}
+        message = {"header": {"frame_id": "map"}, "pose": pose}
+        await self._link.publish("initialpose", msgspec.json.encode(message))
+
+    async def _act(self, action: Action) -> None:
+        service = self._options.services[action.action_type]
+        try:
+            answer = msgspec.json.decode(await self._link.call(service, TRIGGER, b"{}", ACTION_TIMEOUT))
+            ok, text = bool(answer["success"]), str(answer.get("message", ""))
+        except PPaaSError as error:
+            ok, text = False, str(error)
+        self._agv.action_ended(action.action_id, ok=ok, result=text)
+        self._changed()
+
+
+def _pose(x: float, y: float, theta: float) -> dict[str, Any]:
+    qx, qy, qz, qw = quaternion_of(theta)
+    return {"position": {"x": x, "y": y, "z": 0.0}, "orientation": {"x": qx, "y": qy, "z": qz, "w": qw}}
+
+
+def _message(result: bytes) -> str:
+    """Return what a result of Nav2 says of a failure."""
+    values = msgspec.json.decode(result)
+    text = str(values.get("error_msg") or "") if isinstance(values, dict) else ""
+    return text or "the goal was not reached, or another client cancelled or replaced it"
