@@ -28,10 +28,14 @@ class McapDecoder:
         try:
             return decoded(message.channel, message.data)
         except (UnknownType, MalformedMessage) as error:
-            reason = f"{message.channel.topic[:64]}: {str(error)[:200]}"
-            if reason in self.skipped or len(self.skipped) < MOST_SKIPPED:
-                self.skipped[reason] += 1
+            self.skip(message, str(error))
             return None
+
+    def skip(self, message: Message, why: str) -> None:
+        """Count a message that cannot be used."""
+        reason = f"{message.channel.topic[:64]}: {why[:200]}"
+        if reason in self.skipped or len(self.skipped) < MOST_SKIPPED:
+            self.skipped[reason] += 1
 
 
 def decoded(channel: Channel, data: bytes) -> bytes:

@@ -30,8 +30,9 @@ router = APIRouter(prefix="/robots/{robot_id}", tags=["robots"], route_class=Str
 DEFAULT_SECONDS = 600.0
 """Time after which a recording ends by itself [s]."""
 
-PATIENCE, LOOK = 5.0, 0.05
-"""Time within which the recorder of a machine begins and ends a file, and the period of looking for it [s]."""
+PATIENCE, LOOK = 20.0, 0.05
+"""Time within which the recorder of a machine begins and ends a file, and the period of looking for it [s]. Its process
+is started for the first file, which takes a second, or longer on a machine without a free core."""
 
 MEDIA_TYPE = "application/octet-stream"
 
@@ -194,6 +195,7 @@ async def _begun(services: Services, folder: RecordingsFolder, robot: ReachedRob
                     await asyncio.sleep(LOOK)
                     await _raise_problem(services, robot)
     except TimeoutError as error:
+        await services.cloud.call_recorder(robot.user, robot.id, "stop", Empty())
         raise Unavailable(f"the recorder of the robot's machine did not begin within {PATIENCE:g} s") from error
 
 
