@@ -8,12 +8,15 @@ from pathlib import Path
 import pytest
 
 from ppaas.errors import Unavailable
+from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from robots import cli
 from robots.client.rest import RestClient
 from tests.support.cloud.cloud import ADMIN_PASSWORD, publish_map, register_robot, running_cloud
 from tests.support.cloud.drive import driving
 from tests.support.network.certificates import TestAuthority
+from tests.support.ros2.bridge_process import bridge_process
+from tests.support.ros2.zenoh_robot import free_endpoint, zenoh_robot
 from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = pytest.mark.journey
@@ -26,6 +29,21 @@ async def ppaas(*arguments: str, stdin: str = "") -> tuple[int, str, str]:
     process = await asyncio.create_subprocess_exec(*command, **pipes)  # type: ignore[arg-type]
     out, errors = await process.communicate(stdin.encode())
     return process.returncode or 0, out.decode(), errors.decode()
+
+
+async def drive_by_ros2(url: str, token: str, authority: TestAuthority, grid: GridMap, start: Pose2D) -> None:
+    """Drive a robot with ROS 2 over Zenoh, with TLS on both sides of its bridge."""
+    endpoint, folder = free_endpoint().replace("tcp/", "tls/"), authority.file.parent
+    certificate, key = authority.issue("bridge")
+    config = folder / "zenoh.json5"
+    tls = {"listen_certificate": str(certificate), "listen_private_key": str(key)}
+    config.write_text(json.dumps({"transport": {"link": {"tls": tls}}}))
+    options = ("--transport", "zenoh", "--listen", endpoint, "--zenoh-config", str(config), "--url", url)
+    with bridge_process("tb2", *options, "--token", token, log=folder / "bridge.log"):
+        async with zenoh_robot(endpoint, grid, start, authority=authority.file) as robot:
+            goal = reachable_pose(grid, start, seed=3, at_least=1.0, at_most=2.0)
+            await robot.send_goal(goal)
+            await robot.arrives(goal)
 
 
 async def test_robots_programs_and_commands_use_a_cloud_by_tls(
@@ -50,6 +68,8 @@ async def test_robots_programs_and_commands_use_a_cloud_by_tls(
         async with driving(cloud.url, robot, "tb1", office_map, start) as drive:
             authority.issue("cloud")
             assert await drive.go(reachable_pose(office_map, start, seed=2, at_least=1.5)) <= 0.25
+
+        await drive_by_ros2(cloud.url, await register_robot(rest, "tb2", "office", start), authority, office_map, start)
 
         monkeypatch.setenv("PPAAS_TOKEN", token.strip())
         status, events, errors = await ppaas("audit", "--url", cloud.url, "--user", "admin", "--json")
