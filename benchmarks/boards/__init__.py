@@ -1,0 +1,1 @@
+"""``ppaas bench boards``: what the clients of microcontrollers cost a board."""
