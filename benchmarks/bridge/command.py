@@ -1,4 +1,4 @@
-"""``ppaas bench bridge``: latency, CPU time and memory of the bridge of robots with ROS 2."""
+"""``ppaas bench bridge``: latency, CPU time and memory of the bridges of robots with ROS."""
 
 import argparse
 from typing import TYPE_CHECKING
@@ -9,9 +9,9 @@ from robots.cli.benches import Measured
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-HELP = "latency, CPU time and memory of ppaas bridge ros2, beside messages that pass without it"
+HELP = "latency, CPU time and memory of ppaas bridge ros2 and ros1, beside messages that pass without them"
 
-TRANSPORTS = ("zenoh", "dds")
+TRANSPORTS = ("zenoh", "dds", "ros1")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

@@ -1,4 +1,4 @@
-"""Process of a node of ROS 2 that sends each scan back: the stack's own echo, without a bridge and a cloud.
+"""Process of a node of ROS that sends each scan back: the stack's own echo, without a bridge and a cloud.
 
 ``python -m benchmarks.bridge.echo_process TRANSPORT ENDPOINT`` runs until it is terminated.
 """
@@ -10,6 +10,7 @@ import sys
 from ppaas.wire.ros.graph import SENSOR
 from robots.bridges.core.transport import Transport
 from robots.bridges.dds.node import DdsOptions, DdsTransport
+from robots.bridges.ros1.node import Ros1Options, Ros1Transport
 from robots.bridges.zenoh.node import ZenohOptions, ZenohTransport
 
 SCAN, TO, BACK = "sensor_msgs/msg/LaserScan", "/echo/scan", "/echo/back"
@@ -19,10 +20,12 @@ DOMAIN = 87
 
 
 def node(name: str, endpoint: str, title: str) -> Transport:
-    """Return a node of a transport; over DDS it stays on this computer."""
+    """Return a node of a transport, given the endpoint of a router or the URI of a master; over DDS it stays here."""
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     if name == "dds":
         return DdsTransport(DdsOptions(DOMAIN, "jazzy"), title)
+    if name == "ros1":
+        return Ros1Transport(Ros1Options(endpoint), title)
     return ZenohTransport(ZenohOptions(connect=(endpoint,), domain=DOMAIN, release="jazzy"), title)
 
 

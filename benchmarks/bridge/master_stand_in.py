@@ -1,5 +1,9 @@
-"""Master of ROS 1 in a thread, on the XML-RPC of Python: independent of the bridge."""
+"""Stand-in for a master of ROS 1, in threads and on the XML-RPC server of Python: independent of the bridge.
 
+``python -m benchmarks.bridge.master_stand_in PORT`` runs one until it is terminated.
+"""
+
+import sys
 import threading
 import xmlrpc.client
 from collections import defaultdict
@@ -19,13 +23,18 @@ class Server(ThreadingMixIn, SimpleXMLRPCServer):
     allow_reuse_address = True
 
 
-class FakeMaster:
+class MasterStandIn:
     """Master on the loopback interface, which can be stopped and started anew, knowing nobody.
 
     Parameters
     ----------
     port : int
         Its port; 0 for a free one.
+
+    Attributes
+    ----------
+    refused : set of str
+        Topics whose next publisher is refused.
     """
 
     def __init__(self, port: int = 0) -> None:
@@ -35,7 +44,7 @@ class FakeMaster:
         self.service_uris: dict[str, str] = {}
         self.types: dict[str, str] = {}
         self.nodes: dict[str, str] = {}
-        self.calls: list[str] = []
+        self.refused: set[str] = set()
         self._server = Server(("127.0.0.1", port), logRequests=False)
         for name, method in self._methods().items():
             self._server.register_function(method, name)
@@ -65,13 +74,15 @@ class FakeMaster:
         }
 
     def _node(self, node: str, uri: str) -> None:
-        self.calls.append(node)
         before = self.nodes.get(node)
         self.nodes[node] = uri
         if before not in (None, uri):
             self._tell(str(before), "shutdown", f"new node registered with same name {node}")
 
     def _register_publisher(self, node: str, topic: str, kind: str, uri: str) -> list[Any]:
+        if topic in self.refused:
+            self.refused.remove(topic)
+            return [0, "refused", 0]
         self._node(node, uri)
         self.publishers[topic][node], self.types[topic] = uri, kind
         self._update(topic)
@@ -132,3 +143,8 @@ class FakeMaster:
                 return  # the node has gone, as nodes do
 
         threading.Thread(target=tell, daemon=True).start()
+
+
+if __name__ == "__main__":
+    MasterStandIn(int(sys.argv[1]))
+    threading.Event().wait()

@@ -1,4 +1,4 @@
-"""Messages through a bridge in a process of its own, between a node of ROS 2 and a stand-in for the cloud.
+"""Messages through a bridge in a process of its own, between a node of ROS and a stand-in for the cloud.
 
 Node and stand-in are in this process and share its clock. The baseline is half of the time that a scan takes to a
 second node in another process and back, without the bridge.
@@ -8,11 +8,13 @@ import asyncio
 import os
 import subprocess
 import sys
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import psutil
 
+from benchmarks.bridge import master_stand_in
 from benchmarks.bridge.cloud_stand_in import CloudStandIn, cloud_stand_in
 from benchmarks.bridge.echo_process import BACK, DOMAIN, SCAN, TO, node
 from benchmarks.harness.figures import Figure, median_of
@@ -52,36 +54,55 @@ async def measure(progress: "Progress", transports: Sequence[str], *, quick: boo
 
 
 async def _measure(name: str, cloud: CloudStandIn, quick: bool) -> list[Figure]:
-    endpoint = f"tcp/127.0.0.1:{free_ports(1)[0]}"
-    listen = ["--listen", endpoint] if name == "zenoh" else []
-    command = [
-        sys.executable,
-        "-m",
-        cli.__name__,
-        "bridge",
-        "ros2",
-        "robot",
-        "--transport",
-        name,
-        "--domain",
-        str(DOMAIN),
-    ]
-    process = await asyncio.to_thread(
-        subprocess.Popen, [*command, *listen, "--url", cloud.url, "--token", "t"], stderr=subprocess.DEVNULL
-    )
-    try:
-        async with asyncio.timeout(30.0):
-            while "cmd_vel" not in cloud.subscribed:  # noqa: ASYNC110 - one wait before a measurement
-                await asyncio.sleep(0.05)
-        robot = node(name, endpoint, "robot")
-        await robot.open(lambda: None)
+    with _meeting_place(name) as endpoint:
+        command = [
+            sys.executable,
+            "-m",
+            cli.__name__,
+            "bridge",
+            *_words(name, endpoint),
+            "--url",
+            cloud.url,
+            "--token",
+            "t",
+        ]
+        process = await asyncio.to_thread(subprocess.Popen, command, stderr=subprocess.DEVNULL)
         try:
-            return await _Robot(name, endpoint, robot, cloud, psutil.Process(process.pid)).measure(quick)
+            async with asyncio.timeout(30.0):
+                while "cmd_vel" not in cloud.subscribed:  # noqa: ASYNC110 - one wait before a measurement
+                    await asyncio.sleep(0.05)
+            robot = node(name, endpoint, "robot")
+            await robot.open(lambda: None)
+            try:
+                return await _Robot(name, endpoint, robot, cloud, psutil.Process(process.pid)).measure(quick)
+            finally:
+                await robot.close()
         finally:
-            await robot.close()
+            process.terminate()
+            await asyncio.to_thread(process.wait)
+
+
+@contextmanager
+def _meeting_place(name: str) -> Iterator[str]:
+    """Yield the endpoint of the router that the bridge is, or the URI of a master that runs in a process of its own."""
+    if name != "ros1":
+        yield f"tcp/127.0.0.1:{free_ports(1)[0]}"
+        return
+    [port] = free_ports(1)
+    process = subprocess.Popen([sys.executable, "-m", master_stand_in.__name__, str(port)])
+    try:
+        yield f"http://127.0.0.1:{port}"
     finally:
         process.terminate()
-        await asyncio.to_thread(process.wait)
+        process.wait()
+
+
+def _words(name: str, endpoint: str) -> list[str]:
+    """Return the bridge's part of the command line."""
+    if name == "ros1":
+        return ["ros1", "robot", "--master", endpoint]
+    listen = ["--listen", endpoint] if name == "zenoh" else []
+    return ["ros2", "robot", "--transport", name, "--domain", str(DOMAIN), *listen]
 
 
 class _Robot:
@@ -105,10 +126,11 @@ class _Robot:
         odometry = self._node.publisher("/odom", ODOMETRY, Qos())
         scans = self._node.publisher("/scan", SCAN, SENSOR)
         transforms = self._node.publisher("/tf", TF, Qos(depth=100))
-        while not self._cloud.arrived["odom"] or not self._cloud.arrived["scan"]:
-            odometry.publish(self._odometry)
-            scans.publish(self._scan)
-            await asyncio.sleep(0.01)
+        async with asyncio.timeout(30.0):
+            while not self._cloud.arrived["odom"] or not self._cloud.arrived["scan"]:
+                odometry.publish(self._odometry)
+                scans.publish(self._scan)
+                await asyncio.sleep(0.01)
         discovery = monotonic() - began
         count = QUICK_SAMPLES if quick else SAMPLES
         direct = await self._direct(count)

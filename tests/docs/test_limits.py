@@ -34,7 +34,9 @@ from ppaas.robot_model import urdf, xml_document
 from ppaas.wire import fragments
 from ppaas.wire.binary import cbor_decoder
 from ppaas.wire.rapyuta import forwarder, part_assembler, requests
-from ppaas.wire.ros import rmw_zenoh, types
+from ppaas.wire.ros import rmw_zenoh, tcpros, types, xml_rpc
+from robots.bridges.ros1 import http, move_base, peer, publication
+from robots.bridges.ros1 import node as ros1_node
 from robots.bridges.zenoh import node
 from tests.support.documents import table, text_of
 
@@ -152,6 +154,16 @@ ROWS = {
     ): [executor.MAX_CONTAINERS, f"{clone.MAX_NODES}; {endpoints.MAX_INTERFACES}, {interfaces.MAX_PEERS} each"],
     ("robot of Rapyuta", "message of a forwarder without compression"): [size(forwarder.MAX_SERIALIZED)],
     ("message of ROS in CDR or of ROS 1", "size"): [f"{types.MAX_MESSAGE >> 20} MiB"],
+    ("connection header of ROS 1", "size; fields"): [f"{size(tcpros.MAX_HEADER)}; {tcpros.MAX_FIELDS}"],
+    ("call or response of XML-RPC of ROS 1", "size"): [f"{size(xml_rpc.MAX_CALL)} or {size(xml_rpc.MAX_RESPONSE)}"],
+    (
+        "node of the bridge of ROS 1",
+        "connections for data, for calls; subscribers of a topic, publishers, clients of a service",
+    ): [f"{ros1_node.MAX_PEERS}, {http.MAX_CONNECTIONS}; {publication.MAX_SUBSCRIBERS} each"],
+    ("node of the bridge of ROS 1", "time for a header; time without a call"): [
+        f"{peer.HEADER_TIMEOUT:g} s; {http.IDLE_TIMEOUT:g} s"
+    ],
+    ("subscriber in ROS 1 that does not read", "messages that wait for it"): [f"at most {move_base.MAX_GOALS}"],
     ("graph of a robot with ROS 2", "entities; token of one"): [node.MAX_ENTITIES, rmw_zenoh.MAX_TOKEN],
     ("TLS", "time of the handshake"): [
         f"{tls_handshake.HANDSHAKE_SECONDS:g} s",

@@ -1,10 +1,14 @@
 """Client of a master of ROS 1, in the name of one node."""
 
+import asyncio
 from typing import Any
 
 from ppaas.errors import MalformedMessage
 from ppaas.wire.ros.master_state import MasterState, read_state, read_types
 from robots.bridges.ros1.http import call
+
+MAX_CALLS = 4
+"""Largest number of calls at once: rosmaster lets five connections wait."""
 
 
 class Master:
@@ -18,6 +22,7 @@ class Master:
 
     def __init__(self, uri: str, node: str, own: str) -> None:
         self._uri, self._node, self._own = uri, node, own
+        self._turn = asyncio.Semaphore(MAX_CALLS)
 
     async def state(self) -> MasterState:
         """Return which nodes publish, subscribe and serve; this and the others raise as `call`."""
@@ -52,7 +57,8 @@ class Master:
         await self._call("unregisterService", service, data)
 
     async def _call(self, method: str, *arguments: str) -> Any:
-        return await call(self._uri, method, self._node, *arguments)
+        async with self._turn:
+            return await call(self._uri, method, self._node, *arguments)
 
 
 def read_uris(value: Any) -> list[str]:

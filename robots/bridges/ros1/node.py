@@ -1,7 +1,7 @@
 """Node of ROS 1 without ROS: topics and services over TCPROS, found and registered at a master.
 
-The state of the master is read twice a second. It tells which nodes there are, and whether this one is registered: a
-master that was restarted has forgotten it, and learns it again. Nodes of rospy and roscpp do not register again, so
+The state of the master is read four times a second. It tells which nodes there are, and whether this one is registered:
+a master that was restarted has forgotten it, and learns it again. Nodes of rospy and roscpp do not register again, so
 the connections that they have count as part of the graph, too.
 """
 
@@ -36,7 +36,7 @@ logger = logging.getLogger("ppaas.bridge")
 
 Named = TypeVar("Named", Publication, Subscription, Service)
 
-POLL = 0.5
+POLL = 0.25
 """Time between two looks at the master [s]."""
 
 MAX_PEERS = 512
@@ -106,7 +106,7 @@ class Ros1Transport(Transport, Slave):
         except OSError as error:
             raise Unavailable(f"cannot listen on {listen}: {error}; name an address by --host") from error
         master, data = Master(self.master, self._name, self._uri), f"rosrpc://{self._host}:{self.data_address()[1]}"
-        self._registry = Registry(master, self._name, data, self._notices)
+        self._registry = Registry(master, self._name, data, self.publishers_changed, self._notices)
         self._notices.info("types of messages are those of ROS 1 noetic")
         self._watching = asyncio.create_task(self._watch())
 
@@ -160,9 +160,7 @@ class Ros1Transport(Transport, Slave):
             self._known_types = {topic: self._known_types[topic] for topic in topics}
         self._state = state
         self._refresh()
-        found = await self._registry.reconcile(state, self._wanted())
-        for topic, uris in found.items():
-            self.publishers_changed(topic, uris)
+        await self._registry.reconcile(state, self._wanted())
 
     def _wanted(self) -> dict[tuple[Kind, str], Publication | Subscription | Service]:
         wanted: dict[tuple[Kind, str], Publication | Subscription | Service] = {}

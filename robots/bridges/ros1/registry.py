@@ -27,17 +27,23 @@ class Registry:
         Name of the node.
     data : str
         TCPROS URI of the node's services.
+    publishers : callable
+        Called with each topic to which a subscriber was registered, and the URIs of its publishers.
     notices : Notices
         Log.
     """
 
-    def __init__(self, master: Master, node: str, data: str, notices: Notices) -> None:
-        self.master = master
+    def __init__(
+        self, master: Master, node: str, data: str, publishers: Callable[[str, list[str]], None], notices: Notices
+    ) -> None:
+        self.master, self._publishers = master, publishers
         self._node, self._data, self._notices = node, data, notices
         self._registered: dict[Key, Named] = {}
 
-    async def reconcile(self, state: MasterState, wanted: Mapping[Key, Named]) -> dict[str, list[str]]:
-        """Register what is wanted and not registered, and withdraw the rest; raises as `Master`.
+    async def reconcile(self, state: MasterState, wanted: Mapping[Key, Named]) -> None:
+        """Register what is wanted and not registered, and withdraw the rest.
+
+        All is tried before an error is raised as by `Master`; what has failed is missing the next time.
 
         Parameters
         ----------
@@ -45,28 +51,10 @@ class Registry:
             State of the master.
         wanted : mapping
             Publications, subscriptions and services by kind and name.
-
-        Returns
-        -------
-        dict
-            URIs of the publishers of each topic to which a subscriber was registered.
         """
         await self._each(self._withdraw, self._registered.keys() - wanted.keys())
         missing = [key for key, one in wanted.items() if self._is_missing(key, one, state)]
-        found: dict[str, list[str]] = {}
-
-        async def register(key: Key) -> None:
-            kind, name = key
-            if kind is Kind.SUBSCRIBER:
-                found[name] = await self.master.subscribe(name, ros1_type(wanted[key].type))
-            elif kind is Kind.PUBLISHER:
-                await self.master.publish(name, ros1_type(wanted[key].type))
-            else:
-                await self.master.serve(name, self._data)
-            self._registered[key] = wanted[key]
-
-        await self._each(register, missing)
-        return found
+        await self._each(lambda key: self._register(key, wanted[key]), missing)
 
     async def withdraw(self) -> None:
         """Unregister all; raises as `Master`."""
@@ -83,6 +71,17 @@ class Registry:
             self._notices.warn(f"{name} is served by {', '.join(sorted(others))}, and so not by the cloud")
             return False
         return self._registered.get(key) is not one or self._node not in registered
+
+    async def _register(self, key: Key, one: Named) -> None:
+        kind, name = key
+        if kind is Kind.SUBSCRIBER:
+            uris = await self.master.subscribe(name, ros1_type(one.type))
+            self._publishers(name, uris)
+        elif kind is Kind.PUBLISHER:
+            await self.master.publish(name, ros1_type(one.type))
+        else:
+            await self.master.serve(name, self._data)
+        self._registered[key] = one
 
     async def _withdraw(self, key: Key) -> None:
         kind, name = key

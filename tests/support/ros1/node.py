@@ -9,8 +9,8 @@ from collections.abc import Callable
 from typing import Any, BinaryIO
 from xmlrpc.server import SimpleXMLRPCServer
 
+from benchmarks.bridge.master_stand_in import Server
 from ppaas.wire.ros import ros_types
-from tests.support.ros1.fake_master import Server
 
 TYPES = ros_types("noetic", ros2_times=True)
 Message = dict[str, Any]

@@ -10,13 +10,13 @@ from typing import Any
 
 import pytest
 
+from benchmarks.bridge.master_stand_in import MasterStandIn
 from ppaas.errors import Conflict, InvalidInput, Unavailable
 from ppaas.wire.ros.graph import LATCHED, Kind, Qos
 from robots.bridges.ros1 import node as node_module
 from robots.bridges.ros1 import peer as peer_module
 from robots.bridges.ros1 import subscription as subscription_module
 from robots.bridges.ros1.node import Ros1Options, Ros1Transport, node_name
-from tests.support.ros1.fake_master import FakeMaster
 from tests.support.ros1.node import TYPES, Node, frame, pack, unpack
 from tests.support.waiting import until
 
@@ -30,14 +30,14 @@ def _short(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def master() -> Iterator[FakeMaster]:
-    running = FakeMaster()
+def master() -> Iterator[MasterStandIn]:
+    running = MasterStandIn()
     yield running
     running.stop()
 
 
 @contextmanager
-def node(master: FakeMaster, name: str = "/robot") -> Iterator[Node]:
+def node(master: MasterStandIn, name: str = "/robot") -> Iterator[Node]:
     running = Node(name, master.uri)
     try:
         yield running
@@ -46,7 +46,7 @@ def node(master: FakeMaster, name: str = "/robot") -> Iterator[Node]:
 
 
 @asynccontextmanager
-async def opened(master: FakeMaster, name: str = "bridge") -> AsyncIterator[Ros1Transport]:
+async def opened(master: MasterStandIn, name: str = "bridge") -> AsyncIterator[Ros1Transport]:
     transport = Ros1Transport(Ros1Options(master.uri), name)
     await transport.open(lambda: None)
     try:
@@ -59,7 +59,7 @@ def text(value: str) -> bytes:
     return TYPES.encode(STRING, {"data": value})
 
 
-async def test_topics_pass_both_ways_and_late_readers_get_what_is_latched(master: FakeMaster) -> None:
+async def test_topics_pass_both_ways_and_late_readers_get_what_is_latched(master: MasterStandIn) -> None:
     heard: list[str] = []
     read: list[str] = []
     async with opened(master) as transport:
@@ -88,7 +88,7 @@ async def graph(transport: Ros1Transport, count: int) -> list[Any]:
 
 
 async def test_a_master_that_is_restarted_learns_the_node_again_and_no_message_is_lost(
-    master: FakeMaster, caplog: pytest.LogCaptureFixture
+    master: MasterStandIn, caplog: pytest.LogCaptureFixture
 ) -> None:
     heard: list[str] = []
     async with opened(master) as transport:
@@ -102,7 +102,7 @@ async def test_a_master_that_is_restarted_learns_the_node_again_and_no_message_i
             master.stop()
             await until(lambda: "does not answer, and is tried again" in caplog.text)
             say({"data": "without a master"})
-            again = FakeMaster(master.port)
+            again = MasterStandIn(master.port)
             try:
                 await until(
                     lambda: "/bridge" in again.publishers["/cmd_vel"] and "/bridge" in again.subscribers["/odom"]
@@ -123,7 +123,19 @@ async def test_a_master_that_is_restarted_learns_the_node_again_and_no_message_i
                 again.stop()
 
 
-async def test_a_robot_that_is_killed_and_comes_back_is_followed(master: FakeMaster) -> None:
+async def test_a_registration_that_fails_loses_no_other_and_is_tried_again(master: MasterStandIn) -> None:
+    heard: list[str] = []
+    with node(master) as robot:
+        say = robot.publisher("/odom", "std_msgs/String")
+        master.refused.add("/map")
+        async with opened(master) as transport:
+            transport.publisher("/map", STRING, Qos())
+            transport.subscribe("/odom", STRING, Qos(), lambda data: heard.append(TYPES.decode(STRING, data)["data"]))
+            await until(lambda: "/bridge" in master.publishers["/map"])
+            await until(lambda: say({"data": "hello"}) or heard)
+
+
+async def test_a_robot_that_is_killed_and_comes_back_is_followed(master: MasterStandIn) -> None:
     heard: list[str] = []
     async with opened(master) as transport:
         transport.subscribe("/odom", STRING, Qos(), lambda data: heard.append(TYPES.decode(STRING, data)["data"]))
@@ -136,7 +148,7 @@ async def test_a_robot_that_is_killed_and_comes_back_is_followed(master: FakeMas
         assert len(ids) == 2, "a node that restarts is another publisher"
 
 
-async def test_a_node_ends_right_after_its_topics(master: FakeMaster) -> None:
+async def test_a_node_ends_right_after_its_topics(master: MasterStandIn) -> None:
     async with opened(master) as transport:
         published = transport.publisher("/a", STRING, Qos())
         await until(lambda: "/bridge" in master.publishers["/a"])
@@ -146,7 +158,7 @@ async def test_a_node_ends_right_after_its_topics(master: FakeMaster) -> None:
     assert not master.publishers["/a"]
 
 
-async def test_services_are_answered_once_or_often_and_failures_are_told(master: FakeMaster) -> None:
+async def test_services_are_answered_once_or_often_and_failures_are_told(master: MasterStandIn) -> None:
     async def answer(request: bytes) -> bytes:
         return TYPES.encode(f"{GET_MAP}_Response", {"map": {"info": {"width": 3}}})
 
@@ -167,7 +179,7 @@ async def test_services_are_answered_once_or_often_and_failures_are_told(master:
             assert await asyncio.to_thread(persistent, master, 3) == [3, 3, 3]
 
 
-def persistent(master: FakeMaster, count: int) -> list[int]:
+def persistent(master: MasterStandIn, count: int) -> list[int]:
     """Call ``/static_map`` several times on one connection; return the widths."""
     host, _, port = master.service_uris["/static_map"].removeprefix("rosrpc://").partition(":")
     with socket.create_connection((host, int(port)), timeout=20.0) as one:
@@ -183,7 +195,7 @@ def persistent(master: FakeMaster, count: int) -> list[int]:
 
 
 async def test_a_service_that_another_node_serves_is_left_to_it(
-    master: FakeMaster, caplog: pytest.LogCaptureFixture
+    master: MasterStandIn, caplog: pytest.LogCaptureFixture
 ) -> None:
     with node(master, "/map_server") as robot:
         robot.master.registerService("/map_server", "/static_map", "rosrpc://127.0.0.1:9", robot.uri)
@@ -193,7 +205,7 @@ async def test_a_service_that_another_node_serves_is_left_to_it(
             assert list(master.services["/static_map"]) == ["/map_server"]
 
 
-async def test_another_type_is_told_on_both_sides(master: FakeMaster, caplog: pytest.LogCaptureFixture) -> None:
+async def test_another_type_is_told_on_both_sides(master: MasterStandIn, caplog: pytest.LogCaptureFixture) -> None:
     async with opened(master) as transport:
         transport.publisher("/map", GRID, LATCHED)
         transport.subscribe("/odom", STRING, Qos(), lambda _: None)
@@ -207,7 +219,7 @@ async def test_another_type_is_told_on_both_sides(master: FakeMaster, caplog: py
 
 
 async def test_a_subscriber_that_never_reads_delays_nobody_and_misses_the_oldest(
-    master: FakeMaster, monkeypatch: pytest.MonkeyPatch
+    master: MasterStandIn, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(peer_module, "WRITE_BUFFER", 1 << 12)
     async with opened(master) as transport:
@@ -230,7 +242,7 @@ async def test_a_subscriber_that_never_reads_delays_nobody_and_misses_the_oldest
             assert peer.frames_carried < 202, "the oldest were dropped"
 
 
-async def test_a_second_bridge_of_the_same_name_ends_the_first(master: FakeMaster) -> None:
+async def test_a_second_bridge_of_the_same_name_ends_the_first(master: MasterStandIn) -> None:
     async with opened(master) as first:
         first.publisher("/a", STRING, Qos())
         await until(lambda: "/bridge" in master.publishers["/a"])
@@ -242,7 +254,7 @@ async def test_a_second_bridge_of_the_same_name_ends_the_first(master: FakeMaste
                 await asyncio.wait_for(first.ended(), 30)
 
 
-async def test_what_other_nodes_ask_is_answered(master: FakeMaster) -> None:
+async def test_what_other_nodes_ask_is_answered(master: MasterStandIn) -> None:
     async with opened(master) as transport:
         transport.publisher("/a", STRING, Qos())
         await until(lambda: "/bridge" in master.publishers["/a"])
@@ -271,7 +283,7 @@ async def test_what_other_nodes_ask_is_answered(master: FakeMaster) -> None:
     [b"\xff\xff\xff\xff", b"\3\0\0\0abc", b"GET / HTTP/1.1\r\n\r\n", pack({"callerid": "/a", "topic": "/no"}), b""],
 )
 async def test_strangers_on_the_data_port_end_nothing(
-    data: bytes, master: FakeMaster, monkeypatch: pytest.MonkeyPatch
+    data: bytes, master: MasterStandIn, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(peer_module, "HEADER_TIMEOUT", 0.1)
     async with opened(master) as transport:
@@ -286,7 +298,7 @@ async def test_strangers_on_the_data_port_end_nothing(
         await until(lambda: not transport._peers)
 
 
-async def test_strangers_on_the_port_of_calls_end_nothing(master: FakeMaster) -> None:
+async def test_strangers_on_the_port_of_calls_end_nothing(master: MasterStandIn) -> None:
     async with opened(master) as transport:
         transport.publisher("/a", STRING, Qos())
         await until(lambda: "/bridge" in master.nodes)
