@@ -83,19 +83,19 @@ class Bridge:
             async with self._link:
                 self._notices.info(f"robot {self._robot} is connected to the cloud")
                 if self._transport.lacking:
-                    self._notices.warn(self._transport.lacking)
+                    self._notices.tell(self._transport.lacking)
                 await self._link.subscribe("cmd_vel", TWIST, self._velocity.received)
                 for topic in self._transport.tables.up:
                     if not topic.clone:
                         await self._link.advertise(topic.cloud, topic.type)
                 following = asyncio.create_task(self._follow())
                 examining = asyncio.create_task(Examination(self._parts, self._findings).run())
-                self._tasks |= {following, examining}
                 closed = asyncio.create_task(self._link.closed())
                 ended = asyncio.create_task(self._transport.ended())
-                self._tasks |= {closed, ended}
-                await asyncio.wait({following, closed, ended}, return_when=asyncio.FIRST_COMPLETED)
-                for task in (closed, ended, following):
+                lasting = (closed, ended, following, examining)
+                self._tasks.update(lasting)
+                await asyncio.wait(lasting, return_when=asyncio.FIRST_COMPLETED)
+                for task in lasting:
                     if task.done():
                         task.result()
         finally:
