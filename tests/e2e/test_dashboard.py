@@ -330,6 +330,17 @@ async def test_a_robot_is_shown_to_users_with_whom_it_is_shared(scene: Scene, co
         await enter(page, scene.cloud.url, token)
         await expect(page.locator("#map-choice")).to_have_value("turned")
         await expect(page.get_by_role("button", name="dora:tb-web")).to_contain_text("online")
+        await page.get_by_role("button", name="dora:tb-web").press("Enter")
+        await expect(page.locator("#hint")).to_have_text("You may look at dora:tb-web, not drive it")
+        for tool in ("drive", "locate"):
+            await expect(page.locator(f"#tool-{tool}")).to_be_disabled()
+        await expect(page.get_by_text("Drive to coordinates")).to_be_hidden()
+        await expect(page.get_by_role("button", name="Cancel goal")).to_be_hidden()
+        await admin.put("/v1/robots/dora:tb-web/shares/group:hall", {"role": "drive"})
+        for tool in ("drive", "locate"):
+            await expect(page.locator(f"#tool-{tool}")).to_be_enabled()
+        await expect(page.get_by_text("Drive to coordinates")).to_be_visible()
+        await expect(page.get_by_role("button", name="Cancel goal")).to_be_visible()
         await admin.delete("/v1/robots/dora:tb-web/shares/group:hall")
         await expect(page.get_by_role("button", name="dora:tb-web")).to_be_hidden()
 

@@ -12,7 +12,7 @@ import { Poller } from "./poller.js";
 import { Refused, Unreachable } from "./rest.js";
 import { RobotCard } from "./robot_card.js";
 import { RobotList } from "./robot_list.js";
-import { containersOf, mapsOf, withShared } from "./shared_robots.js";
+import { containersOf, mapsOf, mayDrive, withShared } from "./shared_robots.js";
 import { Stage } from "./stage.js";
 import { toast } from "./toasts.js";
 import { Tools } from "./tools.js";
@@ -167,7 +167,7 @@ export class Dashboard {
     this.#showNewMap();
     this.#list.update(this.#maps.current);
     this.#card.update(link, link ? this.#stage.renderer.colourOf(link) : "");
-    if (!link && this.#tools.current !== "look") this.#tools.robot = null; // it was taken from the map
+    this.#tools.apply(link?.robot.id ?? null, mayDrive(link?.robot)); // it may have been taken from the map or the user
     this.#stage.renderer.ask();
   }
 
@@ -196,9 +196,9 @@ export class Dashboard {
 
   #select(id) {
     this.#fleet.select(id);
-    this.#tools.robot = id;
-    if (id !== null && this.#fleet.selected?.connected) this.#tools.pick("drive");
     this.#refresh();
+    const link = this.#fleet.selected;
+    if (link?.connected && mayDrive(link.robot)) this.#tools.pick("drive");
   }
 
   #order(pose) {

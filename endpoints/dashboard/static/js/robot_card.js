@@ -6,6 +6,7 @@ import { degrees, number } from "./format.js";
 import { nameOf, sharing } from "./growing_map.js";
 import { NAME_OF_MAP, orderForm } from "./order_form.js";
 import { doing, showPresence } from "./robot_list.js";
+import { mayDrive } from "./shared_robots.js";
 
 const INPUTS = [["x", "x [m]"], ["y", "y [m]"], ["yaw", "Heading [°]"]];
 
@@ -29,6 +30,7 @@ export class RobotCard {
       doing: make("p", { className: "doing", role: "status" }),
       where: make("p", { className: "where" }),
       shared: make("p", { className: "where" }),
+      drive: make("details", { className: "go" }),
       cancel: make("button", { className: "button stop", type: "button", textContent: "Cancel goal", onclick: orders.cancel }),
       release: make("button", { className: "button", type: "button", textContent: "Done", onclick: orders.release }),
       explore: make("button", { className: "button", type: "button", textContent: "Explore", onclick: orders.explore }),
@@ -42,7 +44,7 @@ export class RobotCard {
   }
 
   #build(orders) {
-    const { swatch, name, presence, doing: what, where, shared, cancel, release, explore } = this.#parts;
+    const { swatch, name, presence, doing: what, where, shared, drive, cancel, release, explore } = this.#parts;
     const form = make("form", { className: "go-form", "aria-label": "Drive to coordinates" });
     form.append(...this.#inputs.map(({ label }) => label), make("button", { className: "button", textContent: "Go" }));
     form.addEventListener("submit", (event) => {
@@ -50,10 +52,10 @@ export class RobotCard {
       const [x, y, yaw] = this.#inputs.map(({ input }) => input.valueAsNumber || 0);
       orders.drive({ x, y, theta: (yaw * Math.PI) / 180 });
     });
+    drive.append(make("summary", { textContent: "Drive to coordinates" }), form);
     this.#card.replaceChildren(
       make("div", { className: "head" }, swatch, name, presence), what, where, shared,
-      make("details", { className: "go" }, make("summary", { textContent: "Drive to coordinates" }), form),
-      this.#publishForm(orders), this.#diagnosis.element, make("div", { className: "actions" }, explore, cancel, release),
+      drive, this.#publishForm(orders), this.#diagnosis.element, make("div", { className: "actions" }, explore, cancel, release),
     );
   }
 
@@ -67,7 +69,8 @@ export class RobotCard {
   /** Show what only robots have that make a map. @param {import("./robot_link.js").RobotLink} link */
   #showMapping({ robot, mapping, connected, state }) {
     const { explore, publish } = this.#parts;
-    explore.hidden = publish.hidden = !mapping;
+    explore.hidden = !mapping || !mayDrive(robot);
+    publish.hidden = !mapping || robot.role !== "administer";
     explore.disabled = !connected || state.exploration !== null;
     const input = publish.querySelector("input");
     if (mapping && !input.value) input.value = nameOf(robot.map);
@@ -91,6 +94,7 @@ export class RobotCard {
     const { pose } = link.state;
     say(where, pose ? `x ${number(pose.x, 2)} m · y ${number(pose.y, 2)} m · heading ${degrees(pose.theta)}` : "");
     this.#showMapping(link);
+    this.#parts.drive.hidden = cancel.hidden = !mayDrive(link.robot);
     cancel.disabled = !link.connected || !(link.state.goal?.active || link.state.exploration);
     for (const { input } of this.#inputs) input.disabled = !link.connected;
     this.#card.querySelector(".go-form .button").disabled = !link.connected;

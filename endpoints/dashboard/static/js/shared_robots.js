@@ -16,6 +16,11 @@ export function withShared(own, shared, me) {
   return [...own, ...shared.map((robot) => ({ ...robot, id: address(robot.user, robot.id, me) }))];
 }
 
+/** Whether the user may send a robot to goals; null is no robot. @param {{role: string} | null | undefined} robot */
+export function mayDrive(robot) {
+  return Boolean(robot) && robot.role !== "look";
+}
+
 /**
  * The containers of a user, and those of robots that are shared.
  * @param {object[]} containers @param {object[]} robots of `withShared` @param {string} me

@@ -15,6 +15,7 @@ const HINTS = {
 export class Tools {
   /** @type {Tool} */ current = "look";
   #robot = null;
+  #mayDrive = false;
 
   /** @param {(tool: Tool) => void} picked */
   constructor(picked) {
@@ -27,20 +28,27 @@ export class Tools {
     this.#show();
   }
 
-  /** Set the robot that the tools apply to, if any. @param {string | null} robot */
-  set robot(robot) {
+  /** Set the robot that the tools apply to, if any. @param {string | null} robot @param {boolean} mayDrive */
+  apply(robot, mayDrive) {
+    if (robot === this.#robot && mayDrive === this.#mayDrive) return;
     this.#robot = robot;
-    if (robot === null) this.current = "look";
+    this.#mayDrive = mayDrive;
+    if (!mayDrive) this.current = "look";
     this.#show();
+  }
+
+  #hint() {
+    if (this.#robot !== null && !this.#mayDrive) return `You may look at ${this.#robot}, not drive it`;
+    return HINTS[this.current]?.(this.#robot) ?? "";
   }
 
   #show() {
     for (const tool of TOOLS) {
       const button = byId(`tool-${tool}`);
       button.setAttribute("aria-pressed", String(tool === this.current));
-      button.disabled = tool !== "look" && this.#robot === null;
+      button.disabled = tool !== "look" && !this.#mayDrive;
     }
     byId("map").dataset.tool = this.current;
-    say(byId("hint"), HINTS[this.current]?.(this.#robot) ?? "");
+    say(byId("hint"), this.#hint());
   }
 }
