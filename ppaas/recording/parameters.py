@@ -1,6 +1,7 @@
 """Parameters of the node ``recorder`` in a robot file."""
 
 from fnmatch import fnmatchcase
+from functools import lru_cache
 from typing import Annotated, Any
 
 from msgspec import Meta
@@ -88,6 +89,7 @@ def checked_globs(globs: tuple[str, ...]) -> tuple[str, ...]:
         raise InvalidParameter(f"topics to record: {error}") from error
 
 
+@lru_cache(maxsize=4096)  # it is asked for each message
 def selects(globs: tuple[str, ...], topic: str) -> bool:
     """Return whether globs select a topic for recording."""
     return any(

@@ -25,6 +25,9 @@ SAMPLED = frozenset({topics.LOCAL_COSTMAP.name, topics.LOCAL_FOOTPRINT.name, top
 SAMPLE_PERIOD = 5.0
 """Period of the messages of `SAMPLED` [s]."""
 
+PERIODS = {topics.PLAN.name: 2.0, topics.MOVE_BASE_FEEDBACK.name: 0.2}
+"""Least times between two messages of topics that repeat what changes slowly [s]. A new goal begins them anew."""
+
 MOST_PAYLOAD = 16 << 20
 """Largest message that is recorded [bytes as JSON]."""
 
@@ -72,6 +75,7 @@ class Intake:
         self._published: Payload | None = None
         self._tapping = self._hears_published = False
         self._goals: set[str] = set()
+        self._due: dict[str, float] = {}
         self._sampled = float("-inf")
         self.too_large = 0
 
@@ -130,6 +134,8 @@ class Intake:
         self._published = message  # it is delivered to the taps next
 
     def _heard(self, topic: str, message: Payload) -> None:
+        if topic in PERIODS and not self._is_due(topic):
+            return
         kind = self._bus.topics[topic]
         up = message is not self._published
         if kind.merge is not None:
@@ -144,10 +150,18 @@ class Intake:
         is_goal = up and topic in GOALS
         if is_goal:
             self._goals.add(topic)
+            self._due.clear()
         latched = kind.latched and not kind.repeated
         self._take(
             Entry(topic, type_name(kind.type), up, latched, latched or is_goal, now, _stamp(content, now), payload)
         )
+
+    def _is_due(self, topic: str) -> bool:
+        now = self._now()
+        if 0.0 < self._due.get(topic, 0.0) - now <= PERIODS[topic]:
+            return False
+        self._due[topic] = now + PERIODS[topic]
+        return True
 
     def _end_goals(self, topic: str, now: int) -> None:
         for goal in [goal for goal in self._goals if GOALS[goal] == topic]:

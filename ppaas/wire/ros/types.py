@@ -105,7 +105,7 @@ class RosTypes:
         name : str
             Name of the type.
         text : str
-            Its definition and those of the messages in it, as ``definition`` returns them. Messages that are known stay.
+            Its definition and those of the messages in it, as ``definition`` returns them; known messages stay.
         """
         described = _rosbags()[0].get_types_from_msg(text, self._full(name))
         self._store.register({known: fields for known, fields in described.items() if known not in self._store.types})

@@ -119,20 +119,17 @@ class Converter:
         cls = self._store.types[name]
         read = {field: self._from_value(kind) for field, kind in self._fields(name)}
         spellings = {field: field for field in read} | _other_spellings(name, read)
+        steps = [(field, f".{field}", one) for field, one in read.items()]
 
         def convert(values: Any, place: str) -> object:
-            if not isinstance(values, Mapping):
+            if type(values) is not dict and not isinstance(values, Mapping):  # the first is faster, and usual
                 if values is None or (values == "now" and name in _TIMES):
                     values = {}
                 else:
                     raise MalformedMessage(f"expected an object with the fields of {name} at `{place}`")
-            given: dict[str, Any] = {}
-            for key, value in values.items():
-                field = spellings.get(key)
-                if field is None:
-                    raise MalformedMessage(_unknown(name, str(key), place, read))
-                given[field] = value
-            return cls(*[one(given.get(field), f"{place}.{field}") for field, one in read.items()])
+            if not values.keys() <= read.keys():
+                values = _respelled(name, values, spellings, place)
+            return cls(*[one(values.get(field), place + suffix) for field, suffix, one in steps])
 
         self._from[name] = convert
         return convert
@@ -159,8 +156,16 @@ def _other_spellings(name: str, fields: Mapping[str, From]) -> dict[str, str]:
     return {"seq": "_seq"} if name == "std_msgs/msg/Header" and "seq" not in fields else {}
 
 
-def _unknown(name: str, key: str, place: str, fields: Mapping[str, From]) -> str:
-    return f"{name} has no field {key[:64]!r} at `{place}`; its fields are: {', '.join(fields) or 'none'}"
+def _respelled(name: str, values: Mapping[str, Any], spellings: Mapping[str, str], place: str) -> dict[str, Any]:
+    """Return values by the names of the fields of a message; raises ``MalformedMessage`` for an unknown name."""
+    given: dict[str, Any] = {}
+    for key, value in values.items():
+        field = spellings.get(key)
+        if field is None:
+            fields = ", ".join(dict.fromkeys(field for field in spellings.values() if field[0] != "_")) or "none"
+            raise MalformedMessage(f"{name} has no field {str(key)[:64]!r} at `{place}`; its fields are: {fields}")
+        given[field] = value
+    return given
 
 
 def _read_text(value: Any, place: str) -> str:
@@ -176,6 +181,8 @@ def _read_bool(value: Any, place: str) -> bool:
 
 
 def _read_float(value: Any, place: str) -> float:
+    if type(value) is float:
+        return value
     if value is None:
         return 0.0
     if isinstance(value, int | float):

@@ -12,7 +12,7 @@ from ppaas.messages.base.std_msgs import Header, String, Time
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, TransformStamped, Twist
 from ppaas.messages.health.recorder import RecorderState, StartRecordingRequest
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
-from ppaas.messages.nav_msgs import MapMetaData, OccupancyGrid
+from ppaas.messages.nav_msgs import MapMetaData, OccupancyGrid, Path
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Payload
@@ -32,7 +32,14 @@ class Driver(Node):
 
     name = "driver"
     subscribes = (topics.SCAN, topics.TF_STATIC, topics.MOVE_BASE_GOAL)
-    publishes = (topics.CMD_VEL, topics.AMCL_STATUS, topics.MOVE_BASE_RESULT, topics.LOCAL_COSTMAP, topics.TF_STATIC)
+    publishes = (
+        topics.CMD_VEL,
+        topics.AMCL_STATUS,
+        topics.MOVE_BASE_RESULT,
+        topics.LOCAL_COSTMAP,
+        topics.TF_STATIC,
+        topics.PLAN,
+    )
 
     def on_message(self, topic: str, message: Payload) -> None:
         """Answer a scan by a velocity."""
@@ -201,6 +208,16 @@ def test_costmap_is_sampled_and_not_subscribed_to_for_long() -> None:
     machine.wait(5.0)
     assert machine.graph.has_taps("local_costmap/costmap")
     assert [topic for topic, _ in machine.heard].count("local_costmap/costmap") == 1
+
+
+def test_plans_that_repeat_are_recorded_seldom_and_at_each_goal() -> None:
+    machine = Machine(RING)
+    for number in range(6):
+        if number == 5:
+            machine.graph.inject("move_base/goal", goal("g1"))
+        machine.driver.context.publish("plan", Path(Header(frame_id="map"), []))
+        machine.wait(0.5)
+    assert [topic for topic, _ in machine.heard].count("plan") == 3
 
 
 def test_too_large_messages_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
