@@ -44,6 +44,7 @@ class PathFollowingNode(MoveBaseNode):
 
     def __init__(self, context: Context, *, controller: PathFollower, **options: Any) -> None:
         super().__init__(context, controller=controller, **options)
+        self._surroundings.expect_no_scans()
         self._follower = controller
         self._ticks_without_plan = 0
 

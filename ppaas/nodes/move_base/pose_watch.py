@@ -20,6 +20,8 @@ class PoseWatch:
     ----------
     moved_frame : (str, str)
         Frames that the last odometry message named, the one of the odometry and the one that it moves; empty before it.
+    expects_scans : bool
+        Whether localization is by scans of the robot.
     localization : str
         Reason for which localization uses no scans, from its own report; empty while it uses them.
     """
@@ -29,6 +31,7 @@ class PoseWatch:
         self.localization = ""
         self._frames = frames
         self._tolerance = tolerance
+        self.expects_scans = True
         self._scan_at = -math.inf
         self._refused = ""
 
@@ -65,6 +68,8 @@ class PoseWatch:
 
     def _without_localization(self, now: float) -> str:
         silence = now - self._scan_at
+        if not self.expects_scans:
+            return self.localization
         if self._refused:
             return self._refused
         if silence > self._tolerance:

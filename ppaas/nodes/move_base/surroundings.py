@@ -160,6 +160,10 @@ class Surroundings:
         self._others = others_of(message, self._robot_radius)
         self._others_at = now
 
+    def expect_no_scans(self) -> None:
+        """Take it that the robot localizes itself, for the text that says what is missing."""
+        self._watch.expects_scans = False
+
     def mark_ahead(self, wanted: bool) -> None:
         """Set whether the local costmap also contains the predicted positions of movers."""
         self._ahead = AHEAD if wanted else 0.0

@@ -74,11 +74,15 @@ class SelfDriving:
         for _ in range(round(seconds / PERIOD)):
             self.clock.advance(PERIOD)
             if localized:
-                stamp = Time.of(self.clock())
-                still = transform_message("map", "odom", Pose2D(0.0, 0.0), stamp)
-                moved = transform_message("odom", "base_link", self.pose, stamp)
-                self.graph.inject("tf", TFMessage([still, moved]))
+                still = transform_message("map", "odom", Pose2D(0.0, 0.0), Time.of(self.clock()))
+                self.graph.inject("tf", TFMessage([still]))
+                self.inject_odometry()
             self.graph.run_due()
+
+    def inject_odometry(self) -> None:
+        """Publish the pose in the frame of the odometry, which is that of the map."""
+        moved = transform_message("odom", "base_link", self.pose, Time.of(self.clock()))
+        self.graph.inject("tf", TFMessage([moved]))
 
     def send_goal(self, x: float, y: float, yaw: float = 0.0) -> None:
         """Send a goal, as an operator does."""

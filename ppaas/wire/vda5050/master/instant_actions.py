@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from typing import Any
 
 from ppaas.geometry import Pose2D
-from ppaas.wire.vda5050.fields import BlockingType
 from ppaas.wire.vda5050.orders import Action, ActionParameter, InstantActions
 
 
@@ -19,8 +18,7 @@ def instant_action(kind: str, now: float, parameters: Mapping[str, Any] | None =
     parameters : mapping, optional
     """
     given = [ActionParameter(key=key, value=value) for key, value in (parameters or {}).items()]
-    blocking: BlockingType = "HARD" if kind in ("cancelOrder", "startPause", "stopPause") else "NONE"
-    action = Action(action_type=kind, action_id=f"{kind}-{now:.3f}", blocking_type=blocking)
+    action = Action(action_type=kind, action_id=f"{kind}-{now:.3f}", blocking_type="NONE")
     action.action_parameters = given or None
     return InstantActions(actions=[action])
 

@@ -69,7 +69,7 @@ class MasterControl:
         self._order: OrderPlan | None = None
         self._cancelling = Cancelling()
         self._sent_at = 0.0
-        self._confirm_by = math.inf
+        self._confirm_by, self._knows_path = math.inf, False
         self._tries = self._off = 0
         self._broken_at: float | None = None
         self._told_at = -math.inf
@@ -90,7 +90,7 @@ class MasterControl:
     def follow(self, path: Path, now: float) -> list[Instruction]:
         """Take a path in place of the one before; one with the same id is the same path, sent again."""
         self._out = []
-        self._confirm_by = math.inf
+        self._confirm_by, self._knows_path = math.inf, True
         if path.id != self.path:
             self._wanted = path
             self._advance(now)
@@ -98,7 +98,7 @@ class MasterControl:
 
     def ask_again(self, now: float) -> None:
         """Expect the path anew: a session with the cloud has begun, whose clone may be another one without a goal."""
-        self._confirm_by = now + LEFTOVER
+        self._confirm_by, self._knows_path = now + LEFTOVER, False
 
     def cancel(self, path: str, now: float) -> list[Instruction]:
         """Take the end of a path; of any path if the id is empty."""
@@ -140,7 +140,7 @@ class MasterControl:
             broken = f"the connection of the AGV has been broken for {now - self._broken_at:.0f} s"
             self._fail(FollowPathError.FAILED_TO_MAKE_PROGRESS, broken)
         if now > self._confirm_by:
-            self._confirm_by, self._wanted = math.inf, None
+            self._confirm_by, self._knows_path, self._wanted = math.inf, True, None
         self._advance(now)
         if now - self._told_at >= PROGRESS_PERIOD:
             self._tell(now)
@@ -228,7 +228,7 @@ class MasterControl:
         """Start with an AGV that has no order of this master control, as far as it is known."""
         wanted = self._wanted
         if wanted is None:
-            if is_active(state) and is_of_this_bridge(state) and math.isinf(self._confirm_by):
+            if is_active(state) and is_of_this_bridge(state) and self._knows_path:
                 self._start_cancelling(now)
             return
         position = state.mobile_robot_position

@@ -7,7 +7,7 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import InvalidParameter
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, Status
-from ppaas.messages.base.std_msgs import Header
+from ppaas.messages.base.std_msgs import Header, String
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.nav2_msgs import FollowWaypointsActionGoal, FollowWaypointsGoal
 from ppaas.nodes.graph import Graph
@@ -110,6 +110,18 @@ def test_a_robot_whose_pose_is_unknown_for_a_while_keeps_its_path():
     robot.run(1.0)
     assert robot.text.startswith("controlling")
     assert len(robot.paths) == 1
+
+
+def test_the_status_of_a_goal_says_why_the_robot_is_not_localized():
+    robot = SelfDriving()
+    robot.send_goal(6.0, 5.0)
+    robot.graph.inject("amcl/status", String("the AGV is on map 'hall 2'"))
+    robot.run(6.0, localized=False)
+    for _ in range(10):
+        robot.inject_odometry()
+        robot.run(0.1, localized=False)
+    assert robot.text.endswith("s: the AGV is on map 'hall 2'")
+    assert robot.text.startswith("waiting: no localization for")
 
 
 def test_waypoints_are_paths_one_after_the_other():

@@ -4,6 +4,7 @@ import msgspec
 import pytest
 
 from ppaas.geometry import Pose2D
+from ppaas.wire.vda5050.master.master_control import MasterControl
 from ppaas.wire.vda5050.states import Error, NodeState, SafetyState
 from tests.support.vda5050.led_agv import LedAgv, path
 from tests.support.vda5050.simple_agv import SimpleAgv
@@ -183,6 +184,21 @@ def test_an_order_whose_path_is_gone_after_a_restart_is_cancelled():
     assert not control.agv.actions, "the path may still come"
     control.run(3.0)
     assert kinds(control.agv) == ["cancelOrder"]
+
+
+def test_an_order_is_left_alone_until_the_cloud_has_said_whether_it_has_a_path():
+    control = led()
+    control.follow(CORNER)
+    control.run(1.0)
+    control.control = MasterControl(control.settings)
+    control.do(control.control.take_connection("ONLINE", control.now))
+    control.run(5.0)
+    assert not control.agv.actions
+    control.control.ask_again(control.now)
+    control.follow(CORNER)
+    control.run(10.0)
+    assert control.end == ("NONE", "")
+    assert not control.agv.actions
 
 
 def test_an_order_of_somebody_else_is_left_alone():

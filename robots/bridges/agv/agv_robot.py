@@ -1,0 +1,281 @@
+"""One AGV as a robot of the cloud."""
+
+import asyncio
+import logging
+from typing import Any
+
+from ppaas.clock import epoch, monotonic
+from ppaas.errors import NotFound, PPaaSError
+from ppaas.geometry import Pose2D
+from ppaas.messages.base.std_msgs import Time
+from ppaas.wire.vda5050.factsheets import Factsheet
+from ppaas.wire.vda5050.fields import Position, Velocity
+from ppaas.wire.vda5050.headers import Header
+from ppaas.wire.vda5050.master.instant_actions import init_position, instant_action
+from ppaas.wire.vda5050.master.instructions import (
+    Complaint,
+    Instruction,
+    PathEnded,
+    Progress,
+    SendActions,
+    SendOrder,
+)
+from ppaas.wire.vda5050.master.master_control import MasterControl, Path
+from ppaas.wire.vda5050.master.reports import standing
+from ppaas.wire.vda5050.states import Connection, State, Visualization
+from robots.bridges.agv.agv_side import AgvSide
+from robots.bridges.agv.cloud_side import CloudSide, Requests
+from robots.bridges.agv.limits import settings_of
+from robots.bridges.agv.options import FleetOptions
+from robots.bridges.agv.registration import registered
+from robots.bridges.agv.ros_messages import diagnostics
+from robots.client.rest import RestClient
+
+logger = logging.getLogger(__name__)
+
+FORWARDED = ("startPause", "stopPause", "stateRequest", "factsheetRequest", "cancelOrder")
+"""Types of instant actions that operators may send."""
+
+POSE_PERIOD, REPEAT = 0.1, 1.0
+"""Least time between two poses, and time after which the pose of an AGV that stands is repeated [s]."""
+
+DIAGNOSTICS_PERIOD = 5.0
+"""Time between two diagnostics, unless something changes [s]."""
+
+SHEET_PATIENCE = 3.0
+"""Time for which a factsheet is waited for [s]."""
+
+LEAVE_AFTER = 60.0
+"""Time without a connection of the AGV after which its robot leaves the cloud [s]."""
+
+RETRY = 10.0
+"""Time after which a robot that the cloud refused is tried again [s]."""
+
+
+class AgvRobot:
+    """Joins an AGV with its robot, by a master control.
+
+    Parameters
+    ----------
+    agv : AgvSide
+    robot : str
+        Id of the robot.
+    url, token : str
+        URL of the cloud, and token of the account.
+    rest : RestClient
+    options : FleetOptions
+    """
+
+    def __init__(
+        self, agv: AgvSide, robot: str, url: str, token: str, *, rest: RestClient, options: FleetOptions
+    ) -> None:
+        self._agv, self._robot, self._options, self._rest = agv, robot, options, rest
+        self._url, self._token = url, token
+        self._control = MasterControl(options.settings)
+        self._cloud: CloudSide | None = None
+        self._map = ""
+        self._sheet: Factsheet | None = None
+        self._sheet_came = asyncio.Event()
+        self._located = asyncio.Event()
+        self._away_since: float | None = None
+        self._position: Position | None = None
+        self._velocity: Velocity | None = None
+        self._pose_at = self._told_at = self._connection_at = float("-inf")
+        self._complaint = self._problem = self._refused = ""
+        self._told: tuple[str, ...] = ()
+
+    # -- from the AGV --------------------------------------------------------------------------------------------------
+
+    def take(self, topic: str, header: Header, body: Any, *, retained: bool) -> None:
+        """Take a message of the AGV."""
+        if why := self._agv.counts(topic, header):
+            self._complain(f"it is left out: {why}")
+            return
+        now = monotonic()
+        match body:
+            case Connection():
+                self._take_connection(body, now)
+            case State():
+                self._take_state(body, now, retained=retained)
+            case Visualization():
+                self._take_position(body.mobile_robot_position, body.velocity, now)
+            case Factsheet():
+                self._sheet = body
+                self._control.settings = settings_of(body, self._options.settings)
+                self._sheet_came.set()
+
+    def _take_connection(self, body: Connection, now: float) -> None:
+        if body.connection_state != self._control.connection:
+            logger.info("AGV %s is %s", self._agv.name, body.connection_state)
+        self._connection_at = now
+        is_back = body.connection_state == "ONLINE" and self._control.connection != "ONLINE"
+        self._away_since = None if body.connection_state == "ONLINE" else self._away_since or now
+        self._do(self._control.take_connection(body.connection_state, now))
+        if is_back:
+            self._agv.send_actions(instant_action("stateRequest", epoch()))
+            if self._sheet is None:
+                self._agv.send_actions(instant_action("factsheetRequest", epoch()))
+
+    def _take_state(self, state: State, now: float, *, retained: bool) -> None:
+        if self._control.connection != "ONLINE" and not retained and now - self._connection_at > REPEAT:
+            self._take_connection(Connection(connection_state="ONLINE"), now)
+        self._take_position(state.mobile_robot_position, state.velocity, now)
+        self._do(self._control.take_state(state, now))
+
+    def _take_position(self, position: Position | None, velocity: Velocity | None, now: float) -> None:
+        if position is None:
+            return
+        self._position, self._velocity = position, velocity
+        if position.localized:
+            self._located.set()
+        if now - self._pose_at >= POSE_PERIOD:
+            self._publish_pose(now)
+
+    def broker_lost(self) -> None:
+        """Take it that the broker, and with it the AGV, is away."""
+        now = monotonic()
+        self._away_since = self._away_since or now
+        self._do(self._control.take_connection("CONNECTION_BROKEN", now))
+
+    # -- from the cloud ------------------------------------------------------------------------------------------------
+
+    async def run(self) -> None:
+        """Be the robot while the AGV is there, until cancelled."""
+        while True:
+            await self._located.wait()
+            try:
+                await self._be_robot()
+            except PPaaSError as error:
+                self._refused = str(error)
+                logger.error("AGV %s is not connected as robot %s: %s", self._agv.name, self._robot, error)
+                await asyncio.sleep(RETRY)
+
+    async def _be_robot(self) -> None:
+        """Connect, and stay until the AGV has been away for `LEAVE_AFTER`."""
+        if self._sheet is None:
+            await self._wait_for_sheet()
+        assert self._position is not None
+        known = await registered(
+            self._rest, self._robot, self._agv.address,
+            map_id=self._position.map_id, sheet=self._sheet, options=self._options,
+        )  # fmt: skip
+        self._map, self._refused = str(known["map"]), ""
+        requests = Requests(self._follow, self._cancel, self._initial_pose, self._action, self._renewed)
+        cloud = CloudSide(self._url, self._token, self._robot, requests)
+        async with cloud.link:
+            await cloud.subscribe()
+            self._cloud = cloud
+            logger.info("AGV %s is robot %s", self._agv.name, self._robot)
+            try:
+                await self._stay(cloud)
+            finally:
+                self._cloud, self._told = None, ()
+
+    async def _stay(self, cloud: CloudSide) -> None:
+        refused = asyncio.create_task(cloud.link.closed())
+        try:
+            while self._away_since is None or monotonic() - self._away_since < LEAVE_AFTER:
+                if refused.done():
+                    refused.result()
+                await asyncio.sleep(REPEAT)
+        finally:
+            refused.cancel()
+        self._located.clear()
+        logger.info("AGV %s is away: robot %s leaves", self._agv.name, self._robot)
+
+    async def _wait_for_sheet(self) -> None:
+        try:
+            async with asyncio.timeout(SHEET_PATIENCE):
+                await self._sheet_came.wait()
+        except TimeoutError:
+            logger.warning("AGV %s sends no factsheet: give its size by --radius", self._agv.name)
+
+    def _follow(self, path: Path) -> None:
+        self._do(self._control.follow(path, monotonic()))
+
+    def _cancel(self, path: str) -> None:
+        self._do(self._control.cancel(path, monotonic()))
+
+    def _renewed(self) -> None:
+        self._control.ask_again(monotonic())
+
+    def _initial_pose(self, pose: Pose2D) -> None:
+        if self._position is not None and self._control.state is not None:
+            last = self._control.state.last_node_id
+            self._agv.send_actions(init_position(pose, self._position.map_id, last, epoch()))
+
+    def _action(self, kind: str) -> None:
+        if kind not in FORWARDED:
+            raise NotFound("instant action", kind, FORWARDED)
+        self._agv.send_actions(instant_action(kind, epoch()))
+
+    # -- both ways -----------------------------------------------------------------------------------------------------
+
+    def tick(self) -> None:
+        """Do what is due: sends again, repeats the pose of an AGV that stands, tells how it is."""
+        now = monotonic()
+        self._do(self._control.tick(now))
+        state = self._control.state
+        if now - self._pose_at >= REPEAT and state is not None and not state.driving:
+            self._publish_pose(now)
+        self._tell(now)
+
+    def _do(self, instructions: list[Instruction]) -> None:
+        for each in instructions:
+            match each:
+                case SendOrder():
+                    self._agv.send_order(each.order)
+                case SendActions():
+                    self._agv.send_actions(each.actions)
+                case Complaint():
+                    self._complain(each.text)
+                case Progress() if self._cloud is not None:
+                    self._cloud.progress(each)
+                case PathEnded():
+                    self._end(each)
+
+    def _end(self, end: PathEnded) -> None:
+        logger.info("AGV %s: path %s ended: %s", self._agv.name, end.path, end.reason or "reached")
+        if self._cloud is not None:
+            self._cloud.ended(end)
+
+    def _complain(self, text: str) -> None:
+        if text != self._complaint:
+            logger.warning("AGV %s: %s", self._agv.name, text)
+        self._complaint = text
+
+    def _publish_pose(self, now: float) -> None:
+        position = self._position
+        if self._cloud is None or position is None or self._why_unusable():
+            return
+        self._pose_at = now
+        self._cloud.pose(Pose2D(position.x, position.y, position.theta), self._velocity, position.deviation_range)
+
+    def _why_unusable(self) -> str:
+        """Return why the AGV has no pose in the robot's map; empty if it has one."""
+        connection, state, position = self._control.connection, self._control.state, self._position
+        if connection != "ONLINE":
+            return f"the AGV is {connection or 'not connected'}"
+        if state is None or position is None:
+            return "the AGV has sent no state with a position"
+        if not position.localized:
+            return standing(state) or "the AGV does not know where it is"
+        if self._options.map_of(position.map_id) != self._map:
+            own, other = position.map_id[:60], self._map
+            return f"the AGV is on map {own!r}, and its robot on {other!r}: say --map {own}={other} if they are one"
+        return ""
+
+    def _tell(self, now: float) -> None:
+        """Publish localization and diagnostics, when they change and from time to time."""
+        if self._cloud is None:
+            return
+        state = self._control.state
+        errors = () if state is None else tuple(error.error_type for error in state.errors)
+        told = (self._why_unusable(), self._complaint, "" if state is None else standing(state), *errors)
+        if told == self._told and now - self._told_at < DIAGNOSTICS_PERIOD:
+            return
+        if told[:1] != self._told[:1]:
+            self._cloud.localization(told[0])
+        self._told, self._told_at = told, now
+        stamp = Time.of(epoch())
+        self._cloud.diagnostics(diagnostics(self._agv.name, state, self._complaint, told[0], stamp))

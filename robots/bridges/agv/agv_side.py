@@ -1,0 +1,89 @@
+"""One AGV at the broker: what is sent to it, and which of its messages count."""
+
+import logging
+from collections import defaultdict
+
+from ppaas.clock import epoch
+from ppaas.errors import NotFound, Unavailable
+from ppaas.wire.vda5050 import topics
+from ppaas.wire.vda5050.codec import encode
+from ppaas.wire.vda5050.fields import Fields
+from ppaas.wire.vda5050.headers import Header, HeaderCounter
+from ppaas.wire.vda5050.master.header_watch import Arrival, HeaderWatch
+from ppaas.wire.vda5050.orders import InstantActions, Order
+from ppaas.wire.vda5050.topics import Address
+from ppaas.wire.vda5050.versions import Version, version_of
+from robots.bridges.vda5050.outbox import Outbox, Outgoing
+
+logger = logging.getLogger(__name__)
+
+
+class AgvSide:
+    """Exchange with one AGV.
+
+    Parameters
+    ----------
+    address : Address
+    outbox : Outbox
+        Messages for the broker.
+
+    Attributes
+    ----------
+    name : str
+        Manufacturer and serial number.
+    version : Version
+        Version in which messages are sent: that of the AGV.
+    """
+
+    def __init__(self, address: Address, outbox: Outbox) -> None:
+        self.address = address
+        self.name = f"{address.manufacturer}/{address.serial}"
+        self.version = version_of(address.major)
+        self._outbox = outbox
+        self._headers = HeaderCounter(self.version, address)
+        self._watches: defaultdict[str, HeaderWatch] = defaultdict(HeaderWatch)
+
+    def counts(self, topic: str, header: Header) -> str:
+        """Return why a message is left out; empty if it counts.
+
+        The last will of an AGV was written when it connected, so the ids of ``connection`` are not compared.
+        """
+        named = header.manufacturer, header.serial_number
+        if named not in (("", ""), (self.address.manufacturer, self.address.serial)):
+            return f"the header of {topic} names AGV {'/'.join(named)[:120]!r}"
+        self._use_version(header.version)
+        if topic == topics.CONNECTION:
+            return ""
+        arrival = self._watches[topic].take(header)
+        if arrival in (Arrival.NEXT, Arrival.RESTARTED):
+            return ""
+        return f"{arrival.value} message {header.header_id} on {topic}"
+
+    def send_order(self, order: Order) -> None:
+        """Send an order; it replaces one that still waits for the broker, which was the same."""
+        self._outbox.put_newest(self._message(topics.ORDER, order))
+        nodes = f"{sum(node.released for node in order.nodes)} of {len(order.nodes)} nodes released"
+        logger.info("AGV %s: order %s, update %d, %s", self.name, order.order_id, order.order_update_id, nodes)
+
+    def send_actions(self, actions: InstantActions) -> None:
+        """Send instant actions."""
+        kinds = ", ".join(action.action_type for action in actions.actions)
+        try:
+            self._outbox.put(self._message(topics.INSTANT_ACTIONS, actions))
+        except Unavailable as error:
+            logger.warning("AGV %s: %s is not sent: %s", self.name, kinds, error)
+        else:
+            logger.info("AGV %s: %s", self.name, kinds)
+
+    def _message(self, topic: str, body: Fields) -> Outgoing:
+        payload = encode(topic, self._headers.next(topic, epoch()), body, self.version)
+        return Outgoing(self.address.topic(topic), payload, *topics.quality_of(topic))
+
+    def _use_version(self, text: str) -> None:
+        try:
+            version: Version = version_of(text)
+        except NotFound:
+            return
+        if version is not self.version and version.major == self.version.major:
+            self.version = version
+            self._headers = HeaderCounter(version, self.address)

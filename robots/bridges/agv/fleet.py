@@ -1,0 +1,118 @@
+"""Fleet of AGVs at one broker: finds them by their topics, and makes each a robot of the account."""
+
+import asyncio
+import logging
+from collections import Counter
+from uuid import uuid4
+
+from ppaas.errors import PPaaSError
+from ppaas.wire.vda5050 import topics
+from ppaas.wire.vda5050.codec import decode
+from ppaas.wire.vda5050.topics import Address, parse_topic
+from ppaas.wire.vda5050.versions import version_of
+from robots.bridges.agv.agv_robot import AgvRobot
+from robots.bridges.agv.agv_side import AgvSide
+from robots.bridges.agv.options import MAJORS, FleetOptions
+from robots.bridges.vda5050.broker import Broker
+from robots.bridges.vda5050.mqtt_link import Exchange, MqttLink
+from robots.client.rest import RestClient
+
+logger = logging.getLogger(__name__)
+
+MAX_AGVS = 1000
+"""Largest number of AGVs of a bridge."""
+
+TICK = 0.5
+"""Time between two looks at what is due [s]."""
+
+TOLD = 3
+"""Number of invalid messages of one AGV and topic that are logged."""
+
+
+class Fleet:
+    """All AGVs of a broker, or those that are listed, as robots of one account.
+
+    Parameters
+    ----------
+    url, token : str
+        URL of the cloud, and token of the account.
+    broker : Broker
+    options : FleetOptions
+    """
+
+    def __init__(self, url: str, token: str, broker: Broker, options: FleetOptions) -> None:
+        self._url, self._token, self._options = url, token, options
+        self._rest = RestClient(url, token)
+        exchange = Exchange(filters(options.interface), self.receive, lost=self._broker_lost)
+        self.mqtt = MqttLink(broker, f"ppaas-fleet-{uuid4().hex[:12]}", exchange)
+        self.robots: dict[Address, AgvRobot] = {}
+        self._invalid: Counter[tuple[Address, str]] = Counter()
+        self._group: asyncio.TaskGroup | None = None
+        self._ignored: set[Address] = set()
+
+    async def run(self) -> None:
+        """Lead the AGVs until cancelled.
+
+        Raises
+        ------
+        NotAuthenticated
+            The broker refuses the login.
+        """
+        try:
+            async with asyncio.TaskGroup() as group:
+                self._group = group
+                group.create_task(self.mqtt.run())
+                group.create_task(self._tick())
+        except* PPaaSError as errors:
+            raise errors.exceptions[0] from None
+
+    async def _tick(self) -> None:
+        while True:
+            await asyncio.sleep(TICK)
+            for robot in tuple(self.robots.values()):
+                robot.tick()
+
+    def receive(self, topic: str, payload: bytes, retained: bool) -> None:
+        """Take a message of the broker; one that is not valid is logged, and changes nothing."""
+        address: Address | None = None
+        name = ""
+        try:
+            address, name = parse_topic(topic)
+            robot = self.robots.get(address) or self._found(address)
+            if robot is not None:
+                robot.take(name, *decode(name, payload, version_of(address.major)), retained=retained)
+        except PPaaSError as error:
+            self._note_invalid(address, name, error)
+
+    def _found(self, address: Address) -> AgvRobot | None:
+        """Return the robot of an AGV that was not known yet; None for one that is not taken."""
+        robot = self._options.robot_of(address)
+        if robot is None or address in self._ignored:
+            return None
+        if len(self.robots) >= MAX_AGVS or self._group is None:
+            self._ignored = {*tuple(self._ignored)[:MAX_AGVS], address}
+            logger.error("AGV %s/%s is left out: there are %d", address.manufacturer, address.serial, MAX_AGVS)
+            return None
+        agv = AgvSide(address, self.mqtt.outbox)
+        found = AgvRobot(agv, robot, self._url, self._token, rest=self._rest, options=self._options)
+        self.robots[address] = found
+        self._group.create_task(found.run())
+        logger.info("found AGV %s (%s)", agv.name, address.major)
+        return found
+
+    def _note_invalid(self, address: Address | None, name: str, error: PPaaSError) -> None:
+        if address is None or address not in self.robots:
+            logger.debug("left out a message: %s", error)
+            return
+        self._invalid[address, name] += 1
+        if self._invalid[address, name] <= TOLD:
+            logger.warning("AGV %s/%s sent an invalid message: %s", address.manufacturer, address.serial, error)
+
+    def _broker_lost(self) -> None:
+        for robot in self.robots.values():
+            robot.broker_lost()
+
+
+def filters(interface: str) -> list[str]:
+    """Return the filters of the topics of all AGVs, of both major versions."""
+    return [f"{interface or usual}/{major}/+/+/{topic}" for major, usual in MAJORS.items() for topic in topics.FROM_AGV]
