@@ -113,7 +113,7 @@ class Web:
         self._sessions = SessionRegistry(engine.sessions, engine.cloud.plan_rate, linger)
         self._idle = IdleWatch(self._sessions, engine.sessions, idle)
         self._background = Background()
-        services = Services(
+        services = self._services = Services(
             engine.store,
             engine.map_store,
             self.accounts,
@@ -129,16 +129,12 @@ class Web:
         self._people = PeopleCounting(services)
         self._rights = RightsWatch(self._sessions, engine.sessions, services)
         self._tls = tls
-        self._server = Server(
-            _uvicorn_config(build_app(services, self._sessions, settings), log_level, dead, connections, tls)
-        )
-        self._rapyuta = RobotRegistry(services, self._sessions)
-        self._rapyuta_server = Server(
-            _uvicorn_config(rapyuta_app(services, self._rapyuta, settings), log_level, dead, connections, tls)
-        )
-        self._rapyuta_listeners: list[socket.socket] = []
-        self._services, self._settings = services, settings
+        self._settings = settings
         self._configured = partial(_uvicorn_config, log_level=log_level, dead=dead, connections=connections, tls=tls)
+        self._server = Server(self._configured(build_app(services, self._sessions, settings)))
+        self._rapyuta = RobotRegistry(services, self._sessions)
+        self._rapyuta_server = Server(self._configured(rapyuta_app(services, self._rapyuta, settings)))
+        self._rapyuta_listeners: list[socket.socket] = []
         self._viewers: tuple[Server, list[socket.socket]] | None = None
 
     async def serve(self, listeners: Sequence[socket.socket]) -> None:

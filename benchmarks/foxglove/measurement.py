@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import psutil
 
 from benchmarks.engine.talking_robot import TalkingRobot, talking_robot
-from benchmarks.foxglove import viewer_process
+from benchmarks.foxglove import sdk_server, viewer_process
 from benchmarks.foxglove.viewer_process import TOPICS
 from benchmarks.harness.cloud_under_test import LINGER, Target, logged_in
 from benchmarks.harness.figures import Figure
@@ -80,7 +80,7 @@ async def _of_cloud(target: Target, port: int, robots: int, seconds: float) -> l
 
 async def _of_sdk(robots: int, seconds: float) -> Figure:
     [port] = free_ports(1)
-    command = [sys.executable, "-m", "benchmarks.foxglove.sdk_server", str(port), str(robots), str(RATE)]
+    command = [sys.executable, "-m", sdk_server.__name__, str(port), str(robots), str(RATE)]
     server = await asyncio.to_thread(subprocess.Popen, command, stderr=subprocess.DEVNULL)
     try:
         await _listening(port)

@@ -4,6 +4,9 @@ import pytest
 import uvicorn
 from python_multipart.multipart import DEFAULT_MAX_HEADER_COUNT, DEFAULT_MAX_HEADER_SIZE
 
+from endpoints.foxglove import viewers
+from endpoints.foxglove.reach import MAX_ROBOTS
+from endpoints.foxglove.requests import MAX_WORK
 from endpoints.http import (
     connection_table,
     frame_pacing,
@@ -21,7 +24,7 @@ from endpoints.rest.plans.schemas import MAX_MATRIX, MAX_WAYPOINTS
 from endpoints.services import heavy_work
 from endpoints.services.joint_maps import MOST_ROBOTS
 from endpoints.services.request_limits import RequestLimits
-from endpoints.web import MAX_FRAME
+from endpoints.web import MAX_FRAME, MAX_VIEWER_FRAME
 from engine.protocols import sockets
 from engine.remote import joining, tls_listener
 from ppaas.mapping.serialization import rebuilding
@@ -33,6 +36,8 @@ from ppaas.perception.depth_scan import MOST_PIXELS
 from ppaas.robot_model import urdf, xml_document
 from ppaas.wire import fragments
 from ppaas.wire.binary import cbor_decoder
+from ppaas.wire.foxglove import session
+from ppaas.wire.foxglove.requests import MAX_LISTED, MAX_TEXT
 from ppaas.wire.rapyuta import forwarder, part_assembler, requests
 from ppaas.wire.ros import rmw_zenoh, tcpros, types, xml_rpc
 from robots.bridges.ros1 import http, move_base, peer, publication
@@ -153,6 +158,13 @@ ROWS = {
         "containers; nodes of a container; interfaces of an endpoint, and their connections",
     ): [executor.MAX_CONTAINERS, f"{clone.MAX_NODES}; {endpoints.MAX_INTERFACES}, {interfaces.MAX_PEERS} each"],
     ("robot of Rapyuta", "message of a forwarder without compression"): [size(forwarder.MAX_SERIALIZED)],
+    ("viewer of [Foxglove](foxglove.md)", "viewers of one user, and in all; robots of one viewer"): [
+        f"{viewers.MAX_OF_USER}, {viewers.MAX_VIEWERS}; {MAX_ROBOTS}"
+    ],
+    ("viewer of Foxglove", "size of a message; subscriptions; channels it publishes; requests without an answer"): [
+        f"{size(MAX_VIEWER_FRAME)}; {session.MAX_SUBSCRIPTIONS}; {session.MAX_CLIENT_CHANNELS}; {MAX_WORK}"
+    ],
+    ("viewer of Foxglove", "items in one list of a request; a name in it"): [f"{MAX_LISTED}; {MAX_TEXT} characters"],
     ("message of ROS in CDR or of ROS 1", "size"): [f"{types.MAX_MESSAGE >> 20} MiB"],
     ("connection header of ROS 1", "size; fields"): [f"{size(tcpros.MAX_HEADER)}; {tcpros.MAX_FIELDS}"],
     ("call or response of XML-RPC of ROS 1", "size"): [f"{size(xml_rpc.MAX_CALL)} or {size(xml_rpc.MAX_RESPONSE)}"],

@@ -1,0 +1,36 @@
+"""Numbers, topics and schemas in foxglove.md are those of the code."""
+
+from endpoints.foxglove import reach, requests, viewer_socket, viewers
+from endpoints.web import MAX_VIEWER_FRAME
+from ppaas.messages import type_name
+from ppaas.nodes.topics import TOPICS
+from ppaas.wire.foxglove import session
+from ppaas.wire.foxglove.conversion.conversions import PICTURES, conversion_of
+from ppaas.wire.foxglove.conversion.scenes import BODY, SCENE
+from tests.support.documents import table, text_of
+
+PAGE = "docs/foxglove.md"
+SCENES = {BODY, *(topic for _, topic, _ in PICTURES.values())}
+
+
+def test_topics_have_the_schemas_of_the_table() -> None:
+    for names, schema, _ in table(PAGE, "topic", "schema", "in Foxglove")[:-1]:
+        for name in names.replace("`", "").split(", "):
+            found = SCENE if name in SCENES else conversion_of(type_name(TOPICS[name].type)).schema
+            assert found.name == schema, name
+
+
+def test_limits_are_those_of_the_code() -> None:
+    own = f"{session.MAX_SUBSCRIPTIONS}; {session.MAX_CLIENT_CHANNELS}"
+    limits = {what: limit for what, limit, _ in table(PAGE, "what", "limit", "beyond it")}
+    assert limits == {
+        "viewers of one user; in all": f"{viewers.MAX_OF_USER}; {viewers.MAX_VIEWERS}",
+        "robots of one viewer; robots that its address names": f"{reach.MAX_ROBOTS}; {viewer_socket.MAX_NAMED}",
+        "frame of a viewer": f"{MAX_VIEWER_FRAME >> 20} MiB",
+        "subscriptions; channels that a viewer publishes": own,
+        "requests of a viewer that wait for a clone": f"{requests.MAX_WORK}",
+        "messages that wait for a slow viewer": "as for [any client](protocol.md#limits)",
+    }
+    page = " ".join(text_of(PAGE).split())
+    assert f"Robots come and go within {requests.PERIOD:g} s" in page
+    assert f"Changes come within {requests.PERIOD:g} s" in page
