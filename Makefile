@@ -91,7 +91,7 @@ test-docker: $(INSTALLED) ## Run the tests over a real Docker engine (PPAAS_DOCK
 	@echo "test-docker: builds the images of this checkout, minutes the first time"
 	$(BIN)/python -m pytest -m docker --timeout 1800 $(PYTEST_ARGS)
 
-test-ros: $(INSTALLED) $(ROS)/kilted_messages ## Drive robots on rclpy of ROS 2 Kilted, whose wheels are in an environment of their own
+test-ros: $(INSTALLED) $(ROS)/kilted_messages $(ROS)/jazzy $(ROS)/pyzeros_codecs ## Drive robots on rclpy of ROS 2 Kilted and Jazzy, on pyzeros, and on rospy
 	@echo "test-ros: nodes of ROS on the loopback interface of this machine"
 	$(BIN)/python -m pytest -m ros $(PYTEST_ARGS)
 
@@ -106,7 +106,8 @@ schemathesis: $(INSTALLED) ## Send the REST service some ten thousand requests, 
 fuzz: $(INSTALLED) ## Feed each parser of strangers' bytes, and the clients of boards, a hundred thousand mutated inputs (PYTEST_ARGS narrows it)
 	@echo "fuzz: 100000 examples a parser, for hours; prints how many were tried"
 	PPAAS_FUZZ_EXAMPLES=100000 $(BIN)/python -m pytest -n 0 --timeout 0 --hypothesis-show-statistics -k "hostile_bytes_are_read or hostile_cloud" \
-		tests/contracts/test_hostile_bytes.py tests/unit/robots/arduino tests/unit/robots/micropython $(PYTEST_ARGS)
+		tests/contracts/test_hostile_bytes.py tests/unit/robots/arduino tests/unit/robots/micropython \
+		tests/unit/robots/bridges $(PYTEST_ARGS)
 
 joints: $(INSTALLED) ## Run the load-bearing joints of the engine for a minute each
 	@echo "joints: 60 s each, over real processes"
@@ -187,16 +188,22 @@ $(ARM)/usr:
 		--exclude='*/thumb/v[78]*' --exclude='*/arm/v*' --exclude='*lto1' --exclude='*lto-dump' --exclude='./usr/share'; done; \
 	mv unpacked/usr ..; cd ..; rm -rf packages
 
-# ROS 2 itself: its .pth starts Python again, so it has an environment of its own.
-$(ROS)/kilted: tests/support/ros2/kilted.lock $(LOCKED)
-	@echo "setup: ROS 2 Kilted, by the versions of $<"
+# ROS 2 itself: its .pth starts Python again, so each release has an environment of its own. And pyzeros, which is ROS 2
+# over Zenoh in Python alone, and compiles codecs at first use.
+$(ROS)/kilted $(ROS)/jazzy $(ROS)/pyzeros: $(ROS)/%: tests/support/ros2/%.lock $(LOCKED)
+	@echo "setup: ROS 2 $*, by the versions of $<"
 	@rm -rf $@
 	$(BIN)/uv venv --quiet --python $(BIN)/python $@
 	$(BIN)/uv pip install --quiet --python $@/bin/python --require-hashes -r $<
 	@touch $@
 
+$(ROS)/pyzeros_codecs: $(ROS)/pyzeros
+	@echo "setup: codecs of pyzeros, minutes the first time (wants gcc)"
+	@CYDR_CACHE_DIR=$(abspath $@) CFLAGS=-O0 $</bin/python tests/support/ros2/pyzeros_robot.py && touch $@ || \
+		{ rm -rf $@; echo "setup: no codecs of pyzeros; install gcc, or its test is skipped" >&2; }
+
 # tf2_msgs and nav2_msgs, which the wheels lack, by the generators of the wheels; without a compiler their test is skipped.
-$(ROS)/kilted_messages: tests/support/ros2/build_messages.py ppaas/wire/ros/definitions/nav2.py $(ROS)/kilted $(INSTALLED)
+$(ROS)/kilted_messages: tests/support/ros2/build_messages.py ppaas/wire/ros/definitions/nav2.py $(ROS)/kilted | $(INSTALLED)
 	@echo "setup: tf2_msgs and nav2_msgs for ROS 2 Kilted, minutes the first time (wants CMake and g++)"
 	@rm -rf $@
 	@$(BIN)/python -m tests.support.ros2.build_messages kilted $(ROS)/kilted $@ || \

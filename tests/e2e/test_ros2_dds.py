@@ -24,7 +24,8 @@ from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = [pytest.mark.journey, pytest.mark.ros]
 
-ROS = ROOT / "build" / "ros" / "kilted" / "bin" / "python"
+ENVIRONMENTS = ROOT / "build" / "ros"
+ROS = ENVIRONMENTS / "kilted" / "bin" / "python"
 SCRIPTS = ROOT / "tests" / "support" / "ros2"
 MESSAGES = ROOT / "build" / "ros" / "kilted_messages"
 DOMAIN = "37"
@@ -37,24 +38,27 @@ MEMORY = 60 << 20
 
 @dataclass(frozen=True)
 class Way:
-    """Transport of a bridge, and the command that runs it."""
+    """Transport of a bridge, the command that runs it, and the release of the robot's ROS."""
 
     transport: str
     command: tuple[str | Path, ...]
     env: Mapping[str, str] = field(default_factory=dict)
+    release: str = "kilted"
 
 
 WAYS = {
     "dds": Way("dds", COMMAND),
+    "dds-jazzy": Way("dds", COMMAND, release="jazzy"),
     "rclpy": Way("rclpy", (ROS, "-m", "tests.support.ros2.rclpy_bridge"), {"PYTHONPATH": str(ROOT)}),
 }
 
 
 @pytest.mark.parametrize("name", WAYS)
 async def test_a_robot_on_rclpy_is_driven(name: str, cloud: RunningCloud, office_map: GridMap, tmp_path: Path) -> None:
-    if not ROS.exists():
-        pytest.skip("ROS 2 is not installed: run make test-ros")
     rest, way = await cloud.admin(), WAYS[name]
+    ros = ENVIRONMENTS / way.release / "bin" / "python"
+    if not ros.exists():
+        pytest.skip("ROS 2 is not installed: run make test-ros")
     await publish_map(rest, "office", office_map)
     start = free_pose(office_map, seed=31)
     goal = reachable_pose(office_map, start, seed=32, at_least=1.5, at_most=3.0)
@@ -65,7 +69,7 @@ async def test_a_robot_on_rclpy_is_driven(name: str, cloud: RunningCloud, office
     with bridge_process(*options, command=way.command, log=tmp_path / "log", env=env | way.env) as bridge:
         numbers = [str(number) for number in (*start, goal.x, goal.y)]
         robot = await asyncio.create_subprocess_exec(
-            ROS, SCRIPTS / "rclpy_robot.py", tmp_path / "grid.npz", *numbers, env=env, stdout=asyncio.subprocess.PIPE
+            ros, SCRIPTS / "rclpy_robot.py", tmp_path / "grid.npz", *numbers, env=env, stdout=asyncio.subprocess.PIPE
         )
         printed, _ = await asyncio.wait_for(robot.communicate(), 100)
         memory = psutil.Process(bridge.pid).memory_info().rss
@@ -75,7 +79,7 @@ async def test_a_robot_on_rclpy_is_driven(name: str, cloud: RunningCloud, office
     assert arrived["plan"]
     assert "ppaas_bridge" in arrived["nodes"]
     log = (tmp_path / "log").read_text()
-    if name == "dds":
+    if way.transport == "dds":
         assert "offers no actions" in log
         assert arrived["served"] == []
         assert memory <= MEMORY
@@ -115,7 +119,7 @@ async def test_a_client_of_navigation2_on_rclpy_is_answered_by_the_clone(
             env=env,
             stdout=asyncio.subprocess.PIPE,
         )
-        printed, _ = await asyncio.wait_for(robot.communicate(), 200)
+        printed, _ = await asyncio.wait_for(robot.communicate(), 350)
     ended = json.loads(printed)
     assert (ended["path"]["status"], ended["path"]["code"]) == (REACHED, 0)
     assert ended["path"]["end"] > 10

@@ -2,10 +2,13 @@
 
 import asyncio
 import json
+import math
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from ppaas.geometry import Pose2D
@@ -18,6 +21,7 @@ from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot
 from tests.support.ros2.bridge_process import bridge_process
 from tests.support.ros2.zenoh_peer import LATCHED, Peer, Recorder
 from tests.support.ros2.zenoh_robot import free_endpoint, zenoh_robot
+from tests.support.sources import ROOT
 from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = pytest.mark.journey
@@ -25,6 +29,7 @@ pytestmark = pytest.mark.journey
 NAVIGATE = "nav2_msgs/action/NavigateToPose"
 PLAN = "nav2_msgs/action/ComputePathToPose"
 REACHED, CANCELLED = 4, 5
+PYZEROS, CODECS = ROOT / "build/ros/pyzeros/bin/python", ROOT / "build/ros/pyzeros_codecs"
 
 
 def stamped(pose: Pose2D) -> dict[str, Any]:
@@ -118,3 +123,35 @@ async def test_a_robot_of_another_domain_is_told_to_the_doctor(
             apart.close()
             if here is not None:
                 here.close()
+
+
+@pytest.mark.ros
+async def test_a_robot_on_pyzeros_is_driven(cloud: RunningCloud, office_map: GridMap, tmp_path: Path) -> None:
+    """Keys, tokens and bytes of pyzeros are written by others, as those of rmw_zenoh."""
+    if not CODECS.exists():
+        pytest.skip("pyzeros is not installed: run make test-ros")
+    rest = await cloud.admin()
+    await publish_map(rest, "office", office_map)
+    start = free_pose(office_map, seed=31)
+    goal = reachable_pose(office_map, start, seed=32, at_least=1.5, at_most=3.0)
+    token = await register_robot(rest, "pyzeros", "office", start)
+    np.savez(tmp_path / "grid.npz", grid=office_map.data)
+    endpoint = free_endpoint()
+    options = ("--transport", "zenoh", "--listen", endpoint, "--url", cloud.url, "--token", token)
+    with bridge_process("pyzeros", *options, log=tmp_path / "log"):
+        numbers = [str(number) for number in (*start, goal.x, goal.y)]
+        script = ROOT / "tests" / "support" / "ros2" / "pyzeros_robot.py"
+        robot = await asyncio.create_subprocess_exec(
+            PYZEROS,
+            script,
+            endpoint,
+            tmp_path / "grid.npz",
+            *numbers,
+            stdout=asyncio.subprocess.PIPE,
+            env=os.environ | {"CYDR_CACHE_DIR": str(CODECS)},
+        )
+        printed, _ = await asyncio.wait_for(robot.communicate(), 120)
+    arrived = json.loads(printed)
+    assert math.dist(arrived["pose"][:2], (goal.x, goal.y)) < 0.3
+    assert arrived["plan"]
+    assert "velocities go to /tb3/cmd_vel (Twist)" in (tmp_path / "log").read_text()

@@ -17,7 +17,7 @@ from rclpy.action import ActionClient
 from rclpy_robot import Robot
 from tf2_msgs.msg import TFMessage
 
-TIMEOUT = 60.0
+TIMEOUT = 150.0
 """Longest time that an action may take [s]."""
 
 
@@ -78,7 +78,7 @@ def main() -> None:
     robot.spin(2.0)  # until it is localized
     path = robot.act(ComputePathToPose, "compute_path_to_pose", ComputePathToPose.Goal(goal=robot.target()))
     reached = robot.act(NavigateToPose, "navigate_to_pose", NavigateToPose.Goal(pose=robot.target()))
-    feedbacks, arrived = list(robot.feedbacks), list(robot.pose)
+    feedbacks, arrived = list(robot.feedbacks), list(robot.body.pose)
     home = robot.at(*numbers[:2])
     cancelled = robot.act(NavigateToPose, "navigate_to_pose", NavigateToPose.Goal(pose=home), cancel_after=1.5)
     wall = robot.at(0.0, 0.0)
