@@ -12,6 +12,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from endpoints.accounts.authentication import authenticate_socket
 from endpoints.audit.notes import note_details, note_refusal
+from endpoints.foxglove.batching import BatchingConnection
 from endpoints.foxglove.requests import ViewerRequests
 from endpoints.foxglove.viewer import Login, Viewer
 from endpoints.foxglove.viewers import Viewers
@@ -92,12 +93,14 @@ async def _run(socket: WebSocket, viewer: Viewer) -> None:
 
     viewer.answer(answers.server_info(NAME, viewer.session_id))
     connection.hand_to(take, viewer.flush)
-    viewer.outbox.connect(connection)
+    sink = BatchingConnection(connection)
+    viewer.outbox.connect(sink)
     tasks = asyncio.create_task(until_left()), asyncio.create_task(requests.run())
     try:
         await asyncio.wait((*tasks, viewer.over), return_when=asyncio.FIRST_COMPLETED)
     finally:
         viewer.outbox.connect(None)
+        sink.flush()
         connection.hand_to(None)
         for task in tasks:
             task.cancel()

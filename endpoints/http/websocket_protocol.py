@@ -9,7 +9,7 @@ Frames are processed in fair turns; see `endpoints.http.frame_pacing`.
 import asyncio
 import logging
 import secrets
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterable
 from typing import Any, Literal
 
 from starlette.websockets import WebSocket
@@ -146,10 +146,15 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
 
     def send_frame(self, frame: bytes) -> None:
         """Send a text frame, encoded as UTF-8, or a binary frame; call it only while ``ready``."""
-        if isinstance(frame, BinaryFrame):
-            self.conn.send_binary(frame)
-        else:
-            self.conn.send_text(frame)
+        self.send_frames((frame,))
+
+    def send_frames(self, frames: Iterable[bytes]) -> None:
+        """Send frames by one write; call it only while ``ready``."""
+        for frame in frames:
+            if isinstance(frame, BinaryFrame):
+                self.conn.send_binary(frame)
+            else:
+                self.conn.send_text(frame)
         self.transport.write(b"".join(self.conn.data_to_send()))
 
     def resume_writing(self) -> None:
