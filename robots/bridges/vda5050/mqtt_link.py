@@ -100,6 +100,7 @@ class MqttLink:
         """
         delays = backoff()
         while True:
+            _check_cancelled()
             since = monotonic()
             before = self.connections
             try:
@@ -141,6 +142,7 @@ class MqttLink:
         async with self._client() as client:
             for topic in self._exchange.topics:
                 await client.subscribe(topic, qos=1)
+            _check_cancelled()
             self.connections += 1
             logger.info("connected to the broker %s", self._name)
             self._exchange.connected()
@@ -166,6 +168,7 @@ class MqttLink:
             except MqttError:
                 self.outbox.put_back(message)
                 raise
+            _check_cancelled()
 
     async def _receive(self, client: Client) -> None:
         async for message in client.messages:
@@ -187,7 +190,11 @@ class MqttLink:
 
 
 def _check_cancelled() -> None:
-    """Raise if the task was cancelled: closing a connection may fail then, and its error hides the cancellation."""
+    """Raise if the task was cancelled.
+
+    Closing a connection may fail then, and its error hides the cancellation; and `asyncio.wait_for` of Python 3.11,
+    which aiomqtt calls, loses a cancellation if what it waits for ends at the same moment.
+    """
     task = asyncio.current_task()
     if task is not None and task.cancelling():
         raise asyncio.CancelledError

@@ -1,0 +1,1 @@
+"""What AGVs of VDA 5050 cost their bridge."""
