@@ -1,4 +1,4 @@
-"""How each bridge of ``ppaas bridge`` runs."""
+"""Run of a bridge of ``ppaas bridge``."""
 
 import argparse
 import logging

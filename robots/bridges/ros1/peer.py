@@ -14,8 +14,8 @@ HEADER_TIMEOUT = 10.0
 KEEPALIVE = (5, 2, 3)
 """Silence before the first probe [s], time between probes [s], and their number: 11 s until a dead peer is noticed."""
 
-WRITE_BUFFER = 64 << 10
-"""Bytes that are handed to the operating system ahead; what follows waits in the queue [bytes]."""
+WRITE_BUFFER, UNSENT = 64 << 10, 16 << 10
+"""Bytes that wait in this process and in the kernel; the queue, which may drop messages, holds the rest [bytes]."""
 
 DEPTH = 10
 """Length of a queue, where nothing else is set."""
@@ -105,6 +105,8 @@ class Peer(asyncio.Protocol):
         connected = transport.get_extra_info("socket")
         connected.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         connected.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+        if hasattr(socket, "TCP_NOTSENT_LOWAT"):
+            connected.setsockopt(socket.IPPROTO_TCP, socket.TCP_NOTSENT_LOWAT, UNSENT)
         if hasattr(socket, "TCP_KEEPIDLE"):  # Linux
             for option, value in zip(
                 (socket.TCP_KEEPIDLE, socket.TCP_KEEPINTVL, socket.TCP_KEEPCNT), KEEPALIVE, strict=True

@@ -1,4 +1,4 @@
-"""What a node has registered at a master, and what the master has forgotten."""
+"""Registrations of a node at a master, which forgets them when it is restarted."""
 
 import asyncio
 from collections.abc import Awaitable, Callable, Mapping

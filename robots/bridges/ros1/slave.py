@@ -1,4 +1,4 @@
-"""Slave API: what the master and other nodes ask of a node of ROS 1.
+"""Slave API: the methods of a node of ROS 1 that the master and other nodes call.
 
 Source: https://wiki.ros.org/ROS/Slave_API.
 """
