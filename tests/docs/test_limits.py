@@ -26,13 +26,18 @@ from endpoints.services.joint_maps import MOST_ROBOTS
 from endpoints.services.request_limits import RequestLimits
 from endpoints.web import MAX_FRAME, MAX_VIEWER_FRAME
 from engine.protocols import sockets
+from engine.recorder import robot_recorder
 from engine.remote import joining, tls_listener
 from ppaas.mapping.serialization import rebuilding
 from ppaas.maps.formats import map_yaml, netpbm, pbm, pictures, pillow_rows, png, yaml_keys
 from ppaas.maps.grid import MAX_CELLS
 from ppaas.nodes.grid_slam import joint_maps
+from ppaas.nodes.recorder.intake import MOST_PAYLOAD
+from ppaas.nodes.recorder.node import MOST_SECONDS
 from ppaas.people import settings as people
 from ppaas.perception.depth_scan import MOST_PIXELS
+from ppaas.recording import reader
+from ppaas.recording.parameters import MOST_MB, MOST_MINUTES
 from ppaas.robot_model import urdf, xml_document
 from ppaas.wire import fragments
 from ppaas.wire.binary import cbor_decoder
@@ -165,6 +170,14 @@ ROWS = {
         f"{size(MAX_VIEWER_FRAME)}; {session.MAX_SUBSCRIPTIONS}; {session.MAX_CLIENT_CHANNELS}; {MAX_WORK}"
     ],
     ("viewer of Foxglove", "items in one list of a request; a name in it"): [f"{MAX_LISTED}; {MAX_TEXT} characters"],
+    ("[recording](recording.md) of a robot", "time and size; all of a user"): [
+        f"{MOST_SECONDS:g} s and {robot_recorder.MOST_BYTES >> 20} MiB; {robot_recorder.MOST_USER_BYTES >> 20} MiB"
+    ],
+    ("ring of a robot", "time and size"): [f"{MOST_MINUTES:g} min and {MOST_MB} MB"],
+    ("recorded message", "size as JSON"): [size(MOST_PAYLOAD)],
+    ("file of MCAP", "record, chunk after decompression, channels and schemas, metadata"): [
+        f"{size(reader.MOST_RECORD)}, {size(reader.MOST_CHUNK)}, {reader.MOST_CHANNELS} each, {size(reader.MOST_NOTES)}"
+    ],
     ("message of ROS in CDR or of ROS 1", "size"): [f"{types.MAX_MESSAGE >> 20} MiB"],
     ("connection header of ROS 1", "size; fields"): [f"{size(tcpros.MAX_HEADER)}; {tcpros.MAX_FIELDS}"],
     ("call or response of XML-RPC of ROS 1", "size"): [f"{size(xml_rpc.MAX_CALL)} or {size(xml_rpc.MAX_RESPONSE)}"],

@@ -35,6 +35,7 @@ from tests.support.documents import table, text_of
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.fuzzed_rest import operations
 from tests.support.endpoints.still_place import StillPlace
+from tests.support.recordings.kept import RECORDING, kept_recordings
 from tests.support.storage import records
 from tests.support.world.mappings import room_mapping
 from tests.support.world.urdf import example
@@ -71,6 +72,7 @@ BODIES: dict[str, Any] = {
     "change_machine": {"draining": True},
     "resize_container": {"cores": 0.5},
     "merge_map": {"with": "house", "into": "both"},
+    "start_recording": {"seconds": 1.0},
 }
 """A body for each operation that takes JSON."""
 
@@ -117,7 +119,8 @@ OPERATIONS = [Operation(described["operationId"], method, path) for path, method
 
 async def seeded(passwords: Passwords) -> Seeded:
     store, cloud = MemoryStore(), FakeCloud()
-    services = Services(store, MemoryMapStore(), Accounts(store, passwords=passwords), cloud)
+    kept = kept_recordings(cloud, "ann", "tb1")
+    services = Services(store, MemoryMapStore(), Accounts(store, passwords=passwords), cloud, recordings=kept)
     tokens = {}
     for user in USERS.values():
         await services.accounts.register(user, PASSWORD, "admin" if user == "admin" else "user")
@@ -136,6 +139,7 @@ async def seeded(passwords: Passwords) -> Seeded:
         "map_id": "house", "version": records.house().version, "robot_id": "tb1", "user_id": "ann", "plan_id": "p1",
         "machine_id": "m1", "container_id": "c1", "planner": "navfn", "node": "amcl", "goal_id": goal.id,
         "number": str(review.number), "grantee": "dora", "group_id": "hall",
+        "recording_id": RECORDING,
         "token": token_id(await services.accounts.login("ann", PASSWORD)),
     }  # fmt: skip
     return Seeded(services, tokens, names)

@@ -28,6 +28,7 @@ from tests.docs.test_security import BODIES, OPERATIONS, POSES, QUERIES, Operati
 from tests.support.documents import table, text_of
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.still_place import StillPlace
+from tests.support.recordings.kept import RECORDING, kept_recordings
 from tests.support.storage import records
 from tests.support.world.mappings import room_mapping
 from tests.support.world.urdf import example
@@ -60,7 +61,7 @@ def maps() -> MemoryMapStore:
 def world() -> tuple[Services, dict[str, str]]:
     """Return services in which ann has a robot that is shared in each role, and tokens in each role; and names."""
     store, cloud = MemoryStore(), FakeCloud()
-    services = Services(store, maps(), Accounts(store), cloud)
+    services = Services(store, maps(), Accounts(store), cloud, recordings=kept_recordings(cloud, "ann", "tb1"))
     store.add_user(User("ann", ""))
     for role in SHARE_ROLES:
         store.add_user(User(role, ""))
@@ -80,6 +81,7 @@ def world() -> tuple[Services, dict[str, str]]:
         "map_id": "house", "version": records.house().version, "robot_id": "ann:tb1", "user_id": "ann", "plan_id": "p1",
         "machine_id": "m1", "container_id": "c1", "planner": "navfn", "node": "amcl", "goal_id": goal.id,
         "number": str(review.number), "grantee": "dora", "group_id": "hall", "token": token_id("token: look"),
+        "recording_id": RECORDING,
     }  # fmt: skip
     return services, names
 

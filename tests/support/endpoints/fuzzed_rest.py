@@ -24,6 +24,7 @@ from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.people import add_group, person
 from tests.support.endpoints.serving import serve
 from tests.support.endpoints.still_place import StillPlace
+from tests.support.recordings.kept import RECORDING, kept_recordings
 from tests.support.storage.records import house, pgm, plan, propose, put_map, robot
 
 TOKEN = "of an administrator"
@@ -44,6 +45,7 @@ KNOWN = {
     "number": "2",
     "grantee": "group:hall",
     "group_id": "hall",
+    "recording_id": RECORDING,
 }
 """Ids of existing objects by path parameter."""
 
@@ -119,7 +121,8 @@ def fuzzed_service() -> Iterator[FuzzedService]:
     store, cloud = MemoryStore(), FakeCloud()
     passwords = Passwords(PasswordHasher.from_parameters(profiles.CHEAPEST), workers=2)
     accounts = Accounts(store, passwords=passwords)
-    service = FuzzedService(Services(store, MemoryMapStore(), accounts, cloud), cloud)
+    kept = kept_recordings(cloud, "root", ROBOT)
+    service = FuzzedService(Services(store, MemoryMapStore(), accounts, cloud, recordings=kept), cloud)
     ready = threading.Event()
     loop = asyncio.new_event_loop()
     stop = asyncio.Event()

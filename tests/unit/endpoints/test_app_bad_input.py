@@ -173,7 +173,7 @@ def with_a_store() -> list[tuple[str, str]]:
     # The last one answers all the same.
     asks_no_store = ("machines", "containers", "models", "planners", "tickets", "audit", "health")
     known = {"map_id": "house", "version": "0" * 64, "robot_id": "tb1", "user_id": "bob", "plan_id": "p1", "token": "x"}
-    known |= {"node": "amcl", "goal_id": "rest-1", "number": "1", "grantee": "bob", "group_id": "hall"}
+    known |= {"node": "amcl", "goal_id": "rest-1", "number": "1", "grantee": "bob", "group_id": "hall", "recording_id": "x"}
     return [
         (method.upper(), path.format(**known))
         for path, method, _ in operations()
@@ -190,6 +190,7 @@ BODIES: dict[str, object] = {
     "/v1/robots/tb1/nodes/amcl": {"home": "cloud"},
     "/v1/robots/tb1/goals": {"pose": [1, 1]},
     "/v1/robots/tb1/shares/bob": {"role": "look"},
+    "/v1/robots/tb1/recordings": {"seconds": 1},
     "/v1/scoped-tokens": {"robots": ["tb1"], "role": "look"},
     "/v1/groups/hall": {"members": ["ann"]},
     "/v1/maps/house/plans": {"start": [0, 0], "goal": [1, 1]},

@@ -1,0 +1,34 @@
+"""A folder of recordings, and a recorder that answers, for services under test."""
+
+import tempfile
+from functools import cache
+from pathlib import Path
+
+from ppaas.messages.health.recorder import RecorderState
+from storage.recordings.folder import RecordingsFolder
+from tests.support.endpoints.fake_cloud import FakeCloud
+from tests.support.recordings.entries import entry, mcap, scan
+
+RECORDING = "20261126T224142Z"
+"""Id of the recording in the folder."""
+
+
+def kept_recordings(cloud: FakeCloud, user: str, robot: str) -> RecordingsFolder:
+    """Return a folder in which a robot has a recording and a ring, and make its recorder answer."""
+    cloud.recorder = lambda service: RecorderState(RECORDING if service == "start" else "")
+    folder = RecordingsFolder(Path(_temporary().name))
+    files = folder.of_robot(user, robot)
+    (files / "ring").mkdir(parents=True, exist_ok=True)
+    for file in (files / f"{RECORDING}.mcap", files / "ring" / "1800000000000000000.mcap"):
+        file.write_bytes(_file())
+    return folder
+
+
+@cache
+def _temporary() -> tempfile.TemporaryDirectory[str]:
+    return tempfile.TemporaryDirectory(prefix="ppaas-recordings-")
+
+
+@cache
+def _file() -> bytes:
+    return mcap(entry("scan", scan()))
