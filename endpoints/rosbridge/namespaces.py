@@ -11,7 +11,9 @@ from ppaas.errors import InvalidParameter, MalformedMessage, NotFound, PPaaSErro
 from ppaas.nodes.topics import TOPICS
 from ppaas.wire.names import CLIENTS, NameScope, normalise
 
-RESERVED = frozenset({name.partition("/")[0] for name in TOPICS} | {"rosapi", CLIENTS, "ppaas", "node_monitor", "recorder"})
+RESERVED = frozenset(
+    {name.partition("/")[0] for name in TOPICS} | {"rosapi", CLIENTS, "ppaas", "node_monitor", "recorder"}
+)
 """First parts of names that mean the clone, a client, or the cloud, and so no namespace."""
 
 _NOT_IN_NAMES = re.compile(r"\W", re.ASCII)
