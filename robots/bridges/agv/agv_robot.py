@@ -36,7 +36,7 @@ logger = logging.getLogger(__name__)
 FORWARDED = ("startPause", "stopPause", "stateRequest", "factsheetRequest", "cancelOrder")
 """Types of instant actions that operators may send."""
 
-POSE_PERIOD, REPEAT = 0.1, 1.0
+POSE_PERIOD, REPEAT = 0.1, 1.2
 """Least time between two poses, and time after which the pose of an AGV that stands is repeated [s]."""
 
 DIAGNOSTICS_PERIOD = 5.0
@@ -76,7 +76,7 @@ class AgvRobot:
         self._map = ""
         self._sheet: Factsheet | None = None
         self._sheet_came = asyncio.Event()
-        self._located = asyncio.Event()
+        self._located, self._left = asyncio.Event(), asyncio.Event()
         self._away_since: float | None = None
         self._position: Position | None = None
         self._velocity: Velocity | None = None
@@ -172,14 +172,15 @@ class AgvRobot:
                 self._cloud, self._told = None, ()
 
     async def _stay(self, cloud: CloudSide) -> None:
-        refused = asyncio.create_task(cloud.link.closed())
+        self._left.clear()
+        ends = [asyncio.create_task(cloud.link.closed()), asyncio.create_task(self._left.wait())]
         try:
-            while self._away_since is None or monotonic() - self._away_since < LEAVE_AFTER:
-                if refused.done():
-                    refused.result()
-                await asyncio.sleep(REPEAT)
+            await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
+            if ends[0].done():
+                ends[0].result()
         finally:
-            refused.cancel()
+            for end in ends:
+                end.cancel()
         self._located.clear()
         logger.info("AGV %s is away: robot %s leaves", self._agv.name, self._robot)
 
@@ -215,6 +216,8 @@ class AgvRobot:
         """Do what is due: sends again, repeats the pose of an AGV that stands, tells how it is."""
         now = monotonic()
         self._do(self._control.tick(now))
+        if self._away_since is not None and now - self._away_since > LEAVE_AFTER:
+            self._left.set()
         state = self._control.state
         if now - self._pose_at >= REPEAT and state is not None and not state.driving:
             self._publish_pose(now)

@@ -22,7 +22,7 @@ logger = logging.getLogger(__name__)
 MAX_AGVS = 1000
 """Largest number of AGVs of a bridge."""
 
-TICK = 0.5
+TICK = 1.0
 """Time between two looks at what is due [s]."""
 
 TOLD = 3

@@ -1,9 +1,10 @@
 """Contradictions between an order and the state that an AGV reports, in words."""
 
-import numpy as np
+import math
+from itertools import pairwise
 
+from ppaas.wire.vda5050.fields import Position
 from ppaas.wire.vda5050.master.order_plan import OrderPlan
-from ppaas.wire.vda5050.master.route import nearest_edge
 from ppaas.wire.vda5050.master.settings import Settings
 from ppaas.wire.vda5050.states import State
 
@@ -69,7 +70,7 @@ def _far_from_node(place: tuple[float, float] | None, state: State, words: str, 
     position = state.mobile_robot_position
     if place is None or position is None or not position.localized or state.node_states:
         return ""
-    far = ((position.x - place[0]) ** 2 + (position.y - place[1]) ** 2) ** 0.5
+    far = math.hypot(position.x - place[0], position.y - place[1])
     limit = settings.end_deviation + 0.5
     return f"it says that it reached {words}, but is {far:.2f} m away from it" if far > limit else ""
 
@@ -84,4 +85,12 @@ def distance_off(plan: OrderPlan, state: State) -> float:
         return 0.0
     at = plan.position(plan.reached)
     places = [node.place for node in plan.nodes[max(at - 1, 0) : at + 3] if node.place is not None]
-    return nearest_edge(np.array(places), position.x, position.y)[1] if places else 0.0
+    return min((_apart(begin, end, position) for begin, end in pairwise(places)), default=0.0)
+
+
+def _apart(begin: tuple[float, float], end: tuple[float, float], position: Position) -> float:
+    """Return the distance of a position from an edge [m]."""
+    along_x, along_y = end[0] - begin[0], end[1] - begin[1]
+    x, y = position.x - begin[0], position.y - begin[1]
+    part = min(max((x * along_x + y * along_y) / max(along_x**2 + along_y**2, 1e-12), 0.0), 1.0)
+    return math.hypot(x - part * along_x, y - part * along_y)

@@ -5,8 +5,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-import numpy as np
-
 from ppaas.wire.vda5050.master.identifiers import key_of, node_id
 from ppaas.wire.vda5050.master.route import Route
 from ppaas.wire.vda5050.master.settings import Settings
@@ -176,4 +174,4 @@ def route_nodes(key: str, route: Route, first: int) -> list[PlannedNode]:
 
 
 def _length(places: Sequence[tuple[float, float]]) -> float:
-    return float(np.hypot(*np.diff(np.array(places), axis=0).T).sum()) if len(places) > 1 else 0.0
+    return sum(math.dist(begin, end) for begin, end in pairwise(places))

@@ -1,0 +1,144 @@
+"""Fleet of AGVs: which are taken, as which robots, and what is sent to them."""
+
+import asyncio
+
+import pytest
+
+from ppaas.geometry import Pose2D
+from ppaas.wire.vda5050 import topics
+from ppaas.wire.vda5050.headers import Header
+from ppaas.wire.vda5050.states import Connection
+from ppaas.wire.vda5050.topics import Address
+from ppaas.wire.vda5050.versions import Version
+from robots.bridges.agv.agv_side import AgvSide
+from robots.bridges.agv.fleet import filters
+from robots.bridges.agv.options import FleetOptions
+from robots.bridges.agv.registration import CORES, robot_file
+from robots.bridges.vda5050.outbox import Outbox
+from tests.support.vda5050.fleet import FleetWithAgv
+from tests.support.vda5050.led_agv import path
+from tests.support.vda5050.messages import FACTSHEET
+
+ONLINE = Connection(connection_state="ONLINE")
+
+
+def address(serial: str, manufacturer: str = "acme") -> Address:
+    return Address.of(Version.V2_1, manufacturer, serial)
+
+
+def header(number: int = 0, version: str = "2.1.0", serial: str = "7", manufacturer: str = "acme") -> Header:
+    return Header(
+        header_id=number, timestamp="2026-01-31T11:40:03.123Z", version=version,
+        manufacturer=manufacturer, serial_number=serial,
+    )  # fmt: skip
+
+
+def test_agvs_are_robots_by_their_serial_numbers_except_robots_of_the_cloud():
+    options = FleetOptions()
+    assert options.robot_of(address("fork 7.b")) == "fork_7_b"
+    assert options.robot_of(address("tb1", "ppaas")) is None
+
+
+def test_listed_agvs_are_taken_alone():
+    options = FleetOptions(robots={"ppaas/tb1": "mirror"})
+    assert options.robot_of(address("tb1", "ppaas")) == "mirror"
+    assert options.robot_of(address("fork")) is None
+
+
+def test_topics_of_both_major_versions_are_subscribed_to():
+    assert "uagv/v2/+/+/state" in filters("")
+    assert "vda5050/v3/+/+/connection" in filters("")
+    assert "hall/v3/+/+/factsheet" in filters("hall")
+
+
+def test_the_file_of_a_robot_has_the_size_of_the_factsheet():
+    file = robot_file(address("7"), "office", FACTSHEET, None)
+    body = FACTSHEET.physical_parameters
+    expected = 0.5 * (body.length**2 + body.width**2) ** 0.5
+    assert file.parameters == {"follow_path": {}, "global_costmap": {"robot_radius": pytest.approx(expected)}}
+    assert (file.map, file.cores) == ("office", CORES)
+    assert robot_file(address("7"), "office", None, None).parameters == {"follow_path": {}}
+
+
+def test_messages_count_once_in_order_and_by_their_own_agv():
+    side = AgvSide(address("7"), Outbox())
+    assert side.counts(topics.STATE, header(1)) == ""
+    assert side.counts(topics.STATE, header(1)) == "repeated message 1 on state"
+    assert side.counts(topics.STATE, header(0)) == "late message 0 on state"
+    assert side.counts(topics.STATE, header(2, serial="8")) == "the header of state names AGV 'acme/8'"
+    assert side.counts(topics.VISUALIZATION, header(0, serial="", manufacturer="")) == ""
+    assert side.counts(topics.CONNECTION, header(9)) == side.counts(topics.CONNECTION, header(0)) == ""
+
+
+def test_an_agv_is_spoken_to_in_its_own_version():
+    side = AgvSide(address("7"), Outbox())
+    assert side.version is Version.V2_1
+    side.counts(topics.STATE, header(0, version="2.0.0"))
+    assert side.version is Version.V2_0
+    side.counts(topics.STATE, header(1, version="3.0.0"))
+    assert side.version is Version.V2_0, "a major version is that of the topic"
+
+
+@pytest.mark.parametrize("version", Version)
+async def test_an_agv_of_each_version_drives_its_path(version):
+    tested = FleetWithAgv(version)
+    tested.say(topics.CONNECTION, ONLINE)
+    tested.say(topics.STATE, tested.agv.state())
+    await tested.obey()
+    assert [action.action_type for action in tested.agv.actions] == ["stateRequest", "factsheetRequest"]
+    tested.robot._follow(path("a", (0.0, 0.0), (3.0, 0.0)))
+    for _ in range(6):
+        await tested.obey()
+        tested.agv.drive(1.0)
+        tested.say(topics.STATE, tested.agv.state())
+    assert tested.agv.pose.x == 3.0
+    assert tested.robot._control.path == ""
+
+
+def test_an_invalid_message_changes_nothing_and_is_logged_a_few_times(caplog):
+    tested = FleetWithAgv()
+    for _ in range(10):
+        tested.fleet.receive(tested.address.topic(topics.STATE), b"{}", False)
+    assert caplog.text.count("sent an invalid message") == 3
+    tested.fleet.receive("uagv/v2/state", b"{}", False)
+    tested.fleet.receive(tested.address.topic("unknown"), b"{}", False)
+    assert tested.robot._control.state is None
+
+
+async def test_a_new_agv_is_found_by_its_first_message():
+    tested = FleetWithAgv()
+    tested.fleet.robots.clear()
+    async with asyncio.TaskGroup() as group:
+        tested.fleet._group = group
+        tested.say(topics.CONNECTION, ONLINE)
+        (robot,) = tested.fleet.robots.values()
+        assert robot._control.connection == "ONLINE"
+        group.create_task(_cancel_others())
+
+
+async def _cancel_others() -> None:
+    for task in asyncio.all_tasks():
+        if task.get_coro().__qualname__ == "AgvRobot.run":
+            task.cancel()
+
+
+def test_a_lost_broker_is_a_broken_connection():
+    tested = FleetWithAgv()
+    tested.say(topics.CONNECTION, ONLINE)
+    tested.say(topics.STATE, tested.agv.state())
+    assert (
+        tested.robot._why_unusable() == "the AGV is on map 'hall', and its robot on '': say --map hall= if they are one"
+    )
+    tested.fleet._broker_lost()
+    assert tested.robot._why_unusable() == "the AGV is CONNECTION_BROKEN"
+
+
+def test_initial_poses_and_instant_actions_reach_the_agv():
+    tested = FleetWithAgv()
+    tested.say(topics.CONNECTION, ONLINE)
+    tested.say(topics.STATE, tested.agv.state())
+    tested.robot._initial_pose(Pose2D(1.0, 2.0, 0.5))
+    tested.robot._action("startPause")
+    asyncio.run(tested.obey())
+    assert tested.agv.pose == Pose2D(1.0, 2.0, 0.5)
+    assert tested.agv.paused
