@@ -34,6 +34,9 @@ ROS_1: Final = Tables(
         _down(f"{MOVE_BASE}/global_costmap/costmap", _GRID, latched=True),
         _down(f"{MOVE_BASE}/local_costmap/costmap", _GRID, latched=True),
         _down(f"{MOVE_BASE}/local_costmap/footprint", "geometry_msgs/msg/PolygonStamped", latched=True),
+        _down("octomap_binary", "octomap_msgs/msg/Octomap", latched=True),
+        _down("octomap_full", "octomap_msgs/msg/Octomap", latched=True),
+        _down("projected_map", _GRID, latched=True),
     ),
     services=tuple(
         Service(name, kind, name, kind)

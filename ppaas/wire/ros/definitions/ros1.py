@@ -1,7 +1,7 @@
 """Definitions of ROS 1 Noetic.
 
 Sources: ``ros-planning/navigation_msgs``, ``ros/geometry2``, ``ros/geometry``, ``ros/ros_comm_msgs``,
-``wg-perception/people``.
+``wg-perception/people``, ``OctoMap/octomap_msgs``.
 """
 
 from typing import Final
@@ -18,6 +18,7 @@ _SAME_AS_IN_ROS_2 = (
     "map_msgs/msg/OccupancyGridUpdate",
     "nav_msgs/srv/GetMap",
     "nav_msgs/srv/GetPlan",
+    "octomap_msgs/msg/Octomap",
     "people_msgs/msg/Person",
     "people_msgs/msg/People",
     "std_srvs/srv/Empty",
