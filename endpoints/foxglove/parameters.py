@@ -6,12 +6,15 @@ from typing import Any
 import msgspec
 
 from endpoints.foxglove.robot_view import RobotView
-from ppaas.errors import PPaaSError
+from ppaas.errors import PPaaSError, QuotaExceeded
 from ppaas.messages import decode, rosapi
 from ppaas.wire.foxglove.requests import Parameter
 
 MAX_VALUE = 256 << 10
 """Largest text that is sent as a parameter [bytes]."""
+
+MAX_WATCHED = 1000
+"""Largest number of parameters that one viewer watches by name."""
 
 Values = Mapping[str, Parameter]
 """Parameters by name."""
@@ -79,8 +82,21 @@ class WatchedParameters:
     def __bool__(self) -> bool:
         return self._all or bool(self._names)
 
+    @property
+    def names(self) -> frozenset[str]:
+        """Names of the watched ones; empty for all."""
+        return frozenset() if self._all else frozenset(self._names)
+
     def add(self, names: list[str]) -> None:
-        """Watch parameters; without names, all."""
+        """Watch parameters; without names, all.
+
+        Raises
+        ------
+        QuotaExceeded
+            They are too many.
+        """
+        if len(self._names | set(names)) > MAX_WATCHED:
+            raise QuotaExceeded(f"at most {MAX_WATCHED} parameters can be watched by name: watch all, without names")
         self._names.update(names)
         self._all = self._all or not names
 

@@ -1,6 +1,6 @@
 """Requests of a viewer: subscriptions, messages that it publishes, parameters, services, the graph."""
 
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Collection, Coroutine
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +9,7 @@ from endpoints.foxglove.parameters import WatchedParameters, read_all, write_par
 from endpoints.foxglove.robot_view import RobotView
 from endpoints.foxglove.viewer import Viewer
 from engine.processes.background import Background, repeat
-from ppaas.errors import InvalidInput, NotFound, PPaaSError, QuotaExceeded, UnknownType
+from ppaas.errors import InvalidInput, NotFound, PPaaSError, QuotaExceeded
 from ppaas.messages import service_type
 from ppaas.wire.foxglove import answers, requests
 from ppaas.wire.foxglove.answers import Graph
@@ -166,15 +166,17 @@ class ViewerRequests:
         self._viewer.answer(answers.parameter_values(found, request_id))
 
     async def _values(self, names: list[str]) -> dict[str, requests.Parameter]:
-        """Return the parameters of the robots that names are of; without names, of all robots."""
-        views = list(self._viewer.views.values())
-        if names:
-            of = {name.split("/")[1] for name in names if name.startswith("/")}
-            views = [view for view in views if view.name.split("/")[0] in of]
-        values, errors = await read_all(views)
+        """Return the parameters of the robots that names are of; without names, of all robots that can be read."""
+        values, errors = await read_all(self._views_of(names))
         if names:
             self._each(_raise, errors)
         return values
+
+    def _views_of(self, names: Collection[str]) -> list[RobotView]:
+        """Return the robots that names of parameters are of; without names, all robots."""
+        prefixes = [f"/{view.name}/" for view in self._viewer.views.values()]
+        wanted = {prefix for prefix in prefixes if not names or any(name.startswith(prefix) for name in names)}
+        return [view for view in self._viewer.views.values() if f"/{view.name}/" in wanted]
 
     def _set_parameters(self, request: requests.SetParameters) -> None:
         self._start(self._write_parameters(request.parameters, request.id))
@@ -195,7 +197,7 @@ class ViewerRequests:
     async def _send_changed_parameters(self) -> None:
         if not self._watched:
             return
-        values, _ = await read_all(list(self._viewer.views.values()))
+        values, _ = await read_all(self._views_of(self._watched.names))
         changed = self._watched.changed(values)
         if changed:
             self._viewer.answer(answers.parameter_values(changed))
@@ -214,16 +216,13 @@ class ViewerRequests:
                 self._viewer.answer(answers.unadvertise_services([view.services.pop(name) for name in gone]))
             new = [self._service(view, name, kind) for name, kind in now.items() if name not in view.services]
             if new:
-                self._viewer.answer(answers.advertise_services([one for one in new if one is not None]))
+                self._viewer.answer(answers.advertise_services(new))
 
-    def _service(self, view: RobotView, name: str, kind: str) -> answers.Service | None:
+    def _service(self, view: RobotView, name: str, kind: str) -> answers.Service:
         self._numbers += 1
         view.services[name] = self._numbers
         self._services[self._numbers] = view, name
-        try:
-            known = service_type(kind)
-        except UnknownType:
-            return None
+        known = service_type(kind)
         request, response = json_of(known.request), json_of(known.response)
         return answers.Service(self._numbers, f"/{view.name}/{name}", kind, request, response)
 

@@ -11,6 +11,7 @@ from endpoints.foxglove.feed import Feed
 from endpoints.rosbridge.attachment import Attachment
 from engine.service.links.place_link import PlaceLink
 from ppaas.errors import PPaaSError
+from ppaas.messages import service_type
 from ppaas.nodes.topics import policy_of
 from ppaas.wire.foxglove.answers import Schema
 from ppaas.wire.foxglove.conversion.conversions import PICTURES, conversion_of
@@ -63,6 +64,15 @@ class RobotView:
     frames : SharedFrames
     report : callable
         Called with errors.
+
+    Attributes
+    ----------
+    channels : dict
+        Ids of the channels that show something of it.
+    services : dict
+        Numbers of its services, by name.
+    body : Future, optional
+        Scene of its body, once it was asked for.
     """
 
     def __init__(
@@ -80,6 +90,7 @@ class RobotView:
         self.client = PlaceClient(attachment, report)
         self.channels: dict[Shown, int] = {}
         self.services: dict[str, int] = {}
+        self.body: asyncio.Future[bytes] | None = None
         self._report = report
         self._feeds: dict[Shown, Feed] = {}
         self._known: tuple[object, ...] = ()
@@ -127,8 +138,9 @@ class RobotView:
         for service in self.place.services.values():
             try:
                 access.check_call(service.name)
+                service_type(service.type)
             except PPaaSError:
-                continue
+                continue  # it may not be called, or nobody knows what it takes
             found[service.name] = service.type
         return found
 

@@ -142,9 +142,11 @@ class Viewer:
             raise
 
     async def _send_body(self, view: RobotView, send: Callable[[bytes], None]) -> None:
-        frame = view.frames.shared(view.place.base_frame)
+        if view.body is None:
+            frame, store = view.frames.shared(view.place.base_frame), self._services.store
+            view.body = asyncio.ensure_future(asyncio.to_thread(body_scene, store, view.record, frame, view.name))
         try:
-            send(await asyncio.to_thread(body_scene, self._services.store, view.record, frame, view.name))
+            send(await asyncio.shield(view.body))
         except PPaaSError as error:
             self.report(error)
 

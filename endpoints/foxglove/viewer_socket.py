@@ -16,6 +16,7 @@ from endpoints.foxglove.batching import BatchingConnection
 from endpoints.foxglove.requests import ViewerRequests
 from endpoints.foxglove.viewer import Login, Viewer
 from endpoints.foxglove.viewers import Viewers
+from endpoints.http.origins import may_open
 from endpoints.http.problems import problem_response
 from endpoints.http.websocket_protocol import connection_of
 from endpoints.rosbridge.robot_socket import CLOSE_TIMEOUT, CLOSED_BY_CLOUD, MAX_REASON, NO_RIGHT, content_of
@@ -65,6 +66,7 @@ async def serve_viewer_socket(socket: WebSocket, services: Services, viewers: Vi
 
 async def _log_in(socket: WebSocket, services: Services) -> Login:
     """Return the login of a viewer; raises as ``authenticate_socket``, or ``InvalidParameter`` for a bad address."""
+    _check_page(socket)
     user, token = await authenticate_socket(socket, services.accounts)
     named = tuple(socket.query_params.getlist("robot"))
     if len(named) > MAX_NAMED:
@@ -73,6 +75,14 @@ async def _log_in(socket: WebSocket, services: Services) -> Login:
         if not is_address(address):
             raise InvalidParameter(f"robot must be ID or OWNER:ID, not {address[:64]!r}")
     return Login(user.id, token, named)
+
+
+def _check_page(socket: WebSocket) -> None:
+    """Raise ``NotPermitted`` if a page of another host has no token: its browser may send Basic credentials unasked."""
+    basic = socket.headers.get("authorization", "").lower().startswith("basic ")
+    has_token = socket.query_params.get("token") or socket.query_params.get("ticket")
+    if basic and not has_token and not may_open(socket.headers.get("origin", ""), socket.headers.get("host", ""), ()):
+        raise NotPermitted("pages of other hosts need a token in the address: add ?token=TOKEN")
 
 
 async def _run(socket: WebSocket, viewer: Viewer) -> None:

@@ -190,6 +190,13 @@ async def test_changes_of_watched_parameters_are_sent(viewer: StillViewer, param
     assert len(parameters.called) == called
 
 
+async def test_few_parameters_are_watched_by_name(viewer: StillViewer) -> None:
+    viewer.say("subscribeParameterUpdates", parameterNames=[f"/tb1/{number}" for number in range(1001)])
+    assert viewer.statuses == [
+        "quota-exceeded: at most 1000 parameters can be watched by name: watch all, without names"
+    ]
+
+
 async def test_few_requests_wait_at_once(viewer: StillViewer) -> None:
     for _ in range(100):
         viewer.say("getParameters", parameterNames=[])

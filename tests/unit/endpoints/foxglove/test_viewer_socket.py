@@ -1,5 +1,6 @@
 """WebSocket of a viewer: who may connect, and how a connection ends."""
 
+import base64
 import json
 from collections.abc import AsyncIterator
 
@@ -79,6 +80,15 @@ async def test_a_viewer_without_a_right_is_told_so(port: Port) -> None:
     assert (text, code) == ("invalid-parameter: robot must be ID or OWNER:ID, not 'a/b'", 1011)
     text, _, _ = await port.refusal(port.url("&robot=tb1" * 51))
     assert text == "invalid-parameter: name at most 50 robots, or none to see all"
+
+
+async def test_a_page_of_another_host_needs_a_token(port: Port) -> None:
+    basic = {"Authorization": "Basic " + base64.b64encode(f"ann:{port.token}".encode()).decode()}
+    address, page = f"ws://{port.address}/", Origin("https://pages.example")
+    async with connect(address, subprotocols=OFFERED, additional_headers=basic) as socket:
+        assert (await _first(socket))["op"] == "serverInfo"
+    async with connect(address, subprotocols=OFFERED, additional_headers=basic, origin=page) as socket:
+        assert (await _first(socket))["message"].startswith("not-permitted: pages of other hosts")  # type: ignore[attr-defined]
 
 
 async def test_a_client_of_another_protocol_gets_a_problem(port: Port) -> None:
