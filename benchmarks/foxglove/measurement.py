@@ -62,7 +62,7 @@ async def _of_cloud(target: Target, port: int, robots: int, seconds: float, talk
     web, url = psutil.Process(target.pid), f"ws://127.0.0.1:{port}/?token={target.token}"
     silent = await _share(web, seconds)
     async with _viewer(url, robots):
-        await asyncio.sleep(SETTLING)
+        await asyncio.sleep(2.0 * SETTLING)
         idle = await _share(web, seconds) - silent
     talking.set()
     await asyncio.sleep(SETTLING)

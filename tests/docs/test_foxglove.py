@@ -1,6 +1,6 @@
 """Numbers, topics and schemas in foxglove.md are those of the code."""
 
-from endpoints.foxglove import reach, requests, viewer_socket, viewers
+from endpoints.foxglove import parameters, reach, requests, viewer_socket, viewers
 from endpoints.web import MAX_VIEWER_FRAME
 from ppaas.messages import type_name
 from ppaas.nodes.topics import TOPICS
@@ -29,6 +29,7 @@ def test_limits_are_those_of_the_code() -> None:
         "frame of a viewer": f"{MAX_VIEWER_FRAME >> 20} MiB",
         "subscriptions; channels that a viewer publishes": own,
         "requests of a viewer that wait for a clone": f"{requests.MAX_WORK}",
+        "parameters that a viewer watches by name": f"{parameters.MAX_WATCHED}",
         "messages that wait for a slow viewer": "as for [any client](protocol.md#limits)",
     }
     page = " ".join(text_of(PAGE).split())
