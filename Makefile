@@ -11,7 +11,7 @@ TEST_PROCESSES ?= 5
 DEMO_ARGS ?=
 # Makes the bill of materials, in an environment of its own; the extras that a cloud and its robots may install.
 CYCLONEDX := cyclonedx-bom==7.5.0
-SHIPPED := cloud sim ray hdfs cassandra docker plot bags mapping ros2 ros1 foxglove
+SHIPPED := cloud sim ray hdfs cassandra docker plot bags mapping recording ros2 ros1 foxglove
 
 # Python keeps what it has compiled, also where the environment says otherwise: the many processes of `make test`
 # would compile the same modules and tests again. Without a value the variable has no effect.
@@ -107,7 +107,7 @@ fuzz: $(INSTALLED) ## Feed each parser of strangers' bytes, and the clients of b
 	@echo "fuzz: 100000 examples a parser, for hours; prints how many were tried"
 	PPAAS_FUZZ_EXAMPLES=100000 $(BIN)/python -m pytest -n 0 --timeout 0 --hypothesis-show-statistics -k "hostile_bytes_are_read or hostile_cloud" \
 		tests/contracts/test_hostile_bytes.py tests/unit/robots/arduino tests/unit/robots/micropython \
-		tests/unit/robots/bridges $(PYTEST_ARGS)
+		tests/unit/robots/bridges tests/unit/ppaas/recording $(PYTEST_ARGS)
 
 joints: $(INSTALLED) ## Run the load-bearing joints of the engine for a minute each
 	@echo "joints: 60 s each, over real processes"

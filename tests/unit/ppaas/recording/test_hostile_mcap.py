@@ -55,7 +55,7 @@ CHANGES = st.lists(st.tuples(st.floats(0.0, 1.0, exclude_max=True), st.binary(mi
 
 @settings(max_examples=EXAMPLES)
 @given(st.sampled_from(FILES), CHANGES, st.floats(0.0, 1.0))
-def test_changed_files_are_read_or_refused(file: bytes, changes: list[tuple[float, bytes]], kept: float) -> None:
+def test_hostile_bytes_are_read_or_refused(file: bytes, changes: list[tuple[float, bytes]], kept: float) -> None:
     data = bytearray(file)
     for place, patch in changes:
         at = int(place * len(data))
