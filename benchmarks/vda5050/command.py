@@ -1,4 +1,4 @@
-"""``ppaas bench vda5050``: CPU time and memory of a bridge that presents many robots as AGVs."""
+"""``ppaas bench vda5050``: CPU time and memory of bridges with many robots as AGVs, and many AGVs as robots."""
 
 import argparse
 from typing import TYPE_CHECKING
@@ -10,7 +10,7 @@ from robots.cli.benches import Measured
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-HELP = "CPU time and memory of ppaas bridge vda5050 with many robots, over mosquitto"
+HELP = "CPU time and memory of ppaas bridge vda5050 and ppaas bridge agv with many robots, over mosquitto"
 
 ROBOTS, QUICK_ROBOTS = 200, 5
 """Numbers of robots."""
@@ -28,8 +28,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     """Return all figures."""
     from benchmarks.harness.figures import measured  # noqa: PLC0415 - ``ppaas bench --help`` loads this
-    from benchmarks.vda5050 import measurement  # noqa: PLC0415
+    from benchmarks.vda5050 import agvs, measurement  # noqa: PLC0415
 
     robots = arguments.robots or (QUICK_ROBOTS if arguments.quick else ROBOTS)
     seconds = QUICK_SECONDS if arguments.quick else SECONDS
-    return measured(event_loop.run(measurement.measure(progress, robots, seconds)))
+    presented = event_loop.run(measurement.measure(progress, robots, seconds))
+    taken = event_loop.run(agvs.measure(progress, robots, seconds))
+    return measured([*presented, *taken])

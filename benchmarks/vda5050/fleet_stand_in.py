@@ -12,6 +12,9 @@ from websockets.http11 import Request, Response
 
 from ppaas.clock import monotonic
 
+MAP = "hall"
+"""Map of the robots."""
+
 POSE_PERIOD = 0.2
 """Time between two poses of a robot, and between two messages of odometry [s]."""
 
@@ -33,7 +36,7 @@ def _answer(connection: ServerConnection, request: Request) -> Response | None:
     """Answer requests of REST; others open a WebSocket."""
     if not request.path.startswith("/v1/"):
         return None
-    answer = {"map": "hall", "model": "turtlebot2", "version": "1", "parameters": {}}
+    answer = {"map": MAP, "model": "turtlebot2", "version": "1", "parameters": {}}
     response = connection.respond(HTTPStatus.OK, msgspec.json.encode(answer).decode())
     response.headers["Connection"] = "close"
     return response
@@ -85,6 +88,9 @@ async def fleet_stand_in() -> AsyncIterator[str]:
             frame = decoder.decode(text)
             if frame.op == "subscribe" and frame.topic in FRAMES:
                 period = max(frame.throttle_rate / 1000.0, POSE_PERIOD)
+                for (topic, _), others in subscribers.items():
+                    if topic == frame.topic:
+                        others.discard(connection)
                 subscribers.setdefault((frame.topic, period), set()).add(connection)
 
     publishing = asyncio.create_task(_publish(subscribers))

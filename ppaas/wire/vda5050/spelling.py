@@ -113,12 +113,13 @@ WHOLE = frozenset({"headerId", "sequenceId", "orderUpdateId", "lastNodeSequenceI
 ARBITRARY = frozenset({"value", "loadSpecification", "mobileRobotConfiguration", "envelopes3d"})
 """Fields whose values pass as they are: parameters of actions, and what no robot of ours has."""
 
-Rule = Callable[[str, Any], Any]
+Rules = Mapping[str, Callable[[Any], Any]]
+"""Values of fields, by the names that the fields had."""
 
 
 def from_version_2(topic: str, message: Tree) -> Tree:
     """Return a message of 2.x with the names and values of 3.0."""
-    spelled: Tree = _renamed(message, NAMES_2.get(topic, {}), _value_to_3)
+    spelled: Tree = _spelled(message, NAMES_2.get(topic, {}), _TO_3, frozenset())
     if topic == topics.STATE:
         spelled.setdefault("instantActionStates", [])
     if topic == topics.INSTANT_ACTIONS and topic in spelled:
@@ -133,23 +134,23 @@ def name_in_version_2(topic: str, field: str) -> str:
 
 def from_version_3(message: Tree) -> Tree:
     """Return a message of 3.0 with whole numbers that are ints."""
-    spelled: Tree = _renamed(message, {}, _whole)
+    spelled: Tree = _spelled(message, {}, _WHOLE_ONLY, frozenset())
     return spelled
 
 
 def to_version_2(topic: str, message: Tree) -> Tree:
     """Return a message with the names and values of 2.x, without fields that 3.0 alone has."""
-    spelled: Tree = _renamed(message, _REVERSED.get(topic, {}), _value_to_2)
+    dropped = _ONLY_3_FIELDS.get(topic, frozenset())
+    spelled: Tree = _spelled(message, _REVERSED.get(topic, {}), _TO_2, dropped)
     if topic == topics.STATE:
         spelled["actionStates"] = [*spelled["actionStates"], *spelled.pop("instantActionStates")]
-    fields = _ONLY_3_FIELDS.get(topic)
-    return _without(spelled, fields) if fields else spelled
+    return spelled
 
 
 def to_version_3(topic: str, message: Tree) -> Tree:
     """Return a message without the fields that 2.x alone has."""
-    fields = _ONLY_2_FIELDS.get(topic)
-    return _without(message, fields) if fields else message
+    dropped = _ONLY_2_FIELDS.get(topic)
+    return message if dropped is None else _spelled(message, {}, {}, dropped)
 
 
 _REVERSED = {topic: {new: old for old, new in names.items()} for topic, names in NAMES_2.items()}
@@ -194,52 +195,56 @@ _ONLY_3_FIELDS = {
 }
 
 
-def _renamed(message: Any, names: Names, rule: Rule) -> Any:
-    """Return a tree with other names of its fields; ``rule`` gives each value by the name that it had."""
+def _spelled(message: Any, names: Names, rules: Rules, dropped: frozenset[str]) -> Any:
+    """Return a tree with other names and values of its fields, without those that are dropped."""
     if isinstance(message, list):
-        return [_renamed(one, names, rule) for one in message]
-    if not isinstance(message, dict):
-        return message
-    return {
-        names.get(key, key): value if key in ARBITRARY else _renamed(rule(key, value), names, rule)
-        for key, value in message.items()
-    }
+        return [_spelled(one, names, rules, dropped) if isinstance(one, dict | list) else one for one in message]
+    spelled = {}
+    for key, value in message.items():
+        if key in dropped:
+            continue
+        made = rules[key](value) if key in rules else value
+        if isinstance(made, dict | list) and key not in ARBITRARY:
+            made = _spelled(made, names, rules, dropped)
+        spelled[names.get(key, key)] = made
+    return spelled
 
 
-def _whole(field: str, value: Any) -> Any:
-    return int(value) if field in WHOLE and isinstance(value, float) and value.is_integer() else value
+def _whole(value: Any) -> Any:
+    return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
-def _value_to_3(field: str, value: Any) -> Any:
-    if field == "allowedDeviationXY" and isinstance(value, int | float) and not isinstance(value, bool):
-        return {"a": value, "b": value, "theta": 0.0}
-    return _translated(VALUES_2.get(_VALUE_FIELDS.get(field, field)), _whole(field, value))
+def _circle(value: Any) -> Any:
+    """Return a radius as the ellipse that 3.0 has."""
+    is_radius = isinstance(value, int | float) and not isinstance(value, bool)
+    return {"a": value, "b": value, "theta": 0.0} if is_radius else value
 
 
-def _value_to_2(field: str, value: Any) -> Any:
-    if field == "allowedDeviationXY":
-        return min(value["a"], value["b"])
-    if field == "batteryHealth":
-        return round(value)  # 2.0 has whole percents
-    return _translated(_VALUES_TO_2.get(field), value)
+def _radius(value: Tree) -> float:
+    """Return the radius of the largest circle in an ellipse."""
+    return float(min(value["a"], value["b"]))
 
 
-def _translated(values: Names | None, value: Any) -> Any:
-    if values is None:
-        return value
-    if isinstance(value, list):
-        return [values.get(one, one) if isinstance(one, str) else one for one in value]
-    return values.get(value, value) if isinstance(value, str) else value
+def _translation(values: Names) -> Callable[[Any], Any]:
+    """Return the rule that replaces values, also in a list."""
+
+    def translated(value: Any) -> Any:
+        if isinstance(value, list):
+            return [values.get(one, one) if isinstance(one, str) else one for one in value]
+        return values.get(value, value) if isinstance(value, str) else value
+
+    return translated
 
 
-def _without(message: Any, fields: frozenset[str]) -> Any:
-    """Return a tree without some fields."""
-    if isinstance(message, list):
-        return [_without(one, fields) for one in message]
-    if not isinstance(message, dict):
-        return message
-    return {
-        key: value if key in ARBITRARY else _without(value, fields)
-        for key, value in message.items()
-        if key not in fields
-    }
+_WHOLE_ONLY: Rules = dict.fromkeys(WHOLE, _whole)
+_TO_3: Rules = {
+    **_WHOLE_ONLY,
+    **{field: _translation(values) for field, values in VALUES_2.items()},
+    **{old: _translation(VALUES_2[new]) for old, new in _VALUE_FIELDS.items()},
+    "allowedDeviationXY": _circle,
+}
+_TO_2: Rules = {
+    **{field: _translation(values) for field, values in _VALUES_TO_2.items()},
+    "allowedDeviationXY": _radius,
+    "batteryHealth": round,  # 2.0 has whole percents
+}

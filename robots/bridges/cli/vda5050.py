@@ -4,9 +4,14 @@ import argparse
 import logging
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from robots.cli import event_loop
 from robots.cli.session import add_cloud_arguments, rest_client, token_of
+
+if TYPE_CHECKING:
+    from asyncio import AbstractEventLoop
+    from collections.abc import Callable
 
 HELP = "present robots as AGVs of VDA 5050 to a master control, over MQTT"
 
@@ -71,8 +76,17 @@ def add_broker_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Present the robots until interrupted; return the exit status."""
     logging.basicConfig(level=logging.INFO, format="%(levelname)s %(message)s", stream=sys.stderr)
-    event_loop.run(_run(arguments))
+    event_loop.run(_run(arguments), _loop_factory())
     return 0
+
+
+def _loop_factory() -> "Callable[[], AbstractEventLoop] | None":
+    """Return the loop of uvloop, which halves the cost of many AGVs; it is not there on Windows."""
+    try:
+        from uvloop import new_event_loop  # noqa: PLC0415 - ``ppaas --help`` loads this module
+    except ModuleNotFoundError:
+        return None
+    return new_event_loop
 
 
 async def _run(arguments: argparse.Namespace) -> None:

@@ -19,10 +19,10 @@ from robots.bridges.core.cloud_link import LOST, CloudGoal, CloudLink
 from robots.bridges.vda5050.agv_options import AgvOptions
 
 POSE_PERIOD = 0.2
-"""Least time between two poses that are taken [s]."""
+"""Least time between two poses of a robot that drives [s]."""
 
 SLOW_PERIOD = 1.0
-"""Least time between two velocities, two paths, and two messages of the battery [s]."""
+"""Least time between two velocities, paths, messages of the battery, and poses of a robot that stands [s]."""
 
 POSE_AGE = 3.0
 """Age of the last pose from which the robot counts as lost [s]."""
@@ -130,18 +130,24 @@ class CloneSide:
         self._agv, self._telemetry, self._link, self._options = agv, telemetry, link, options
         self._changed, self._start = changed, start
         self._located = -math.inf
+        self._often: bool | None = None
         self._goal: CloudGoal | None = None
 
     async def subscribe(self) -> None:
         """Subscribe to the robot's topics."""
         link = self._link
-        await link.subscribe("amcl_pose", POSE_TYPE, self._pose_received, period=POSE_PERIOD)
+        await self._subscribe_poses()
         await link.subscribe("odom", "nav_msgs/msg/Odometry", self._odometry_received, period=SLOW_PERIOD)
         await link.subscribe(
             "battery_state", "sensor_msgs/msg/BatteryState", self._battery_received, period=SLOW_PERIOD
         )
         if self._options.version.major >= 3:
             await link.subscribe("plan", "nav_msgs/msg/Path", self._path_received, period=SLOW_PERIOD)
+
+    async def _subscribe_poses(self) -> None:
+        self._often = self._agv.driving
+        period = POSE_PERIOD if self._often else SLOW_PERIOD
+        await self._link.subscribe("amcl_pose", POSE_TYPE, self._pose_received, period=period)
 
     # -- from the robot ------------------------------------------------------------------------------------------------
 
@@ -150,6 +156,8 @@ class CloneSide:
         if self._link.connected != self._agv.connected:
             self._agv.link(connected=self._link.connected)
             self._changed()
+        if self._often is not None and self._often != self._agv.driving and self._agv.connected:
+            self._start(self._subscribe_poses())
         if self._agv.pose is not None and monotonic() - self._located > POSE_AGE:
             self._agv.robot_at(None)
             self._telemetry.velocity = None

@@ -1,0 +1,182 @@
+"""Measurement of a bridge that takes AGVs as robots: its CPU time and memory at a state a second of each."""
+
+import asyncio
+import math
+import subprocess
+import sys
+import tempfile
+from collections.abc import AsyncIterator, Sequence
+from contextlib import asynccontextmanager
+from http import HTTPStatus
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import msgspec
+import psutil
+from aiomqtt import Client
+from websockets.asyncio.server import ServerConnection, serve
+from websockets.http11 import Request, Response
+
+from benchmarks.harness.figures import Figure
+from benchmarks.vda5050.measurement import MEASURED_ROBOTS, SHARE_LIMIT, START_TIMEOUT, broker
+from ppaas.clock import epoch, monotonic
+from ppaas.errors import Unavailable
+from ppaas.wire.vda5050 import topics
+from ppaas.wire.vda5050.codec import encode
+from ppaas.wire.vda5050.fields import Position, Velocity
+from ppaas.wire.vda5050.headers import HeaderCounter
+from ppaas.wire.vda5050.states import Connection, EdgeState, NodeState, PowerSupply, SafetyState, State
+from ppaas.wire.vda5050.topics import Address
+from ppaas.wire.vda5050.versions import Version
+from robots import cli
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+VERSION = Version.V2_1
+
+NODES = 5
+"""Number of nodes that each AGV still has."""
+
+PERIOD = 1.0
+"""Time between two states of an AGV [s]."""
+
+BATCH = 10
+"""Number of states that are sent at once."""
+
+
+class ReportingAgv:
+    """AGV that drives in a circle, on an order of another master control."""
+
+    def __init__(self, index: int) -> None:
+        self.address = Address.of(VERSION, "acme", f"agv{index}")
+        self._headers = HeaderCounter(VERSION, self.address)
+        self._step = index
+
+    def connection(self) -> tuple[str, bytes]:
+        """Return topic and payload of the message that it is online."""
+        header = self._headers.next(topics.CONNECTION, epoch())
+        payload = encode(topics.CONNECTION, header, Connection(connection_state="ONLINE"), VERSION)
+        return self.address.topic(topics.CONNECTION), payload
+
+    def state(self) -> tuple[str, bytes]:
+        """Return topic and payload of the next state."""
+        self._step += 1
+        header = self._headers.next(topics.STATE, epoch())
+        return self.address.topic(topics.STATE), encode(topics.STATE, header, _state(self._step), VERSION)
+
+
+def _state(step: int) -> State:
+    angle = 0.05 * step
+    x, y = 5.0 * math.cos(angle), 5.0 * math.sin(angle)
+    nodes = [NodeState(node_id=f"n{index}", sequence_id=2 * index, released=True) for index in range(1, NODES + 1)]
+    edges = [EdgeState(edge_id=f"e{index}", sequence_id=2 * index - 1, released=True) for index in range(1, NODES + 1)]
+    return State(
+        order_id="transport", order_update_id=0, last_node_id="n0", last_node_sequence_id=0,
+        driving=True, operating_mode="AUTOMATIC", node_states=nodes, edge_states=edges,
+        action_states=[], instant_action_states=[], errors=[],
+        power_supply=PowerSupply(state_of_charge=80.0, charging=False),
+        safety_state=SafetyState(active_emergency_stop="NONE", field_violation=False),
+        mobile_robot_position=Position(x=x, y=y, theta=0.0, map_id="hall", localized=True),
+        velocity=Velocity(vx=0.5, vy=0.0, omega=0.1),
+    )  # fmt: skip
+
+
+async def measure(progress: "Progress", agvs: int, seconds: float) -> list[Figure]:
+    """Return the figures of a bridge with some AGVs, measured for a time [s].
+
+    Raises
+    ------
+    InvalidInput
+        mosquitto is not installed.
+    Unavailable
+        The AGVs were not connected in time.
+    """
+    task = progress.add_task("AGVs as robots", total=2)
+    with tempfile.TemporaryDirectory() as folder:
+        log = Path(folder) / "bridge.log"
+        async with broker(Path(folder)) as port, _cloud() as (url, robots), Client("127.0.0.1", port) as client:
+            bridge = _start(port, url, log)
+            fleet = [ReportingAgv(index) for index in range(agvs)]
+            for agv in fleet:
+                await client.publish(*agv.connection(), qos=1, retain=True)
+            over = asyncio.Event()
+            reporting = asyncio.create_task(_report(client, fleet, over))
+            try:
+                await _all_connected(bridge, robots, agvs)
+                progress.advance(task)
+                figures = await _measured(bridge, agvs, seconds)
+                progress.advance(task)
+            finally:
+                over.set()  # a client of MQTT may lose a cancellation
+                await reporting
+                bridge.terminate()
+                await asyncio.to_thread(bridge.wait, 30)
+    return figures
+
+
+async def _measured(bridge: subprocess.Popen[bytes], agvs: int, seconds: float) -> list[Figure]:
+    process = psutil.Process(bridge.pid)
+    since, spent = monotonic(), sum(process.cpu_times()[:2])
+    await asyncio.sleep(seconds)
+    share = 100.0 * (sum(process.cpu_times()[:2]) - spent) / (monotonic() - since)
+    part, limit = f"{agvs} AGVs as robots", SHARE_LIMIT if agvs == MEASURED_ROBOTS else None
+    return [
+        Figure(part, "share of a core", round(share, 1), "%", limit=limit, note="at a state a second of each"),
+        Figure(part, "memory", round(process.memory_info().rss / 1e6, 1), "MB"),
+    ]
+
+
+async def _report(client: Client, fleet: Sequence[ReportingAgv], over: asyncio.Event) -> None:
+    """Publish a state a second of each AGV, spread over the second, until it is over."""
+    while not over.is_set():
+        began = monotonic()
+        for index, agv in enumerate(fleet):
+            await client.publish(*agv.state())
+            if index % BATCH == 0:
+                await asyncio.sleep(max(began + PERIOD * index / len(fleet) - monotonic(), 0.0))
+        await asyncio.sleep(max(began + PERIOD - monotonic(), 0.0))
+
+
+def _start(port: int, url: str, log: Path) -> subprocess.Popen[bytes]:
+    options = ["--broker", f"mqtt://127.0.0.1:{port}", "--url", url, "--token", "none"]
+    with log.open("wb") as output:
+        return subprocess.Popen(
+            [sys.executable, "-m", cli.__name__, "bridge", "agv", *options], stdout=output, stderr=output
+        )
+
+
+async def _all_connected(bridge: subprocess.Popen[bytes], robots: set[ServerConnection], agvs: int) -> None:
+    deadline = monotonic() + START_TIMEOUT
+    while len(robots) < agvs:
+        if bridge.poll() is not None or monotonic() > deadline:
+            raise Unavailable(f"{len(robots)} of {agvs} AGVs are connected")
+        await asyncio.sleep(0.1)
+    await asyncio.sleep(2.0)  # until the start is over
+
+
+@asynccontextmanager
+async def _cloud() -> AsyncIterator[tuple[str, set[ServerConnection]]]:
+    """Run a stand-in for a cloud, which reads what robots send; yield its URL and the robots."""
+    robots: set[ServerConnection] = set()
+
+    async def read(connection: ServerConnection) -> None:
+        robots.add(connection)
+        try:
+            async for _ in connection:
+                pass
+        finally:
+            robots.discard(connection)
+
+    async with serve(read, "127.0.0.1", 0, compression=None, process_request=_answer) as server:
+        yield f"http://127.0.0.1:{server.sockets[0].getsockname()[1]}", robots
+
+
+def _answer(connection: ServerConnection, request: Request) -> Response | None:
+    """Answer requests of REST; others open a WebSocket."""
+    if not request.path.startswith("/v1/"):
+        return None
+    robot = {"map": "hall", "model": "turtlebot2", "parameters": {"follow_path": {}}}
+    response = connection.respond(HTTPStatus.OK, msgspec.json.encode(robot).decode())
+    response.headers["Connection"] = "close"
+    return response
