@@ -146,10 +146,24 @@ class Ros1Transport(Transport, Slave):
             else:
                 if not answers:
                     logger.info("the master is %s", self.master)
+                    self._revive()
                 answers = True
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(POLL):  # `wait_for` would ignore that it is cancelled, in Python 3.11
                     await self._dirty.wait()
+
+    def _revive(self) -> None:
+        """End stalled connections, now that the network is back; else TCP would wait for up to two minutes.
+
+        A subscriber on rospy connects again when it is told of the publisher, and so the topic is registered anew.
+        """
+        for publication in self.publications.values():
+            stalled = [peer for peer in publication.peers if peer.stalled]
+            for peer in stalled:
+                peer.reset()
+            if stalled:
+                self._registry.forget((Kind.PUBLISHER, publication.name))
+                self._dirty.set()
 
     async def _look(self) -> None:
         state = await self._registry.master.state()

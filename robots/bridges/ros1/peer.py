@@ -2,6 +2,7 @@
 
 import asyncio
 import socket
+import struct
 from collections import deque
 from collections.abc import Callable
 
@@ -16,6 +17,9 @@ KEEPALIVE = (5, 2, 3)
 
 WRITE_BUFFER, UNSENT = 64 << 10, 16 << 10
 """Bytes that wait in this process and in the kernel; the queue, which may drop messages, holds the rest [bytes]."""
+
+BACKOFF = 4
+"""Doublings of the time between two attempts of TCP to send, from 0.2 s on, after which a peer counts as stalled."""
 
 DEPTH = 10
 """Length of a queue, where nothing else is set."""
@@ -75,6 +79,21 @@ class Peer(asyncio.Protocol):
     def closing(self) -> bool:
         """Whether the connection is closed, or about to be."""
         return self._transport is None or self._transport.is_closing()
+
+    @property
+    def stalled(self) -> bool:
+        """Whether TCP hardly tries any more to send what was not confirmed, as after an outage; known on Linux only."""
+        if self.closing or self._transport is None or not hasattr(socket, "TCP_INFO"):
+            return False
+        info = self._transport.get_extra_info("socket").getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, 8)
+        return bool(info[4] >= BACKOFF)  # tcpi_backoff of `struct tcp_info`
+
+    def reset(self) -> None:
+        """Close the connection and tell the other side at once, which connects anew."""
+        if self._transport is not None:
+            at_once = struct.pack("ii", 1, 0)
+            self._transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, at_once)
+        self.abort()
 
     def close(self) -> None:
         """Close the connection when what was sent has been handed over."""

@@ -56,6 +56,10 @@ class Registry:
         missing = [key for key, one in wanted.items() if self._is_missing(key, one, state)]
         await self._each(lambda key: self._register(key, wanted[key]), missing)
 
+    def forget(self, key: Key) -> None:
+        """Register a publication, a subscription or a service once more at the next turn."""
+        self._registered.pop(key, None)
+
     async def withdraw(self) -> None:
         """Unregister all; raises as `Master`."""
         await self._each(self._withdraw, list(self._registered))

@@ -17,6 +17,7 @@ from robots.bridges.ros1 import node as node_module
 from robots.bridges.ros1 import peer as peer_module
 from robots.bridges.ros1 import subscription as subscription_module
 from robots.bridges.ros1.node import Ros1Options, Ros1Transport, node_name
+from robots.bridges.ros1.peer import Peer
 from tests.support.ros1.node import TYPES, Node, frame, pack, unpack
 from tests.support.waiting import until
 
@@ -241,6 +242,24 @@ async def test_a_subscriber_that_never_reads_delays_nobody_and_misses_the_oldest
             assert len(numbers) < 200, "the oldest were dropped"
             assert numbers == sorted(numbers)
             assert numbers[-3:] == [197, 198, 199]
+
+
+async def test_stalled_subscribers_connect_anew_once_the_network_is_back(
+    master: MasterStandIn, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read: list[str] = []
+    async with opened(master) as transport:
+        published = transport.publisher("/cmd_vel", STRING, Qos(depth=1))
+        with node(master) as robot:
+            robot.subscribe("/cmd_vel", "std_msgs/String", lambda message: read.append(message["data"]))
+            await until(lambda: transport.publications["/cmd_vel"].peers)
+            [before] = transport.publications["/cmd_vel"].peers
+            assert not before.stalled
+            monkeypatch.setattr(Peer, "stalled", property(lambda peer: peer is before))
+            transport._revive()
+            await until(lambda: [one for one in transport.publications["/cmd_vel"].peers if one is not before])
+            published.publish(text("go"))
+            await until(lambda: read == ["go"])
 
 
 async def test_a_second_bridge_of_the_same_name_ends_the_first(master: MasterStandIn) -> None:
