@@ -10,6 +10,7 @@ from ppaas.errors import QuotaExceeded
 from ppaas.messages import type_name
 from ppaas.nodes.topics import TOPICS
 from ppaas.wire.foxglove.conversion.conversions import conversion_of
+from ppaas.wire.ros.types import ROS_1, ros_types
 
 MAX_VIEWERS = 100
 """Largest number of viewers."""
@@ -59,10 +60,11 @@ class Viewers:
         viewer.close()
 
     async def prepare(self) -> None:
-        """Read the definitions of the clone's types, which takes half a second the first time, in a thread."""
+        """Read the definitions of types of ROS, which takes a second the first time, in a thread."""
         await asyncio.to_thread(_read_definitions)
 
 
 def _read_definitions() -> None:
     for topic in TOPICS.values():
         conversion_of(type_name(topic.type))
+    ros_types(ROS_1)
