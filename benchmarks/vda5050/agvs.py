@@ -51,7 +51,7 @@ class ReportingAgv:
     def __init__(self, index: int) -> None:
         self.address = Address.of(VERSION, "acme", f"agv{index}")
         self._headers = HeaderCounter(VERSION, self.address)
-        self._step = index
+        self._step, self.sent = index, 0
 
     def connection(self) -> tuple[str, bytes]:
         """Return topic and payload of the message that it is online."""
@@ -62,6 +62,7 @@ class ReportingAgv:
     def state(self) -> tuple[str, bytes]:
         """Return topic and payload of the next state."""
         self._step += 1
+        self.sent += 1
         header = self._headers.next(topics.STATE, epoch())
         return self.address.topic(topics.STATE), encode(topics.STATE, header, _state(self._step), VERSION)
 
@@ -105,7 +106,7 @@ async def measure(progress: "Progress", agvs: int, seconds: float) -> list[Figur
             try:
                 await _all_connected(bridge, robots, agvs)
                 progress.advance(task)
-                figures = await _measured(bridge, agvs, seconds)
+                figures = await _measured(bridge, fleet, seconds)
                 progress.advance(task)
             finally:
                 over.set()  # a client of MQTT may lose a cancellation
@@ -115,14 +116,17 @@ async def measure(progress: "Progress", agvs: int, seconds: float) -> list[Figur
     return figures
 
 
-async def _measured(bridge: subprocess.Popen[bytes], agvs: int, seconds: float) -> list[Figure]:
+async def _measured(bridge: subprocess.Popen[bytes], fleet: Sequence[ReportingAgv], seconds: float) -> list[Figure]:
     process = psutil.Process(bridge.pid)
-    since, spent = monotonic(), sum(process.cpu_times()[:2])
+    before, since, spent = sum(agv.sent for agv in fleet), monotonic(), sum(process.cpu_times()[:2])
     await asyncio.sleep(seconds)
-    share = 100.0 * (sum(process.cpu_times()[:2]) - spent) / (monotonic() - since)
-    part, limit = f"{agvs} AGVs as robots", SHARE_LIMIT if agvs == MEASURED_ROBOTS else None
+    passed = monotonic() - since
+    share = 100.0 * (sum(process.cpu_times()[:2]) - spent) / passed
+    states = (sum(agv.sent for agv in fleet) - before) / passed / len(fleet)
+    part, limit = f"{len(fleet)} AGVs as robots", SHARE_LIMIT if len(fleet) == MEASURED_ROBOTS else None
     return [
-        Figure(part, "share of a core", round(share, 1), "%", limit=limit, note="at a state a second of each"),
+        Figure(part, "states of an AGV", round(states, 2), "1/s", note="that were sent"),
+        Figure(part, "share of a core", round(share, 1), "%", limit=limit),
         Figure(part, "memory", round(process.memory_info().rss / 1e6, 1), "MB"),
     ]
 
