@@ -163,18 +163,19 @@ class Bridge:
     async def _findings(self) -> list[Finding]:
         """Return what is wrong with the robot's graph."""
         entities = self._transport.entities()
+        faults = [Finding(subject, text, ERROR) for subject, text in self._transport.faults().items()]
         if self._namespace is not None:
             graph, transport = RobotGraph(entities, self._namespace), self._transport
-            return examine(graph, transport.types, transport.tables, qos_matters=transport.qos_matters)
+            return faults + examine(graph, transport.types, transport.tables, qos_matters=transport.qos_matters)
         try:
             find_namespace(entities, self._robot)
         except NotFound as error:
-            return [Finding("namespace", f"{error}; name one by --namespace", ERROR)]
+            return [*faults, Finding("namespace", f"{error}; name one by --namespace", ERROR)]
         text = "no robot is found: nobody publishes nav_msgs/Odometry or sensor_msgs/LaserScan; "
         if domains := await self._transport.other_domains():
             names = ", ".join(map(str, domains))
             text += f"robots are in domain {names}, and the bridge in {self._transport.domain}: "
-        return [Finding("robot", text + self._transport.not_found, ERROR)]
+        return [*faults, Finding("robot", text + self._transport.not_found, ERROR)]
 
     # -- services and actions ------------------------------------------------------------------------------------------
 

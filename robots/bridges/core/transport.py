@@ -6,7 +6,7 @@ serialization of ROS 1.
 
 import asyncio
 from abc import ABC, abstractmethod
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from typing import Protocol
 
 from ppaas.wire.ros import RosTypes
@@ -91,6 +91,10 @@ class Transport(ABC):
     @abstractmethod
     def entities(self) -> tuple[Entity, ...]:
         """Return the entities of the other nodes."""
+
+    def faults(self) -> Mapping[str, str]:
+        """Return what is wrong between the bridge and the robot's nodes now, by its subject."""
+        return {}
 
     async def other_domains(self) -> tuple[int, ...]:
         """Return the other domains in which robots are, as far as the transport can see them."""

@@ -76,6 +76,7 @@ class Ros1Transport(Transport, Slave):
     """
 
     tables = ROS_1
+    qos_matters = False
     not_found = "check ROS_MASTER_URI (--master) and that the robot runs"
 
     def __init__(self, options: Ros1Options, name: str = "ppaas_bridge") -> None:
@@ -89,6 +90,7 @@ class Ros1Transport(Transport, Slave):
         self._state = MasterState({}, {}, {})
         self._known_types: dict[str, str] = {}
         self._peers: set[Peer] = set()
+        self._fault = ""
         self._notices = Notices()
         self._server = XmlRpcServer(self.methods())
 
@@ -134,23 +136,28 @@ class Ros1Transport(Transport, Slave):
 
     async def _watch(self) -> None:
         """Look at the master for ever."""
-        answers: bool | None = None
+        began = True
         while True:
             self._dirty.clear()
             try:
                 await self._look()
             except PPaaSError as error:
-                if answers is not False:
+                if not self._fault:
                     logger.warning("the master does not answer, and is tried again: %s", error)
-                answers = False
+                self._fault = f"the master does not answer: {error}"
             else:
-                if not answers:
+                if self._fault or began:
                     logger.info("the master is %s", self.master)
                     self._revive()
-                answers = True
+                self._fault, began = "", False
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(POLL):  # `wait_for` would ignore that it is cancelled, in Python 3.11
                     await self._dirty.wait()
+
+    def faults(self) -> dict[str, str]:
+        """Return why the master or publishers are not heard."""
+        silent = {one.name: one.fault for one in self.subscriptions.values() if one.fault and not one.peers}
+        return silent | ({"master": self._fault} if self._fault else {})
 
     def _revive(self) -> None:
         """End stalled connections, now that the network is back; else TCP would wait for up to two minutes.

@@ -46,6 +46,8 @@ class Subscription:
     ----------
     peers : dict
         Connected publishers, by the URIs of their nodes.
+    fault : str
+        Why no publisher is connected; empty if one is, or none is known.
     """
 
     def __init__(
@@ -62,6 +64,7 @@ class Subscription:
     ) -> None:
         self.name, self.type = name, type_name
         self.peers: dict[str, Peer] = {}
+        self.fault = ""
         self._types, self._node, self._received, self._notices = types, node, received, notices
         self._changed, self._closed = changed, closed
         self._named: frozenset[str] = frozenset()
@@ -92,7 +95,8 @@ class Subscription:
             try:
                 peer = await self._connect(uri)
             except PPaaSError as error:
-                self._notices.warn(f"{self.name} is not received: {error}")
+                self.fault = f"{self.name} is not received: {error}"
+                self._notices.warn(self.fault)
                 await asyncio.sleep(delay)
                 delay = min(2 * delay, LAST_RETRY)
                 continue
@@ -101,7 +105,7 @@ class Subscription:
             await asyncio.sleep(delay)
 
     async def _listen(self, uri: str, peer: Peer) -> None:
-        self.peers[uri] = peer
+        self.peers[uri], self.fault = peer, ""
         self._changed()
         try:
             await peer.lost

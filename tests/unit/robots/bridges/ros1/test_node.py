@@ -102,6 +102,7 @@ async def test_a_master_that_is_restarted_learns_the_node_again_and_no_message_i
             await until(lambda: len(transport.publications["/cmd_vel"].peers) == 1)
             master.stop()
             await until(lambda: "does not answer, and is tried again" in caplog.text)
+            assert transport.faults().keys() == {"master"}
             say({"data": "without a master"})
             again = MasterStandIn(master.port)
             try:
@@ -112,6 +113,7 @@ async def test_a_master_that_is_restarted_learns_the_node_again_and_no_message_i
                     (Kind.PUBLISHER, "/odom"),
                     (Kind.SUBSCRIBER, "/cmd_vel"),
                 }, "the robot's nodes do not register again, but are connected"
+                await until(lambda: not transport.faults())
                 say({"data": "after"})
                 await until(lambda: "after" in heard)
                 assert "without a master" in heard
@@ -214,6 +216,7 @@ async def test_another_type_is_told_on_both_sides(master: MasterStandIn, caplog:
         with node(master) as robot:
             robot.publisher("/odom", "std_msgs/String", md5="0123")
             await until(lambda: "/odom is not received: the node refused: Client wants /odom to have" in caplog.text)
+            assert "the node refused" in transport.faults()["/odom"]
             _, head = await asyncio.to_thread(robot.connect, "/map", "nav_msgs/GridCells", master.nodes["/bridge"])
             assert "not nav_msgs/OccupancyGrid with 3381f2d731d4076ec5c71b0759edbe4e" in head["error"]
             assert "/robot does not get /map" in caplog.text
