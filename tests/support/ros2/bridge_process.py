@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from robots import cli
+from tests.support.waiting import PATIENCE
 
 STARTED = "types of messages"
 """Words that the bridge logs when it has joined the graph."""
@@ -24,7 +25,7 @@ def bridge_process(
     with log.open("wb") as output:
         process = subprocess.Popen([*command, *arguments], stdout=output, stderr=output, env=env)
     try:
-        deadline = time.monotonic() + 20.0
+        deadline = time.monotonic() + PATIENCE
         while STARTED not in log.read_text():
             assert process.poll() is None and time.monotonic() < deadline, log.read_text()
             time.sleep(0.05)
