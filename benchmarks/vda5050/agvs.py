@@ -135,10 +135,9 @@ async def _report(client: Client, fleet: Sequence[ReportingAgv], over: asyncio.E
     """Publish a state a second of each AGV, spread over the second, until it is over."""
     while not over.is_set():
         began = monotonic()
-        for index, agv in enumerate(fleet):
-            await client.publish(*agv.state())
-            if index % BATCH == 0:
-                await asyncio.sleep(max(began + PERIOD * index / len(fleet) - monotonic(), 0.0))
+        for index in range(0, len(fleet), BATCH):
+            await asyncio.gather(*(client.publish(*agv.state()) for agv in fleet[index : index + BATCH]))
+            await asyncio.sleep(max(began + PERIOD * index / len(fleet) - monotonic(), 0.0))
         await asyncio.sleep(max(began + PERIOD - monotonic(), 0.0))
 
 
