@@ -96,7 +96,8 @@ class MasterStandIn:
     def _register_subscriber(self, node: str, topic: str, kind: str, uri: str) -> list[Any]:
         self._node(node, uri)
         self.subscribers[topic][node] = uri
-        self.types.setdefault(topic, kind)
+        if self.types.get(topic, "*") == "*":
+            self.types[topic] = kind
         return [1, "registered", list(self.publishers[topic].values())]
 
     def _unregister_subscriber(self, node: str, topic: str, uri: str) -> list[Any]:

@@ -22,7 +22,7 @@ from ppaas.wire.ros.master_state import MasterState
 from ppaas.wire.ros.tcpros import unpack_header
 from robots.bridges.core.notices import Notices
 from robots.bridges.core.transport import Answer, Closable, Publisher, Received, Transport
-from robots.bridges.ros1.http import XmlRpcServer, address_of
+from robots.bridges.ros1.http import CALL_TIMEOUT, XmlRpcServer, address_of
 from robots.bridges.ros1.master import Master
 from robots.bridges.ros1.peer import Peer
 from robots.bridges.ros1.publication import Publication
@@ -121,8 +121,9 @@ class Ros1Transport(Transport, Slave):
         for entity in self._wanted().values():
             entity.close()
         if not self._end.done():
-            with contextlib.suppress(PPaaSError):  # the master has gone, and with it what was registered
-                await self._registry.withdraw()
+            with contextlib.suppress(PPaaSError, TimeoutError):  # the master has gone, and with it what was registered
+                async with asyncio.timeout(CALL_TIMEOUT):
+                    await self._registry.withdraw()
         self._data.close()
         for peer in self._peers:
             peer.close()
@@ -130,7 +131,10 @@ class Ros1Transport(Transport, Slave):
 
     async def ended(self) -> None:
         """Wait until the master or a user ends the node, and raise the reason."""
-        await asyncio.shield(self._end)
+        await asyncio.wait({self._end, self._watching}, return_when=asyncio.FIRST_COMPLETED)
+        for one in (self._end, self._watching):
+            if one.done():
+                one.result()
 
     # -- master --------------------------------------------------------------------------------------------------------
 
@@ -173,12 +177,11 @@ class Ros1Transport(Transport, Slave):
                 self._dirty.set()
 
     async def _look(self) -> None:
+        """Read the state of the master, and the types of topics if it has changed or one was not known."""
         state = await self._registry.master.state()
         topics = state.publishers.keys() | state.subscribers.keys()
-        if not topics <= self._known_types.keys():
-            self._known_types |= dict.fromkeys(topics, "") | await self._registry.master.types()
-        if len(self._known_types) > 2 * len(topics) + 100:
-            self._known_types = {topic: self._known_types[topic] for topic in topics}
+        if state != self._state or not all(map(self._known_types.get, topics)):
+            self._known_types = await self._registry.master.types()
         self._state = state
         self._refresh()
         await self._registry.reconcile(state, self._wanted())

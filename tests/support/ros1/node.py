@@ -129,7 +129,7 @@ class Node:
 
     def _update(self, _caller: str, topic: str, uris: Any) -> list[Any]:
         for uri in uris:
-            if (topic, uri) not in self._followed:
+            if topic in self._heard and (topic, uri) not in self._followed:
                 self._followed.add((topic, uri))
                 threading.Thread(target=self._receive, args=(topic, uri), daemon=True).start()
         return [1, "taken", 0]

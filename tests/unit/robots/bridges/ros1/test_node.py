@@ -126,6 +126,18 @@ async def test_a_master_that_is_restarted_learns_the_node_again_and_no_message_i
                 again.stop()
 
 
+async def test_a_topic_that_was_subscribed_to_without_a_type_gets_that_of_its_publisher(
+    master: MasterStandIn,
+) -> None:
+    async with opened(master) as transport:
+        with node(master, "/rostopic") as listener, node(master) as robot:
+            listener.master.registerSubscriber("/rostopic", "/odom", "*", listener.uri)
+            await until(lambda: "/odom" in transport._known_types)
+            assert not transport.entities()
+            robot.publisher("/odom", "std_msgs/String")
+            assert {one.type for one in await graph(transport, 2)} == {STRING}
+
+
 async def test_a_registration_that_fails_loses_no_other_and_is_tried_again(master: MasterStandIn) -> None:
     heard: list[str] = []
     with node(master) as robot:
