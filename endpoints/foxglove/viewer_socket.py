@@ -1,7 +1,7 @@
 """WebSocket of a viewer: ``ws://HOST:PORT/?token=TOKEN``, and optionally ``&robot=ADDRESS`` for some robots only.
 
-A refused viewer gets the reason in a status of the protocol, which Foxglove shows, and is disconnected then. A client that
-offers no subprotocol of Foxglove gets an HTTP problem instead.
+A refused viewer gets the reason in a status of the protocol, which Foxglove shows, and is disconnected then. A client
+that offers no subprotocol of Foxglove gets an HTTP problem instead.
 """
 
 import asyncio
