@@ -6,7 +6,7 @@ from importlib.metadata import entry_points
 from robots.cli.plugins import installed
 
 NAME = "bridge"
-HELP = "connect a robot with ROS to the cloud, without code on the robot"
+HELP = "connect robots with ROS, and AGVs or a master control of VDA 5050, to the cloud"
 
 BRIDGES = "ppaas.bridges"
 """Group of bridges: modules with HELP, configure(parser) and run(arguments)."""
