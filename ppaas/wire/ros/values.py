@@ -267,8 +267,8 @@ def to_json_value(value: object) -> object:
     if not isinstance(value, np.ndarray):
         raise TypeError(f"not a value of a message: {type(value).__name__}")
     if value.dtype.kind == "f" and value.dtype.itemsize == 4:
-        shortest = value.astype(np.float64)
-        with np.errstate(all="ignore"):
+        with np.errstate(all="ignore"):  # overflows, and NaN that signal
+            shortest = value.astype(np.float64)
             for decimals in SHORT:
                 short = shortest.round(decimals)
                 shortest = np.where(short.astype(np.float32) == value, short, shortest)

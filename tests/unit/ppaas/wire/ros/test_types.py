@@ -136,6 +136,14 @@ def test_json_is_that_of_rosbridge() -> None:
     assert json.loads(ros_types("jazzy").decode_json("sensor_msgs/Image", image))["data"] == "AQI="
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_number_that_signals_is_null() -> None:
+    types_ = ros_types("jazzy")
+    data = types_.encode("sensor_msgs/LaserScan", {"ranges": [7.0]})
+    signals = data.replace(np.float32(7.0).tobytes(), b"\1\0\x80\x7f")
+    assert json.loads(types_.decode_json("sensor_msgs/LaserScan", signals))["ranges"] == [None]
+
+
 def test_what_is_left_out_is_zero_and_other_spellings_are_taken() -> None:
     types_ = ros_types("jazzy")
     assert types_.encode("nav_msgs/Odometry", {}) == types_.encode("nav_msgs/Odometry", {"pose": None, "header": {}})
