@@ -1,1 +1,1 @@
-"""What the recording of a robot costs."""
+"""Costs of the recording of a robot."""

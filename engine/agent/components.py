@@ -17,7 +17,6 @@ from engine.agent.master_redial import Master
 from engine.agent.master_session import MasterSession
 from engine.agent.neighbours import Neighbours
 from engine.agent.network_load import NetworkLoad
-from engine.agent.recorder_process import NO_RECORDER, RecorderProcess, Recordings
 from engine.agent.robot_link_relay import Relay
 from engine.fabric.router import RouterProcess
 from engine.fabric.session import Fabric
@@ -27,6 +26,7 @@ from engine.protocols.address import parse_address
 from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import Streams, dial
 from engine.protocols.tls_identity import Purpose, TlsIdentity
+from engine.recorder.recorder_process import NO_RECORDER, RecorderProcess, Recordings
 from engine.runtimes.base import Premises, Runtime
 from engine.runtimes.compilation import store_kernels
 from engine.runtimes.compilation.rest_compiler import compiling_the_rest

@@ -14,7 +14,6 @@ import msgspec
 
 from engine.agent.fleet_topics import Fabric, FleetTopics, heard_by, scope_of
 from engine.agent.plan_service import PlanService
-from engine.agent.recorder_process import NO_RECORDER, Recordings
 from engine.processes.background import Background
 from engine.processes.occasional_log import OccasionalLog
 from engine.protocols import machine_link
@@ -22,6 +21,7 @@ from engine.protocols.framing import FrameStream
 from engine.protocols.pending_handshakes import PendingHandshakes
 from engine.protocols.refusals import refusal_of
 from engine.protocols.robot_link import Refusal
+from engine.recorder.recorder_process import NO_RECORDER, Recordings
 from engine.specs.checkpoints import log_name, marks, of_session
 from engine.specs.containers import ContainerSpec
 from ppaas.clock import epoch

@@ -1,4 +1,4 @@
-"""What a clone said during a drive, and how the clones of two drives differ, in words."""
+"""Outcomes of a drive: the messages of its clone, and the differences between the clones of two drives, in words."""
 
 import math
 from bisect import bisect_left

@@ -14,7 +14,7 @@ from ppaas.nodes import topics
 from robots.client.rest import RestClient
 from robots.client.robot_client import RobotClient
 from robots.client.robot_file import RobotFile
-from robots.demo.demonstration import own_cloud
+from robots.demo.cloud_process import CloudProcess
 from robots.replay.outcomes import COMPARED, Comparison, Outcomes, compare
 from robots.replay.recorded import Recorded
 
@@ -90,9 +90,9 @@ async def replay(options: ReplayOptions, say: Callable[[str], None]) -> ReplayRe
     async with AsyncExitStack() as stack:
         if options.cloud is None:
             say("starting a cloud")
-            access = await own_cloud(stack)
-            token = (await RestClient(access.url).login(access.admin, access.password)).token
-            url = access.url
+            cloud = await stack.enter_async_context(CloudProcess())
+            url = cloud.ready.url
+            token = (await RestClient(url).login(cloud.ready.admin_user, cloud.password)).token
         else:
             url, token = options.cloud
         rest = RestClient(url, token)

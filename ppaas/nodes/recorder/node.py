@@ -176,7 +176,7 @@ class RecorderNode(Node):
             self._hand_over()
 
     def _hand_over(self) -> None:
-        """Hand over the messages so far; the machine is told of the end of a recording even without messages."""
+        """Hand over the messages so far; the end of a recording is handed over even without messages."""
         recording = "" if self._recording is None else self._recording.id
         entries, self._entries, self._pending = self._entries, [], 0
         if not entries and recording == self._handed:
