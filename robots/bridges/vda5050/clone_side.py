@@ -27,6 +27,9 @@ SLOW_PERIOD = 1.0
 POSE_AGE = 3.0
 """Age of the last pose from which the robot counts as lost [s]."""
 
+STANDING = 0.02
+"""Velocity up to which a robot counts as standing [m/s, rad/s]."""
+
 ACTION_TIMEOUT = 60.0
 """Time limit of an action of the robot [s], that of the cloud for calls."""
 
@@ -161,6 +164,7 @@ class CloneSide:
         if self._agv.pose is not None and monotonic() - self._located > POSE_AGE:
             self._agv.robot_at(None)
             self._telemetry.velocity = None
+            self._agv.robot_moves(moving=False)
             self._changed()
 
     def _pose_received(self, message: bytes) -> None:
@@ -176,7 +180,9 @@ class CloneSide:
     def _odometry_received(self, message: bytes) -> None:
         odometry = _ODOMETRY.decode(message)
         twist = odometry.twist.twist
-        self._telemetry.velocity = Velocity(vx=twist.linear.x, vy=twist.linear.y, omega=twist.angular.z)
+        speeds = twist.linear.x, twist.linear.y, twist.angular.z
+        self._telemetry.velocity = Velocity(vx=speeds[0], vy=speeds[1], omega=speeds[2])
+        self._agv.robot_moves(moving=any(abs(speed) > STANDING for speed in speeds))
 
     def _path_received(self, message: bytes) -> None:
         path = _PATH.decode(message)

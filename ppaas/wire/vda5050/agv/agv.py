@@ -63,6 +63,8 @@ class Agv:
         Pose of the robot; None if it is not localized.
     paused, connected : bool
         Whether the AGV was paused, and whether its robot is connected to the cloud.
+    moving : bool
+        Whether the robot moves, as it may also by other clients.
     """
 
     def __init__(self, version: Version, abilities: Abilities) -> None:
@@ -72,7 +74,7 @@ class Agv:
         self.orders, self.actions, self.instants = OrderBook(), ActionBook(), InstantBook()
         self.zones = ZoneBook(abilities.map_id, abilities.zones)
         self.pose: RobotPose | None = None
-        self.paused, self.connected = False, False
+        self.paused, self.connected, self.moving = False, False, False
         self._entered = 0
         self._order_errors: list[Error] = []
         self._instant_errors: list[Error] = []
@@ -182,6 +184,11 @@ class Agv:
         if target.node_position is not None and is_near(pose, target.node_position):
             self._reach()
 
+    def robot_moves(self, *, moving: bool) -> None:
+        """Note whether the robot moves."""
+        if moving != self.moving:
+            self.moving, self._changed = moving, True
+
     def drive_ended(self, number: int, outcome: Outcome, reason: str = "") -> None:
         """Note the end of a drive; those that were replaced are ignored."""
         target = self.orders.target
@@ -190,6 +197,7 @@ class Agv:
             return
         self._changed = True
         if outcome is Outcome.REACHED:
+            self.moving = False
             self._reach()
 
     def action_ended(self, action_id: str, *, ok: bool, result: str = "") -> None:

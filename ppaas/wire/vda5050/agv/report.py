@@ -17,9 +17,6 @@ from ppaas.wire.vda5050.states import (
 MAX_POINTS = 200
 """Largest number of control points of a planned path; paths with more are thinned out."""
 
-STANDING = 0.02
-"""Velocity up to which a robot counts as standing [m/s, rad/s]."""
-
 LOST_AT = 1.0
 """Standard deviation of the position at which the localization score is 0 [m]."""
 
@@ -60,7 +57,7 @@ def state_of(agv: Agv, map_id: str, telemetry: Telemetry) -> State:
         order_update_id=orders.update_id,
         last_node_id=orders.last_node,
         last_node_sequence_id=orders.last_sequence,
-        driving=agv.driving or _moves(telemetry.velocity),
+        driving=agv.driving or agv.moving,
         paused=agv.paused,
         new_base_request=agv.driving and orders.at_end_of_base,
         operating_mode="AUTOMATIC" if agv.connected else "SERVICE",
@@ -88,13 +85,6 @@ def visualization_of(agv: Agv, map_id: str, telemetry: Telemetry, state_id: int)
         velocity=telemetry.velocity,
         planned_path=_planned(agv, telemetry.path),
     )
-
-
-def _moves(velocity: Velocity | None) -> bool:
-    """Return whether a robot moves, as it may also by other clients than this AGV."""
-    if velocity is None:
-        return False
-    return any(abs(one or 0.0) > STANDING for one in (velocity.vx, velocity.vy, velocity.omega))
 
 
 def _position(agv: Agv, map_id: str) -> Position:

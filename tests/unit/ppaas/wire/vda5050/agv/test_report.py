@@ -61,8 +61,21 @@ def test_a_robot_that_is_not_connected_is_not_localized() -> None:
 
 def test_a_robot_that_others_move_drives() -> None:
     agv = new_agv(Version.V2_1)
-    assert state_of(agv, MAP, TELEMETRY).driving
-    assert not state_of(agv, MAP, Telemetry(TELEMETRY.power, Velocity(vx=0.0, omega=0.01))).driving
+    agv.take_change()
+    agv.robot_moves(moving=True)
+    assert agv.take_change() and state_of(agv, MAP, TELEMETRY).driving
+    agv.robot_moves(moving=False)
+    assert agv.take_change() and not state_of(agv, MAP, TELEMETRY).driving
+
+
+def test_a_robot_that_reached_its_last_node_stands() -> None:
+    agv = new_agv(Version.V2_1)
+    agv.take_order(order(0, 1))
+    agv.robot_moves(moving=True)
+    (drive,) = agv.take_commands()
+    assert isinstance(drive, Drive)
+    agv.drive_ended(drive.number, Outcome.REACHED)
+    assert not state_of(agv, MAP, TELEMETRY).driving
 
 
 steps = st.lists(
