@@ -54,7 +54,8 @@ class Navigator(Robot):
 
     def wait(self, future: Any) -> Any:
         rclpy.spin_until_future_complete(self, future, timeout_sec=TIMEOUT)
-        assert future.done(), "an action did not answer in time"
+        seen = f"{self.body.pose}, {len(self.feedbacks)} feedbacks, received {self.received}"
+        assert future.done(), f"an action did not answer in time; the robot is at {seen}"
         return future.result()
 
     def spin(self, seconds: float) -> None:
