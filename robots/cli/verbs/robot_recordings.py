@@ -14,7 +14,7 @@ from robots.client.rest_paths import path_of
 if TYPE_CHECKING:
     from robots.client.rest import RestClient
 
-COLUMNS = ("id", "size", "finished", "changed")
+COLUMNS = ("id", "size", "finished")
 
 STATE = ("recording", "left", "ring_minutes", "messages", "lost", "problem")
 
