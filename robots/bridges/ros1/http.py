@@ -73,7 +73,7 @@ async def call(uri: str, method: str, *arguments: Any) -> Any:
                 return unpack_response(await _exchange(reader, writer, host, pack_call(method, *arguments)))
             finally:
                 writer.close()
-    except (OSError, TimeoutError, h11.ProtocolError) as error:
+    except (OSError, TimeoutError, UnicodeError, h11.ProtocolError) as error:
         raise Unavailable(f"{uri} does not answer {method}: {error or 'no response in time'}") from error
 
 

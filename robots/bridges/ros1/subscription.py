@@ -127,7 +127,7 @@ class Subscription:
             if not greeted.done():
                 raise Unavailable(f"{uri} closed the connection before its header")
             greeted.result()
-        except (OSError, TimeoutError) as error:
+        except (OSError, TimeoutError, UnicodeError) as error:  # the last one of hosts that no name can have
             peer.abort()
             raise Unavailable(
                 f"{uri} publishes at {host}:{port}, which does not answer ({error or 'no header in time'}): "
@@ -163,4 +163,6 @@ def _tcpros(value: Any) -> tuple[str, int]:
     """Return host and port in a response to ``requestTopic``."""
     if not isinstance(value, list) or [type(one) for one in value] != [str, str, int] or value[0] != "TCPROS":
         raise MalformedMessage("the node offers no TCPROS")
+    if not 0 < value[2] < 1 << 16:
+        raise MalformedMessage(f"the node publishes at a port that cannot be: {value[2]}")
     return value[1], value[2]

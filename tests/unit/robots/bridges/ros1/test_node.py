@@ -355,6 +355,27 @@ async def test_strangers_on_the_port_of_calls_end_nothing(master: MasterStandIn)
         await until(lambda: "/bridge" in master.publishers["/b"])
 
 
+@pytest.mark.parametrize(
+    ("answer", "text"),
+    [
+        (["UDPROS", "127.0.0.1", 1], "offers no TCPROS"),
+        (["TCPROS", "127.0.0.1", 70000], "a port that cannot be: 70000"),
+        (["TCPROS", "a" * 80 + ".b", 7], "set ROS_IP of the robot"),
+        (["TCPROS", "127.0.0.1", 1], "set ROS_IP of the robot"),
+        (7, "offers no TCPROS"),
+    ],
+)
+async def test_publishers_that_lie_about_themselves_are_told_of(
+    answer: Any, text: str, master: MasterStandIn, caplog: pytest.LogCaptureFixture
+) -> None:
+    async with opened(master) as transport:
+        transport.subscribe("/odom", STRING, Qos(), lambda _: None)
+        with node(master) as robot:
+            robot._server.register_function(lambda *_: [1, "ready", answer], "requestTopic")
+            robot.publisher("/odom", "std_msgs/String")
+            await until(lambda: text in caplog.text)
+
+
 async def test_what_cannot_be_opened_is_explained() -> None:
     for uri in ("localhost:11311", "http://localhost", "rosrpc://a:1", "http://a:x"):
         with pytest.raises(InvalidInput, match="write http://HOST:PORT"):
