@@ -122,11 +122,13 @@ class MoveBaseAction:
         name = given["id"] or f"{stamp['sec']}.{stamp['nanosec']:09d}-{next(self._numbers)}"
         if name in self._goals:
             return
-        goal = self._goals[name] = _Goal({"id": name, "stamp": stamp})
+        goal = _Goal({"id": name, "stamp": stamp})
+        if len(self._goals) >= MAX_GOALS:
+            self._end(goal, REJECTED, f"there are {MAX_GOALS} goals already")
+            return
+        self._goals[name] = goal
         if name in self._recalled or _stamp(stamp) <= self._cancelled_until:
             self._end(goal, RECALLED, "cancelled before it arrived")
-        elif len(self._goals) > MAX_GOALS:
-            self._end(goal, REJECTED, f"there are {MAX_GOALS} goals already")
         else:
             self._parts.start(self._drive(goal, to_json({"pose": message["goal"]["target_pose"]})))
             self._publish_status()

@@ -164,6 +164,8 @@ async def test_too_many_goals_are_rejected(monkeypatch: pytest.MonkeyPatch) -> N
         for name in "abc":
             both.goal(name)
         assert await both.result() == ("c", move_base.REJECTED, "there are 2 goals already")
+        [*_, last] = await both.heard(STATUS)
+        assert [one["goal_id"]["id"] for one in last["status_list"]] == ["a", "b"], "the list does not grow"
 
 
 async def test_goals_of_rviz_have_a_status_too(caplog: pytest.LogCaptureFixture) -> None:
