@@ -135,7 +135,7 @@ class ZoneMasks:
             # Images and YAML are for zones alone.
             from ppaas.maps.formats.map_files import save_map  # noqa: PLC0415
         except ModuleNotFoundError as error:
-            raise InvalidInput(f"zones need {error.name}: install ppaas[vda5050]") from error
+            raise InvalidInput(f"zones need {error.name}: in a checkout of ppaas, pip install '.[vda5050]'") from error
         yaml, image = save_map(mask, f"{map_id}.pgm")
         await self._rest.upload_map(map_id, yaml, image, message="zones of a master control")
 
