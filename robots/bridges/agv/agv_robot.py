@@ -81,7 +81,7 @@ class AgvRobot:
         self._position: Position | None = None
         self._velocity: Velocity | None = None
         self._pose_at = self._told_at = self._connection_at = float("-inf")
-        self._complaint = self._problem = self._refused = ""
+        self._complaint = ""
         self._told: tuple[str, ...] = ()
 
     # -- from the AGV --------------------------------------------------------------------------------------------------
@@ -146,7 +146,6 @@ class AgvRobot:
             try:
                 await self._be_robot()
             except PPaaSError as error:
-                self._refused = str(error)
                 logger.error("AGV %s is not connected as robot %s: %s", self._agv.name, self._robot, error)
                 await asyncio.sleep(RETRY)
 
@@ -159,7 +158,7 @@ class AgvRobot:
             self._rest, self._robot, self._agv.address,
             map_id=self._position.map_id, sheet=self._sheet, options=self._options,
         )  # fmt: skip
-        self._map, self._refused = str(known["map"]), ""
+        self._map = str(known["map"])
         requests = Requests(self._follow, self._cancel, self._initial_pose, self._action, self._renewed)
         cloud = CloudSide(self._url, self._token, self._robot, requests)
         async with cloud.link:

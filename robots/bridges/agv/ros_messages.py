@@ -24,15 +24,13 @@ from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.transforms.planar import transform_message
 from ppaas.wire.vda5050.fields import Velocity
 from ppaas.wire.vda5050.master.instructions import PathEnded, Progress
-from ppaas.wire.vda5050.master.reports import in_words, standing
+from ppaas.wire.vda5050.master.reports import STOPPING, in_words, standing
 from ppaas.wire.vda5050.states import State
 
 MAP, ODOM, BASE = "map", "odom", "base_link"
 
 DEVIATION = 0.05
 """Standard deviation of the position of an AGV that reports none [m]."""
-
-STOPPING = ("CRITICAL", "FATAL")
 
 
 def odometry(pose: Pose2D, velocity: Velocity | None, stamp: Time) -> Odometry:
