@@ -1,1 +1,1 @@
-"""What AGVs of VDA 5050 cost their bridge."""
+"""Cost of AGVs of VDA 5050 for their bridges."""
