@@ -4,7 +4,7 @@ import argparse
 import logging
 import sys
 
-from robots.bridges.cli.vda5050 import add_broker_arguments
+from robots.bridges.cli.vda5050 import add_broker_arguments, loop_factory
 from robots.cli import event_loop
 from robots.cli.session import add_cloud_arguments, token_of
 
@@ -48,7 +48,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Lead AGVs until interrupted; return the exit status."""
     logging.basicConfig(level=logging.INFO, format="%(levelname)s %(message)s", stream=sys.stderr)
-    event_loop.run(_run(arguments))
+    event_loop.run(_run(arguments), loop_factory())
     return 0
 
 

@@ -76,11 +76,11 @@ def add_broker_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Present the robots until interrupted; return the exit status."""
     logging.basicConfig(level=logging.INFO, format="%(levelname)s %(message)s", stream=sys.stderr)
-    event_loop.run(_run(arguments), _loop_factory())
+    event_loop.run(_run(arguments), loop_factory())
     return 0
 
 
-def _loop_factory() -> "Callable[[], AbstractEventLoop] | None":
+def loop_factory() -> "Callable[[], AbstractEventLoop] | None":
     """Return the loop of uvloop, which halves the cost of many AGVs; it is not there on Windows."""
     try:
         from uvloop import new_event_loop  # noqa: PLC0415 - ``ppaas --help`` loads this module
