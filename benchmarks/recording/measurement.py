@@ -1,7 +1,7 @@
 """CPU time of a driving robot's container and machine, in turns with and without a recording.
 
-The turns alternate, so that a change of the drive or of the load of the computer falls on both. CPU time is counted, and
-not time on the clock, so other work on the computer matters little.
+The turns alternate, so that a change of the drive or of the load of the computer falls on both. CPU time is counted,
+and not time on the clock, so other work on the computer matters little.
 """
 
 import asyncio

@@ -2,6 +2,7 @@
 
 import asyncio
 from pathlib import Path
+from typing import Any
 
 import pytest
 from mcap.reader import make_reader
@@ -61,5 +62,5 @@ def _others_read_it(path: Path) -> None:
     assert summary is not None
     assert {channel.topic for channel in summary.channels.values()} >= BOTH_WAYS
     with AnyReader([path]) as bag:
-        scans = [bag.deserialize(raw, of.msgtype) for of, _, raw in bag.messages() if of.topic == "/scan"]
+        scans: list[Any] = [bag.deserialize(raw, of.msgtype) for of, _, raw in bag.messages() if of.topic == "/scan"]
     assert len(scans[0].ranges) == 360

@@ -1,6 +1,7 @@
 """Files of MCAP changed at random, compressed or not: whatever is in them, the error is a typed one."""
 
 from io import BytesIO
+from typing import Any
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -25,7 +26,7 @@ DRIVE = (
 def plain(data: bytes) -> bytes:
     """Return a file without compression and checksums, so that changes reach the records and the messages."""
     stream = BytesIO()
-    writer = Writer(stream, compression=CompressionType.NONE, enable_crcs=False)
+    writer: Any = Writer(stream, compression=CompressionType.NONE, enable_crcs=False)
     writer.start()
     for message in read(data)[1]:
         of = message.channel
@@ -39,7 +40,7 @@ def plain(data: bytes) -> bytes:
 def of_ros_1() -> bytes:
     """Return a file of ROS 1, likewise."""
     types, stream = ros_types("noetic"), BytesIO()
-    writer = Writer(stream, compression=CompressionType.NONE, use_chunking=False)
+    writer: Any = Writer(stream, compression=CompressionType.NONE, use_chunking=False)
     writer.start(profile="ros1")
     for kind in ("sensor_msgs/LaserScan", "tf2_msgs/TFMessage"):
         schema = writer.register_schema(kind, "ros1msg", types.definition(kind).encode())

@@ -3,6 +3,7 @@
 import struct
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -51,8 +52,9 @@ def test_library_mcap_reads_it() -> None:
 def test_rosbags_reads_it(tmp_path: Path) -> None:
     path = tmp_path / "drive.mcap"
     path.write_bytes(mcap(*DRIVE))
+    bag: Any
     with AnyReader([path]) as bag:
-        scans = [bag.deserialize(raw, c.msgtype) for c, _, raw in bag.messages() if c.topic == "/scan"]
+        scans: list[Any] = [bag.deserialize(raw, c.msgtype) for c, _, raw in bag.messages() if c.topic == "/scan"]
         durability = {
             connection.topic: connection.ext.offered_qos_profiles[0].durability for connection in bag.connections
         }
@@ -96,7 +98,7 @@ def test_all_compressions_are_read(compression: CompressionType) -> None:
 
 def test_messages_of_a_chunk_are_sorted_by_time() -> None:
     stream = BytesIO()
-    writer = Writer(stream)
+    writer: Any = Writer(stream)
     writer.start()
     channel = writer.register_channel("/a", "json", 0)
     for at in (30, 10, 20):
@@ -146,7 +148,7 @@ def test_number_of_channels_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_unknown_types_are_counted_and_left_out() -> None:
     stream = BytesIO()
-    writer = Writer(stream)
+    writer: Any = Writer(stream)
     writer.start()
     schema = writer.register_schema("acme_msgs/msg/Anvil", "ros2msg", b"float64 weight")
     for topic, encoding in (("/anvil", "cdr"), ("/odd", "protobuf")):
@@ -204,7 +206,7 @@ def _with_repeated(repeated: Entry, other: Entry) -> bytes:
 
 def _written(compression: CompressionType, payload: bytes = b"payload") -> bytes:
     stream = BytesIO()
-    writer = Writer(stream, compression=compression)
+    writer: Any = Writer(stream, compression=compression)
     writer.start()
     writer.add_message(writer.register_channel("/a", "json", 0), 5, payload, 5)
     writer.finish()

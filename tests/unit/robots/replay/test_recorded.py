@@ -41,7 +41,7 @@ def foreign(encoding: str, *messages: tuple[str, str, dict[str, Any]]) -> bytes:
     """Return a file of somebody else, of messages given as topic, type and content."""
     types = ros_types("noetic" if encoding == "ros1" else "jazzy")
     stream = BytesIO()
-    writer = Writer(stream)
+    writer: Any = Writer(stream)
     writer.start(profile=encoding)
     for number, (topic, kind, content) in enumerate(messages):
         schema = writer.register_schema(kind, f"{encoding}msg", types.definition(kind).encode())
