@@ -79,6 +79,7 @@ class RosTypes:
             raise InvalidInput(f"unknown release of ROS {release!r}; known: {', '.join(RELEASES)}")
         self.release = release
         self.ros1 = release == ROS_1
+        self._hashes: dict[str, str] = {}
         rosbags, errors = _rosbags()
         self._errors = errors
         self._store: Any = rosbags.get_typestore(rosbags.Stores(f"{'ros1' if self.ros1 else 'ros2'}_{release}"))
@@ -174,7 +175,9 @@ class RosTypes:
         full = name if name in self._services else self._known(name)
         if self.release == "humble":
             return NO_HASH
-        return str(self._store.hash_rihs01(full))
+        if full not in self._hashes:
+            self._hashes[full] = str(self._store.hash_rihs01(full))
+        return self._hashes[full]
 
     def md5(self, name: str) -> str:
         """Return the sum by which nodes of ROS 1 compare the definitions of a message or a service.
