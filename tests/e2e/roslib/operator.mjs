@@ -55,10 +55,6 @@ async function lookAround(ros) {
   const plain = await next(ros, "/map", "nav_msgs/OccupancyGrid");
   const png = await next(ros, "/map", "nav_msgs/OccupancyGrid", { compression: "png" });
   found.packed = [map.data.constructor.name, ...[map, png].map(({ data }) => String([...data]) === String(plain.data))];
-  found.raw = [
-    await next(ros, "/map", "nav_msgs/OccupancyGrid", { compression: "cbor-raw" }),
-    await next(ros, "/map", "nav_msgs/msg/OccupancyGrid", { compression: "cbor-raw" }),
-  ].map((raw, index) => sameMap(rawGrid(raw, index + 1), plain));
   found.ros2Stamp = Object.keys((await next(ros, "/amcl_pose", "geometry_msgs/msg/PoseWithCovarianceStamped")).header.stamp);
   found.ros1Stamp = Object.keys((await next(ros, "/amcl_pose", "geometry_msgs/PoseWithCovarianceStamped")).header.stamp);
 }
@@ -134,7 +130,16 @@ async function lookAtFrames(ros) {
   const clients = [new ROS2TFClient(options), new TFClient(options)];
   const frames = clients.map((client) => asked("transform", (resolve) => client.subscribe("base_link", resolve)));
   found.frames = (await Promise.all(frames)).map((frame) => [frame.translation.x, frame.translation.y]);
+  await readRaw(ros);
   clients.forEach((client) => client.dispose());
+}
+
+async function readRaw(ros) {
+  const plain = await next(ros, "/map", "nav_msgs/OccupancyGrid");
+  found.raw = [];
+  for (const [version, kind] of [[1, "nav_msgs/OccupancyGrid"], [2, "nav_msgs/msg/OccupancyGrid"]]) {
+    found.raw.push(sameMap(rawGrid(await next(ros, "/map", kind, { compression: "cbor-raw" }), version), plain));
+  }
 }
 
 try {
