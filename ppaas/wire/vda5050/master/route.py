@@ -1,5 +1,6 @@
 """Route of an AGV: a path with few corners, each of which becomes a node of an order."""
 
+import heapq
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -91,11 +92,7 @@ def route_of(poses: Sequence[Pose2D], tolerance: float = TOLERANCE) -> Route:
     points = np.array([(pose.x, pose.y) for pose in poses], dtype=np.float64).reshape(-1, 2)
     if not len(points) or not all(pose.is_finite() for pose in poses):
         raise InvalidInput("a path needs at least one pose, and finite numbers")
-    kept = _corners(points, tolerance)
-    while len(kept) > MAX_CORNERS:
-        tolerance *= 2.0
-        kept = _corners(points, tolerance)
-    return Route(points[kept], poses[-1].theta)
+    return Route(points[_corners(points, tolerance)], poses[-1].theta)
 
 
 def nearest_edge(points: Points, x: float, y: float) -> tuple[int, float]:
@@ -109,20 +106,25 @@ def nearest_edge(points: Points, x: float, y: float) -> tuple[int, float]:
 
 
 def _corners(points: Points, tolerance: float) -> list[int]:
-    """Return the indices of the points that are kept."""
-    kept, open_parts = {0, len(points) - 1}, [(0, len(points) - 1)]
-    while open_parts:
-        first, last = open_parts.pop()
-        if last - first < 2:
-            continue
-        inner = points[first + 1 : last]
-        apart = _apart(points[first], points[last], inner)
-        farthest = int(np.argmax(apart))
-        if apart[farthest] > tolerance:
-            middle = first + 1 + farthest
-            kept.add(middle)
-            open_parts += [(first, middle), (middle, last)]
+    """Return the indices of at most `MAX_CORNERS` points; those that are farthest from the route come first."""
+    kept, parts = {0, len(points) - 1}, [_farthest(points, 0, len(points) - 1)]
+    while parts and len(kept) < MAX_CORNERS:
+        apart, first, middle, last = heapq.heappop(parts)
+        if -apart <= tolerance:
+            break
+        kept.add(middle)
+        heapq.heappush(parts, _farthest(points, first, middle))
+        heapq.heappush(parts, _farthest(points, middle, last))
     return sorted(kept)
+
+
+def _farthest(points: Points, first: int, last: int) -> tuple[float, int, int, int]:
+    """Return the negative distance of the point between two others that is farthest from their edge, and the three."""
+    if last - first < 2:
+        return 0.0, first, first, last
+    apart = _apart(points[first], points[last], points[first + 1 : last])
+    index = int(np.argmax(apart))
+    return -float(apart[index]), first, first + 1 + index, last
 
 
 def _apart(begins: Points, ends: Points, places: Points) -> Points:
