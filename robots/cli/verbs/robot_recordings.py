@@ -34,7 +34,9 @@ LOOK = 1.0
 def configure_record(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``record``."""
     parser.add_argument("id", help="id of a connected robot; OWNER:ID for one of another user")
-    parser.add_argument("--seconds", type=_seconds, help="stop after this time (at Ctrl-C, and after an hour)")
+    parser.add_argument(
+        "--seconds", type=_seconds, help="stop after this time (at Ctrl-C or SIGTERM, and after an hour)"
+    )
     parser.add_argument(
         "--topic", action="append", default=[], metavar="GLOB", help="topics to record; may be repeated (robot file)"
     )
@@ -69,8 +71,7 @@ async def record(arguments: argparse.Namespace) -> None:
     wanted: dict[str, Any] = {"seconds": arguments.seconds or LONGEST}
     if arguments.topic:
         wanted["topics"] = arguments.topic
-    recording = (await client.post(path, wanted))["id"]
-    problem = await _wait(client, arguments, recording)
+    recording, problem = await _recorded(client, arguments, wanted)
     await client.post(f"{path}/{recording}/stop", {})
     await _fetch(client, arguments, recording)
     if problem:
@@ -91,26 +92,36 @@ async def recordings(arguments: argparse.Namespace) -> None:
         show(found, COLUMNS, as_json=arguments.json, if_none="no recordings; record: ppaas robot record ID")
 
 
-async def _wait(client: "RestClient", arguments: argparse.Namespace, recording: str) -> str:
-    """Wait until the time is over, Ctrl-C, or the recorder ends by itself; return its problem, or an empty text."""
-    import asyncio  # noqa: PLC0415 - ``ppaas --help`` loads this module
-    import contextlib  # noqa: PLC0415
-    import signal  # noqa: PLC0415
+async def _recorded(client: "RestClient", arguments: argparse.Namespace, wanted: dict[str, Any]) -> tuple[str, str]:
+    """Start a recording; return it and its problem when it ends, or at Ctrl-C or SIGTERM, which cancel the task.
 
-    loop, stopped = asyncio.get_running_loop(), asyncio.Event()
-    until = loop.time() + (arguments.seconds or LONGEST)
-    loop.add_signal_handler(signal.SIGINT, stopped.set)
-    sys.stderr.write(f"recording {arguments.id} as {recording}{'' if arguments.seconds else ', until Ctrl-C'}\n")
+    A second signal ends the command.
+    """
+    import asyncio  # noqa: PLC0415 - ``ppaas --help`` loads this module
+
+    task = asyncio.current_task()
+    assert task is not None
+    starting = asyncio.create_task(client.post(path_of("robots", arguments.id, "recordings"), wanted))
     try:
-        while not stopped.is_set() and loop.time() < until:
-            with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout(min(LOOK, max(until - loop.time(), 0.0))):
-                    await stopped.wait()
-            state = await client.get(path_of("robots", arguments.id, "recorder"))
-            if state["recording"] != recording:
-                return str(state["problem"])
-    finally:
-        loop.remove_signal_handler(signal.SIGINT)
+        recording = (await asyncio.shield(starting))["id"]
+        return recording, await _wait(client, arguments, recording)
+    except asyncio.CancelledError:
+        task.uncancel()
+        return (await starting)["id"], ""
+
+
+async def _wait(client: "RestClient", arguments: argparse.Namespace, recording: str) -> str:
+    """Wait until the time is over, or the recorder ends by itself; return its problem, or an empty text."""
+    import asyncio  # noqa: PLC0415
+
+    loop = asyncio.get_running_loop()
+    until = loop.time() + (arguments.seconds or LONGEST)
+    sys.stderr.write(f"recording {arguments.id} as {recording}{'' if arguments.seconds else ', until Ctrl-C'}\n")
+    while loop.time() < until:
+        await asyncio.sleep(min(LOOK, until - loop.time()))
+        state = await client.get(path_of("robots", arguments.id, "recorder"))
+        if state["recording"] != recording:
+            return str(state["problem"])
     return ""
 
 
