@@ -22,6 +22,7 @@ from endpoints.http.websocket_protocol import connection_of
 from endpoints.rosbridge.admission import admitted
 from endpoints.rosbridge.attachment import Attachment, name_of
 from endpoints.rosbridge.connect_request import parse_connect_request
+from endpoints.rosbridge.held_frames import HeldFrames
 from endpoints.rosbridge.only_robot import only_robot
 from endpoints.rosbridge.session_registry import SessionRegistry
 from endpoints.services.services import Services
@@ -67,18 +68,20 @@ class RobotSocket:
         self._connection = connection_of(socket)
         self._attachment = attachment
         self._session = attachment.session
+        self._frames = HeldFrames(self._take)
         self.left = False
 
     async def run(self) -> None:
         """Carry frames until the client disconnects, its place closes, or another socket takes over its session."""
         outbox = self._session.outbox
-        self._connection.hand_to(self._take, outbox.flush)
+        self._connection.hand_to(self._frames.take, outbox.flush)
         outbox.connect(self._connection)
         left = asyncio.create_task(self._until_left())
         try:
             ends = (left, self._session.over, self._attachment.displaced)
             await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
         finally:
+            self._frames.release()
             outbox.connect(None)
             self._connection.hand_to(None)
             left.cancel()
@@ -94,7 +97,7 @@ class RobotSocket:
 
     async def _until_left(self) -> None:
         while (message := await self._socket.receive())["type"] != "websocket.disconnect":
-            self._take(content_of(message))  # received before the handshake was answered
+            self._frames.take(content_of(message))  # received before the handshake was answered
         self.left = message.get("reason") == LEFT
 
     async def close_with_reason(self) -> None:

@@ -1,14 +1,28 @@
 """Messages of topics in bytes of ROS, for clients that subscribe with ``compression: cbor-raw``."""
 
-from functools import lru_cache
+from contextlib import suppress
+from functools import cache, lru_cache
 from typing import Final
 
-from ppaas.errors import UnknownType
+from ppaas.errors import InvalidInput, UnknownType
 from ppaas.wire.binary.cbor_raw import RosType
 from ppaas.wire.ros.types import ROS_1, ros_types
 
 ROS_2: Final = "jazzy"
 """Release of ROS 2 whose messages are sent; those of the clone's topics are the same since Humble."""
+
+
+@cache
+def read_types() -> None:
+    """Read the types of ROS 1 and ROS 2, which takes most of a second once; without ``rosbags``, do nothing."""
+    with suppress(InvalidInput):
+        for release in (ROS_1, ROS_2):
+            ros_types(release)
+
+
+def are_types_read() -> bool:
+    """Return whether `read_types` has been called, so that `serialize` is fast."""
+    return read_types.cache_info().currsize > 0
 
 
 @lru_cache(maxsize=2)

@@ -55,6 +55,7 @@ async function lookAround(ros) {
   const plain = await next(ros, "/map", "nav_msgs/OccupancyGrid");
   const png = await next(ros, "/map", "nav_msgs/OccupancyGrid", { compression: "png" });
   found.packed = [map.data.constructor.name, ...[map, png].map(({ data }) => String([...data]) === String(plain.data))];
+  await readRaw(ros);
   found.ros2Stamp = Object.keys((await next(ros, "/amcl_pose", "geometry_msgs/msg/PoseWithCovarianceStamped")).header.stamp);
   found.ros1Stamp = Object.keys((await next(ros, "/amcl_pose", "geometry_msgs/PoseWithCovarianceStamped")).header.stamp);
 }
@@ -130,7 +131,6 @@ async function lookAtFrames(ros) {
   const clients = [new ROS2TFClient(options), new TFClient(options)];
   const frames = clients.map((client) => asked("transform", (resolve) => client.subscribe("base_link", resolve)));
   found.frames = (await Promise.all(frames)).map((frame) => [frame.translation.x, frame.translation.y]);
-  await readRaw(ros);
   clients.forEach((client) => client.dispose());
 }
 

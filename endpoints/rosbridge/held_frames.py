@@ -1,0 +1,66 @@
+"""Frames of a client that wait while the types of ROS are read for it.
+
+A subscription in bytes of ROS (``compression: cbor-raw``) needs these types, and reading them takes most of a second of
+CPU, once in a process. So they are read in a thread; the frames of other clients are handled meanwhile.
+"""
+
+import asyncio
+from collections.abc import Callable
+from typing import Final
+
+from ppaas.wire.ros.serialization import are_types_read, read_types
+
+RAW: Final = "cbor-raw"
+"""Compression whose name in a frame makes it wait."""
+
+MAX_SEARCHED: Final = 4096
+"""Largest frame that is searched for the name [bytes]; a subscription is far smaller."""
+
+MAX_HELD: Final = 1 << 20
+"""Largest size of all frames that wait [bytes]; beyond it, none waits any longer."""
+
+Frame = str | bytes
+
+
+class HeldFrames:
+    """Passes frames on in their order, the first with ``cbor-raw`` and what follows it once the types are read.
+
+    Parameters
+    ----------
+    take : callable
+        Called with each frame.
+    """
+
+    def __init__(self, take: Callable[[Frame], None]) -> None:
+        self._take = take
+        self._held: list[Frame] = []
+        self._size = 0
+
+    def take(self, frame: Frame) -> None:
+        """Pass a frame on, or let it wait."""
+        if self._held:
+            self._hold(frame)
+        elif _asks_for_raw(frame) and not are_types_read():
+            self._hold(frame)
+            reading = asyncio.get_running_loop().run_in_executor(None, read_types)
+            reading.add_done_callback(lambda _: self.release())
+        else:
+            self._take(frame)
+
+    def release(self) -> None:
+        """Pass on all frames that wait."""
+        held, self._held, self._size = self._held, [], 0
+        for frame in held:
+            self._take(frame)
+
+    def _hold(self, frame: Frame) -> None:
+        self._held.append(frame)
+        self._size += len(frame)
+        if self._size > MAX_HELD:
+            self.release()
+
+
+def _asks_for_raw(frame: Frame) -> bool:
+    if len(frame) > MAX_SEARCHED:
+        return False
+    return RAW in frame if isinstance(frame, str) else RAW.encode() in frame
