@@ -166,7 +166,7 @@ class Ros1Transport(Transport, Slave):
     def _revive(self) -> None:
         """End stalled connections, now that the network is back; else TCP would wait for up to two minutes.
 
-        A subscriber on rospy connects again when it is told of the publisher, and so the topic is registered anew.
+        A subscriber on rospy connects again when the master names the publisher, and so the topic is registered anew.
         """
         for publication in self.publications.values():
             stalled = [peer for peer in publication.peers if peer.stalled]
