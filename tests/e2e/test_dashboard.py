@@ -175,6 +175,27 @@ async def test_what_is_wrong_with_a_robot_is_said_in_words(scene: Scene, context
         await expect(finding.first).not_to_contain_text("tb-away")
 
 
+async def test_a_robot_is_recorded_and_its_file_downloaded(scene: Scene, context: BrowserContext) -> None:
+    async with looking(context) as page:
+        await enter(page, scene.cloud.url, scene.token)
+        await page.get_by_role("button", name="tb-web").press("Enter")
+        await page.get_by_role("button", name="Recordings").press("Enter")
+        dialog = page.get_by_role("dialog", name="Recordings of tb-web")
+        await dialog.get_by_role("button", name="Start recording").click()
+        await expect(dialog.get_by_role("status")).to_contain_text("Recording, ends by itself in 60 minutes")
+        await dialog.get_by_role("button", name="Stop recording").click()
+        await expect(dialog.get_by_role("button", name="Start recording")).to_be_enabled()
+        async with page.expect_download() as download:
+            await dialog.get_by_role("button", name=re.compile("^Download 20")).click()
+        file = await (await download.value).path()
+        assert file.read_bytes().startswith(b"\x89MCAP")
+        page.once("dialog", lambda question: question.accept())
+        await dialog.get_by_role("button", name="Delete").click()
+        await expect(dialog.get_by_role("listitem")).to_have_count(0)
+        await page.keyboard.press("Escape")
+        await expect(dialog).to_be_hidden()
+
+
 async def test_a_layer_that_is_switched_off_is_unsubscribed(scene: Scene, context: BrowserContext) -> None:
     async with looking(context) as page:
         scene.listen(page)
@@ -257,6 +278,10 @@ async def test_the_dashboard_is_usable_by_touch_on_a_phone(scene: Scene) -> None
         await page.get_by_role("button", name="Robots", exact=True).tap()
         await expect(page.locator("#robot-card")).to_be_visible()
         assert await too_small(page) == []
+        await page.get_by_role("button", name="Recordings").tap()
+        await expect(page.get_by_role("button", name="Start recording")).to_be_enabled()
+        assert await too_small(page) == []
+        await page.get_by_role("button", name="Close").tap()
         assert await page.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
         eye = await Eye.on(page, scene.grid.info)
         goal = reachable_pose(scene.grid, scene.pose, seed=5, at_least=1.0)
@@ -336,6 +361,10 @@ async def test_a_robot_is_shown_to_users_with_whom_it_is_shared(scene: Scene, co
             await expect(page.locator(f"#tool-{tool}")).to_be_disabled()
         await expect(page.get_by_text("Drive to coordinates")).to_be_hidden()
         await expect(page.get_by_role("button", name="Cancel goal")).to_be_hidden()
+        await page.get_by_role("button", name="Recordings").press("Enter")
+        await expect(page.get_by_role("dialog").get_by_role("status")).to_contain_text("Not recording")
+        await expect(page.get_by_role("button", name="Start recording")).to_be_disabled()
+        await page.get_by_role("button", name="Close").press("Enter")
         await admin.put("/v1/robots/dora:tb-web/shares/group:hall", {"role": "drive"})
         for tool in ("drive", "locate"):
             await expect(page.locator(f"#tool-{tool}")).to_be_enabled()

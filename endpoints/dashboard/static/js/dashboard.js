@@ -9,6 +9,7 @@ import { MapChoice } from "./map_choice.js";
 import { MapPanel, partnersOf } from "./map_panel.js";
 import { People } from "./people.js";
 import { Poller } from "./poller.js";
+import { RecordingsDialog } from "./recordings.js";
 import { Refused, Unreachable } from "./rest.js";
 import { RobotCard } from "./robot_card.js";
 import { RobotList } from "./robot_list.js";
@@ -56,7 +57,7 @@ export class Dashboard {
       release: () => this.#select(null),
       explore: () => this.#fleet.selected?.explore(),
       publish: (name) => this.#publish(name),
-    }, (robot, seconds) => rest.get(`v1/robots/${encodeURIComponent(robot)}/diagnosis?seconds=${seconds}`));
+    }, (robot, seconds) => rest.get(`v1/robots/${encodeURIComponent(robot)}/diagnosis?seconds=${seconds}`), new RecordingsDialog(rest));
     this.#maps = new MapChoice(() => this.#otherMap());
     this.#poller = new Poller(() => this.#poll(), { well: () => this.#banner(""), failed: (error) => this.#failed(error) });
     setInterval(() => this.#refresh(), REDRAW);

@@ -4,6 +4,7 @@ const ROOT = new URL("../../", import.meta.url); // of the cloud, which a proxy 
 const PAGE = 500;
 const PATIENCE = 10_000; // ms
 const PATIENCE_FOR_MAPS = 120_000;
+const PATIENCE_FOR_FILES = 300_000; // of one GiB, perhaps
 
 /** The cloud refused a request, with the reason. */
 export class Refused extends Error {
@@ -39,6 +40,7 @@ async function ask(path, options, read, patience = PATIENCE) {
 
 const json = (response) => response.json();
 const bytes = (response) => response.arrayBuffer();
+const nothing = async () => undefined;
 
 /** Log in. @param {string} user @param {string} password @returns {Promise<string>} the token */
 export async function logIn(user, password) {
@@ -61,8 +63,7 @@ export class Rest {
 
   /** Revoke the token, also if the page is being closed. */
   logOut() {
-    const read = async () => undefined;
-    return ask("v1/tokens/current", { method: "DELETE", headers: this.#headers, keepalive: true }, read);
+    return ask("v1/tokens/current", { method: "DELETE", headers: this.#headers, keepalive: true }, nothing);
   }
 
   /** @param {string} path */
@@ -85,9 +86,14 @@ export class Rest {
     return ask(path, { method: "PATCH", headers, body: JSON.stringify(change) }, json);
   }
 
-  /** Fetch a picture. @param {string} path @returns {Promise<Blob>} */
-  picture(path) {
-    return ask(path, { headers: this.#headers }, (response) => response.blob(), PATIENCE_FOR_MAPS);
+  /** @param {string} path */
+  delete(path) {
+    return ask(path, { method: "DELETE", headers: this.#headers }, nothing);
+  }
+
+  /** Fetch a file. @param {string} path @returns {Promise<Blob>} */
+  blob(path) {
+    return ask(path, { headers: this.#headers }, (response) => response.blob(), PATIENCE_FOR_FILES);
   }
 
   /** Fetch all items of a list, page by page. @param {string} path @returns {Promise<any[]>} */

@@ -15,13 +15,16 @@ export class RobotCard {
   #parts;
   #inputs;
   #diagnosis;
+  #recordings;
 
   /**
    * @param {{drive: (pose: import("./geometry.js").Pose) => void, cancel: () => void, release: () => void,
    *          explore: () => void, publish: (name: string) => Promise<void>}} orders
    * @param {(robot: string, seconds: number) => Promise<object>} diagnose
+   * @param {import("./recordings.js").RecordingsDialog} recordings
    */
-  constructor(orders, diagnose) {
+  constructor(orders, diagnose, recordings) {
+    this.#recordings = recordings;
     this.#diagnosis = new DiagnosisPanel(diagnose);
     this.#parts = {
       swatch: make("span", { className: "swatch" }),
@@ -55,7 +58,8 @@ export class RobotCard {
     drive.append(make("summary", { textContent: "Drive to coordinates" }), form);
     this.#card.replaceChildren(
       make("div", { className: "head" }, swatch, name, presence), what, where, shared,
-      drive, this.#publishForm(orders), this.#diagnosis.element, make("div", { className: "actions" }, explore, cancel, release),
+      drive, this.#publishForm(orders), this.#diagnosis.element, this.#recordings.opener,
+      make("div", { className: "actions" }, explore, cancel, release),
     );
   }
 
@@ -85,6 +89,7 @@ export class RobotCard {
   update(link, colour) {
     this.#card.hidden = !link;
     this.#diagnosis.select(link?.robot.id ?? null);
+    this.#recordings.select(link?.robot ?? null);
     if (!link) return;
     const { swatch, name, presence, doing: what, where, cancel } = this.#parts;
     swatch.style.background = colour;
