@@ -173,7 +173,14 @@ def with_a_store() -> list[tuple[str, str]]:
     # The last one answers all the same.
     asks_no_store = ("machines", "containers", "models", "planners", "tickets", "audit", "health")
     known = {"map_id": "house", "version": "0" * 64, "robot_id": "tb1", "user_id": "bob", "plan_id": "p1", "token": "x"}
-    known |= {"node": "amcl", "goal_id": "rest-1", "number": "1", "grantee": "bob", "group_id": "hall", "recording_id": "x"}
+    known |= {
+        "node": "amcl",
+        "goal_id": "rest-1",
+        "number": "1",
+        "grantee": "bob",
+        "group_id": "hall",
+        "recording_id": "x",
+    }
     return [
         (method.upper(), path.format(**known))
         for path, method, _ in operations()

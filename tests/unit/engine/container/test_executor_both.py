@@ -10,6 +10,7 @@ import pytest
 import ppaas.nodes
 from engine.container.executor import NodeExecutor
 from ppaas.clone.assembly import DEPTH_CAMERA, build_clone
+from ppaas.clone.follow_path import FOLLOW_PATH
 from ppaas.clone.people_coordination import build_coordinator
 from ppaas.clone.planning_container import build_planning
 from ppaas.costmap.build_layers import build_layers
@@ -37,6 +38,10 @@ def a_clone(graph: Graph, layers: MapLayers, pose: Pose2D) -> None:
     optional = (DEPTH_CAMERA, TORSO_DETECTOR, LEG_DETECTOR, FOLLOW_PERSON)  # most robots have none of them
     parameters: dict[str, dict[str, object]] = {name: {} for name in optional}
     build_clone(graph, layers, model="turtlebot2", initial_pose=pose, parameters=parameters)
+
+
+def a_clone_of_a_robot_that_drives_itself(graph: Graph, layers: MapLayers, pose: Pose2D) -> None:
+    build_clone(graph, layers, model="turtlebot2", initial_pose=pose, parameters={FOLLOW_PATH: {}})
 
 
 def a_mapping_clone(graph: Graph, layers: MapLayers, pose: Pose2D) -> None:
@@ -73,7 +78,7 @@ def node_classes() -> set[type[Node]]:
 
 def test_all_builds_together_have_every_node_class(layers: MapLayers) -> None:
     built: set[type[Node]] = set()
-    for build in (*BUILDS.values(), a_mapping_clone, a_coordinator):
+    for build in (*BUILDS.values(), a_clone_of_a_robot_that_drives_itself, a_mapping_clone, a_coordinator):
         graph = Graph()
         build(graph, layers, free_pose(layers.grid, seed=1))
         built |= {type(node) for node in graph.nodes.values()}
