@@ -15,12 +15,21 @@ RECORDING = "20261126T224142Z"
 
 def kept_recordings(cloud: FakeCloud, user: str, robot: str) -> RecordingsFolder:
     """Return a folder in which a robot has a recording and a ring, and make its recorder answer."""
-    cloud.recorder = lambda service: RecorderState(RECORDING if service == "start" else "")
     folder = RecordingsFolder(Path(_temporary().name))
     files = folder.of_robot(user, robot)
     (files / "ring").mkdir(parents=True, exist_ok=True)
-    for file in (files / f"{RECORDING}.mcap", files / "ring" / "1800000000000000000.mcap"):
+    recording = files / f"{RECORDING}.mcap"
+    for file in (recording, files / "ring" / "1800000000000000000.mcap"):
         file.write_bytes(_file())
+
+    def answer(service: str) -> RecorderState:
+        if service != "start":
+            return RecorderState()
+        files.mkdir(parents=True, exist_ok=True)  # a test may have deleted the recording, or all of the robot
+        recording.write_bytes(_file())
+        return RecorderState(RECORDING)
+
+    cloud.recorder = answer
     return folder
 
 
