@@ -41,7 +41,7 @@ class Bridge:
         """Start the bridge."""
         command = [
             sys.executable, "-m", cli.__name__, "bridge", "agv", "--broker", self._broker.url,
-            "--url", self._cloud.url, "--token", str(self._cloud.token), "--map", "hall-1=hall", "--base", "4",
+            "--url", self._cloud.url, "--token", str(self._cloud.token), "--map", "hall-1=agv_hall", "--base", "4",
         ]  # fmt: skip
         with self.log.open("ab") as output:
             environment = os.environ | {"PPAAS_MQTT_PASSWORD": LOGIN[1]}
@@ -125,14 +125,14 @@ async def test_the_virtual_agv_of_vda_5050_lib_obeys_the_cloud(
     if not (FOLDER / "node_modules" / "vda-5050-lib").is_dir():
         pytest.skip("vda-5050-lib is not installed: install Node 20 or newer and run make test")
     rest = await cloud.admin()
-    await publish_map(rest, "hall", office_map)
+    await publish_map(rest, "agv_hall", office_map)
     start = free_pose(office_map, seed=61)
     far = reachable_pose(office_map, start, seed=62, at_least=5.0)
     bridge.start()
     with virtual_agv(node, broker, start, tmp_path / "agv.log"):
         async with operator(cloud) as move_base:
             robot = await rest.get(path_of("robots", AGV["serialNumber"]))
-            assert robot["map"] == "hall" and robot["parameters"]["follow_path"] == {}
+            assert robot["map"] == "agv_hall" and robot["parameters"]["follow_path"] == {}
             estimate = await move_base.localized()
             assert estimate.distance_to(start) < 0.1
 
