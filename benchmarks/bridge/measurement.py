@@ -19,6 +19,7 @@ from benchmarks.bridge.cloud_stand_in import CloudStandIn, cloud_stand_in
 from benchmarks.bridge.echo_process import BACK, DOMAIN, SCAN, TO, node
 from benchmarks.harness.figures import Figure, median_of
 from benchmarks.harness.free_ports import free_ports
+from benchmarks.harness.process_usage import cpu_of
 from ppaas.clock import monotonic
 from ppaas.wire.ros.graph import LATCHED, SENSOR, Qos
 from robots import cli
@@ -187,14 +188,14 @@ class _Robot:
     async def _load(self, odometry: Any, scans: Any, transforms: Any, quick: bool) -> float:
         """Return the share of a core that the bridge takes at the rates of a robot [%]."""
         seconds = QUICK_LOAD_SECONDS if quick else LOAD_SECONDS
-        used, began = _cpu(self._bridge), monotonic()
+        used, began = cpu_of(self._bridge), monotonic()
         for tick in range(round(seconds * ODOMETRY_RATE)):
             odometry(self._odometry)
             transforms(self._tf)
             if tick % (ODOMETRY_RATE // SCAN_RATE) == 0:
                 scans(self._scan)
             await asyncio.sleep(max(began + (tick + 1) / ODOMETRY_RATE - monotonic(), 0.0))
-        return 100.0 * (_cpu(self._bridge) - used) / (monotonic() - began)
+        return 100.0 * (cpu_of(self._bridge) - used) / (monotonic() - began)
 
     async def _late_map(self) -> float:
         """Return the time from a subscription to a map that was published before to its arrival [s]."""
@@ -215,7 +216,3 @@ def _later(publish: Callable[[bytes], None], data: bytes) -> Callable[[], Awaita
         publish(data)
 
     return published
-
-
-def _cpu(process: psutil.Process) -> float:
-    return float(sum(process.cpu_times()[:2]))

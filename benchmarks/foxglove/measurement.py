@@ -20,6 +20,7 @@ from benchmarks.harness.cloud_under_test import LINGER, Target, logged_in
 from benchmarks.harness.figures import Figure
 from benchmarks.harness.free_ports import free_ports
 from benchmarks.harness.json_process import JsonProcess, json_process
+from benchmarks.harness.process_usage import share_of_core
 from ppaas.clock import monotonic
 from ppaas.errors import Unavailable
 from ppaas.geometry import Pose2D
@@ -60,20 +61,20 @@ async def _of_cloud(target: Target, port: int, robots: int, seconds: float, talk
     """Return the figures: of a viewer that looks at nothing beside silent robots, and of one that looks."""
     assert target.pid is not None
     web, url = psutil.Process(target.pid), f"ws://127.0.0.1:{port}/?token={target.token}"
-    silent = await _share(web, seconds)
+    silent = await share_of_core(web, seconds)
     async with _viewer(url, robots):
         await asyncio.sleep(2.0 * SETTLING)
-        idle = await _share(web, seconds) - silent
+        idle = await share_of_core(web, seconds) - silent
     talking.set()
     await asyncio.sleep(SETTLING)
-    before = await _share(web, seconds)
+    before = await share_of_core(web, seconds)
     async with _viewer(url, robots) as viewer:
         await viewer.ask("subscribe")
         await asyncio.sleep(SETTLING)
         await viewer.ask("count")
-        looking = await _share(web, seconds)
+        looking = await share_of_core(web, seconds)
         rate = await viewer.ask("count") / seconds
-    alone = (before + await _share(web, seconds)) / 2.0
+    alone = (before + await share_of_core(web, seconds)) / 2.0
     note = f"{robots} robots, {rate:.0f} messages/s: {', '.join(TOPICS)}"
     return [
         Figure(PART, "web process without a viewer", round(alone, 2), "%", note="share of a core, before and after"),
@@ -93,25 +94,13 @@ async def _of_sdk(robots: int, seconds: float) -> Figure:
             await viewer.ask("subscribe")
             await asyncio.sleep(1.0)
             await viewer.ask("count")
-            share = await _share(psutil.Process(server.pid), seconds)
+            share = await share_of_core(psutil.Process(server.pid), seconds)
             rate = await viewer.ask("count") / seconds
     finally:
         server.terminate()
         await asyncio.to_thread(server.wait)
     note = f"{rate:.0f} messages/s, which it need not decode"
     return Figure(PART, "server of foxglove-sdk", round(share, 2), "%", yardstick=True, note=note)
-
-
-async def _share(process: psutil.Process, seconds: float) -> float:
-    """Return the share of a core that a process takes [%]."""
-    used, began = _cpu(process), monotonic()
-    await asyncio.sleep(seconds)
-    return 100.0 * (_cpu(process) - used) / (monotonic() - began)
-
-
-def _cpu(process: psutil.Process) -> float:
-    times = process.cpu_times()
-    return float(times.user + times.system)
 
 
 @contextlib.asynccontextmanager

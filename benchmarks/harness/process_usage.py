@@ -1,11 +1,14 @@
 """CPU time and memory of the processes of a cloud, read from ``/proc``."""
 
+import asyncio
 import os
 from collections import defaultdict
 from dataclasses import dataclass
 from pathlib import Path
 
 import psutil
+
+from ppaas.clock import monotonic
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,9 +67,27 @@ def cpu_seconds(web: int, containers: set[int]) -> dict[str, float]:
     return used
 
 
+def cpu_of(process: psutil.Process) -> float:
+    """Return the CPU time that a process has used so far, without its children [s].
+
+    Raises
+    ------
+    psutil.NoSuchProcess
+        The process has exited.
+    """
+    times = process.cpu_times()
+    return float(times.user + times.system)
+
+
+async def share_of_core(process: psutil.Process, seconds: float) -> float:
+    """Return the share of a core that a process takes in a time from now on [%]; raises as `cpu_of`."""
+    used, began = cpu_of(process), monotonic()
+    await asyncio.sleep(seconds)
+    return 100.0 * (cpu_of(process) - used) / (monotonic() - began)
+
+
 def _cpu(pid: int) -> float:
     try:
-        times = psutil.Process(pid).cpu_times()
+        return cpu_of(psutil.Process(pid))
     except psutil.NoSuchProcess:
         return 0.0
-    return float(times.user + times.system)

@@ -12,7 +12,7 @@ import psutil
 
 from benchmarks.harness.cloud_under_test import Target, own_cloud
 from benchmarks.harness.figures import Figure, median_of
-from benchmarks.harness.process_usage import cpu_seconds
+from benchmarks.harness.process_usage import cpu_of, cpu_seconds
 from benchmarks.harness.roaming_robot import roaming_robot
 from engine.recorder import main as recorder_main
 from ppaas.clock import monotonic
@@ -107,8 +107,7 @@ class _Bench:
         """Return the CPU time of the recorder so far [s]; 0 before it was started."""
         for process in psutil.Process(self._target.pid).children(recursive=True):
             if recorder_main.__name__ in process.cmdline():
-                times = process.cpu_times()
-                return float(times.user + times.system)
+                return cpu_of(process)
         return 0.0
 
     def figures(self) -> list[Figure]:

@@ -2,8 +2,6 @@
 
 import asyncio
 import math
-import subprocess
-import sys
 import tempfile
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
@@ -12,15 +10,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
-import psutil
 from aiomqtt import Client
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.http11 import Request, Response
 
 from benchmarks.harness.figures import Figure
-from benchmarks.vda5050.measurement import MEASURED_ROBOTS, SHARE_LIMIT, START_TIMEOUT, broker
+from benchmarks.vda5050.bridge_process import bridge_process
+from benchmarks.vda5050.broker_process import broker
 from ppaas.clock import epoch, monotonic
-from ppaas.errors import Unavailable
 from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.codec import encode
 from ppaas.wire.vda5050.fields import Position, Velocity
@@ -28,7 +25,6 @@ from ppaas.wire.vda5050.headers import HeaderCounter
 from ppaas.wire.vda5050.states import Connection, EdgeState, NodeState, PowerSupply, SafetyState, State
 from ppaas.wire.vda5050.topics import Address
 from ppaas.wire.vda5050.versions import Version
-from robots import cli
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -43,6 +39,9 @@ PERIOD = 1.0
 
 BATCH = 10
 """Number of states that are sent at once."""
+
+SETTLE = 2.0
+"""Time after which the start is over [s]."""
 
 
 class ReportingAgv:
@@ -95,40 +94,25 @@ async def measure(progress: "Progress", agvs: int, seconds: float) -> list[Figur
     """
     task = progress.add_task("AGVs as robots", total=2)
     with tempfile.TemporaryDirectory() as folder:
-        log = Path(folder) / "bridge.log"
-        async with broker(Path(folder)) as port, _cloud() as (url, robots), Client("127.0.0.1", port) as client:
-            bridge = _start(port, url, log)
+        async with (
+            broker(Path(folder)) as port, _cloud() as (url, robots), Client("127.0.0.1", port) as client,
+            bridge_process(["agv"], port, url, Path(folder) / "bridge.log", agvs) as bridge,
+        ):  # fmt: skip
             fleet = [ReportingAgv(index) for index in range(agvs)]
             for agv in fleet:
                 await client.publish(*agv.connection(), qos=1, retain=True)
             over = asyncio.Event()
             reporting = asyncio.create_task(_report(client, fleet, over))
             try:
-                await _all_connected(bridge, robots, agvs)
+                await bridge.until_all(lambda: len(robots), "are connected", SETTLE)
                 progress.advance(task)
-                figures = await _measured(bridge, fleet, seconds)
+                part = f"{agvs} AGVs as robots"
+                figures = await bridge.figures(part, lambda: sum(agv.sent for agv in fleet), "that were sent", seconds)
                 progress.advance(task)
             finally:
                 over.set()  # a client of MQTT may lose a cancellation
                 await reporting
-                bridge.terminate()
-                await asyncio.to_thread(bridge.wait, 30)
     return figures
-
-
-async def _measured(bridge: subprocess.Popen[bytes], fleet: Sequence[ReportingAgv], seconds: float) -> list[Figure]:
-    process = psutil.Process(bridge.pid)
-    before, since, spent = sum(agv.sent for agv in fleet), monotonic(), sum(process.cpu_times()[:2])
-    await asyncio.sleep(seconds)
-    passed = monotonic() - since
-    share = 100.0 * (sum(process.cpu_times()[:2]) - spent) / passed
-    states = (sum(agv.sent for agv in fleet) - before) / passed / len(fleet)
-    part, limit = f"{len(fleet)} AGVs as robots", SHARE_LIMIT if len(fleet) == MEASURED_ROBOTS else None
-    return [
-        Figure(part, "states of an AGV", round(states, 2), "1/s", note="that were sent"),
-        Figure(part, "share of a core", round(share, 1), "%", limit=limit),
-        Figure(part, "memory", round(process.memory_info().rss / 1e6, 1), "MB"),
-    ]
 
 
 async def _report(client: Client, fleet: Sequence[ReportingAgv], over: asyncio.Event) -> None:
@@ -139,23 +123,6 @@ async def _report(client: Client, fleet: Sequence[ReportingAgv], over: asyncio.E
             await asyncio.gather(*(client.publish(*agv.state()) for agv in fleet[index : index + BATCH]))
             await asyncio.sleep(max(began + PERIOD * index / len(fleet) - monotonic(), 0.0))
         await asyncio.sleep(max(began + PERIOD - monotonic(), 0.0))
-
-
-def _start(port: int, url: str, log: Path) -> subprocess.Popen[bytes]:
-    options = ["--broker", f"mqtt://127.0.0.1:{port}", "--url", url, "--token", "none"]
-    with log.open("wb") as output:
-        return subprocess.Popen(
-            [sys.executable, "-m", cli.__name__, "bridge", "agv", *options], stdout=output, stderr=output
-        )
-
-
-async def _all_connected(bridge: subprocess.Popen[bytes], robots: set[ServerConnection], agvs: int) -> None:
-    deadline = monotonic() + START_TIMEOUT
-    while len(robots) < agvs:
-        if bridge.poll() is not None or monotonic() > deadline:
-            raise Unavailable(f"{len(robots)} of {agvs} AGVs are connected")
-        await asyncio.sleep(0.1)
-    await asyncio.sleep(2.0)  # until the start is over
 
 
 @asynccontextmanager

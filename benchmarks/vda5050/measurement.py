@@ -1,11 +1,6 @@
 """Measurement of a bridge that presents robots as AGVs: its CPU time, its memory, and the states that arrive."""
 
 import asyncio
-import os
-import shutil
-import socket
-import subprocess
-import sys
 import tempfile
 from collections import Counter
 from collections.abc import AsyncIterator
@@ -13,35 +8,29 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import psutil
-from aiomqtt import Client, MqttError
+from aiomqtt import Client
 
 from benchmarks.harness.figures import Figure
+from benchmarks.vda5050.bridge_process import bridge_process
+from benchmarks.vda5050.broker_process import broker
 from benchmarks.vda5050.fleet_stand_in import MAP, fleet_stand_in
-from ppaas.clock import epoch, monotonic
-from ppaas.errors import InvalidInput, Unavailable
+from ppaas.clock import epoch
 from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.codec import encode
 from ppaas.wire.vda5050.headers import HeaderCounter
 from ppaas.wire.vda5050.orders import Deviation, Edge, Node, NodePosition, Order
 from ppaas.wire.vda5050.topics import Address
 from ppaas.wire.vda5050.versions import Version
-from robots import cli
 
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-START_TIMEOUT = 60.0
-"""Time within which all AGVs report [s]."""
-
 SETTLE = 5.0
 """Time after which start and orders are over [s]."""
 
-SHARE_LIMIT = 10.0
-"""Largest share of a core for 200 AGVs [%]."""
+OPTIONS = ("--visualization", "0", "--state-interval", "1")
 
-MEASURED_ROBOTS = 200
-"""Number of AGVs that the limit is for."""
+NOTE = "that arrived at a master control"
 
 ORDER = Order(
     order_id="far",
@@ -77,18 +66,15 @@ async def measure(progress: "Progress", robots: int, seconds: float) -> list[Fig
     with tempfile.TemporaryDirectory() as folder:
         async with broker(Path(folder)) as port, fleet_stand_in() as url, _states(port) as arrived:
             names = [f"r{index}" for index in range(robots)]
-            bridge = _start(names, port, url, Path(folder) / "bridge.log")
-            try:
-                await _all_report(bridge, arrived, robots)
+            arguments = ["vda5050", *names, *OPTIONS]
+            async with bridge_process(arguments, port, url, Path(folder) / "bridge.log", robots) as bridge:
+                await bridge.until_all(lambda: len(arrived), "report", SETTLE)
                 progress.advance(task)
-                figures = await _measured("stand", bridge, arrived, robots, seconds)
+                figures = await bridge.figures(f"{robots} AGVs that stand", arrived.total, NOTE, seconds)
                 await _order_all(names, port)
                 await asyncio.sleep(SETTLE)
-                figures += await _measured("drive", bridge, arrived, robots, seconds)
+                figures += await bridge.figures(f"{robots} AGVs that drive", arrived.total, NOTE, seconds)
                 progress.advance(task)
-            finally:
-                bridge.terminate()
-                await asyncio.to_thread(bridge.wait, 30)
     return figures
 
 
@@ -99,39 +85,6 @@ async def _order_all(names: list[str], port: int) -> None:
             address = Address.of(Version.V2_1, "ppaas", name)
             header = HeaderCounter(Version.V2_1, address).next(topics.ORDER, epoch())
             await client.publish(address.topic(topics.ORDER), encode(topics.ORDER, header, ORDER, Version.V2_1))
-
-
-async def _measured(
-    doing: str, bridge: subprocess.Popen[bytes], arrived: "Counter[str]", robots: int, seconds: float
-) -> list[Figure]:
-    process = psutil.Process(bridge.pid)
-    before, since, spent = arrived.total(), monotonic(), sum(process.cpu_times()[:2])
-    await asyncio.sleep(seconds)
-    passed = monotonic() - since
-    share = 100.0 * (sum(process.cpu_times()[:2]) - spent) / passed
-    states = (arrived.total() - before) / passed / robots
-    part, limit = f"{robots} AGVs that {doing}", SHARE_LIMIT if robots == MEASURED_ROBOTS else None
-    return [
-        Figure(part, "states of an AGV", round(states, 2), "1/s", note="that arrived at a master control"),
-        Figure(part, "share of a core", round(share, 1), "%", limit=limit),
-        Figure(part, "memory", round(process.memory_info().rss / 1e6, 1), "MB"),
-    ]
-
-
-def _start(names: list[str], port: int, url: str, log: Path) -> subprocess.Popen[bytes]:
-    command = [sys.executable, "-m", cli.__name__, "bridge", "vda5050", *names]
-    options = ["--broker", f"mqtt://127.0.0.1:{port}", "--url", url, "--token", "none", "--visualization", "0"]
-    with log.open("wb") as output:
-        return subprocess.Popen([*command, *options, "--state-interval", "1"], stdout=output, stderr=output)
-
-
-async def _all_report(bridge: subprocess.Popen[bytes], arrived: "Counter[str]", robots: int) -> None:
-    deadline = monotonic() + START_TIMEOUT
-    while len(arrived) < robots:
-        if bridge.poll() is not None or monotonic() > deadline:
-            raise Unavailable(f"{len(arrived)} of {robots} AGVs report")
-        await asyncio.sleep(0.1)
-    await asyncio.sleep(SETTLE)
 
 
 @asynccontextmanager
@@ -151,35 +104,3 @@ async def _states(port: int) -> AsyncIterator["Counter[str]"]:
         finally:
             listening.cancel()
             await asyncio.gather(listening, return_exceptions=True)
-
-
-@asynccontextmanager
-async def broker(folder: Path) -> AsyncIterator[int]:
-    """Run mosquitto on a free port of the loopback interface."""
-    program = shutil.which("mosquitto", path=f"{os.environ['PATH']}:/usr/sbin")
-    if program is None:
-        raise InvalidInput("this bench needs mosquitto: install Debian's package (make broker)")
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        port: int = listener.getsockname()[1]
-    config = folder / "mosquitto.conf"
-    config.write_text(f"listener {port} 127.0.0.1\nallow_anonymous true\npersistence false\nuser root\n")
-    with (folder / "mosquitto.log").open("wb") as log:
-        process = await asyncio.create_subprocess_exec(program, "-c", str(config), stdout=log, stderr=log)
-    try:
-        await _wait_for(port)
-        yield port
-    finally:
-        process.terminate()
-        await process.wait()
-
-
-async def _wait_for(port: int) -> None:
-    deadline = monotonic() + START_TIMEOUT
-    while True:
-        try:
-            async with Client("127.0.0.1", port):
-                return
-        except MqttError:
-            if monotonic() > deadline:
-                raise
-            await asyncio.sleep(0.05)
