@@ -3,7 +3,7 @@
 
 micropython -X heapsize=256k json_program.py SCANS
 
-Prints one line of JSON: the median time of a scan [us], and what it allocates [bytes].
+Prints one line of JSON: the median time of a scan [us] and the memory that a scan allocates [bytes].
 """
 
 import gc
