@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Iterator
-from typing import Generic, NamedTuple, TypeVar
+from typing import Generic, TypeVar
 
 from ppaas.errors import Conflict, NotFound, QuotaExceeded
 from ppaas.wire.binary.binary_frame import BinaryFrame
@@ -18,19 +18,12 @@ MAX_CLIENT_CHANNELS = 200
 K = TypeVar("K")
 
 
-class Opened(NamedTuple, Generic[K]):
-    """Channel with what it shows."""
-
-    channel: Channel
-    shows: K
-
-
 class FoxgloveSession(Generic[K]):
     """Channels and subscriptions of one connection; ``K`` is what the caller shows in a channel."""
 
     def __init__(self) -> None:
         self._ids = itertools.count(1)
-        self._channels: dict[int, Opened[K]] = {}
+        self._channels: dict[int, K] = {}
         self._subscriptions: dict[int, int] = {}
         self._heard: dict[int, list[int]] = {}
         self._published: dict[int, ClientChannel] = {}
@@ -40,7 +33,7 @@ class FoxgloveSession(Generic[K]):
     def open(self, topic: str, schema: Schema, shows: K) -> Channel:
         """Open a channel; its id is never used again."""
         channel = Channel(next(self._ids), topic, schema)
-        self._channels[channel.id] = Opened(channel, shows)
+        self._channels[channel.id] = shows
         return channel
 
     def close(self, channel: int) -> None:
@@ -48,19 +41,6 @@ class FoxgloveSession(Generic[K]):
         del self._channels[channel]
         for subscription in self._heard.pop(channel, ()):
             del self._subscriptions[subscription]
-
-    def shown(self, channel: int) -> K:
-        """Return what a channel shows."""
-        return self._channels[channel].shows
-
-    def is_heard(self, channel: int) -> bool:
-        """Return whether a channel has subscriptions."""
-        return channel in self._heard
-
-    @property
-    def heard(self) -> bool:
-        """Whether there is a subscription."""
-        return bool(self._heard)
 
     # -- subscriptions -------------------------------------------------------------------------------------------------
 
@@ -78,14 +58,13 @@ class FoxgloveSession(Generic[K]):
         """
         if wanted.id in self._subscriptions:
             raise Conflict(f"subscription {wanted.id} exists already: choose another id, or unsubscribe first")
-        opened = self._channels.get(wanted.channel_id)
-        if opened is None:
+        if wanted.channel_id not in self._channels:
             raise NotFound("channel", str(wanted.channel_id))
         if len(self._subscriptions) >= MAX_SUBSCRIPTIONS:
             raise QuotaExceeded(f"a client may have at most {MAX_SUBSCRIPTIONS} subscriptions: end some first")
         self._subscriptions[wanted.id] = wanted.channel_id
         self._heard.setdefault(wanted.channel_id, []).append(wanted.id)
-        return opened.shows
+        return self._channels[wanted.channel_id]
 
     def unsubscribe(self, subscription: int) -> K | None:
         """End a subscription; return what its channel shows if that was the last one of the channel, else None.
@@ -102,7 +81,7 @@ class FoxgloveSession(Generic[K]):
         if self._heard[channel]:
             return None
         del self._heard[channel]
-        return self.shown(channel)
+        return self._channels[channel]
 
     def messages(self, channel: int, time: int, data: bytes) -> Iterator[BinaryFrame]:
         """Yield the frames of a message, one for each subscription of its channel.
@@ -138,9 +117,8 @@ class FoxgloveSession(Generic[K]):
 
     def unadvertise(self, channel: int) -> ClientChannel:
         """Close a channel of the client, and return it; ``NotFound`` if there is none."""
-        closed = self._published.pop(channel, None)
-        if closed is None:
-            raise NotFound("advertised channel", str(channel))
+        closed = self.published(channel)
+        del self._published[channel]
         return closed
 
     def published(self, channel: int) -> ClientChannel:
