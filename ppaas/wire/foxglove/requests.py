@@ -1,7 +1,7 @@
 """Requests of Foxglove's clients: operations as JSON, and binary frames with messages and calls."""
 
 import struct
-from typing import Annotated, Any, Final, TypeAlias
+from typing import Annotated, Any, Final, TypeAlias, get_args
 
 import msgspec
 
@@ -150,11 +150,7 @@ Operation: TypeAlias = (
     | FetchAsset
 )
 
-OPERATIONS: Final = (
-    "subscribe", "unsubscribe", "advertise", "unadvertise", "getParameters", "setParameters",
-    "subscribeParameterUpdates", "unsubscribeParameterUpdates", "subscribeConnectionGraph",
-    "unsubscribeConnectionGraph", "fetchAsset",
-)  # fmt: skip
+OPERATIONS: Final = tuple(kind.__struct_config__.tag for kind in get_args(Operation))
 """Names of the operations that are read."""
 
 _decoder = msgspec.json.Decoder(Operation)
