@@ -1,8 +1,9 @@
-"""Bodies of robots as scenes: the outline by the URDF, else that of the model."""
+"""Bodies of robots as scenes: the outline that the clone plans with."""
 
+from ppaas.clone.robot_body import robot_body
 from ppaas.errors import InvalidUrdf, MessageTooLarge, NotFound
 from ppaas.robot_model.describe import describe
-from ppaas.robot_model.known_models import robot_model
+from ppaas.robot_model.description import RobotDescription
 from ppaas.wire.foxglove.conversion.scenes import body
 from storage.ports import RobotStore
 from storage.records import RobotRecord
@@ -16,15 +17,16 @@ def body_scene(store: RobotStore, record: RobotRecord, frame: str, name: str) ->
 
     Raises
     ------
-    NotFound
-        There is no such model.
+    NotFound, InvalidParameter
+        As ``robot_body``.
     """
-    model = robot_model(record.model)
-    outline, height = model.footprint, model.height
+    found = robot_body(record.model, _urdf(store, record), record.parameters)
+    return body(frame, name, found.footprint, found.robot_radius, found.height or HEIGHT)
+
+
+def _urdf(store: RobotStore, record: RobotRecord) -> RobotDescription | None:
+    """Return the description in the URDF of a robot; None without a URDF, or with one that cannot be read."""
     try:
-        described = describe(store.urdf(record.user, record.id))
+        return describe(store.urdf(record.user, record.id))
     except (NotFound, InvalidUrdf, MessageTooLarge):
-        pass  # a robot without a URDF, or with one that says nothing of its body, has the body of its model
-    else:
-        outline, height = described.footprint or outline, described.height or height
-    return body(frame, name, outline, model.robot_radius, height or HEIGHT)
+        return None
