@@ -7,8 +7,14 @@ from typing import Any
 import msgspec
 
 from ppaas.clock import monotonic
-from ppaas.errors import PPaaSError
-from ppaas.geometry import quaternion_of, yaw_of
+from ppaas.errors import MalformedMessage, PPaaSError
+from ppaas.geometry import Pose2D
+from ppaas.messages import decode, encode
+from ppaas.messages.base.std_msgs import Header
+from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovariance, PoseWithCovarianceStamped
+from ppaas.messages.nav2_msgs import SpeedLimit
+from ppaas.messages.nav_msgs import Odometry, Path
+from ppaas.messages.std_srvs import TriggerResponse
 from ppaas.wire.vda5050.agv.agv import Agv
 from ppaas.wire.vda5050.agv.commands import Command, Drive, Execute, LimitSpeed, Localize, Outcome, RobotPose, Stop
 from ppaas.wire.vda5050.agv.report import Telemetry
@@ -41,67 +47,16 @@ COVARIANCE = {0: 0.25, 7: 0.25, 35: 0.07}
 """Covariance of a pose that a master control sets, as of RViz: entries of a 6 × 6 matrix [m², rad²]."""
 
 NAVIGATE = "nav2_msgs/action/NavigateToPose"
-POSE_TYPE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 TRIGGER = "std_srvs/srv/Trigger"
 
 
-class _Quaternion(msgspec.Struct):
-    x: float = 0.0
-    y: float = 0.0
-    z: float = 0.0
-    w: float = 0.0
-
-
-class _Point(msgspec.Struct):
-    x: float = 0.0
-    y: float = 0.0
-    z: float = 0.0
-
-
-class _Pose(msgspec.Struct):
-    position: _Point
-    orientation: _Quaternion
-
-
-class _WithCovariance(msgspec.Struct):
-    pose: _Pose
-    covariance: list[float] = []
-
-
-class _Located(msgspec.Struct):
-    pose: _WithCovariance
-
-
-class _PathPose(msgspec.Struct):
-    pose: _Pose
-
-
-class _Path(msgspec.Struct):
-    poses: list[_PathPose]
-
-
-class _Twist(msgspec.Struct):
-    linear: _Point
-    angular: _Point
-
-
-class _Moving(msgspec.Struct):
-    twist: _Twist
-
-
-class _Odometry(msgspec.Struct):
-    twist: _Moving
-
-
 class _Battery(msgspec.Struct):
+    """``sensor_msgs/BatteryState``, which the cloud passes on without a check, as far as a state has it."""
+
     percentage: float | None = None
     voltage: float | None = None
     current: float | None = None
     power_supply_status: int = 0
-
-
-_LOCATED, _PATH = msgspec.json.Decoder(_Located), msgspec.json.Decoder(_Path)
-_ODOMETRY, _BATTERY = msgspec.json.Decoder(_Odometry), msgspec.json.Decoder(_Battery)
 
 
 class CloneSide:
@@ -140,17 +95,18 @@ class CloneSide:
         """Subscribe to the robot's topics."""
         link = self._link
         await self._subscribe_poses()
-        await link.subscribe("odom", "nav_msgs/msg/Odometry", self._odometry_received, period=SLOW_PERIOD)
+        await link.subscribe("odom", "nav_msgs/Odometry", self._odometry_received, period=SLOW_PERIOD)
         await link.subscribe(
             "battery_state", "sensor_msgs/msg/BatteryState", self._battery_received, period=SLOW_PERIOD
         )
         if self._options.version.major >= 3:
-            await link.subscribe("plan", "nav_msgs/msg/Path", self._path_received, period=SLOW_PERIOD)
+            await link.subscribe("plan", "nav_msgs/Path", self._path_received, period=SLOW_PERIOD)
 
     async def _subscribe_poses(self) -> None:
         self._often = self._agv.driving
         period = POSE_PERIOD if self._often else SLOW_PERIOD
-        await self._link.subscribe("amcl_pose", POSE_TYPE, self._pose_received, period=period)
+        kind = "geometry_msgs/PoseWithCovarianceStamped"
+        await self._link.subscribe("amcl_pose", kind, self._pose_received, period=period)
 
     # -- from the robot ------------------------------------------------------------------------------------------------
 
@@ -168,28 +124,28 @@ class CloneSide:
             self._changed()
 
     def _pose_received(self, message: bytes) -> None:
-        located = _LOCATED.decode(message)
-        pose, covariance = located.pose.pose, located.pose.covariance
-        turned = pose.orientation
+        located = decode(PoseWithCovarianceStamped, message).pose
+        pose, covariance = located.pose.planar(), located.covariance
         deviation = math.sqrt(max(0.0, covariance[0] + covariance[7])) if len(covariance) == 36 else 0.0
-        yaw = yaw_of(turned.x, turned.y, turned.z, turned.w)
         self._located = monotonic()
-        self._agv.robot_at(RobotPose(pose.position.x, pose.position.y, yaw, deviation))
+        self._agv.robot_at(RobotPose(*pose, deviation))
         self._changed()
 
     def _odometry_received(self, message: bytes) -> None:
-        odometry = _ODOMETRY.decode(message)
-        twist = odometry.twist.twist
+        twist = decode(Odometry, message).twist.twist
         speeds = twist.linear.x, twist.linear.y, twist.angular.z
         self._telemetry.velocity = Velocity(vx=speeds[0], vy=speeds[1], omega=speeds[2])
         self._agv.robot_moves(moving=any(abs(speed) > STANDING for speed in speeds))
 
     def _path_received(self, message: bytes) -> None:
-        path = _PATH.decode(message)
-        self._telemetry.path = [(one.pose.position.x, one.pose.position.y) for one in path.poses]
+        poses = [stamped.pose for stamped in decode(Path, message).poses if isinstance(stamped, PoseStamped)]
+        self._telemetry.path = [(pose.position.x, pose.position.y) for pose in poses]
 
     def _battery_received(self, message: bytes) -> None:
-        battery = _BATTERY.decode(message)
+        try:
+            battery = msgspec.json.decode(message, type=_Battery)
+        except msgspec.DecodeError as error:
+            raise MalformedMessage(f"battery_state is no sensor_msgs/BatteryState: {error}") from error
         if battery.percentage is None:
             return
         self._telemetry.information.clear()
@@ -209,15 +165,15 @@ class CloneSide:
         elif isinstance(command, Stop):
             await self._stop()
         elif isinstance(command, LimitSpeed):
-            limit = {"header": {}, "percentage": False, "speed_limit": command.speed}
-            await self._link.publish("speed_limit", msgspec.json.encode(limit))
+            await self._link.publish("speed_limit", encode(SpeedLimit(command.speed)))
         elif isinstance(command, Localize):
             await self._localize(command)
         elif isinstance(command, Execute):
             self._start(self._act(command.action))
 
     async def _drive(self, drive: Drive) -> None:
-        goal = {"pose": {"header": {"frame_id": "map"}, "pose": _pose(drive.x, drive.y, drive.theta)}}
+        pose = Pose.of(Pose2D(drive.x, drive.y, drive.theta))
+        goal = {"pose": {"header": {"frame_id": "map"}, "pose": pose}}
         sent = await self._link.send_goal("navigate_to_pose", NAVIGATE, msgspec.json.encode(goal), lambda _: None)
         self._goal = sent
         self._start(self._await_end(drive.number, sent))
@@ -241,24 +197,18 @@ class CloneSide:
 
     async def _localize(self, command: Localize) -> None:
         covariance = [COVARIANCE.get(index, 0.0) for index in range(36)]
-        pose = {"pose": _pose(command.x, command.y, command.theta), "covariance": covariance}
-        message = {"header": {"frame_id": "map"}, "pose": pose}
-        await self._link.publish("initialpose", msgspec.json.encode(message))
+        pose = PoseWithCovariance(Pose.of(Pose2D(command.x, command.y, command.theta)), covariance)
+        await self._link.publish("initialpose", encode(PoseWithCovarianceStamped(Header(frame_id="map"), pose)))
 
     async def _act(self, action: Action) -> None:
         service = self._options.services[action.action_type]
         try:
-            answer = msgspec.json.decode(await self._link.call(service, TRIGGER, b"{}", ACTION_TIMEOUT))
-            ok, text = bool(answer["success"]), str(answer.get("message", ""))
+            answer = decode(TriggerResponse, await self._link.call(service, TRIGGER, b"{}", ACTION_TIMEOUT))
+            ok, text = answer.success, answer.message
         except PPaaSError as error:
             ok, text = False, str(error)
         self._agv.action_ended(action.action_id, ok=ok, result=text)
         self._changed()
-
-
-def _pose(x: float, y: float, theta: float) -> dict[str, Any]:
-    qx, qy, qz, qw = quaternion_of(theta)
-    return {"position": {"x": x, "y": y, "z": 0.0}, "orientation": {"x": qx, "y": qy, "z": qz, "w": qw}}
 
 
 def _message(result: bytes) -> str:
