@@ -71,7 +71,7 @@ class AgvBridge:
         self._agv = Agv(self._options.version, Abilities(map_id, frozenset(self._options.services), zones))
         self._masks = ZoneMasks(self._rest, self._robot, robot_model(str(robot["model"])).robot_radius)
         if self._options.zones:
-            await self._masks.prepare()
+            await self._masks.prepare(robot["parameters"])
         unknown = Information(
             info_type="batteryUnknown", info_level="INFO", info_descriptor="the robot publishes no battery_state"
         )
@@ -157,7 +157,7 @@ class AgvBridge:
     async def _ask_mask(self, service: str) -> bytes:
         if self._link is None:
             raise Unavailable("the robot is not connected to the cloud")
-        return await self._link.call(service, "nav_msgs/srv/GetMap", b"{}")
+        return await self._link.call(service, "nav_msgs/GetMap", b"{}")
 
     def _start(self, work: Coroutine[Any, Any, None]) -> None:
         task = asyncio.create_task(work)

@@ -1,14 +1,15 @@
 """Zones of a master control as masks that the robot's file names."""
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from typing import Any
-
-import msgspec
 
 from ppaas.clock import monotonic
 from ppaas.errors import Conflict, InvalidInput, NotFound, Unavailable
 from ppaas.maps.grid import GridMap
+from ppaas.maps.occupancy import from_message
+from ppaas.messages import decode
+from ppaas.messages.nav_msgs import GetMapResponse
 from ppaas.wire.vda5050.agv.zone_grids import SPEED_STEP, keepout_mask, marked_point, speed_mask
 from ppaas.wire.vda5050.zones import Zones
 from robots.client.rest import RestClient
@@ -28,39 +29,6 @@ Mask = Callable[[str], Awaitable[bytes]]
 """Returns the response of a service of the clone, ``keepout_filter_mask`` or ``speed_filter_mask``."""
 
 
-class _Position(msgspec.Struct):
-    x: float
-    y: float
-
-
-class _Origin(msgspec.Struct):
-    position: _Position
-
-
-class _Info(msgspec.Struct):
-    resolution: float
-    width: int
-    height: int
-    origin: _Origin
-
-
-class _Grid(msgspec.Struct):
-    info: _Info
-    data: list[int]
-
-    def at(self, x: float, y: float) -> int:
-        """Return the value at a point [m]; 0 outside."""
-        column = int((x - self.info.origin.position.x) // self.info.resolution)
-        row = int((y - self.info.origin.position.y) // self.info.resolution)
-        if not (0 <= column < self.info.width and 0 <= row < self.info.height):
-            return 0
-        return self.data[row * self.info.width + column]
-
-
-class _Response(msgspec.Struct):
-    map: _Grid
-
-
 class ZoneMasks:
     """Masks of one robot.
 
@@ -78,8 +46,13 @@ class ZoneMasks:
         self._used: dict[str, GridMap] = {}
         self._ids = {KEEPOUT: f"{robot}-zones-keepout", SPEED: f"{robot}-zones-speed"}
 
-    async def prepare(self) -> None:
+    async def prepare(self, parameters: Mapping[str, Any]) -> None:
         """Publish masks without zones if there are none, and name them in the robot's file.
+
+        Parameters
+        ----------
+        parameters : mapping
+            Parameters of the robot's file.
 
         Raises
         ------
@@ -88,17 +61,16 @@ class ZoneMasks:
         PPaaSError
             The cloud refuses it.
         """
-        robot = await self._rest.get(path_of("robots", self._robot))
         for name, own in self._ids.items():
-            named = (robot["parameters"].get(name) or {}).get("filter_mask")
+            named = (parameters.get(name) or {}).get("filter_mask")
             if named not in (None, own):
                 raise Conflict(f"the robot's file names the mask {named!r} in {name!r}: remove it to use zones")
             try:
                 await self._rest.get(path_of("maps", own))
             except NotFound:
                 await self._publish(own, keepout_mask(Zones(map_id="", zone_set_id="", zones=[])))
-        parameters = {name: {"filter_mask": own, **SETTINGS[name]} for name, own in self._ids.items()}
-        await self._rest.patch(path_of("robots", self._robot), {"parameters": parameters})
+        named_masks = {name: {"filter_mask": own, **SETTINGS[name]} for name, own in self._ids.items()}
+        await self._rest.patch(path_of("robots", self._robot), {"parameters": named_masks})
 
     async def use(self, zones: Zones, ask: Mask) -> None:
         """Publish zones as masks, and wait until the clone uses them.
@@ -127,8 +99,9 @@ class ZoneMasks:
         wanted = [point for point in points if point is not None]
         if not wanted:
             return True
-        response = msgspec.json.decode(await ask(f"{name}_mask"), type=_Response)
-        return all((response.map.at(*point) > 0) == _marks(mask, point) for point in wanted)
+        answer = decode(GetMapResponse, await ask(f"{name}_mask")).map
+        used = from_message(answer) if answer.info.width else None
+        return all(_marks(used, point) == _marks(mask, point) for point in wanted)
 
     async def _publish(self, map_id: str, mask: GridMap) -> None:
         try:
@@ -140,6 +113,7 @@ class ZoneMasks:
         await self._rest.upload_map(map_id, yaml, image, message="zones of a master control")
 
 
-def _marks(mask: GridMap, point: tuple[float, float]) -> bool:
-    cell = mask.info.cell_of(*point)
-    return cell is not None and bool(mask.data[cell])
+def _marks(mask: GridMap | None, point: tuple[float, float]) -> bool:
+    """Return whether a mask has an effect at a point [m]; a clone without masks answers with a grid without cells."""
+    cell = None if mask is None else mask.info.cell_of(*point)
+    return mask is not None and cell is not None and bool(mask.data[cell] > 0)
