@@ -17,6 +17,9 @@ from ppaas.wire.vda5050.fields import (
 from ppaas.wire.vda5050.orders import NodePosition
 
 ActionStatus = Literal["WAITING", "INITIALIZING", "RUNNING", "PAUSED", "RETRIABLE", "FINISHED", "FAILED"]
+ENDED = frozenset({"FINISHED", "FAILED"})
+"""Statuses of actions that have ended."""
+
 OperatingMode = Literal["STARTUP", "AUTOMATIC", "SEMIAUTOMATIC", "INTERVENED", "MANUAL", "SERVICE", "TEACH_IN"]
 ErrorLevel = Literal["WARNING", "URGENT", "CRITICAL", "FATAL"]
 ConnectionState = Literal["ONLINE", "OFFLINE", "HIBERNATING", "CONNECTION_BROKEN"]

@@ -7,12 +7,13 @@ forbid driving.
 from collections import deque
 from collections.abc import Iterable, Iterator
 
+from msgspec.structs import replace
+
 from ppaas.wire.vda5050.orders import Action, Edge, Node
 from ppaas.wire.vda5050.states import ActionState, ActionStatus
 
 ALONE = ("SINGLE", "HARD")
 STANDING = ("SOFT", "HARD")
-ENDED = ("FINISHED", "FAILED")
 
 
 class ActionBook:
@@ -33,7 +34,7 @@ class ActionBook:
         """Know the actions of an update."""
         for step in steps:
             for action in step.actions:
-                self._states.setdefault(action.action_id, _state(action, "WAITING"))
+                self._states.setdefault(action.action_id, action_state(action, "WAITING"))
 
     def keep_only(self, steps: Iterable[Node | Edge]) -> None:
         """Forget waiting actions of a horizon that is no more."""
@@ -59,7 +60,7 @@ class ActionBook:
                 return
             self._waiting.popleft()
             self._running[action.action_id] = action
-            self._states[action.action_id] = _state(action, "RUNNING")
+            self._states[action.action_id] = action_state(action, "RUNNING")
             yield action
 
     def end(self, action_id: str, *, ok: bool, result: str = "") -> bool:
@@ -67,7 +68,7 @@ class ActionBook:
         action = self._running.pop(action_id, None)
         if action is None:
             return False
-        self._states[action_id] = _state(action, "FINISHED" if ok else "FAILED", result)
+        self._states[action_id] = action_state(action, "FINISHED" if ok else "FAILED", result)
         return True
 
     def cancel(self) -> None:
@@ -75,27 +76,21 @@ class ActionBook:
         self._waiting.clear()
         for key, state in self._states.items():
             if state.action_status == "WAITING":
-                self._states[key] = ActionState(
-                    action_id=key,
-                    action_status="FAILED",
-                    action_type=state.action_type,
-                    action_descriptor=state.action_descriptor,
-                    action_result="the order was cancelled",
-                )
+                self._states[key] = replace(state, action_status="FAILED", action_result="the order was cancelled")
 
     @property
     def may_drive(self) -> bool:
-        """Whether no action that runs or was triggered forbids driving."""
+        """True unless an action that runs or was triggered forbids driving."""
         return not any(one.blocking_type in STANDING for one in (*self._running.values(), *self._waiting))
 
     @property
     def busy(self) -> bool:
-        """Whether actions run or were triggered."""
+        """True while actions run, or wait after they were triggered."""
         return bool(self._running or self._waiting)
 
     @property
     def running(self) -> bool:
-        """Whether actions run."""
+        """True while actions run."""
         return bool(self._running)
 
     def states(self) -> list[ActionState]:
@@ -103,7 +98,8 @@ class ActionBook:
         return list(self._states.values())
 
 
-def _state(action: Action, status: ActionStatus, result: str = "") -> ActionState:
+def action_state(action: Action, status: ActionStatus, result: str = "") -> ActionState:
+    """Return the state of an action, with its result if there is one."""
     return ActionState(
         action_id=action.action_id,
         action_status=status,

@@ -7,6 +7,7 @@ Source: VDA 5050 2.0, 2.1 and 3.0, chapters on orders, actions and states.
 """
 
 import math
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -24,7 +25,7 @@ from ppaas.wire.vda5050.agv.commands import (
     UseZones,
 )
 from ppaas.wire.vda5050.agv.driver import Driver
-from ppaas.wire.vda5050.agv.faults import Refusal, fault
+from ppaas.wire.vda5050.agv.faults import Refusal, fault, order_ids
 from ppaas.wire.vda5050.agv.instant_book import InstantBook
 from ppaas.wire.vda5050.agv.order_book import OrderBook, is_near
 from ppaas.wire.vda5050.agv.order_check import check_order
@@ -35,7 +36,7 @@ from ppaas.wire.vda5050.versions import Version
 from ppaas.wire.vda5050.zones import ZoneSet
 
 MAX_ERRORS = 10
-"""Number of refusals that are reported; older ones are forgotten."""
+"""Number of refusals of orders, and of instant actions, that are reported; older ones are forgotten."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,15 +70,15 @@ class Agv:
 
     def __init__(self, version: Version, abilities: Abilities) -> None:
         self._abilities = abilities
-        self._executable, self._strict = abilities.actions, version.major >= 3
+        self._strict = version.major >= 3
         self._instant_types = instant.INSTANT_3 if version.major >= 3 else instant.INSTANT_2
         self.orders, self.actions, self.instants = OrderBook(), ActionBook(), InstantBook()
         self.zones = ZoneBook(abilities.map_id, abilities.zones)
         self.pose: RobotPose | None = None
         self.paused, self.connected, self.moving = False, False, False
         self._entered = 0
-        self._order_errors: list[Error] = []
-        self._instant_errors: list[Error] = []
+        self._order_errors: deque[Error] = deque(maxlen=MAX_ERRORS)
+        self._instant_errors: deque[Error] = deque(maxlen=MAX_ERRORS)
         self._cancelling: list[Action] = []
         self._executing: dict[str, Action] = {}
         self._enabling: Action | None = None
@@ -112,12 +113,12 @@ class Agv:
 
     @property
     def driving(self) -> bool:
-        """Whether the robot was told to drive."""
+        """True if the robot was told to drive."""
         return self._driver.driving
 
     @property
     def idle(self) -> bool:
-        """Whether the order is done: nothing is ahead, and no action of it runs or waits."""
+        """True if the order is done: nothing is ahead, and no action of it runs or waits."""
         return not self.orders.nodes and not self.actions.busy
 
     @property
@@ -141,27 +142,26 @@ class Agv:
         try:
             self._accept(order)
         except Refusal as refusal:
-            self._order_errors = [*self._order_errors, refusal.error][-MAX_ERRORS:]
+            self._order_errors.append(refusal.error)
         else:
-            self._order_errors = []
+            self._order_errors.clear()
             self._driver.again()
             self._advance()
         self._changed = True
 
     def refuse_message(self, text: str) -> None:
         """Report a message that cannot be read."""
-        error = fault(faults.VALIDATION_FAILURE, "WARNING", text, {})
-        self._order_errors = [*self._order_errors, error][-MAX_ERRORS:]
+        self._order_errors.append(fault(faults.VALIDATION_FAILURE, "WARNING", text, {}))
         self._changed = True
 
     def _accept(self, order: Order) -> None:
-        check_order(order, self._executable, self._abilities.map_id)
+        check_order(order, self._abilities.actions, self._abilities.map_id)
         if not self.orders.is_new(order):
             self.orders.update(order)
             self.actions.keep_only([*self.orders.nodes, *self.orders.edges])
             self.actions.extend([*order.nodes, *order.edges])
             return
-        ids = {"orderId": order.order_id, "orderUpdateId": str(order.order_update_id)}
+        ids = order_ids(order.order_id, order.order_update_id)
         if not self.connected or self.pose is None:
             raise Refusal(faults.MOBILE_ROBOT_NOT_AVAILABLE, "the robot is not connected, or not localized", ids)
         if order.order_update_id and self._strict:
@@ -269,7 +269,7 @@ class Agv:
             self._commands.append(Execute(action))
 
     def _order_ids(self) -> dict[str, str]:
-        return {"orderId": self.orders.order_id, "orderUpdateId": str(self.orders.update_id)}
+        return order_ids(self.orders.order_id, self.orders.update_id)
 
     # -- instant actions -----------------------------------------------------------------------------------------------
 
@@ -285,22 +285,19 @@ class Agv:
             if action.action_type in self._instant_types:
                 self.instants.set(action, "RUNNING")
                 self._instant[action.action_type](action)
-            elif action.action_type in self._executable:
+            elif action.action_type in self._abilities.actions:
                 self._check_connected(action)
                 self.instants.set(action, "RUNNING")
                 self._executing[action.action_id] = action
                 self._commands.append(Execute(action))
             else:
-                raise Refusal(
-                    faults.INVALID_INSTANT_ACTION,
-                    f"the robot has no instant action {action.action_type!r}; the factsheet lists those that it has",
-                    {"actionId": action.action_id},
-                )
+                known = "the factsheet lists those that it has"
+                raise _invalid(action, f"the robot has no instant action {action.action_type!r}; {known}")
         except Refusal as refusal:
             self.instants.set(action, "FAILED", str(refusal))
-            self._instant_errors = [*self._instant_errors, refusal.error][-MAX_ERRORS:]
+            self._instant_errors.append(refusal.error)
         else:
-            self._instant_errors = []
+            self._instant_errors.clear()
 
     def _check_connected(self, action: Action) -> None:
         if not self.connected:
@@ -373,7 +370,7 @@ class Agv:
         try:
             self.zones.add(message.zone_set)
         except Refusal as refusal:
-            self._instant_errors = [*self._instant_errors, refusal.error][-MAX_ERRORS:]
+            self._instant_errors.append(refusal.error)
         self._changed = True
 
     def _enable_zone_set(self, action: Action) -> None:

@@ -49,6 +49,11 @@ class Refusal(Exception):
         self.error = fault(kind, level, text, references)
 
 
+def order_ids(order_id: str, update_id: int) -> dict[str, str]:
+    """Return the references of an error to an order."""
+    return {"orderId": order_id, "orderUpdateId": str(update_id)}
+
+
 def fault(kind: str, level: ErrorLevel, text: str, references: Mapping[str, str]) -> Error:
     """Return an error."""
     return Error(

@@ -1,7 +1,8 @@
 """Instant actions that an AGV has received, with their states."""
 
+from ppaas.wire.vda5050.agv.action_book import action_state
 from ppaas.wire.vda5050.orders import Action
-from ppaas.wire.vda5050.states import ActionState, ActionStatus
+from ppaas.wire.vda5050.states import ENDED, ActionState, ActionStatus
 
 START_PAUSE = "startPause"
 STOP_PAUSE = "stopPause"
@@ -36,13 +37,7 @@ class InstantBook:
 
     def set(self, action: Action, status: ActionStatus, result: str = "") -> None:
         """Note the state of an action; the oldest that have ended are forgotten."""
-        self._states[action.action_id] = ActionState(
-            action_id=action.action_id,
-            action_status=status,
-            action_type=action.action_type,
-            action_descriptor=action.action_descriptor,
-            action_result=result or None,
-        )
+        self._states[action.action_id] = action_state(action, status, result)
         ended = self._ended()
         for key in ended[: max(len(ended) - KEPT, 0)]:
             del self._states[key]
@@ -53,7 +48,7 @@ class InstantBook:
             del self._states[key]
 
     def _ended(self) -> list[str]:
-        return [key for key, state in self._states.items() if state.action_status in ("FINISHED", "FAILED")]
+        return [key for key, state in self._states.items() if state.action_status in ENDED]
 
     def states(self) -> list[ActionState]:
         """Return the states of all actions, oldest first."""

@@ -3,14 +3,14 @@
 Source: VDA 5050 3.0, "Orders and order update", process of accepting an order or order update; 2.x has the same.
 """
 
-import math
 from collections import deque
 
 import msgspec
 
+from ppaas.geometry import Pose2D
 from ppaas.wire.vda5050.agv import faults
 from ppaas.wire.vda5050.agv.commands import RobotPose
-from ppaas.wire.vda5050.agv.faults import Refusal
+from ppaas.wire.vda5050.agv.faults import Refusal, order_ids
 from ppaas.wire.vda5050.orders import Edge, Node, NodePosition, Order
 from ppaas.wire.vda5050.states import EdgeState, NodeState
 
@@ -51,13 +51,8 @@ class OrderBook:
         return self.nodes[0] if self.nodes and self.nodes[0].released else None
 
     @property
-    def has_horizon(self) -> bool:
-        """Whether nodes are ahead that are not released."""
-        return bool(self.nodes) and not self.nodes[-1].released
-
-    @property
     def at_end_of_base(self) -> bool:
-        """Whether the next node is the last of the base, and others follow."""
+        """True if the next node is the last of the base, and others follow."""
         return self.target is not None and len(self.nodes) > 1 and not self.nodes[1].released
 
     def is_repeated(self, order: Order) -> bool:
@@ -83,7 +78,7 @@ class OrderBook:
         ------
         Refusal
         """
-        ids = {"orderId": order.order_id, "orderUpdateId": str(order.order_update_id)}
+        ids = order_ids(order.order_id, order.order_update_id)
         if not idle or self.nodes:
             raise Refusal(
                 faults.OTHER_ORDER_ACTIVE, f"order {self.order_id!r} is active: cancel it, or wait for its end", ids
@@ -114,7 +109,7 @@ class OrderBook:
         ------
         Refusal
         """
-        ids = {"orderId": order.order_id, "orderUpdateId": str(order.order_update_id)}
+        ids = order_ids(order.order_id, order.order_update_id)
         if order.order_update_id == self.update_id:
             raise Refusal(
                 faults.SAME_ORDER_UPDATE_ID, f"orderUpdateId {self.update_id} was used for another update", ids
@@ -190,14 +185,9 @@ def is_near(pose: RobotPose, position: NodePosition) -> bool:
     allowed = position.allowed_deviation_xy
     if allowed is None or allowed.a <= 0 or allowed.b <= 0:
         return False
-    turned = RobotPose(pose.x - position.x, pose.y - position.y, 0.0)
-    along, across = _rotated(turned, -allowed.theta)
+    ellipse = Pose2D(0.0, 0.0, allowed.theta)
+    along, across, _ = ellipse.inverse() @ Pose2D(pose.x - position.x, pose.y - position.y)
     return (along / allowed.a) ** 2 + (across / allowed.b) ** 2 <= 1.0
-
-
-def _rotated(point: RobotPose, angle: float) -> tuple[float, float]:
-    cosine, sine = math.cos(angle), math.sin(angle)
-    return point.x * cosine - point.y * sine, point.x * sine + point.y * cosine
 
 
 def _position(position: NodePosition | None) -> NodePosition | None:

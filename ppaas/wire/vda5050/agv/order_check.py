@@ -5,7 +5,7 @@ from collections.abc import Container, Mapping
 from itertools import pairwise
 
 from ppaas.wire.vda5050.agv import faults
-from ppaas.wire.vda5050.agv.faults import Refusal
+from ppaas.wire.vda5050.agv.faults import Refusal, order_ids
 from ppaas.wire.vda5050.orders import Action, Edge, Node, Order
 
 MAX_NODES = 1000
@@ -30,7 +30,7 @@ def check_order(order: Order, actions: Container[str], map_id: str) -> None:
     ------
     Refusal
     """
-    ids = {"orderId": order.order_id, "orderUpdateId": str(order.order_update_id)}
+    ids = order_ids(order.order_id, order.order_update_id)
     _check_graph(order, ids)
     _check_actions(order, actions, ids)
     for node in order.nodes[1:]:

@@ -25,7 +25,7 @@ Points = Sequence[tuple[float, float]]
 
 @dataclass
 class Telemetry:
-    """What the robot tells besides its pose.
+    """Values that the robot tells besides its pose.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Telemetry:
     map_version : str
         Version of the map; empty if it is not known.
     information : list of Information
-        What people may want to know.
+        Information for people.
     """
 
     power: PowerSupply

@@ -3,7 +3,7 @@
 from ppaas.wire.vda5050.master.instant_actions import instant_action
 from ppaas.wire.vda5050.master.instructions import SendActions
 from ppaas.wire.vda5050.master.settings import TRIES
-from ppaas.wire.vda5050.states import State
+from ppaas.wire.vda5050.states import ENDED, State
 
 SILENT = 3.0
 """Time after which an AGV without an order has cancelled it, although it says nothing of the action [s]."""
@@ -25,7 +25,7 @@ class Cancelling:
 
     @property
     def active(self) -> bool:
-        """Whether an order is to be cancelled."""
+        """True while an order is to be cancelled."""
         return bool(self._action)
 
     def begin(self, now: float) -> SendActions:
@@ -44,7 +44,7 @@ class Cancelling:
         """Return whether the AGV has cancelled its order, or has none; this ends the cancellation."""
         states = (*state.instant_action_states, *state.action_states)
         status = next((one.action_status for one in states if one.action_id == self._action), None)
-        answered = status in ("FINISHED", "FAILED") or (status is None and now - self.since > SILENT)
+        answered = status in ENDED or (status is None and now - self.since > SILENT)
         done = idle and not state.driving and answered
         if done:
             self._action = ""

@@ -106,7 +106,7 @@ def test_a_robot_stops_at_the_end_of_the_base_and_goes_on_by_an_update() -> None
     assert not agv.driving and not agv.idle and agv.take_commands() == []
     agv.take_order(order(1, 3, update=1))
     assert drives(agv.take_commands()) == [(2.0, 0.0)]
-    assert (agv.orders.update_id, agv.orders.has_horizon) == (1, False)
+    assert (agv.orders.update_id, agv.orders.nodes[-1].released) == (1, True)
 
 
 def test_an_update_before_the_end_of_the_base_does_not_stop_the_robot() -> None:
