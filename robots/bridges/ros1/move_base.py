@@ -15,6 +15,7 @@ from typing import Any
 import msgspec
 
 from ppaas.errors import InvalidInput
+from ppaas.messages.actionlib_msgs import Status
 from ppaas.wire.ros.graph import Qos
 from ppaas.wire.ros.types import to_json
 from robots.bridges.core.cloud_link import CloudGoal
@@ -22,10 +23,7 @@ from robots.bridges.core.parts import Parts
 from robots.bridges.core.results import NAVIGATE
 from robots.bridges.core.transport import Closable
 
-PENDING, ACTIVE, PREEMPTED, SUCCEEDED, ABORTED, REJECTED, PREEMPTING, RECALLED = 0, 1, 2, 3, 4, 5, 6, 8
-"""Statuses of ``actionlib_msgs/GoalStatus``."""
-
-ENDS = {4: SUCCEEDED, 5: PREEMPTED, 6: ABORTED}
+ENDS = {4: Status.SUCCEEDED, 5: Status.PREEMPTED, 6: Status.ABORTED}
 """Statuses by those of the cloud, which are those of ROS 2."""
 
 STATUS_PERIOD = 0.2
@@ -47,7 +45,7 @@ Stamp = tuple[int, int]
 @dataclass(slots=True)
 class _Goal:
     id: dict[str, Any]
-    status: int = PENDING
+    status: Status = Status.PENDING
     text: str = ""
     sent: CloudGoal | None = None
     ended: float | None = None
@@ -76,7 +74,7 @@ class MoveBaseAction:
     """
 
     def __init__(self, name: str, type_name: str, full: str, parts: Parts) -> None:
-        del type_name  # the topics have types of their own
+        del name, type_name  # the goals go to another action, and the topics have types of their own
         transport, self._parts = parts.transport, parts
         self._goals: dict[str, _Goal] = {}
         self._recalled: deque[str] = deque(maxlen=MAX_GOALS)
@@ -85,14 +83,13 @@ class MoveBaseAction:
         self._status = transport.publisher(f"{full}/status", STATUS, Qos(depth=1))
         self._feedback = transport.publisher(f"{full}/feedback", FEEDBACK, Qos())
         self._result = transport.publisher(f"{full}/result", RESULT, Qos(depth=MAX_GOALS))
-        simple = f"{full.removesuffix(name)}{name}_simple/goal"
         self._parts_of_action: list[Closable] = [
             self._status,
             self._feedback,
             self._result,
             transport.subscribe(f"{full}/goal", GOAL_TYPE, Qos(), self._reader(GOAL_TYPE, self._take)),
             transport.subscribe(f"{full}/cancel", GOAL_ID, Qos(), self._reader(GOAL_ID, self._cancel)),
-            transport.subscribe(simple, POSE, Qos(), self._reader(POSE, self._take_simple)),
+            transport.subscribe(f"{full}_simple/goal", POSE, Qos(), self._reader(POSE, self._take_simple)),
         ]
         self._reporting = asyncio.create_task(self._report())
 
@@ -124,11 +121,11 @@ class MoveBaseAction:
             return
         goal = _Goal({"id": name, "stamp": stamp})
         if len(self._goals) >= MAX_GOALS:
-            self._end(goal, REJECTED, f"there are {MAX_GOALS} goals already")
+            self._end(goal, Status.REJECTED, f"there are {MAX_GOALS} goals already")
             return
         self._goals[name] = goal
         if name in self._recalled or _stamp(stamp) <= self._cancelled_until:
-            self._end(goal, RECALLED, "cancelled before it arrived")
+            self._end(goal, Status.RECALLED, "cancelled before it arrived")
         else:
             self._parts.start(self._drive(goal, to_json({"pose": message["goal"]["target_pose"]})))
             self._publish_status()
@@ -140,14 +137,14 @@ class MoveBaseAction:
         if goal.cancelled:
             await self._parts.link.cancel_goal(goal.sent)
         end = await goal.sent.end
-        refused = REJECTED if goal.status == PENDING else ABORTED
+        refused = Status.REJECTED if goal.status is Status.PENDING else Status.ABORTED
         reason = end.reason or str(msgspec.json.decode(end.result).get("error_msg", ""))
         self._end(goal, ENDS.get(end.status, refused), reason)
 
     def _progress(self, goal: _Goal, message: bytes) -> None:
         """Take feedback of the clone: the first says that the goal was accepted."""
-        if goal.status == PENDING:
-            goal.status = PREEMPTING if goal.cancelled else ACTIVE
+        if goal.status is Status.PENDING:
+            goal.status = Status.PREEMPTING if goal.cancelled else Status.ACTIVE
             self._publish_status()
         values = {"base_position": msgspec.json.decode(message).get("current_pose")}
         self._publish(self._feedback, FEEDBACK, {"status": goal.report, "feedback": values})
@@ -167,12 +164,12 @@ class MoveBaseAction:
         if goal.ended is not None or goal.cancelled:
             return
         goal.cancelled = True
-        if goal.status == ACTIVE:
-            goal.status = PREEMPTING
+        if goal.status is Status.ACTIVE:
+            goal.status = Status.PREEMPTING
         if goal.sent is not None:
             self._parts.start(self._parts.link.cancel_goal(goal.sent))
 
-    def _end(self, goal: _Goal, status: int, text: str) -> None:
+    def _end(self, goal: _Goal, status: Status, text: str) -> None:
         goal.status, goal.text, goal.ended = status, text, self._parts.clock()
         self._publish(self._result, RESULT, {"status": goal.report, "result": {}})
         self._publish_status()

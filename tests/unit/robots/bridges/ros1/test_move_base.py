@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from ppaas.messages.actionlib_msgs import Status
 from ppaas.wire.ros import ros_types
 from ppaas.wire.ros.graph import Kind
 from robots.bridges.core.bridge import Bridge
@@ -88,19 +89,19 @@ async def test_a_goal_is_driven_to_with_feedback_and_result() -> None:
         both.goal("a", 3.0, sec=5)
         sent = await both.sent()
         assert (sent["action"], sent["args"]["pose"]["pose"]["position"]["x"]) == ("navigate_to_pose", 3.0)
-        await both.status_of("a", move_base.PENDING)
+        await both.status_of("a", Status.PENDING)
         await both.feed_back(sent)
-        await both.status_of("a", move_base.ACTIVE)
+        await both.status_of("a", Status.ACTIVE)
         [feedback] = await both.heard(FEEDBACK)
         assert feedback["feedback"]["base_position"]["pose"]["position"]["x"] == 4.0
         assert feedback["status"]["goal_id"]["id"] == "a"
         await both.end(sent, 4)
-        assert await both.result() == ("a", move_base.SUCCEEDED, "")
+        assert await both.result() == ("a", Status.SUCCEEDED, "")
         both.goal("a", 3.0, sec=5)
         both.goal("b")
         assert (await both.sent(2))["id"] != sent["id"]
         await both.end(await both.sent(2), 6, {"error_msg": "no way"})
-        assert await both.result(2) == ("b", move_base.ABORTED, "no way")
+        assert await both.result(2) == ("b", Status.ABORTED, "no way")
 
 
 async def test_status_is_repeated_and_forgets_ended_goals(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -110,7 +111,7 @@ async def test_status_is_repeated_and_forgets_ended_goals(monkeypatch: pytest.Mo
         await both.heard(STATUS, 3)
         both.goal("a")
         await both.end(await both.sent(), 4)
-        await both.status_of("a", move_base.SUCCEEDED)
+        await both.status_of("a", Status.SUCCEEDED)
         await until(lambda: len(both.robot.published[STATUS][-1]["status_list"]) == 0)
 
 
@@ -121,12 +122,12 @@ async def test_goals_are_cancelled_by_id_by_stamp_and_all_together() -> None:
         both.goal("c", sec=20)
         for number, name in enumerate(("a", "b", "c"), start=1):
             await both.feed_back(await both.sent(number))
-            await both.status_of(name, move_base.ACTIVE)
+            await both.status_of(name, Status.ACTIVE)
         both.robot.say(CANCEL, {"id": "b"})
         assert (await both.cloud.heard("cancel_action_goal"))[0]["id"] == (await both.sent(2))["id"]
-        await both.status_of("b", move_base.PREEMPTING)
+        await both.status_of("b", Status.PREEMPTING)
         await both.end(await both.sent(2), 5)
-        assert await both.result() == ("b", move_base.PREEMPTED, "")
+        assert await both.result() == ("b", Status.PREEMPTED, "")
         both.robot.say(CANCEL, {"stamp": {"sec": 10}})
         assert (await both.cloud.heard("cancel_action_goal", 2))[1]["id"] == (await both.sent(1))["id"]
         both.robot.say(CANCEL, {})
@@ -140,8 +141,8 @@ async def test_goals_that_were_cancelled_before_they_arrived_are_recalled() -> N
         both.goal("early", sec=50)
         both.goal("old", sec=9)
         assert [await both.result(number) for number in (1, 2)] == [
-            ("early", move_base.RECALLED, "cancelled before it arrived"),
-            ("old", move_base.RECALLED, "cancelled before it arrived"),
+            ("early", Status.RECALLED, "cancelled before it arrived"),
+            ("old", Status.RECALLED, "cancelled before it arrived"),
         ]
         assert not both.cloud.of("send_action_goal")
 
@@ -150,12 +151,12 @@ async def test_goals_that_the_cloud_refuses_or_loses_end_with_the_reason() -> No
     async with bridged() as both:
         both.goal("a")
         await both.end(await both.sent(), 0, "invalid-input: not finite")
-        assert await both.result() == ("a", move_base.REJECTED, "invalid-input: not finite")
+        assert await both.result() == ("a", Status.REJECTED, "invalid-input: not finite")
         both.goal("b")
         await both.feed_back(await both.sent(2))
-        await both.status_of("b", move_base.ACTIVE)
+        await both.status_of("b", Status.ACTIVE)
         await both.end(await both.sent(2), 0, "unavailable: the clone was lost")
-        assert await both.result(2) == ("b", move_base.ABORTED, "unavailable: the clone was lost")
+        assert await both.result(2) == ("b", Status.ABORTED, "unavailable: the clone was lost")
 
 
 async def test_too_many_goals_are_rejected(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -163,7 +164,7 @@ async def test_too_many_goals_are_rejected(monkeypatch: pytest.MonkeyPatch) -> N
     async with bridged() as both:
         for name in "abc":
             both.goal(name)
-        assert await both.result() == ("c", move_base.REJECTED, "there are 2 goals already")
+        assert await both.result() == ("c", Status.REJECTED, "there are 2 goals already")
         [*_, last] = await both.heard(STATUS)
         assert [one["goal_id"]["id"] for one in last["status_list"]] == ["a", "b"], "the list does not grow"
 
@@ -174,7 +175,7 @@ async def test_goals_of_rviz_have_a_status_too(caplog: pytest.LogCaptureFixture)
         sent = await both.sent()
         assert sent["args"]["pose"]["pose"]["position"]["x"] == 2.0
         await both.end(sent, 4)
-        assert (await both.result())[1] == move_base.SUCCEEDED
+        assert (await both.result())[1] == Status.SUCCEEDED
         both.robot.subscriptions[GOAL][2](b"?")
         assert "a message of Move Base cannot be read" in caplog.text
 
