@@ -5,10 +5,9 @@ that offers no subprotocol of Foxglove gets an HTTP problem instead.
 """
 
 import asyncio
-import contextlib
 import logging
 
-from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
+from starlette.websockets import WebSocket, WebSocketState
 
 from endpoints.accounts.authentication import authenticate_socket
 from endpoints.audit.notes import note_details, note_refusal
@@ -16,13 +15,14 @@ from endpoints.foxglove.batching import BatchingConnection
 from endpoints.foxglove.requests import ViewerRequests
 from endpoints.foxglove.viewer import Login, Viewer
 from endpoints.foxglove.viewers import Viewers
+from endpoints.http.closing import close_with
 from endpoints.http.origins import may_open
 from endpoints.http.problems import problem_response
 from endpoints.http.websocket_protocol import connection_of
-from endpoints.rosbridge.robot_socket import CLOSE_TIMEOUT, CLOSED_BY_CLOUD, MAX_REASON, NO_RIGHT, content_of
+from endpoints.rosbridge.robot_socket import content_of
 from endpoints.services.services import Services
 from endpoints.sharing.globs import is_address
-from ppaas.errors import InvalidParameter, NotAuthenticated, NotPermitted, PPaaSError
+from ppaas.errors import InvalidParameter, NotPermitted, PPaaSError
 from ppaas.wire.foxglove import answers
 from ppaas.wire.foxglove.answers import Level
 
@@ -120,7 +120,7 @@ async def _run(socket: WebSocket, viewer: Viewer) -> None:
 async def _close(socket: WebSocket, viewer: Viewer) -> None:
     """Close the socket with the reason, unless the viewer closed it."""
     if viewer.over.done() and socket.application_state is WebSocketState.CONNECTED:
-        await _close_with(socket, viewer.over.result())
+        await _show_and_close(socket, viewer.over.result())
 
 
 async def _refuse(socket: WebSocket, error: PPaaSError, subprotocol: str | None) -> None:
@@ -130,13 +130,9 @@ async def _refuse(socket: WebSocket, error: PPaaSError, subprotocol: str | None)
         return
     note_refusal(socket.scope, response.status_code)
     await socket.accept(subprotocol=subprotocol)
-    await _close_with(socket, error)
+    await _show_and_close(socket, error)
 
 
-async def _close_with(socket: WebSocket, error: PPaaSError) -> None:
-    text = f"{error.slug}: {error.public}"
-    code = NO_RIGHT if isinstance(error, NotAuthenticated | NotPermitted) else CLOSED_BY_CLOUD
-    with contextlib.suppress(TimeoutError, WebSocketDisconnect):
-        async with asyncio.timeout(CLOSE_TIMEOUT):
-            await socket.send_text(answers.status(Level.ERROR, text).decode())
-            await socket.close(code, text.encode()[:MAX_REASON].decode(errors="ignore"))
+async def _show_and_close(socket: WebSocket, error: PPaaSError) -> None:
+    """Close the socket with the reason, after a status with it, which Foxglove shows."""
+    await close_with(socket, error, last=answers.status(Level.ERROR, f"{error.slug}: {error.public}"))

@@ -1,12 +1,12 @@
 """WebSocket of a robot: ``ws://HOST:PORT/?userID=U&robotID=R&password=HASH``."""
 
 import asyncio
-import contextlib
 import logging
 
 from starlette.responses import PlainTextResponse, Response
-from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
+from starlette.websockets import WebSocket, WebSocketState
 
+from endpoints.http.closing import close_with
 from endpoints.http.websocket_protocol import connection_of
 from endpoints.rapyuta.executor import Executor
 from endpoints.rapyuta.login import log_in
@@ -29,15 +29,6 @@ logger = logging.getLogger(__name__)
 
 CONNECT_TIMEOUT = 30.0
 """Time limit from the login of a robot to its open connection [s], as in rce."""
-
-CLOSE_TIMEOUT = 2.0
-"""Time limit of the closing handshake [s]."""
-
-ENDED, NO_RIGHT = 1011, 1008
-"""Close codes: the cloud ends the session; the robot lost its right to it."""
-
-MAX_REASON = 123
-"""Largest reason in a close frame [bytes] (RFC 6455, section 5.5)."""
 
 FATAL = "Fatal Error"
 """Text of errors that are faults of the cloud, as in rce."""
@@ -103,16 +94,9 @@ class RobotSocket:
         if self._socket.application_state is not WebSocketState.CONNECTED:
             return
         if self._carrier.displaced.done():
-            reason = self._carrier.displaced.result()
+            await close_with(self._socket, self._carrier.displaced.result())
         elif self._robot.over.done():
-            reason = self._robot.over.result()
-        else:
-            return
-        code = NO_RIGHT if isinstance(reason, NotAuthenticated | NotPermitted) else ENDED
-        text = f"{reason.slug}: {reason.public}".encode()[:MAX_REASON].decode(errors="ignore")
-        with contextlib.suppress(TimeoutError, WebSocketDisconnect):
-            async with asyncio.timeout(CLOSE_TIMEOUT):
-                await self._socket.close(code, text)
+            await close_with(self._socket, self._robot.over.result())
 
 
 async def serve_robot_socket(socket: WebSocket, services: Services, registry: RobotRegistry) -> None:

@@ -6,17 +6,17 @@ A connection is refused before the handshake is complete, with an HTTP problem.
 """
 
 import asyncio
-import contextlib
 import logging
 import re
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
+from starlette.websockets import WebSocket, WebSocketState
 
 from endpoints.accounts.authentication import authenticate_socket, subprotocol_of
 from endpoints.audit.notes import note_object
+from endpoints.http.closing import close_with
 from endpoints.http.problems import problem_response
 from endpoints.http.websocket_protocol import connection_of
 from endpoints.rosbridge.admission import admitted
@@ -26,25 +26,13 @@ from endpoints.rosbridge.held_frames import HeldFrames
 from endpoints.rosbridge.only_robot import only_robot
 from endpoints.rosbridge.session_registry import SessionRegistry
 from endpoints.services.services import Services
-from ppaas.errors import NotAuthenticated, NotPermitted, PPaaSError
+from ppaas.errors import PPaaSError
 from ppaas.wire.resumption import LEFT
 
 logger = logging.getLogger(__name__)
 
-CLOSED_BY_CLOUD = 1011
-"""Close code: the session is over."""
-
-NO_RIGHT = 1008
-"""Close code: the client lost a right, such as its token (policy violation, RFC 6455, section 7.4.1)."""
-
 TAKEN_OVER = 4409
 """Close code: another socket took over the session."""
-
-CLOSE_TIMEOUT = 2.0
-"""Time limit of the closing handshake [s]."""
-
-MAX_REASON = 123
-"""Largest reason in a close frame [bytes] (RFC 6455, section 5.5)."""
 
 
 class RobotSocket:
@@ -105,18 +93,9 @@ class RobotSocket:
         if self._socket.application_state is not WebSocketState.CONNECTED:
             return
         if self._attachment.displaced.done():
-            await self._close(TAKEN_OVER, self._attachment.displaced.result())
+            await close_with(self._socket, self._attachment.displaced.result(), TAKEN_OVER)
         elif self._session.over.done():
-            reason = self._session.over.result()
-            await self._close(
-                NO_RIGHT if isinstance(reason, NotAuthenticated | NotPermitted) else CLOSED_BY_CLOUD, reason
-            )
-
-    async def _close(self, code: int, error: PPaaSError) -> None:
-        reason = f"{error.slug}: {error.public}".encode()[:MAX_REASON].decode(errors="ignore")
-        with contextlib.suppress(TimeoutError, WebSocketDisconnect):
-            async with asyncio.timeout(CLOSE_TIMEOUT):
-                await self._socket.close(code, reason)
+            await close_with(self._socket, self._session.over.result())
 
 
 def content_of(message: Mapping[str, Any]) -> str | bytes:

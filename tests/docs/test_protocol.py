@@ -11,6 +11,7 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
 from endpoints.cli import up
+from endpoints.http.closing import CLOSED_BY_CLOUD
 from endpoints.http.frame_pacing import BURST, BUSY, BYTES, FRAMES, OVERLOAD, STALL
 from endpoints.http.problems import STATUS, TYPE, problem_response
 from endpoints.http.websocket_protocol import MESSAGE_TIMEOUT
@@ -19,7 +20,7 @@ from endpoints.rosbridge.calls import CALL_TIMEOUT, MAX_CALLS
 from endpoints.rosbridge.heartbeat import HEARTBEAT, HEARTBEAT_TYPE, PERIOD
 from endpoints.rosbridge.idle_watch import IDLE
 from endpoints.rosbridge.outbox import MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES
-from endpoints.rosbridge.robot_socket import CLOSED_BY_CLOUD, TAKEN_OVER
+from endpoints.rosbridge.robot_socket import TAKEN_OVER
 from endpoints.rosbridge.session_registry import MAX_AWAY, READY_TIMEOUT
 from endpoints.services.request_limits import RequestLimits
 from endpoints.web import MAX_FRAME

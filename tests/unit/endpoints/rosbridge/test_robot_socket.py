@@ -11,11 +11,11 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import InvalidStatus
 from websockets.typing import Origin
 
+from endpoints.http.closing import MAX_REASON
 from endpoints.rosbridge import session, session_registry
 from endpoints.rosbridge.calls import MAX_CALLS
 from endpoints.rosbridge.only_robot import MAX_LISTED
 from endpoints.rosbridge.outbox import FrameOutbox
-from endpoints.rosbridge.robot_socket import MAX_REASON
 from endpoints.rosbridge.session import MAX_LOGGED
 from engine.protocols import control_link, robot_link
 from ppaas.errors import NotFound, Unavailable
