@@ -61,9 +61,9 @@ async def call(uri: str, method: str, *arguments: Any) -> Any:
     Raises
     ------
     Unavailable
-        Nobody answers there in time, or the call failed.
+        There was no response in time, or the call failed.
     InvalidInput
-        The URI or the response is none.
+        The URI or the response is invalid.
     """
     host, port = address_of(uri)
     try:
@@ -85,15 +85,20 @@ async def _exchange(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, 
         ("Content-Length", str(len(body))),
         ("User-Agent", "ppaas"),
     ]
-    writer.write(connection.send(h11.Request(method="POST", target="/", headers=headers)) or b"")
-    writer.write(connection.send(h11.Data(data=body)) or b"")
-    writer.write(connection.send(h11.EndOfMessage()) or b"")
+    _send(connection, writer, h11.Request(method="POST", target="/", headers=headers), body)
     event = await _next_event(connection, reader)
     while isinstance(event, h11.InformationalResponse):
         event = await _next_event(connection, reader)
     if not isinstance(event, h11.Response) or event.status_code != 200:
         raise h11.RemoteProtocolError("no response of HTTP with status 200")
     return await _body(connection, reader, MAX_RESPONSE)
+
+
+def _send(
+    connection: h11.Connection, writer: asyncio.StreamWriter, head: h11.Request | h11.Response, body: bytes
+) -> None:
+    for event in (head, h11.Data(data=body), h11.EndOfMessage()):
+        writer.write(connection.send(event) or b"")
 
 
 async def _next_event(connection: h11.Connection, reader: asyncio.StreamReader) -> object:
@@ -177,9 +182,7 @@ class XmlRpcServer:
         except PPaaSError as error:
             text = pack_fault(str(error))
         headers = [("Content-Type", "text/xml"), ("Content-Length", str(len(text)))]
-        writer.write(connection.send(h11.Response(status_code=200, headers=headers)) or b"")
-        writer.write(connection.send(h11.Data(data=text)) or b"")
-        writer.write(connection.send(h11.EndOfMessage()) or b"")
+        _send(connection, writer, h11.Response(status_code=200, headers=headers), text)
 
     def _call(self, name: str, arguments: tuple[Any, ...]) -> tuple[int, str, Any]:
         method = self._methods.get(name)
