@@ -34,7 +34,6 @@ class Localization:
     def __init__(self, parts: Parts) -> None:
         self._parts = parts
         self._watch, self._restarts = RestartWatch(), 0
-        self._odometry: Pose2D | None = None
 
     def publishers(self, ids: Iterable[str]) -> None:
         """Take the publishers of odometry that are in the graph now."""
@@ -44,15 +43,14 @@ class Localization:
     def odometry(self, message: Mapping[str, Any], now: float) -> None:
         """Take an odometry message that arrived at the time ``now`` [s]."""
         self._watch.odometry(message, now)
-        self._odometry = planar(message["pose"]["pose"], "position", "orientation")
         self._note_restart()
 
     async def renew(self) -> None:
         """Tell a clone that begins anew where the robot stands, if an earlier one knew it."""
-        in_map = self._parts.frames.in_map
-        if in_map is None or self._odometry is None:
+        in_map, odometry = self._parts.frames.in_map, self._watch.pose
+        if in_map is None or odometry is None:
             return
-        pose = planar(in_map, "translation", "rotation") @ self._odometry
+        pose = planar(in_map, "translation", "rotation") @ odometry
         self._parts.notices.info("another session began: the clone is told where the robot stands")
         await self._parts.link.publish("initialpose", to_json(_initial_pose(pose)))
 

@@ -52,6 +52,11 @@ class RestartWatch:
         self._arrived: float | None = None
         self._began: float | None = None
 
+    @property
+    def pose(self) -> Pose2D | None:
+        """Pose of the newest odometry; None before the first."""
+        return None if self._last is None else self._last.pose
+
     def publishers(self, ids: Iterable[str], now: float) -> None:
         """Take the publishers of odometry that are in the graph at the time ``now`` [s]."""
         found = set(ids)
