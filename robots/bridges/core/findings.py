@@ -45,7 +45,7 @@ def examine(graph: RobotGraph, types: RosTypes, tables: Tables, *, qos_matters: 
     tables : Tables
         What the bridge carries.
     qos_matters : bool
-        Whether the transport connects only publishers and subscribers whose qualities of service match; ROS 1 has none.
+        Whether the transport connects only publishers and subscribers whose qualities of service match.
     """
     offers = [Offer(graph.full(topic.name), topic.type, topic.qos) for topic in tables.down]
     velocities = graph.velocity_topics()
@@ -55,9 +55,7 @@ def examine(graph: RobotGraph, types: RosTypes, tables: Tables, *, qos_matters: 
         found += _static(graph)
     for offer in offers:
         wanted = velocities.get(offer.topic, {offer.type})
-        found += _subscribers(
-            graph.of(Kind.SUBSCRIBER, offer.topic), offer, wanted, qos_matters=qos_matters and not types.ros1
-        )
+        found += _subscribers(graph.of(Kind.SUBSCRIBER, offer.topic), offer, wanted, qos_matters=qos_matters)
         found += _hashes(offer.topic, graph.of(Kind.SUBSCRIBER, offer.topic, offer.type), types, offer.type)
     return found
 
