@@ -14,6 +14,7 @@ from ppaas.errors import PPaaSError
 from ppaas.messages import service_type
 from ppaas.nodes.topics import policy_of
 from ppaas.wire.foxglove.answers import Schema
+from ppaas.wire.foxglove.conversion.base import Conversion
 from ppaas.wire.foxglove.conversion.conversions import PICTURES, conversion_of
 from ppaas.wire.foxglove.conversion.frames import SharedFrames
 from ppaas.wire.foxglove.conversion.scenes import BODY, SCENE
@@ -36,14 +37,12 @@ class Shown(NamedTuple):
     @property
     def schema(self) -> Schema:
         """Schema of the channel."""
-        if not self.source:
-            return SCENE
-        return PICTURES[self.source][2].schema if self.is_picture else conversion_of(self.kind).schema
+        return self.conversion.schema if self.source else SCENE
 
     @property
-    def is_picture(self) -> bool:
-        """Whether it is a picture that is made of a topic besides."""
-        return self.topic != self.source
+    def conversion(self) -> Conversion:
+        """Conversion of the messages of the source."""
+        return conversion_of(self.kind) if self.topic == self.source else PICTURES[self.source].conversion
 
     @property
     def depth(self) -> int:
@@ -127,8 +126,9 @@ class RobotView:
         for topic, kind in self.place.topic_types().items():
             if access.may_read(topic):
                 found.add(Shown(topic, topic, kind))
-                if topic in PICTURES and PICTURES[topic][0] == kind:
-                    found.add(Shown(PICTURES[topic][1], topic, kind))
+                picture = PICTURES.get(topic)
+                if picture is not None and picture.kind == kind:
+                    found.add(Shown(picture.topic, topic, kind))
         return found
 
     def callable_services(self) -> dict[str, str]:
@@ -156,8 +156,7 @@ class RobotView:
         """
         feed = self._feeds.get(shown)
         if feed is None:
-            conversion = PICTURES[shown.source][2] if shown.is_picture else conversion_of(shown.kind)
-            feed = self._feeds[shown] = Feed(conversion, self.frames, send, self._report)
+            feed = self._feeds[shown] = Feed(shown.conversion, self.frames, send, self._report)
         try:
             self.client.subscribe(shown.source, shown.kind, feed.take)
         except PPaaSError:

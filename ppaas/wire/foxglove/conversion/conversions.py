@@ -1,6 +1,7 @@
-"""Conversion of each type, and the pictures that are made of topics besides."""
+"""Conversion of each type, and the pictures that are made of topics."""
 
 from functools import cache
+from typing import NamedTuple
 
 from ppaas.wire.foxglove.conversion.base import Conversion
 from ppaas.wire.foxglove.conversion.drawn import DRAWN
@@ -10,8 +11,20 @@ from ppaas.wire.foxglove.conversion.located import located
 from ppaas.wire.foxglove.conversion.scenes import PEOPLE
 from ppaas.wire.ros.own_types import has_type
 
-PICTURES = {"people": ("people_msgs/People", "people/scene", PEOPLE)}
-"""Pictures by their topic: its type, the topic of the picture, and the conversion."""
+
+class Picture(NamedTuple):
+    """Picture that is made of the messages of a topic, beside the messages themselves.
+
+    ``kind`` is the type of these messages, as spelled in ROS 1, and ``topic`` the topic of the picture.
+    """
+
+    kind: str
+    topic: str
+    conversion: Conversion
+
+
+PICTURES = {"people": Picture("people_msgs/People", "people/scene", PEOPLE)}
+"""Pictures by the topic that they are made of."""
 
 
 @cache
