@@ -18,7 +18,7 @@ from ppaas.wire.foxglove.conversion.schemas import json_of
 from ppaas.wire.names import ros1_type
 
 PERIOD = 2.0
-"""Interval in which robots, channels, and what else a viewer watches are looked at again [s]."""
+"""Interval at which robots, channels, services, watched parameters and the graph are looked at again [s]."""
 
 MAX_WORK = 16
 """Largest number of calls and requests for parameters of one viewer that are not answered yet."""
@@ -169,14 +169,14 @@ class ViewerRequests:
         """Return the parameters of the robots that names are of; without names, of all robots that can be read."""
         values, errors = await read_all(self._views_of(names))
         if names:
-            self._each(_raise, errors)
+            for error in errors:
+                self._viewer.report(error)
         return values
 
     def _views_of(self, names: Collection[str]) -> list[RobotView]:
         """Return the robots that names of parameters are of; without names, all robots."""
-        prefixes = [f"/{view.name}/" for view in self._viewer.views.values()]
-        wanted = {prefix for prefix in prefixes if not names or any(name.startswith(prefix) for name in names)}
-        return [view for view in self._viewer.views.values() if f"/{view.name}/" in wanted]
+        views = self._viewer.views.values()
+        return [view for view in views if not names or any(name.startswith(f"/{view.name}/") for name in names)]
 
     def _set_parameters(self, request: requests.SetParameters) -> None:
         self._start(self._write_parameters(request.parameters, request.id))
@@ -274,7 +274,3 @@ class ViewerRequests:
     def _fetch_asset(self, request: requests.FetchAsset) -> None:
         text = "this server has no files; the URDF of a robot is its parameter robot_description"
         self._viewer.answer(answers.asset_failed(request.request_id, text))
-
-
-def _raise(error: PPaaSError) -> None:
-    raise error
