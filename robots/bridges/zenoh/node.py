@@ -19,7 +19,7 @@ from ppaas.wire.ros import ros_types
 from ppaas.wire.ros.graph import Entity, Kind, Qos, release_of
 from ppaas.wire.ros.rmw_zenoh import ZenohNode, gid_of, pack_attachment, parse_token, topic_key, unpack_attachment
 from robots.bridges.core.notices import Notices
-from robots.bridges.core.tables import ODOMETRY, SCAN
+from robots.bridges.core.robot_graph import find_namespaces
 from robots.bridges.core.transport import Answer, Closable, Publisher, Received, Transport
 
 PORT = 7447
@@ -205,8 +205,7 @@ class ZenohTransport(Transport):
         for token in tokens:
             with contextlib.suppress(MalformedMessage):
                 entity, domain = parse_token(token), token.split("/")[1]
-                sensors = entity is not None and entity.type in (ODOMETRY.type, SCAN.type)
-                if entity is not None and sensors and entity.kind is Kind.PUBLISHER and domain.isdecimal():
+                if entity is not None and find_namespaces([entity]) and domain.isdecimal():
                     found.add(int(domain))
         return tuple(sorted(found - {self.domain}))
 
