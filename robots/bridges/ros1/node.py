@@ -26,7 +26,7 @@ from robots.bridges.ros1.http import CALL_TIMEOUT, XmlRpcServer, address_of
 from robots.bridges.ros1.master import Master
 from robots.bridges.ros1.peer import Peer
 from robots.bridges.ros1.publication import Publication
-from robots.bridges.ros1.registry import Registry
+from robots.bridges.ros1.registry import Key, Named, Registry
 from robots.bridges.ros1.service import Service
 from robots.bridges.ros1.slave import Slave
 from robots.bridges.ros1.subscription import Subscription
@@ -34,7 +34,7 @@ from robots.bridges.ros1.tables import ROS_1
 
 logger = logging.getLogger("ppaas.bridge")
 
-Named = TypeVar("Named", Publication, Subscription, Service)
+Closed = TypeVar("Closed", Publication, Subscription, Service)
 
 POLL = 0.25
 """Time between two looks at the master [s]."""
@@ -72,7 +72,7 @@ class Ros1Transport(Transport, Slave):
     Raises
     ------
     InvalidInput
-        The URI of the master is none, or the extra ``ros1`` is not installed.
+        The URI of the master is invalid, or the extra ``ros1`` is not installed.
     """
 
     tables = ROS_1
@@ -186,9 +186,8 @@ class Ros1Transport(Transport, Slave):
         self._refresh()
         await self._registry.reconcile(state, self._wanted())
 
-    def _wanted(self) -> dict[tuple[Kind, str], Publication | Subscription | Service]:
-        wanted: dict[tuple[Kind, str], Publication | Subscription | Service] = {}
-        wanted |= {(Kind.PUBLISHER, name): one for name, one in self.publications.items()}
+    def _wanted(self) -> dict[Key, Named]:
+        wanted: dict[Key, Named] = {(Kind.PUBLISHER, name): one for name, one in self.publications.items()}
         wanted |= {(Kind.SUBSCRIBER, name): one for name, one in self.subscriptions.items()}
         wanted |= {(Kind.SERVER, name): one for name, one in self._services.items()}
         return wanted
@@ -275,8 +274,8 @@ class Ros1Transport(Transport, Slave):
         self._dirty.set()
         return served
 
-    def _closed(self, table: dict[str, Named]) -> Callable[[Named], None]:
-        def closed(entity: Named) -> None:
+    def _closed(self, table: dict[str, Closed]) -> Callable[[Closed], None]:
+        def closed(entity: Closed) -> None:
             if table.get(entity.name) is entity:
                 del table[entity.name]
             self._dirty.set()

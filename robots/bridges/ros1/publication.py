@@ -29,7 +29,7 @@ class Publication:
     qos : Qos
         Whether it is latched, and the length of each subscriber's queue.
     changed : callable
-        Called with the publication when a subscriber has come or gone.
+        Called when a subscriber has come or gone.
     closed : callable
         Called with the publication when it is closed.
     notices : Notices
