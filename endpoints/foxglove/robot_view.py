@@ -8,6 +8,7 @@ import msgspec
 
 from endpoints.clients.place_client import PlaceClient
 from endpoints.foxglove.feed import Feed
+from endpoints.foxglove.reach import ReachableRobot
 from endpoints.rosbridge.attachment import Attachment
 from engine.service.links.place_link import PlaceLink
 from ppaas.errors import PPaaSError
@@ -18,7 +19,6 @@ from ppaas.wire.foxglove.conversion.base import Conversion
 from ppaas.wire.foxglove.conversion.conversions import PICTURES, conversion_of
 from ppaas.wire.foxglove.conversion.frames import SharedFrames
 from ppaas.wire.foxglove.conversion.scenes import BODY, SCENE
-from storage.records import RobotRecord
 
 _encoder = msgspec.json.Encoder()
 
@@ -55,12 +55,9 @@ class RobotView:
 
     Parameters
     ----------
-    name : str
-        Name by which the viewer sees it, before its topics and frames.
-    record : RobotRecord
+    robot : ReachableRobot
     attachment : Attachment
         Attachment to the session at its place.
-    frames : SharedFrames
     report : callable
         Called with errors.
 
@@ -74,18 +71,9 @@ class RobotView:
         Scene of its body, once it was asked for.
     """
 
-    def __init__(
-        self,
-        name: str,
-        record: RobotRecord,
-        attachment: Attachment,
-        frames: SharedFrames,
-        report: Callable[[PPaaSError], None],
-    ) -> None:
-        self.name = name
-        self.record = record
+    def __init__(self, robot: ReachableRobot, attachment: Attachment, report: Callable[[PPaaSError], None]) -> None:
+        self.robot = robot
         self.attachment = attachment
-        self.frames = frames
         self.client = PlaceClient(attachment, report)
         self.channels: dict[Shown, int] = {}
         self.services: dict[str, int] = {}
@@ -93,6 +81,16 @@ class RobotView:
         self._report = report
         self._feeds: dict[Shown, Feed] = {}
         self._known: tuple[object, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Name by which the viewer sees it, before its topics and frames."""
+        return self.robot.name
+
+    @property
+    def frames(self) -> SharedFrames:
+        """Names of its frames for the viewer."""
+        return self.robot.frames
 
     @property
     def place(self) -> PlaceLink:
@@ -111,7 +109,7 @@ class RobotView:
         self._feeds.clear()
         self.client.detach()
 
-    # -- what there is -------------------------------------------------------------------------------------------------
+    # -- topics and services -------------------------------------------------------------------------------------------
 
     def has_changed(self) -> bool:
         """Return whether topics, services or rights differ from those at the last call."""
@@ -140,7 +138,7 @@ class RobotView:
                 access.check_call(service.name)
                 service_type(service.type)
             except PPaaSError:
-                continue  # it may not be called, or nobody knows what it takes
+                continue  # it may not be called, or its type is unknown
             found[service.name] = service.type
         return found
 

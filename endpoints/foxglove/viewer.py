@@ -144,7 +144,7 @@ class Viewer:
     async def _send_body(self, view: RobotView, send: Callable[[bytes], None]) -> None:
         if view.body is None:
             frame, store = view.frames.shared(view.place.base_frame), self._services.store
-            view.body = asyncio.ensure_future(asyncio.to_thread(body_scene, store, view.record, frame, view.name))
+            view.body = asyncio.ensure_future(asyncio.to_thread(body_scene, store, view.robot.record, frame, view.name))
         try:
             send(await asyncio.shield(view.body))
         except PPaaSError as error:
@@ -213,8 +213,8 @@ class Viewer:
         return changed
 
     async def _attach(self, user: User, robot: ReachableRobot) -> None:
-        record = robot.record
-        request = ConnectRequest(record.id, "operator", hold=False, status=True, owner=record.user)
+        owner, name = robot.key
+        request = ConnectRequest(name, "operator", hold=False, status=True, owner=owner)
         try:
             request, access = await admitted(self._services, user, request)
             attachment = await self._sessions.attach(user.id, self.login.token, request, self._probe, access)
@@ -223,7 +223,7 @@ class Viewer:
         except PPaaSError as error:
             self._trouble(robot.name, error)
             return
-        view = RobotView(robot.name, record, attachment, robot.frames, self.report)
+        view = RobotView(robot, attachment, self.report)
         self.views[robot.key] = view
         view.over.add_done_callback(lambda _: self._drop(view))
         if self._troubles.pop(robot.name, None) is not None:
@@ -237,10 +237,9 @@ class Viewer:
             self.answer(answers.status(Level.WARNING, text, robot))
 
     def _drop(self, view: RobotView) -> None:
-        key = view.record.user, view.record.id
-        if self.views.get(key) is not view:
+        if self.views.get(view.robot.key) is not view:
             return
-        del self.views[key]
+        del self.views[view.robot.key]
         self._close(view, list(view.channels))
         view.end()
         self._sessions.detach(view.attachment, for_good=True)
@@ -272,7 +271,7 @@ class Viewer:
             self.answer(answers.advertise(new))
 
     async def _until_read(self) -> None:
-        """Wait until the viewer has read what it must: the channels of many robots are megabytes."""
+        """Wait until the viewer has read all frames that wait: the channels of many robots are megabytes."""
         if len(self.outbox):
             self._read.clear()
             await self._read.wait()
