@@ -27,7 +27,7 @@ class BatchingConnection:
 
     @property
     def ready(self) -> bool:
-        """Whether a frame can be sent now."""
+        """True while frames can be sent."""
         return self._connection.ready
 
     def send_frame(self, frame: bytes) -> None:

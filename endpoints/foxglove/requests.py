@@ -76,14 +76,14 @@ class ViewerRequests:
             self._viewer.report(error)
 
     async def run(self) -> None:
-        """Look at what the viewer watches, again and again, until cancelled."""
+        """Refresh periodically until cancelled."""
         try:
             await repeat(self.refresh, PERIOD)
         finally:
             await self._work.cancel()
 
     async def refresh(self) -> None:
-        """Look at what the viewer watches once."""
+        """Bring robots, channels, services, the graph and watched parameters up to date once."""
         self._update_services(await self._viewer.refresh())
         self._send_graph()
         await self._send_changed_parameters()

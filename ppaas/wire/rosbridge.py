@@ -141,7 +141,7 @@ class RosbridgeSession:
         self._forget_late()
 
     def objection(self, operation: Subscribe) -> PPaaSError | None:
-        """Return why a subscription gets JSON in place of the compression it asked for; None if it does not."""
+        """Return the reason why a subscription gets JSON in place of its compression; None if it does not."""
         topic = self.names.resolve(operation.topic)
         return self.packer.objection(topic, operation.compression, _type_of(operation))
 

@@ -35,7 +35,7 @@ Serialize: TypeAlias = Callable[[bytes, RosType], bytes]
 
 
 def not_serialized(_message: bytes, _kind: RosType) -> bytes:
-    """Raise ``InvalidInput``: nothing here makes bytes of ROS."""
+    """Raise ``InvalidInput``: messages are not serialized here."""
     raise InvalidInput("messages are not sent in bytes of ROS here")
 
 

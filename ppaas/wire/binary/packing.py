@@ -101,7 +101,7 @@ class Packer:
         return PLAIN
 
     def objection(self, topic: str, compression: str | None, kind: RosType = _UNTYPED) -> PPaaSError | None:
-        """Return why a subscription gets JSON in place of the compression it asked for; None if it does not."""
+        """Return the reason why a subscription gets JSON in place of its compression; None if it does not."""
         if compression == "cbor-raw":
             return self._not_serialized(self._typed(topic, kind))
         if not compression or compression in COMPRESSIONS:
@@ -110,7 +110,10 @@ class Packer:
         return InvalidInput(f"unknown compression {compression[:32]!r}: JSON is sent; known: {known}")
 
     def _not_serialized(self, kind: RosType) -> PPaaSError | None:
-        """Return why messages of a type get no bytes of ROS; a message without fields is one of any type."""
+        """Return the reason why messages of a type cannot be sent in bytes of ROS; None if they can.
+
+        An empty object is serialized to find out: fields that are missing have default values in each type.
+        """
         try:
             self._serialize(b"{}", kind if kind.name is not None else kind._replace(name="std_msgs/Empty"))
         except PPaaSError as error:

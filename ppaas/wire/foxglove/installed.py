@@ -1,4 +1,4 @@
-"""Check whether the packages that messages of Foxglove need are installed."""
+"""Check that the packages that messages of Foxglove need are installed."""
 
 from importlib.util import find_spec
 from typing import Final

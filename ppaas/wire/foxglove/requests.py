@@ -100,7 +100,7 @@ class SubscribeParameterUpdates(Request, frozen=True, tag="subscribeParameterUpd
 
 
 class UnsubscribeParameterUpdates(Request, frozen=True, tag="unsubscribeParameterUpdates"):
-    """End that."""
+    """End the updates of parameters; without names, of all."""
 
     parameter_names: _Names
 
@@ -110,7 +110,7 @@ class SubscribeConnectionGraph(Request, frozen=True, tag="subscribeConnectionGra
 
 
 class UnsubscribeConnectionGraph(Request, frozen=True, tag="unsubscribeConnectionGraph"):
-    """End that."""
+    """End the updates of the graph."""
 
 
 class FetchAsset(Request, frozen=True, tag="fetchAsset"):
