@@ -19,6 +19,7 @@ import msgspec
 import zenoh
 
 from engine.fabric.zenoh_config import Peering, RouterCredentials, router_config
+from engine.processes.child_process import end
 from engine.processes.heartbeats import BEAT_PERIOD, MISSED, Heartbeats
 from engine.processes.private_files import write_private
 from ppaas.errors import Unavailable
@@ -35,6 +36,9 @@ ANSWER_GRACE = 0.1
 
 RETRY = 0.2
 """Delay before the restart of a router that exited earlier [s]."""
+
+STOP_GRACE = 2.0
+"""Time for a router to exit [s]."""
 
 
 class RouterSettings(msgspec.Struct, frozen=True):
@@ -115,7 +119,7 @@ class RouterProcess:
             with contextlib.suppress(asyncio.CancelledError):
                 await self._keeper
         if self._process is not None:
-            await _end(self._process)
+            await end(self._process, STOP_GRACE)
         for name in ("credentials", "router.sock", "router.sock.lock"):
             (self._folder / name).unlink(missing_ok=True)
 
@@ -133,7 +137,7 @@ class RouterProcess:
             async with asyncio.timeout(START_TIMEOUT):
                 line = await process.stdout.readline()
         except BaseException:
-            await _end(process)
+            await end(process, STOP_GRACE)
             raise
         if line != READY:
             raise Unavailable(f"the router exited with status {await process.wait()} before it listened; see its log")
@@ -180,17 +184,6 @@ async def _watch(process: Process) -> None:
                 beats += len(await process.stdout.read(4096))
     logger.error("the router missed %d heartbeats: it is frozen and is killed", MISSED)
     process.kill()
-
-
-async def _end(process: Process) -> None:
-    if process.stdin is not None:
-        process.stdin.close()
-    try:
-        async with asyncio.timeout(2.0):
-            await process.wait()
-    except TimeoutError:
-        process.kill()
-        await process.wait()
 
 
 def main() -> None:

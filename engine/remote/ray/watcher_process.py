@@ -13,6 +13,7 @@ from urllib.parse import urlsplit
 
 import msgspec
 
+from engine.processes.child_process import end
 from engine.remote.ray.config import WatchAnswer, WatchConfig, WatchRefused
 from ppaas.errors import InvalidInput, Unavailable, rebuild
 
@@ -109,7 +110,7 @@ class WatcherProcess:
             async with asyncio.timeout(CONNECT_TIMEOUT):
                 line = await process.stdout.readline()
         except BaseException as error:
-            await _end(process, 0.0)
+            await end(process, 0.0)
             if isinstance(error, TimeoutError):
                 raise Unavailable(f"the Ray cluster at {self._config.address} does not answer") from error
             raise
@@ -134,7 +135,7 @@ class WatcherProcess:
                 await self._keeper
         if self._process is not None and self._process.stdin is not None:
             self._process.stdin.write(b"\n")
-            await _end(self._process, STOP_GRACE)
+            await end(self._process, STOP_GRACE)
 
 
 def read_address(text: str) -> tuple[str, int] | None:
@@ -170,15 +171,3 @@ async def _probe(host: str, port: int) -> None:
             f"no Ray cluster answers at {host}:{port}; start one with: ray start --head --port={port}"
         ) from error
     writer.close()
-
-
-async def _end(process: Process, grace: float) -> None:
-    if process.stdin is not None:
-        process.stdin.close()
-    try:
-        async with asyncio.timeout(grace):
-            await process.wait()
-    except TimeoutError:
-        with contextlib.suppress(ProcessLookupError):
-            process.kill()
-        await process.wait()
