@@ -160,7 +160,7 @@ class EndpointCame(msgspec.Struct, tag="endpoint_came"):
 
 
 class RecorderTold(msgspec.Struct, tag="recorder_told"):
-    """What the recorder of the machine says: see `ppaas.nodes.recorder.node.RecorderNode.told`."""
+    """Answer of the recorder of the machine: see `ppaas.nodes.recorder.node.RecorderNode.told`."""
 
     problem: str = ""
     forgotten: bool = False

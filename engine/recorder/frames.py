@@ -1,4 +1,4 @@
-"""Frames between an agent and the recorder of its machine, over the recorder's standard input and output."""
+"""Frames between an agent and the recorder of its machine."""
 
 import msgspec
 
@@ -22,7 +22,7 @@ ToRecorder = Recorded | Left
 
 
 class Told(msgspec.Struct, tag="told"):
-    """What the recorder says to the clone of a robot.
+    """Answer of the recorder to the clone of a robot.
 
     Parameters
     ----------

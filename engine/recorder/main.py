@@ -1,19 +1,20 @@
-"""Process of the recorder of a machine: reads batches from standard input, and writes files until it is closed."""
+"""Process of the recorder of a machine: writes the batches that its agent sends, until the agent closes the connection.
 
+Its standard input is that connection, a Unix socket with frames in both directions.
+"""
+
+import asyncio
 import json
 import logging
 import os
-import select
 import signal
+import socket
 import sys
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-import msgspec
-
-from engine.protocols.frame_receiver import LENGTH
-from engine.protocols.framing import pack
+from engine.protocols.framing import FrameStream
 from engine.recorder.frames import Left, Told, ToRecorder
 from engine.recorder.robot_recorder import RobotRecorder
 from ppaas.clock import monotonic
@@ -35,7 +36,6 @@ PAUSE = 5.0
 
 NICE = 5
 """Addition to the nice value: robots' containers come first."""
-
 
 MISSING = 3
 """Exit status if a library is not installed."""
@@ -128,34 +128,25 @@ class Recorder:
         self._tell(Told(*key, problem=problem))
 
 
-def run(folder: Path, reserve: Path | None) -> None:
-    """Read frames until standard input is closed, then finish all files."""
-    recorder = Recorder(RecordingsFolder(folder), None if reserve is None else DiskReserve(reserve), _tell)
-    decoder = msgspec.msgpack.Decoder(ToRecorder)
-    source, buffer = sys.stdin.fileno(), bytearray()
+async def run(folder: Path, reserve: Path | None, connection: socket.socket) -> None:
+    """Execute frames of the agent until it closes the connection, then finish all files."""
+    stream = FrameStream[ToRecorder](*await asyncio.open_connection(sock=connection), ToRecorder)
+    recorder = Recorder(RecordingsFolder(folder), None if reserve is None else DiskReserve(reserve), stream.write)
     while True:
-        ready, _, _ = select.select([source], [], [], LOOK)
-        if ready:
-            block = os.read(source, 1 << 20)
-            if not block:
-                break
-            buffer += block
-        while len(buffer) >= LENGTH and len(buffer) >= LENGTH + (size := int.from_bytes(buffer[:LENGTH], "big")):
-            recorder.take(decoder.decode(bytes(buffer[LENGTH : LENGTH + size])), monotonic())
-            del buffer[: LENGTH + size]
+        with suppress(TimeoutError):
+            async with asyncio.timeout(LOOK):
+                if (frame := await stream.receive()) is None:
+                    break
+                recorder.take(frame, monotonic())
         recorder.look(monotonic())
     recorder.close()
-
-
-def _tell(told: Told) -> None:
-    sys.stdout.buffer.write(b"".join(pack(told)))
-    sys.stdout.buffer.flush()
+    await stream.close()
 
 
 def main() -> None:
     """Run the recorder with the settings in the first argument, JSON with ``folder`` and ``reserve``."""
     logging.basicConfig(level=logging.INFO, format="%(levelname)s recorder %(name)s: %(message)s")
-    for number in (signal.SIGINT, signal.SIGTERM):  # the agent ends it by closing its input, after the containers
+    for number in (signal.SIGINT, signal.SIGTERM):  # the agent ends it by closing its connection, after the containers
         signal.signal(number, signal.SIG_IGN)
     os.nice(NICE)
     settings = json.loads(sys.argv[1])
@@ -165,7 +156,8 @@ def main() -> None:
     except PPaaSError as error:
         logger.warning("nothing is recorded: %s", error)
         sys.exit(MISSING)
-    run(Path(settings["folder"]), Path(settings["reserve"]) if settings["reserve"] else None)
+    reserve = Path(settings["reserve"]) if settings["reserve"] else None
+    asyncio.run(run(Path(settings["folder"]), reserve, socket.socket(fileno=sys.stdin.fileno())))
 
 
 if __name__ == "__main__":

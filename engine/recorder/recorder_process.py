@@ -1,24 +1,25 @@
 """The recorder of a machine, a process that an agent starts when the first container records."""
 
 import asyncio
-import contextlib
 import json
 import logging
+import socket
 import sys
-from asyncio.subprocess import PIPE, Process
+from asyncio.subprocess import Process
 from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol
 
 import msgspec
 
+from engine.processes.child_process import end
 from engine.processes.occasional_log import OccasionalLog
-from engine.protocols.frame_receiver import LENGTH
-from engine.protocols.framing import pack
+from engine.protocols.framing import FrameStream
 from engine.protocols.machine_link import RecorderTold
 from engine.recorder import main as recorder_main
 from engine.recorder.frames import Left, Recorded, Told
 from engine.specs.containers import ContainerSpec
+from ppaas.errors import InvalidInput
 
 logger = logging.getLogger(__name__)
 
@@ -82,6 +83,7 @@ class RecorderProcess:
     def __init__(self, folder: Path, reserve: Path | None) -> None:
         self._settings = json.dumps({"folder": str(folder), "reserve": str(reserve) if reserve else ""})
         self._process: Process | None = None
+        self._stream: FrameStream[Told] | None = None
         self._keeper: asyncio.Task[None] | None = None
         self._tell: dict[tuple[str, str], Tell] = {}
         self._owners: dict[tuple[str, str], str] = {}
@@ -115,29 +117,21 @@ class RecorderProcess:
 
     async def close(self) -> None:
         """Let the recorder finish its files, and wait for its end."""
-        process = self._process
-        if process is not None and process.stdin is not None:
-            process.stdin.close()
-            with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout(STOP_GRACE):
-                    await process.wait()
         if self._keeper is not None:
             self._keeper.cancel()
             await asyncio.gather(self._keeper, return_exceptions=True)
-        if process is not None and process.returncode is None:
-            process.kill()
-            await process.wait()
+        if self._process is not None:
+            await end(self._process, STOP_GRACE)
 
     # -- the process ---------------------------------------------------------------------------------------------------
 
     def _write(self, frame: msgspec.Struct) -> bool:
-        process = self._process
-        if process is None or process.stdin is None or process.stdin.is_closing():
+        if self._stream is None:
             return False
-        if process.stdin.transport.get_write_buffer_size() > MOST_WAITING:
+        if self._stream.waiting > MOST_WAITING:
             self._slow.warning("the recorder is too slow: messages are not recorded")
             return False
-        process.stdin.writelines(pack(frame))
+        self._stream.write(frame)
         return True
 
     async def _keep(self) -> None:
@@ -158,20 +152,26 @@ class RecorderProcess:
 
     async def _live(self) -> int:
         """Run the recorder once; return its exit status."""
-        command = [sys.executable, "-m", recorder_main.__name__, self._settings]
-        self._process = process = await asyncio.create_subprocess_exec(*command, stdin=PIPE, stdout=PIPE)
-        assert process.stdout is not None
-        decoder = msgspec.msgpack.Decoder(Told)
-        with contextlib.suppress(asyncio.IncompleteReadError):
-            while True:
-                length = int.from_bytes(await process.stdout.readexactly(LENGTH), "big")
-                if length > MOST_TOLD:
-                    process.kill()
-                    break
-                self._pass_on(decoder.decode(await process.stdout.readexactly(length)))
-        return await process.wait()
+        ours, theirs = socket.socketpair()
+        stream = FrameStream[Told](*await asyncio.open_connection(sock=ours), Told, MOST_TOLD)
+        try:
+            with theirs:
+                command = [sys.executable, "-m", recorder_main.__name__, self._settings]
+                process = self._process = await asyncio.create_subprocess_exec(*command, stdin=theirs.fileno())
+            self._stream = stream
+            await self._pass_on(stream, process)
+            return await process.wait()
+        finally:
+            self._stream = None
+            await stream.close()  # at its end, the recorder finishes its files
 
-    def _pass_on(self, told: Told) -> None:
-        tell = self._tell.get((told.user, told.robot))
-        if tell is not None:
-            tell(RecorderTold(told.problem, told.forgotten))
+    async def _pass_on(self, stream: FrameStream[Told], process: Process) -> None:
+        """Tell the clones what the recorder answers, until it exits; kill it if it violates the protocol."""
+        try:
+            while (told := await stream.receive()) is not None:
+                tell = self._tell.get((told.user, told.robot))
+                if tell is not None:
+                    tell(RecorderTold(told.problem, told.forgotten))
+        except InvalidInput as error:
+            logger.error("the recorder is killed: %s", error)
+            process.kill()
