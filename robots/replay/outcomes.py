@@ -11,11 +11,10 @@ from ppaas.messages.actionlib_msgs import Status
 from ppaas.messages.base.message import Message
 from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped, Twist
 from ppaas.messages.move_base_msgs import MoveBaseActionResult
-from ppaas.messages.nav_msgs import Path
 from ppaas.nodes import topics
 
 COMPARED = frozenset(
-    topic.name for topic in (topics.AMCL_POSE, topics.SLAM_POSE, topics.CMD_VEL, topics.MOVE_BASE_RESULT, topics.PLAN)
+    topic.name for topic in (topics.AMCL_POSE, topics.SLAM_POSE, topics.CMD_VEL, topics.MOVE_BASE_RESULT)
 )
 """Topics that are compared."""
 
@@ -49,16 +48,13 @@ class Outcomes:
     poses : dict of int to Pose2D
         Estimates by the stamp of their scan [ns].
     velocities : list of Velocity
-    plans : int
-        Number of plans.
-    results : dict of str to (Status, str)
-        Results and their texts by goal.
+    results : dict of str to Status
+        Results by goal.
     """
 
     poses: dict[int, Pose2D] = field(default_factory=dict)
     velocities: list[Velocity] = field(default_factory=list)
-    plans: int = 0
-    results: dict[str, tuple[Status, str]] = field(default_factory=dict)
+    results: dict[str, Status] = field(default_factory=dict)
 
     def take(self, topic: str, message: Message, at: float) -> None:
         """Note a message of a topic of `COMPARED` at a time since the begin [s]."""
@@ -71,9 +67,7 @@ class Outcomes:
             case Twist() if len(self.velocities) < MOST:
                 self.velocities.append(Velocity(at, message.linear.x, message.angular.z))
             case MoveBaseActionResult() if len(self.results) < MOST:
-                self.results[message.status.goal_id.id] = Status(message.status.status), message.status.text
-            case Path() if topic == topics.PLAN.name:
-                self.plans += 1
+                self.results[message.status.goal_id.id] = Status(message.status.status)
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,8 +132,8 @@ class Comparison:
 def compare(recorded: Outcomes, replayed: Outcomes) -> Comparison:
     """Return the differences between a recorded drive and its replay; goals of the replay alone are left out."""
     both = [(pose, replayed.poses[stamp]) for stamp, pose in recorded.poses.items() if stamp in replayed.poses]
-    distances = [math.hypot(one.x - other.x, one.y - other.y) for one, other in both]
-    turned = [abs(math.remainder(one.theta - other.theta, 2.0 * math.pi)) for one, other in both]
+    distances = [one.distance_to(other) for one, other in both]
+    turned = [abs(math.remainder(one.theta - other.theta, math.tau)) for one, other in both]
     pairs = _pairs(recorded.velocities, replayed.velocities)
     return Comparison(
         poses=len(both),
@@ -160,9 +154,9 @@ def _ends(recorded: Outcomes, replayed: Outcomes) -> dict[str, tuple[str, str]]:
     """
     others = iter([end for goal, end in replayed.results.items() if goal not in recorded.results])
     found = {}
-    for goal, (status, _) in recorded.results.items():
-        end = replayed.results.get(goal) or next(others, None)
-        found[goal] = status.name, NO_END if end is None else end[0].name
+    for goal, status in recorded.results.items():
+        end = replayed.results[goal] if goal in replayed.results else next(others, None)
+        found[goal] = status.name, NO_END if end is None else end.name
     return found
 
 

@@ -61,10 +61,9 @@ class ReplayOptions:
 
 @dataclass(frozen=True, slots=True)
 class ReplayReport:
-    """What was sent, and how the clone's answers differ from the recorded ones."""
+    """Messages that were sent, and how the clone's answers differ from the recorded ones."""
 
     recorded: Recorded
-    replayed: Outcomes
     sent: int
     comparison: Comparison
 
@@ -98,7 +97,7 @@ async def replay(options: ReplayOptions, say: Callable[[str], None]) -> ReplayRe
         rest = RestClient(url, token)
         await _set_up(rest, recorded, options, say)
         replayed, sent = await _send(url, token, recorded, options, say)
-    return ReplayReport(recorded, replayed, sent, compare(recorded.outcomes, replayed))
+    return ReplayReport(recorded, sent, compare(recorded.outcomes, replayed))
 
 
 def _summary(recorded: Recorded) -> str:
