@@ -4,6 +4,8 @@ import logging
 from contextlib import suppress
 from pathlib import Path
 
+import msgspec
+
 from engine.recorder.open_file import OpenFile
 from ppaas.errors import MalformedMessage, QuotaExceeded, UnknownType
 from ppaas.recording.batches import Batch, Entry
@@ -120,7 +122,7 @@ class RobotRecorder:
 
     def _keep(self, message: Encoded) -> None:
         entry = message.entry
-        self._kept[entry.topic, entry.up] = Encoded(_without_payload(entry), message.data)
+        self._kept[entry.topic, entry.up] = Encoded(msgspec.structs.replace(entry, payload=b""), message.data)
         if sum(len(kept.data) for kept in self._kept.values()) > MOST_KEPT:
             del self._kept[entry.topic, entry.up]
 
@@ -180,10 +182,6 @@ class RobotRecorder:
                 f"the recordings of user {self._user!r} have {MOST_USER_BYTES >> 20} MiB, the most that one user may "
                 "have: delete some"
             )
-
-
-def _without_payload(entry: Entry) -> Entry:
-    return Entry(entry.topic, entry.type, entry.up, entry.latched, entry.kept, entry.log_time, entry.publish_time, b"")
 
 
 def _free(path: Path) -> Path:

@@ -35,7 +35,6 @@ class McapCopy:
         self._channels: dict[tuple[object, ...], int] = {}
         self._messages = self._incomplete = 0
         self._sources = 0
-        self._in_source = False
 
     def copy(self, sources: Iterable[IO[bytes]]) -> Copied:
         """Copy files one after the other, and finish the new one.
@@ -52,21 +51,19 @@ class McapCopy:
 
     def _copy(self, source: IO[bytes]) -> None:
         try:
-            reader = McapReader(source)
+            reader, begun = McapReader(source), False
             for message in reader.messages():
-                self._begin(reader)
+                if not begun:
+                    begun = True
+                    self._begin(reader)
                 if (message.sequence or self._sources == 1) and self._permits(message.channel.topic.lstrip("/")):
                     self._add(message)
             self._incomplete += reader.cut
         except InvalidInput:
             self._incomplete += 1
-        self._in_source = False
 
     def _begin(self, reader: McapReader) -> None:
         """Begin with the messages of a file; the first one gives the new file its metadata."""
-        if self._in_source:
-            return
-        self._in_source = True
         self._sources += 1
         if self._sources > 1:
             return
