@@ -4,13 +4,11 @@ from typing import Any, Final
 
 import msgspec
 
-from ppaas.errors import MalformedMessage
-from ppaas.wire.foxglove.conversion.base import Conversion
+from ppaas.wire.foxglove.conversion.base import Conversion, read_object
 from ppaas.wire.foxglove.conversion.frames import SharedFrames
 from ppaas.wire.foxglove.conversion.schemas import cdr, json_schema
 from ppaas.wire.ros.own_types import types_with
 
-_decoder = msgspec.json.Decoder()
 _encoder = msgspec.json.Encoder()
 
 FRAMELESS: Final = b"frame_id"
@@ -37,11 +35,6 @@ def in_json(kind: str) -> Conversion:
 
 
 def _read(kind: str, payload: bytes, frames: SharedFrames) -> dict[str, Any]:
-    try:
-        values = _decoder.decode(payload)
-    except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
-        raise MalformedMessage(f"not a {kind}: not JSON: {error}") from error
-    if not isinstance(values, dict):
-        raise MalformedMessage(f"not a {kind}: not an object")
+    values = read_object(kind, payload)
     frames.share_all(values)
     return values

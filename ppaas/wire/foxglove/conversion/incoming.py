@@ -2,15 +2,12 @@
 
 from typing import Any
 
-import msgspec
-
-from ppaas.errors import InvalidInput, MalformedMessage
+from ppaas.errors import InvalidInput
 from ppaas.wire.foxglove.answers import ENCODINGS
+from ppaas.wire.foxglove.conversion.base import read_object
 from ppaas.wire.foxglove.conversion.frames import SharedFrames
 from ppaas.wire.ros.own_types import types_with
 from ppaas.wire.ros.types import ROS_1, ros_types, to_json
-
-_decoder = msgspec.json.Decoder()
 
 
 def check_encoding(encoding: str) -> None:
@@ -38,22 +35,12 @@ def read_published(encoding: str, kind: str, data: bytes, frames: SharedFrames) 
     """
     check_encoding(encoding)
     if encoding == "json":
-        values = _read_json(data)
+        values = read_object(kind, data)
+        _respell_times(values)
     else:
         values = (types_with(kind) if encoding == "cdr" else ros_types(ROS_1)).decode(kind, data)
     frames.own_all(values)
     return to_json(values)
-
-
-def _read_json(data: bytes) -> dict[str, Any]:
-    try:
-        values = _decoder.decode(data)
-    except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
-        raise MalformedMessage(f"the message is not JSON: {error}") from error
-    if not isinstance(values, dict):
-        raise MalformedMessage("the message is not an object of JSON")
-    _respell_times(values)
-    return values
 
 
 def _respell_times(values: Any) -> None:
