@@ -79,8 +79,6 @@ VALUES_2: dict[str, Names] = {
 }
 """Values in 2.x with those in 3.0, by the name of the field in 3.0."""
 
-_VALUE_FIELDS = {"agvKinematic": "mobileRobotKinematics", "corridorRefPoint": "corridorReferencePoint"}
-
 ONLY_3: dict[str, Names] = {
     "errorLevel": {"URGENT": "WARNING", "CRITICAL": "FATAL"},
     "actionStatus": {"RETRIABLE": "FAILED"},
@@ -240,7 +238,7 @@ _WHOLE_ONLY: Rules = dict.fromkeys(WHOLE, _whole)
 _TO_3: Rules = {
     **_WHOLE_ONLY,
     **{field: _translation(values) for field, values in VALUES_2.items()},
-    **{old: _translation(VALUES_2[new]) for old, new in _VALUE_FIELDS.items()},
+    **{old: _translation(VALUES_2[new]) for names in NAMES_2.values() for old, new in names.items() if new in VALUES_2},
     "allowedDeviationXY": _circle,
 }
 _TO_2: Rules = {

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo, GridMap
+from ppaas.wire.vda5050.edges import distances_to_edges
 from ppaas.wire.vda5050.zones import Zone, Zones
 
 BARRED = 100
@@ -75,7 +76,7 @@ def _draw(mask: GridMap, polygon: NDArray[np.float64], value: int, growth: float
     inside, near = np.zeros(x.shape, bool), np.zeros(x.shape, bool)
     for begin, end in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
         inside ^= _crosses(x, y, begin, end)
-        near |= _distance(x, y, begin, end) <= reach
+        near |= distances_to_edges(begin, end, centres) <= reach
     window[inside | near] = value
 
 
@@ -88,14 +89,3 @@ def _crosses(
         return np.asarray(spans)
     crossing = begin[0] + (y - begin[1]) / (end[1] - begin[1]) * (end[0] - begin[0])
     return np.asarray(spans & (x < crossing))
-
-
-def _distance(
-    x: NDArray[np.float64], y: NDArray[np.float64], begin: NDArray[np.float64], end: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return the distance of each point to an edge [m]."""
-    along = end - begin
-    length = float(along @ along)
-    part = np.zeros(x.shape) if length == 0 else ((x - begin[0]) * along[0] + (y - begin[1]) * along[1]) / length
-    part = np.clip(part, 0.0, 1.0)
-    return np.asarray(np.hypot(x - begin[0] - part * along[0], y - begin[1] - part * along[1]))

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
+from ppaas.wire.vda5050.edges import Points, distances_to_edges
 
 TOLERANCE = 0.05
 """Distance by which the route may miss the path [m]; larger if it would have more corners than `MAX_CORNERS`."""
@@ -21,8 +21,6 @@ SAME_PLACE = 0.05
 
 SAME_HEADING = 0.2
 """Difference of headings below which two routes end alike [rad]."""
-
-Points = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,7 +98,7 @@ def nearest_edge(points: Points, x: float, y: float) -> tuple[int, float]:
     place = np.array((x, y))
     if len(points) == 1:
         return 0, float(np.hypot(*(points[0] - place)))
-    apart = _apart(points[:-1], points[1:], place)
+    apart = distances_to_edges(points[:-1], points[1:], place)
     index = int(np.argmin(apart))
     return index, float(apart[index])
 
@@ -122,19 +120,9 @@ def _farthest(points: Points, first: int, last: int) -> tuple[float, int, int, i
     """Return the negative distance of the point between two others that is farthest from their edge, and the three."""
     if last - first < 2:
         return 0.0, first, first, last
-    apart = _apart(points[first], points[last], points[first + 1 : last])
+    apart = distances_to_edges(points[first], points[last], points[first + 1 : last])
     index = int(np.argmax(apart))
     return -float(apart[index]), first, first + 1 + index, last
-
-
-def _apart(begins: Points, ends: Points, places: Points) -> Points:
-    """Return the distances of places from edges; the arrays (n, 2) and (2,) are broadcast."""
-    along = ends - begins
-    squared = np.maximum((along**2).sum(axis=-1), 1e-12)
-    part = np.clip(((places - begins) * along).sum(axis=-1) / squared, 0.0, 1.0)
-    apart = begins + part[..., None] * along - places
-    distances: Points = np.hypot(apart[..., 0], apart[..., 1])
-    return distances
 
 
 def _same(theta: float | None, other: float | None) -> bool:
