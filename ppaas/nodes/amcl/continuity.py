@@ -18,8 +18,8 @@ SLACK, FASTEST = 1.0, 5.0
 """Odometry was reset if it jumped by more than `SLACK` [m] plus what `FASTEST` [m/s] allows."""
 
 SILENCE, ORIGIN = 2.0, 0.05
-"""Time without scans [s], and distance and turn from zero [m, rad] at which odometry after it is that of a robot that
-has restarted, if it was farther than `SLACK` before."""
+"""A robot has restarted if no scan came for `SILENCE` [s], and its odometry is then within `ORIGIN` [m, rad] of zero
+and more than `SLACK` away from the last."""
 
 MOST_LASERS = 100
 """Largest number of lasers whose last stamps are known."""

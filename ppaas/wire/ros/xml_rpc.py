@@ -23,7 +23,7 @@ MAX_RESPONSE: Final = 8 << 20
 """Largest response that is read [bytes]: the state of a master with some ten thousand topics."""
 
 _INVALID = (ExpatError, binascii.Error, ValueError, TypeError, LookupError, ArithmeticError, AttributeError)
-"""Errors that ``xmlrpc`` raises for what is no XML-RPC, besides its own."""
+"""Errors, besides its own, that ``xmlrpc`` raises for text that is not XML-RPC."""
 
 
 def pack_call(method: str, *arguments: Any) -> bytes:
@@ -37,7 +37,7 @@ def pack_response(status: int, text: str, value: Any) -> bytes:
 
 
 def pack_fault(text: str) -> bytes:
-    """Return the response to what is no call."""
+    """Return the response to a request that cannot be read as a call."""
     return xmlrpc.client.dumps(xmlrpc.client.Fault(1, text), encoding="utf-8").encode()
 
 

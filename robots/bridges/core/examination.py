@@ -1,4 +1,4 @@
-"""Examination of the robot's graph once a second: the log has what is wrong, and ``ppaas doctor`` says it.
+"""Examination of the robot's graph once a second: the log and ``ppaas doctor`` name its faults.
 
 Findings are published on ``diagnostics``, which the doctor repeats for some seconds after each message.
 """
@@ -17,7 +17,7 @@ PERIOD = 1.0
 """Time between two examinations [s]."""
 
 RECENT = 5.0
-"""Time for which a warning that is no state of the graph is repeated [s]."""
+"""Time for which a warning about a single event is repeated [s]."""
 
 MOST = 32
 """Largest number of findings that are published."""
@@ -27,14 +27,14 @@ NAME = "bridge"
 
 
 class Examination:
-    """Logs and publishes what is wrong.
+    """Logs and publishes the faults of the robot's graph.
 
     Parameters
     ----------
     parts : Parts
         Ends of the bridge.
     look : callable
-        Returns what is wrong now.
+        Returns the faults that are there now.
     """
 
     def __init__(self, parts: Parts, look: Callable[[], Awaitable[Sequence[Finding]]]) -> None:

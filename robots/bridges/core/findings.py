@@ -34,7 +34,7 @@ class Offer:
 
 
 def examine(graph: RobotGraph, types: RosTypes, tables: Tables, *, qos_matters: bool = True) -> list[Finding]:
-    """Return what is wrong with the graph of a robot.
+    """Return the faults of the graph of a robot.
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ VARIANCE, VARIANCE_YAW = 0.1, 0.05
 
 
 class Localization:
-    """Tells the clone where the robot is, or that nobody knows.
+    """Tells the clone the pose of the robot, or that it is unknown.
 
     Parameters
     ----------

@@ -93,7 +93,7 @@ class Transport(ABC):
         """Return the entities of the other nodes."""
 
     def faults(self) -> Mapping[str, str]:
-        """Return what is wrong between the bridge and the robot's nodes now, by its subject."""
+        """Return the faults between the bridge and the robot's nodes that are there now, by subject."""
         return {}
 
     async def other_domains(self) -> tuple[int, ...]:

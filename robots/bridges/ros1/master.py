@@ -25,7 +25,7 @@ class Master:
         self._turn = asyncio.Semaphore(MAX_CALLS)
 
     async def state(self) -> MasterState:
-        """Return which nodes publish, subscribe and serve; this and the others raise as `call`."""
+        """Return the nodes that publish, subscribe and serve; all methods raise as `call`."""
         return read_state(await self._call("getSystemState"))
 
     async def types(self) -> dict[str, str]:
@@ -67,7 +67,7 @@ def read_uris(value: Any) -> list[str]:
     Raises
     ------
     MalformedMessage
-        The value is none.
+        The value is not a list of URIs.
     """
     if not isinstance(value, list) or not all(isinstance(one, str) for one in value):
         raise MalformedMessage("no list of URIs")

@@ -159,7 +159,7 @@ class Ros1Transport(Transport, Slave):
                     await self._dirty.wait()
 
     def faults(self) -> dict[str, str]:
-        """Return why the master or publishers are not heard."""
+        """Return the faults of the connections to the master and to publishers."""
         silent = {one.name: one.fault for one in self.subscriptions.values() if one.fault and not one.peers}
         return silent | ({"master": self._fault} if self._fault else {})
 
@@ -198,7 +198,7 @@ class Ros1Transport(Transport, Slave):
             self.subscriptions[topic].update(uri for uri in uris if uri != self._uri)
 
     def told_to_end(self, reason: str) -> None:
-        """End, as ``rosnode kill`` demands, and the master if another node has the same name."""
+        """End the node, as ``rosnode kill`` asks, or the master if another node has taken its name."""
         if not self._end.done():
             self._end.set_exception(
                 Conflict(f"node {self._name} was told to end: {reason or 'no reason given'}; is there a second bridge?")

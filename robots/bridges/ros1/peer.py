@@ -69,7 +69,7 @@ class Peer(asyncio.Protocol):
         self._write(framed(pack_header(fields)))
 
     def send(self, data: bytes) -> None:
-        """Send what has its length in front; if the other side does not read, the oldest message is dropped."""
+        """Send a message with its length in front; if the other side does not read, the oldest one is dropped."""
         if self._paused:
             self._queue.append(data)
         else:
@@ -77,26 +77,26 @@ class Peer(asyncio.Protocol):
 
     @property
     def closing(self) -> bool:
-        """Whether the connection is closed, or about to be."""
+        """True if the connection is closed, or about to be."""
         return self._transport is None or self._transport.is_closing()
 
     @property
     def stalled(self) -> bool:
-        """Whether TCP hardly tries any more to send what was not confirmed, as after an outage; known on Linux only."""
+        """True if TCP has nearly given up sending unconfirmed bytes again, as after an outage; known on Linux only."""
         if self.closing or self._transport is None or not hasattr(socket, "TCP_INFO"):
             return False
         info = self._transport.get_extra_info("socket").getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, 8)
         return bool(info[4] >= BACKOFF)  # tcpi_backoff of `struct tcp_info`
 
     def reset(self) -> None:
-        """Close the connection and tell the other side at once, which connects anew."""
+        """Close the connection by a reset of TCP: the other side notices it at once, and connects anew."""
         if self._transport is not None:
             at_once = struct.pack("ii", 1, 0)
             self._transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, at_once)
         self.abort()
 
     def close(self) -> None:
-        """Close the connection when what was sent has been handed over."""
+        """Close the connection once its write buffer is empty."""
         self._timer.cancel()
         if self._transport is not None:
             self._transport.close()
@@ -154,7 +154,7 @@ class Peer(asyncio.Protocol):
             self._write(self._queue.popleft())
 
     def connection_lost(self, error: Exception | None) -> None:
-        """Tell those who wait for it."""
+        """Set ``lost``."""
         self._timer.cancel()
         self._queue.clear()
         if not self.lost.done():

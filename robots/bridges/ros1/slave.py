@@ -20,7 +20,7 @@ Response = tuple[int, str, Any]
 
 
 class Slave(ABC):
-    """Methods of a node; what they change is left to the node itself."""
+    """Methods of a node; the changes that they ask for are made by the node itself."""
 
     master: str
     publications: Mapping[str, Publication]
@@ -48,7 +48,7 @@ class Slave(ABC):
             "getPublications": lambda _caller: (SUCCESS, "topics", _listed(self.publications.values())),
             "getSubscriptions": lambda _caller: (SUCCESS, "topics", _listed(self.subscriptions.values())),
             "getBusInfo": lambda _caller: (SUCCESS, "connections", self._bus_info()),
-            "getBusStats": lambda _caller: (SUCCESS, "what was carried", self._bus_stats()),
+            "getBusStats": lambda _caller: (SUCCESS, "statistics", self._bus_stats()),
             "paramUpdate": lambda _caller, key, _value: (FAILURE, f"no parameter is followed, nor {key!s:.64}", 0),
             "shutdown": self._shutdown,
         }
