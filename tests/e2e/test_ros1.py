@@ -7,6 +7,7 @@ import asyncio
 import json
 import math
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -30,7 +31,8 @@ from tests.support.world.places import free_pose, reachable_pose
 pytestmark = [pytest.mark.journey, pytest.mark.ros]
 
 ROS = ROOT / "build" / "ros" / "noetic"
-SCRIPT = ROOT / "tests" / "support" / "ros1" / "rospy_robot.py"
+SUPPORT = ROOT / "tests" / "support"
+SCRIPTS = (SUPPORT / "ros1" / "rospy_robot.py", SUPPORT / "ros2" / "grid_robot.py")
 CHROOT = ("/usr/sbin/chroot", ROS)
 COMMAND = (sys.executable, "-m", cli.__name__, "bridge", "ros1")
 SUCCEEDED, PREEMPTED = 3, 2
@@ -60,13 +62,16 @@ def environment(port: int) -> dict[str, str]:
 
 @contextmanager
 def in_chroot(grid: GridMap) -> Iterator[str]:
-    """Put the cells of a map into the chroot; return the path of their file there."""
-    name = f"tmp/{uuid.uuid4().hex}.npz"
-    np.savez(ROS / name, grid=grid.data)
+    """Put the robot's scripts and the cells of a map into the chroot; return the path of their folder there."""
+    name = f"tmp/{uuid.uuid4().hex}"
+    (ROS / name).mkdir()
     try:
+        for script in SCRIPTS:
+            shutil.copy(script, ROS / name)
+        np.savez(ROS / name / "grid.npz", grid=grid.data)
         yield f"/{name}"
     finally:
-        (ROS / name).unlink()
+        shutil.rmtree(ROS / name)
 
 
 async def test_a_robot_on_rospy_is_driven_while_bridge_and_master_are_killed(
@@ -83,10 +88,11 @@ async def test_a_robot_on_rospy_is_driven_while_bridge_and_master_are_killed(
     options = ("rospy", "--url", cloud.url, "--token", token)
     numbers = [str(number) for number in (*start, goal.x, goal.y)]
     bridged = {"command": COMMAND, "env": os.environ | {"ROS_MASTER_URI": env["ROS_MASTER_URI"]}}
-    with ExitStack() as masters, in_chroot(office_map) as grid:
+    with ExitStack() as masters, in_chroot(office_map) as folder:
         first = masters.enter_context(rosmaster(port))
+        script = (f"{folder}/rospy_robot.py", f"{folder}/grid.npz", *numbers)
         robot = await asyncio.create_subprocess_exec(
-            *CHROOT, "/usr/bin/python3", "-", grid, *numbers, env=env, stdin=SCRIPT.open("rb"), stdout=subprocess.PIPE
+            *CHROOT, "/usr/bin/python3", *script, env=env, stdout=subprocess.PIPE
         )
         assert robot.stdout is not None
         with bridge_process(*options, log=tmp_path / "killed", **bridged) as bridge:

@@ -1,4 +1,4 @@
-"""Robot written on rospy, with its own physics: run by the Python that has ROS 1, without this project.
+"""Robot written on rospy: run by the Python that has ROS 1, without this project, beside ``grid_robot.py``.
 
 ``python3 rospy_robot.py GRID.npz X Y YAW GOAL_X GOAL_Y`` drives in the cells of ``grid`` (5 cm each). It sends the goal
 to ``move_base`` by actionlib and prints ``driving`` when it is on its way. Then it calls ``static_map`` and
@@ -14,23 +14,22 @@ import numpy as np
 import rospy
 from actionlib import SimpleActionClient
 from geometry_msgs.msg import PoseStamped, TransformStamped, Twist
+from grid_robot import BEAMS, RANGE, GridRobot
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from nav_msgs.msg import MapMetaData, OccupancyGrid, Odometry, Path
 from nav_msgs.srv import GetMap, GetPlan
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
-RESOLUTION, RANGE, BEAMS = 0.05, 8.0, 360
 MAPS, MOVED = 2, 0.4
 """Number of maps that are awaited, and distance after which the robot counts as driving [m]."""
 
 
 class Robot:
-    """Turtlebot that turns and drives as it is told, without errors of its odometry."""
+    """Turtlebot in the cells of a map."""
 
     def __init__(self, grid, pose):
-        self.grid, self.start, self.pose = grid, tuple(pose), list(pose)
-        self.command, self.commanded, self.stepped = (0.0, 0.0), 0.0, time.monotonic()
+        self.body = GridRobot(grid, pose)
         self.received = {"cmd_vel": 0, "map": 0, "map_metadata": 0, "plan": 0, "tf": 0, "feedback": 0}
         self.odometry = rospy.Publisher("odom", Odometry, queue_size=10)
         self.scans = rospy.Publisher("scan", LaserScan, queue_size=10)
@@ -46,8 +45,6 @@ class Robot:
         mount = TransformStamped(child_frame_id="base_scan")
         mount.header.frame_id, mount.transform.rotation.w = "base_link", 1.0
         self.static.publish(TFMessage([mount]))
-        self.angles = np.linspace(-math.pi, math.pi, BEAMS, endpoint=False)
-        self.distances = np.arange(0.1, RANGE, RESOLUTION / 2)
         rospy.Timer(rospy.Duration(0.05), lambda _: self.step())
         rospy.Timer(rospy.Duration(0.1), lambda _: self.scan())
 
@@ -59,38 +56,25 @@ class Robot:
 
     def drive(self, twist):
         self.count("cmd_vel")
-        self.command, self.commanded = (twist.linear.x, twist.angular.z), time.monotonic()
+        self.body.drive(twist.linear.x, twist.angular.z)
 
     def step(self):
-        now = time.monotonic()
-        passed, self.stepped = now - self.stepped, now
-        speed, turn = self.command if now - self.commanded < 0.5 else (0.0, 0.0)
-        x, y, yaw = self.pose
-        yaw += turn * passed
-        self.pose = [x + speed * math.cos(yaw) * passed, y + speed * math.sin(yaw) * passed, yaw]
-        self.odometry.publish(self.measured(speed, turn))
+        self.odometry.publish(self.measured(*self.body.step()))
 
     def measured(self, speed, turn):
         message = Odometry(child_frame_id="base_link")
         message.header.stamp, message.header.frame_id = rospy.Time.now(), "odom"
-        x, y = self.pose[0] - self.start[0], self.pose[1] - self.start[1]
-        cosine, sine = math.cos(self.start[2]), math.sin(self.start[2])
-        message.pose.pose.position.x, message.pose.pose.position.y = cosine * x + sine * y, cosine * y - sine * x
-        half = (self.pose[2] - self.start[2]) / 2
-        message.pose.pose.orientation.z, message.pose.pose.orientation.w = math.sin(half), math.cos(half)
+        x, y, yaw = self.body.odometry()
+        message.pose.pose.position.x, message.pose.pose.position.y = x, y
+        message.pose.pose.orientation.z, message.pose.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
         message.twist.twist.linear.x, message.twist.twist.angular.z = speed, turn
         return message
 
     def scan(self):
-        angles = self.angles + self.pose[2]
-        columns = (self.pose[0] + np.outer(np.cos(angles), self.distances)) / RESOLUTION
-        rows = (self.pose[1] + np.outer(np.sin(angles), self.distances)) / RESOLUTION
-        height, width = self.grid.shape
-        hit = self.grid[rows.astype(int).clip(0, height - 1), columns.astype(int).clip(0, width - 1)] > 50
         message = LaserScan(angle_min=-math.pi, angle_increment=2 * math.pi / BEAMS, range_min=0.1, range_max=RANGE)
         message.header.stamp, message.header.frame_id = rospy.Time.now(), "base_scan"
         message.angle_max = math.pi - message.angle_increment
-        message.ranges = np.where(hit.any(1), self.distances[hit.argmax(1)], np.inf).astype(np.float32).tolist()
+        message.ranges = self.body.ranges().tolist()
         self.scans.publish(message)
 
 
@@ -112,7 +96,7 @@ def wait_for(condition, seconds=60.0):
 def drive_to(robot, move_base, goal):
     """Drive to a goal; return its final status and text. The first ones may come before the robot is localized."""
     move_base.send_goal(MoveBaseGoal(stamped(*goal)), feedback_cb=lambda _: robot.count("feedback"))
-    wait_for(lambda: math.dist(robot.pose[:2], robot.start[:2]) > MOVED)
+    wait_for(lambda: math.dist(robot.body.pose[:2], robot.body.start[:2]) > MOVED)
     say("driving")
     move_base.wait_for_result(rospy.Duration(90.0))
     return [move_base.get_state(), move_base.get_goal_status_text()]
@@ -144,7 +128,7 @@ def main():
     if not move_base.wait_for_server(rospy.Duration(20.0)):
         raise TimeoutError
     state, text = drive_to(robot, move_base, numbers[3:])
-    stopped = list(robot.pose)
+    stopped = list(robot.body.pose)
     rospy.wait_for_service("static_map", 20.0)
     grid = rospy.ServiceProxy("static_map", GetMap)().map
     plan = rospy.ServiceProxy("move_base/make_plan", GetPlan)(stamped(*numbers[3:]), stamped(*numbers[:2]), 0.2).plan
