@@ -3,7 +3,7 @@
 import { make, say, show } from "./dom.js";
 import { bytes, plural } from "./format.js";
 import { Poller } from "./poller.js";
-import { Refused } from "./rest.js";
+import { refused } from "./rest.js";
 import { mayDrive } from "./shared_robots.js";
 
 const RING = "ring"; // in place of the id of a recording
@@ -23,7 +23,7 @@ export function noteOf({ id, size, finished }, current) {
   return `${bytes(size)}, ${id === current ? "in progress" : "not complete"}`;
 }
 
-/** What the recorder of a robot does, in words. @param {object} recorder answer of the cloud */
+/** State of the recorder of a robot, in words. @param {object} recorder answer of the cloud */
 export function stateOf({ recording, left, ring_minutes: ring, lost, problem }) {
   const parts = [recording ? `Recording, ends by itself in ${plural(Math.ceil(left / 60), "minute")}` : "Not recording"];
   if (ring) parts.push(`the ring keeps ${plural(ring, "minute")}`);
@@ -31,7 +31,7 @@ export function stateOf({ recording, left, ring_minutes: ring, lost, problem }) 
   return parts.join(", ") + (problem && `: ${problem}`);
 }
 
-/** What the user may not do with the recordings of a robot, in words. @param {{id: string, role: string}} robot */
+/** Limits of the user with the recordings of a robot, in words; empty without any. @param {{id: string, role: string}} robot */
 export function limitsOf({ id, role }) {
   if (role === "administer") return "";
   return mayDrive({ role }) ? `You may not delete recordings of ${id}` : `You may fetch recordings of ${id}, not start, stop or delete them`;
@@ -113,7 +113,7 @@ export class RecordingsDialog {
     if (this.element.open && robot?.id === this.#robot?.id) this.#show({ recordings, ring, ...asked }); // else another one was selected
   }
 
-  /** Whether a robot that is not connected has left a ring. */
+  /** Ask if a robot that is not connected has left a ring. */
   #hasRing() {
     return this.#rest.get(this.#path("recordings", RING)).then(() => true, refused(404, () => false));
   }
@@ -172,12 +172,4 @@ export class RecordingsDialog {
     this.#busy = false;
     this.#poller.now();
   }
-}
-
-/** A handler of errors that replaces a refusal with this status. @param {number} status @param {(error: Refused) => unknown} value */
-function refused(status, value) {
-  return (error) => {
-    if (error instanceof Refused && error.status === status) return value(error);
-    throw error;
-  };
 }

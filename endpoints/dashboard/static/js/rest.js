@@ -15,6 +15,18 @@ export class Refused extends Error {
   }
 }
 
+/**
+ * A handler of errors that replaces a refusal with this status by a value.
+ * @template T
+ * @param {number} status @param {(error: Refused) => T} value @returns {(error: unknown) => T}
+ */
+export function refused(status, value) {
+  return (error) => {
+    if (error instanceof Refused && error.status === status) return value(error);
+    throw error;
+  };
+}
+
 /** The cloud did not answer. */
 export class Unreachable extends Error {}
 

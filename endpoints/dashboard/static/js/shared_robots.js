@@ -1,7 +1,7 @@
 /** Robots that others share with the user, beside the user's own: their id here is their address, `OWNER:ID`. */
 
 import { isNew } from "./growing_map.js";
-import { Refused } from "./rest.js";
+import { refused } from "./rest.js";
 
 /**
  * Address of a robot, as the cloud takes it from a user.
@@ -16,7 +16,7 @@ export function withShared(own, shared, me) {
   return [...own, ...shared.map((robot) => ({ ...robot, id: address(robot.user, robot.id, me) }))];
 }
 
-/** Whether the user may send a robot to goals; null is no robot. @param {{role: string} | null | undefined} robot */
+/** The right of the user to send a robot to goals; there is none without a robot. @param {{role: string} | null | undefined} robot */
 export function mayDrive(robot) {
   return Boolean(robot) && robot.role !== "look";
 }
@@ -39,12 +39,7 @@ export function containersOf(containers, robots, me) {
 export async function mapsOf(rest, maps, robots) {
   const listed = new Set(maps.map(({ id }) => id));
   const others = new Set(robots.map(({ map }) => map).filter((id) => !isNew(id) && !listed.has(id)));
-  const found = await Promise.all([...others].map((id) => rest.get(`v1/maps/${encodeURIComponent(id)}`).catch(unknown)));
+  const leftOut = refused(404, () => null); // a map that is not shown to the user
+  const found = await Promise.all([...others].map((id) => rest.get(`v1/maps/${encodeURIComponent(id)}`).catch(leftOut)));
   return [...maps, ...found.filter(Boolean)];
-}
-
-/** A map that is not shown to the user is left out. @param {unknown} error */
-function unknown(error) {
-  if (error instanceof Refused && error.status === 404) return null;
-  throw error;
 }
