@@ -9,6 +9,7 @@ import msgspec
 
 from ppaas.recording.batches import About, Entry
 from ppaas.recording.mcap_library import mcap_modules
+from ppaas.wire.names import ros2_type
 from ppaas.wire.ros.own_types import types_with
 
 PROFILE = "ros2"
@@ -57,12 +58,6 @@ def encoded(entry: Entry) -> Encoded:
         It is not a message of its type.
     """
     return Encoded(entry, types_with(entry.type).encode_json(entry.type, entry.payload))
-
-
-def full_name(name: str) -> str:
-    """Return the name of a type of messages as spelled in ROS 2."""
-    package, _, rest = name.partition("/")
-    return name if "/" in rest else f"{package}/msg/{rest}"
 
 
 class McapFile:
@@ -124,7 +119,7 @@ class McapFile:
     def _schema(self, name: str) -> int:
         if name not in self._schemas:
             text = types_with(name).definition(name).encode()
-            self._schemas[name] = self._writer.register_schema(full_name(name), "ros2msg", text)
+            self._schemas[name] = self._writer.register_schema(ros2_type(name, "msg"), "ros2msg", text)
         return self._schemas[name]
 
     def flush(self) -> None:

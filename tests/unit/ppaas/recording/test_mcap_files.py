@@ -15,6 +15,7 @@ from rosbags.highlevel import AnyReader
 from ppaas.errors import InvalidInput, MalformedMessage, MessageTooLarge
 from ppaas.messages import decode
 from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.messages.tf2_web_republisher import TFSubscriptionActionGoal, TFSubscriptionGoal
 from ppaas.recording import reader as reading
 from ppaas.recording.batches import Entry
 from ppaas.recording.copying import McapCopy
@@ -64,6 +65,13 @@ def test_rosbags_reads_it(tmp_path: Path) -> None:
 
 
 # -- files that were cut off, damaged or made by somebody else ---------------------------------------------------------
+
+
+def test_types_have_their_names_of_ros_2() -> None:
+    goal = TFSubscriptionActionGoal(TFSubscriptionGoal(["base_link"], "map"))
+    _, (message,) = read(mcap(entry("tf2_web_republisher/goal", goal)))
+    assert message.channel.type == "tf2_web_republisher_interfaces/msg/TFSubscriptionActionGoal"
+    assert decode(TFSubscriptionActionGoal, decoded(message.channel, message.data)) == goal
 
 
 def test_file_without_an_end_has_what_was_written() -> None:
