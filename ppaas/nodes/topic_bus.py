@@ -100,9 +100,13 @@ class TopicBus:
         """Return whether a topic has taps: subscribers outside the graph."""
         return bool(self._taps.get(topic))
 
-    def tap_published(self, callback: Tap) -> None:
-        """Call back for every message that nodes publish from now on, but not for injected ones."""
+    def tap_published(self, callback: Tap) -> Callable[[], None]:
+        """Call back for every message that nodes publish from now on, but not for injected ones.
+
+        Returns a function that ends it.
+        """
         self._published_taps.append(callback)
+        return lambda: self._published_taps.remove(callback)
 
     def tap(self, topic: str, callback: Tap) -> Callable[[], None]:
         """Subscribe to a topic from outside the graph; returns a function that unsubscribes.

@@ -42,8 +42,8 @@ class Bus(Protocol):
         """Subscribe to a topic; returns a function that unsubscribes."""
         ...
 
-    def tap_published(self, callback: Callable[[str, Payload], None]) -> None:
-        """Call back for every message that nodes publish from now on."""
+    def tap_published(self, callback: Callable[[str, Payload], None]) -> Callable[[], None]:
+        """Call back for every message that nodes publish from now on; returns a function that ends it."""
         ...
 
     def published_by(self, node: Node) -> tuple[str, ...]:
@@ -73,7 +73,8 @@ class Intake:
         self._known = 0
         self._globs: tuple[str, ...] = ()
         self._published: Payload | None = None
-        self._tapping = self._hears_published = False
+        self._untap_published: Callable[[], None] | None = None
+        self._tapping = False
         self._goals: set[str] = set()
         self._due: dict[str, float] = {}
         self._sampled = float("-inf")
@@ -86,14 +87,19 @@ class Intake:
         """
         if globs == self._globs and len(self._bus.topics) == self._known:
             return
-        if globs and not self._hears_published:
-            self._hears_published = True
-            self._bus.tap_published(self._note_published)
+        self._hear_published(wanted=bool(globs))
         self._globs, self._known = globs, len(self._bus.topics)
         wanted = {name for name in self._bus.topics if name not in SAMPLED and selects(globs, name)}
         for name in self._untap.keys() - wanted:
             self._untap.pop(name)()
         self._tap(wanted - self._untap.keys())
+
+    def _hear_published(self, *, wanted: bool) -> None:
+        if wanted and self._untap_published is None:
+            self._untap_published = self._bus.tap_published(self._note_published)
+        elif not wanted and self._untap_published is not None:
+            self._untap_published()
+            self._untap_published = self._published = None
 
     def _tap(self, names: Collection[str]) -> None:
         published = {topic for node in self._bus.nodes.values() for topic in self._bus.published_by(node)}

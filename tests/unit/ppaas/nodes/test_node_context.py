@@ -140,8 +140,12 @@ def test_tap_published_skips_injected_messages() -> None:
     graph = Graph(clock=clock)
     graph.add(Counter)
     heard: list[tuple[str, Payload]] = []
-    graph.tap_published(lambda topic, message: heard.append((topic, message)))
+    untap = graph.tap_published(lambda topic, message: heard.append((topic, message)))
     graph.inject("out", std_msgs.Float64(7.0))
+    clock.advance(1.0)
+    graph.run_due()
+    assert heard == [("out", std_msgs.Float64(1.0))]
+    untap()
     clock.advance(1.0)
     graph.run_due()
     assert heard == [("out", std_msgs.Float64(1.0))]

@@ -140,6 +140,7 @@ def test_recording_ends_by_itself_and_by_request() -> None:
     machine.wait(2.0)
     assert machine.batches[-1].recording == ""
     assert not machine.graph.has_taps("scan")
+    assert not machine.graph._published_taps
     machine.call("start", StartRecordingRequest(60.0))
     assert machine.call("stop", Empty()).recording == ""
 
