@@ -1,5 +1,6 @@
 """The part of a graph that is one robot: its namespace, and the topics that it publishes and subscribes to."""
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -121,12 +122,17 @@ def find_namespace(entities: Iterable[Entity], robot: str) -> str | None:
         Several robots are there, and none of them has the name of this one.
     """
     found = find_namespaces(entities)
-    own = "/" + "".join(letter if letter.isalnum() or letter == "_" else "_" for letter in robot)
+    own = f"/{name_in_graph(robot)}"
     if own in found:
         return own
     if len(found) > 1:
         raise NotFound("namespace of robot", robot, sorted(namespace or "/" for namespace in found))
     return found.pop() if found else None
+
+
+def name_in_graph(robot: str) -> str:
+    """Return the id of a robot as a name of ROS, which has letters, digits and ``_`` alone."""
+    return re.sub("[^A-Za-z0-9_]", "_", robot)
 
 
 def find_namespaces(entities: Iterable[Entity]) -> set[str]:

@@ -21,6 +21,7 @@ from ppaas.wire.ros.graph import Entity, Kind, Qos
 from ppaas.wire.ros.master_state import MasterState
 from ppaas.wire.ros.tcpros import unpack_header
 from robots.bridges.core.notices import Notices
+from robots.bridges.core.robot_graph import name_in_graph
 from robots.bridges.core.transport import Answer, Closable, Publisher, Received, Transport
 from robots.bridges.ros1.http import CALL_TIMEOUT, XmlRpcServer, address_of
 from robots.bridges.ros1.master import Master
@@ -312,7 +313,7 @@ class Ros1Transport(Transport, Slave):
 
 def node_name(robot: str) -> str:
     """Return the name of the bridge's node for a robot: one a robot, so that several may share a master."""
-    return "ppaas_bridge_" + "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in robot)
+    return f"ppaas_bridge_{name_in_graph(robot)}"
 
 
 def _own_address(host: str, port: int) -> str:
