@@ -64,7 +64,7 @@ class PathFollower(Controller):
 
     @property
     def active(self) -> bool:
-        """Whether the robot follows a path, or has not been told to stop."""
+        """True from the plan until `cancel`, also after the robot has ended its path."""
         return bool(self._id)
 
     def set_plan(self, poses: Poses) -> None:

@@ -76,6 +76,11 @@ class Address:
             _check(kind, name)
         return cls(names[0], f"v{version.major}", manufacturer, serial)
 
+    @property
+    def agv(self) -> str:
+        """Name of the AGV: manufacturer and serial number, with a slash between them."""
+        return f"{self.manufacturer}/{self.serial}"
+
     def topic(self, name: str) -> str:
         """Return the whole name of a topic."""
         return "/".join((self.interface, self.major, self.manufacturer, self.serial, name))

@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+import math
 from typing import Any
 
 from ppaas.clock import epoch, monotonic
@@ -80,7 +81,7 @@ class AgvRobot:
         self._away_since: float | None = None
         self._position: Position | None = None
         self._velocity: Velocity | None = None
-        self._pose_at = self._told_at = self._connection_at = float("-inf")
+        self._pose_at = self._told_at = self._connection_at = -math.inf
         self._complaint = ""
         self._told: tuple[str, ...] = ()
 
@@ -132,7 +133,7 @@ class AgvRobot:
             self._publish_pose(now)
 
     def broker_lost(self) -> None:
-        """Take it that the broker, and with it the AGV, is away."""
+        """Note that the broker is away, and with it the AGV."""
         now = monotonic()
         self._away_since = self._away_since or now
         self._do(self._control.take_connection("CONNECTION_BROKEN", now))
@@ -140,7 +141,7 @@ class AgvRobot:
     # -- from the cloud ------------------------------------------------------------------------------------------------
 
     async def run(self) -> None:
-        """Be the robot while the AGV is there, until cancelled."""
+        """Connect the AGV as its robot whenever it is there, until cancelled."""
         while True:
             await self._located.wait()
             try:

@@ -37,7 +37,7 @@ class AgvSide:
 
     def __init__(self, address: Address, outbox: Outbox) -> None:
         self.address = address
-        self.name = f"{address.manufacturer}/{address.serial}"
+        self.name = address.agv
         self.version = version_of(address.major)
         self._outbox = outbox
         self._headers = HeaderCounter(self.version, address)

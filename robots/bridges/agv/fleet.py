@@ -91,7 +91,7 @@ class Fleet:
             return None
         if len(self.robots) >= MAX_AGVS or self._group is None:
             self._ignored = {*tuple(self._ignored)[:MAX_AGVS], address}
-            logger.error("AGV %s/%s is left out: there are %d", address.manufacturer, address.serial, MAX_AGVS)
+            logger.error("AGV %s is left out: there are %d", address.agv, MAX_AGVS)
             return None
         agv = AgvSide(address, self.mqtt.outbox)
         found = AgvRobot(agv, robot, self._url, self._token, rest=self._rest, options=self._options)
@@ -106,7 +106,7 @@ class Fleet:
             return
         self._invalid[address, name] += 1
         if self._invalid[address, name] <= TOLD:
-            logger.warning("AGV %s/%s sent an invalid message: %s", address.manufacturer, address.serial, error)
+            logger.warning("AGV %s sent an invalid message: %s", address.agv, error)
 
     def _broker_lost(self) -> None:
         for robot in self.robots.values():

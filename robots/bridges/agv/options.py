@@ -6,11 +6,12 @@ from dataclasses import dataclass, field
 
 from ppaas.wire.vda5050.master.settings import Settings
 from ppaas.wire.vda5050.topics import Address
+from ppaas.wire.vda5050.versions import Version
 
 OWN_MANUFACTURER = "ppaas"
 """Manufacturer of robots of the cloud that are presented as AGVs: they are not taken as robots again."""
 
-MAJORS = {"v2": "uagv", "v3": "vda5050"}
+MAJORS = {f"v{version.major}": version.interface for version in Version}
 """Major versions that are served, with the first level of their topics."""
 
 
@@ -47,7 +48,7 @@ class FleetOptions:
         An AGV without an id of its own is the robot of its serial number.
         """
         if self.robots:
-            return self.robots.get(f"{address.manufacturer}/{address.serial}")
+            return self.robots.get(address.agv)
         if address.manufacturer == OWN_MANUFACTURER:
             return None
         return re.sub(r"[^A-Za-z0-9_-]", "_", address.serial)

@@ -52,7 +52,7 @@ async def registered(
             raise
         file = robot_file(address, options.map_of(map_id), sheet, options.radius)
         await rest.put_robot(robot, file)
-        logger.info("registered AGV %s/%s as robot %s", address.manufacturer, address.serial, robot)
+        logger.info("registered AGV %s as robot %s", address.agv, robot)
         known = await rest.get(path_of("robots", robot))
     if "follow_path" not in known.get("parameters", {}):
         raise Conflict(
@@ -69,11 +69,10 @@ def robot_file(address: Address, map_id: str, sheet: Factsheet | None, radius: f
         radius = 0.5 * math.hypot(body.length, body.width)
     if radius is not None:
         sizes = {"global_costmap": {"robot_radius": radius}}
-    name = f"{address.manufacturer}/{address.serial}"
     return RobotFile(
         map=map_id,
         cores=CORES,
         parameters={"follow_path": {}, **sizes},
-        description=f"AGV {name}, by VDA 5050",
+        description=f"AGV {address.agv}, by VDA 5050",
         properties={"vda5050": {"manufacturer": address.manufacturer, "serialNumber": address.serial}},
     )

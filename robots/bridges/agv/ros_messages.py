@@ -21,13 +21,12 @@ from ppaas.messages.geometry_msgs import (
 from ppaas.messages.health.diagnostic_msgs import DiagnosticArray, DiagnosticLevel, DiagnosticStatus, KeyValue
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.tf2_msgs import TFMessage
+from ppaas.nodes.frames import BASE_LINK, MAP, ODOM
 from ppaas.transforms.planar import transform_message
 from ppaas.wire.vda5050.fields import Velocity
 from ppaas.wire.vda5050.master.instructions import PathEnded, Progress
 from ppaas.wire.vda5050.master.reports import STOPPING, in_words, standing
 from ppaas.wire.vda5050.states import State
-
-MAP, ODOM, BASE = "map", "odom", "base_link"
 
 DEVIATION = 0.05
 """Standard deviation of the position of an AGV that reports none [m]."""
@@ -38,7 +37,7 @@ def odometry(pose: Pose2D, velocity: Velocity | None, stamp: Time) -> Odometry:
     vx, vy, omega = (0.0, 0.0, 0.0) if velocity is None else (velocity.vx, velocity.vy, velocity.omega)
     twist = Twist(Vector3(x=vx or 0.0, y=vy or 0.0), Vector3(z=omega or 0.0))
     return Odometry(
-        Header(stamp=stamp, frame_id=ODOM), BASE, PoseWithCovariance(Pose.of(pose)), TwistWithCovariance(twist)
+        Header(stamp=stamp, frame_id=ODOM), BASE_LINK, PoseWithCovariance(Pose.of(pose)), TwistWithCovariance(twist)
     )
 
 

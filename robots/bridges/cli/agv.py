@@ -1,11 +1,8 @@
 """Command ``ppaas bridge agv``: takes AGVs of other makers, with VDA 5050, as robots of the account."""
 
 import argparse
-import logging
-import sys
 
-from robots.bridges.cli.vda5050 import add_broker_arguments, loop_factory
-from robots.cli import event_loop
+from robots.bridges.cli.vda5050 import add_broker_arguments, broker_of, run_logged
 from robots.cli.session import add_cloud_arguments, token_of
 
 HELP = "take AGVs with VDA 5050 as robots, which the cloud leads along paths, over MQTT"
@@ -47,9 +44,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Lead AGVs until interrupted; return the exit status."""
-    logging.basicConfig(level=logging.INFO, format="%(levelname)s %(message)s", stream=sys.stderr)
-    event_loop.run(_run(arguments), loop_factory())
-    return 0
+    return run_logged(_run(arguments))
 
 
 async def _run(arguments: argparse.Namespace) -> None:
@@ -57,9 +52,8 @@ async def _run(arguments: argparse.Namespace) -> None:
     from ppaas.wire.vda5050.master.settings import Settings  # noqa: PLC0415
     from robots.bridges.agv.fleet import Fleet  # noqa: PLC0415
     from robots.bridges.agv.options import FleetOptions  # noqa: PLC0415
-    from robots.bridges.vda5050.broker import Broker, password_of  # noqa: PLC0415
 
-    broker = Broker.parse(arguments.broker, password_of(arguments.password_file), arguments.broker_ca_file)
+    broker = broker_of(arguments)
     options = FleetOptions(
         robots=dict(arguments.agv),
         maps=dict(arguments.map),

@@ -4,14 +4,16 @@ import argparse
 import logging
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from robots.cli import event_loop
 from robots.cli.session import add_cloud_arguments, rest_client, token_of
 
 if TYPE_CHECKING:
     from asyncio import AbstractEventLoop
-    from collections.abc import Callable
+    from collections.abc import Callable, Coroutine
+
+    from robots.bridges.vda5050.broker import Broker
 
 HELP = "present robots as AGVs of VDA 5050 to a master control, over MQTT"
 
@@ -31,14 +33,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--state-interval",
-        type=_positive,
+        type=_state_interval,
         default=30.0,
         metavar="S",
         help="longest time between states (%(default)g)",
     )
     parser.add_argument(
         "--visualization",
-        type=_not_negative,
+        type=_visualization,
         default=1.0,
         metavar="S",
         help="time between visualizations (%(default)g s); 0 for none",
@@ -73,14 +75,26 @@ def add_broker_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--interface", default="", help="first level of topics (uagv; vda5050 in 3.0)")
 
 
+def broker_of(arguments: argparse.Namespace) -> "Broker":
+    """Return the broker of the options; raises ``InvalidInput`` as `Broker.parse` and `password_of` do."""
+    from robots.bridges.vda5050.broker import Broker, password_of  # noqa: PLC0415 - ``ppaas --help`` loads this module
+
+    return Broker.parse(arguments.broker, password_of(arguments.password_file), arguments.broker_ca_file)
+
+
 def run(arguments: argparse.Namespace) -> int:
     """Present the robots until interrupted; return the exit status."""
+    return run_logged(_run(arguments))
+
+
+def run_logged(bridge: "Coroutine[Any, Any, None]") -> int:
+    """Run a bridge of many AGVs until interrupted, with its log on standard error; return the exit status."""
     logging.basicConfig(level=logging.INFO, format="%(levelname)s %(message)s", stream=sys.stderr)
-    event_loop.run(_run(arguments), loop_factory())
+    event_loop.run(bridge, _loop_factory())
     return 0
 
 
-def loop_factory() -> "Callable[[], AbstractEventLoop] | None":
+def _loop_factory() -> "Callable[[], AbstractEventLoop] | None":
     """Return the loop of uvloop, which halves the cost of many AGVs; it is not there on Windows."""
     try:
         from uvloop import new_event_loop  # noqa: PLC0415 - ``ppaas --help`` loads this module
@@ -94,9 +108,8 @@ async def _run(arguments: argparse.Namespace) -> None:
     from ppaas.wire.vda5050.versions import version_of  # noqa: PLC0415
     from robots.bridges.vda5050.agv_bridge import present  # noqa: PLC0415
     from robots.bridges.vda5050.agv_options import AgvOptions  # noqa: PLC0415
-    from robots.bridges.vda5050.broker import Broker, password_of  # noqa: PLC0415
 
-    broker = Broker.parse(arguments.broker, password_of(arguments.password_file), arguments.broker_ca_file)
+    broker = broker_of(arguments)
     options = AgvOptions(
         version=version_of(arguments.vda),
         manufacturer=arguments.manufacturer,
@@ -111,14 +124,14 @@ async def _run(arguments: argparse.Namespace) -> None:
     await present(arguments.url, token, robots, broker, options)
 
 
-def _positive(text: str) -> float:
+def _state_interval(text: str) -> float:
     value = float(text)
     if not 0.2 <= value <= 30.0:
         raise argparse.ArgumentTypeError(f"must be 0.2 to 30 s, not {text}")
     return value
 
 
-def _not_negative(text: str) -> float:
+def _visualization(text: str) -> float:
     value = float(text)
     if not 0.0 <= value <= 3600.0:
         raise argparse.ArgumentTypeError(f"must be 0 to 3600 s, not {text}")

@@ -1,6 +1,7 @@
 """Side of an AGV that is the broker: topics of the master control in, states out."""
 
 import logging
+import math
 from collections.abc import Callable
 
 from ppaas.clock import epoch, monotonic
@@ -44,7 +45,7 @@ class FleetSide:
         self._headers = HeaderCounter(options.version, self._address)
         self._names = {self._address.topic(name): name for name in topics.topics_to_agv(options.version)}
         self._outbox: Outbox | None = None
-        self._state_sent, self._shown = -1e9, -1e9
+        self._state_sent, self._shown = -math.inf, -math.inf
         self._pending = True
         self._state_id = 0
 
@@ -111,14 +112,12 @@ class FleetSide:
 
     def _send_state(self, now: float) -> None:
         self._state_sent, self._pending = now, False
-        message = self._message(topics.STATE, state_of(self._agv, self._map_id, self._telemetry))
-        if self._outbox is not None:
-            self._outbox.put_newest(message)
+        self._put(topics.STATE, state_of(self._agv, self._map_id, self._telemetry))
 
     def _connected(self) -> None:
         self._put(topics.CONNECTION, _connection("ONLINE"))
         self.send_factsheet()
-        self._state_sent, self._pending = -1e9, True
+        self._state_sent, self._pending = -math.inf, True
 
     def _put(self, name: str, body: Fields) -> None:
         if self._outbox is not None:

@@ -89,7 +89,7 @@ class OrderPlan:
 
     @property
     def is_finished(self) -> bool:
-        """Whether the AGV has reached the last node."""
+        """True if the AGV has reached the last node."""
         return self.reached == self.last.sequence
 
     def position(self, sequence: int | None) -> int:
