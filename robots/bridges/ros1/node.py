@@ -183,8 +183,8 @@ class Ros1Transport(Transport, Slave):
         topics = state.publishers.keys() | state.subscribers.keys()
         if state != self._state or not all(map(self._known_types.get, topics)):
             self._known_types = await self._registry.master.types()
-        self._state = state
-        self._refresh()
+            self._state = state
+            self._refresh()
         await self._registry.reconcile(state, self._wanted())
 
     def _wanted(self) -> dict[Key, Named]:
