@@ -7,7 +7,7 @@ from pathlib import Path
 from engine.container.current_map import CurrentMap
 from engine.container.diagnostics import add_diagnostics
 from engine.container.monitor.setup import ContainerMonitor, of_clone
-from engine.container.recording import RecordingLink, without_recorder
+from engine.container.recording import RecordingLink
 from engine.specs.containers import Launch
 from ppaas.clone.assembly import build_clone
 from ppaas.clone.planning_container import build_planning
@@ -57,7 +57,7 @@ def build_graph(graph: Graph, launch: Launch, threads: Threads, current: Current
         assert current.layers is not None
         build_planning(graph, current.layers, threads=threads, reuse=current.reuse)
         return None
-    bare = without_recorder(of_clone(robot))
+    bare = of_clone(robot)
     text = UrdfText(robot.urdf_text) if robot.urdf_text else None
 
     posegraph = Path(launch.layers) / POSEGRAPH
@@ -81,6 +81,6 @@ def build_graph(graph: Graph, launch: Launch, threads: Threads, current: Current
         )
 
     build()
-    monitoring = ContainerMonitor(graph, without_recorder(robot), build)
+    monitoring = ContainerMonitor(graph, robot, build)
     add_diagnostics(graph, bare, current, monitoring.traffic)
     return Attendants(monitoring, RecordingLink(graph, robot, current, launch.spec.cores))

@@ -55,7 +55,7 @@ class RecordingLink:
         self._machine = machine
 
     def told(self, frame: RecorderTold) -> None:
-        """Pass on what the recorder of the machine says."""
+        """Pass on an answer of the recorder of the machine."""
         self._node.told(frame.problem, forgotten=frame.forgotten, lost=frame.lost)
 
     def _hand_over(self, batch: bytes) -> bool:
@@ -96,9 +96,3 @@ class RecordingLink:
 
         self._graph.call("rosapi/get_param", GetParamRequest("/"), reply)
         return found
-
-
-def without_recorder(robot: RobotConfig) -> RobotConfig:
-    """Return the configuration for the other nodes: without parameters of the recorder."""
-    others = {name: values for name, values in robot.parameters.items() if name != NAME}
-    return msgspec.structs.replace(robot, parameters=others)

@@ -12,6 +12,7 @@ from engine.container.monitor.parameters import NAME, monitor_parameters
 from engine.specs.containers import RobotConfig
 from ppaas.diagnosis.observations.traffic import Traffic
 from ppaas.nodes.graph import Graph
+from ppaas.recording.parameters import NAME as RECORDER
 
 
 class ContainerMonitor:
@@ -63,6 +64,6 @@ class ContainerMonitor:
 
 
 def of_clone(robot: RobotConfig) -> RobotConfig:
-    """Return the configuration for the other nodes: without parameters of the node monitor, and the URDF."""
-    others = {name: values for name, values in robot.parameters.items() if name != NAME}
+    """Return the configuration for the other nodes: without parameters of node monitor and recorder, and the URDF."""
+    others = {name: values for name, values in robot.parameters.items() if name not in (NAME, RECORDER)}
     return msgspec.structs.replace(robot, parameters=others, urdf_text=b"")

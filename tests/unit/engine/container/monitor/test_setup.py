@@ -107,8 +107,8 @@ def test_node_returned_with_an_unreadable_state_starts_in_its_initial_state(
     assert "the checkpoint of node 'amcl' cannot be read" in caplog.text
 
 
-def test_node_monitor_parameters_do_not_reach_other_nodes(layers: MapLayers) -> None:
-    said = {"node_monitor": {"priorities": ["network_bandwidth"]}, "amcl": {"seed": 3}}
+def test_parameters_of_monitor_and_recorder_do_not_reach_other_nodes(layers: MapLayers) -> None:
+    said = {"node_monitor": {"priorities": ["network_bandwidth"]}, "recorder": {"ring_minutes": 1}, "amcl": {"seed": 3}}
     robot = RobotConfig("tb1", "turtlebot2", (2.0, 2.0, 0.0), "dijkstra", "dwa", said)
     assert of_clone(robot).parameters == {"amcl": {"seed": 3}}
     assert of_clone(msgspec.structs.replace(robot, urdf_text=b"text")) == of_clone(robot), "robots have their URDF"
