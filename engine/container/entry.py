@@ -95,7 +95,7 @@ def _restore(graph: Graph, launch: Launch) -> None:
 
 
 def _connected(attendants: Attendants | None, machine: MachineClient) -> Callable[[machine_link.RecorderTold], None]:
-    """Connect the recorder of a clone with its machine; return the function that passes on what the machine says."""
+    """Connect the recorder of a clone with its machine; return the function that passes on its answers."""
     if attendants is None:
         return lambda _: None
     attendants.recording.connect(machine)

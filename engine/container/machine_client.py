@@ -66,7 +66,7 @@ class MachineClient:
         use_layers : callable
             Called with other layers of the map; it calls ``map_in_use``.
         recorder_told : callable
-            Called with what the recorder of the machine says.
+            Called with the answers of the recorder of the machine.
         """
         while (frame := await self._stream.receive()) is not None:
             match frame:

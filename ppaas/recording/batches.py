@@ -37,7 +37,7 @@ class Entry(msgspec.Struct, array_like=True, frozen=True, gc=False):
 
 
 class About(msgspec.Struct, frozen=True):
-    """What a recording is of, for a replay.
+    """Robot, map and parameters of a recording, for a replay.
 
     Parameters
     ----------

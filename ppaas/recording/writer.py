@@ -68,7 +68,7 @@ class McapFile:
     stream : binary stream
         Opened for writing; it can tell its position.
     about : About
-        What the recording is of.
+        Robot, map and parameters of the recording.
     """
 
     def __init__(self, stream: IO[bytes], about: About) -> None:

@@ -101,7 +101,7 @@ class Comparison:
 
     @property
     def differs(self) -> bool:
-        """Whether a goal ended otherwise, or poses are far from each other."""
+        """True if a goal ended otherwise, or poses are far from each other."""
         return (
             any(first != second for first, second in self.goals.values())
             or self.most_distance > FAR

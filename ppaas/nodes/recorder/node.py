@@ -53,7 +53,7 @@ class RecorderNode(Node):
         Topics of the executor; messages are heard after the nodes that use them.
     parameters : RecorderParameters
     about : callable
-        Returns what a recording is of, with the map of now.
+        Returns robot, parameters and current map, which each batch names.
     sink : callable
         Takes the batches.
     """
@@ -75,7 +75,7 @@ class RecorderNode(Node):
         self._entries: list[Entry] = []
         self._pending = self._messages = self._lost = 0
         self._recording: Recording | None = None
-        self._handed: str = ""
+        self._handed = ""
         self._problem = ""
 
     def start(self) -> None:
@@ -114,7 +114,7 @@ class RecorderNode(Node):
         )
 
     def told(self, problem: str, *, forgotten: bool = False, lost: int = 0) -> None:
-        """Note what the recorder of the machine says.
+        """Note an answer of the recorder of the machine.
 
         Parameters
         ----------
