@@ -133,9 +133,7 @@ class Web:
         self._configured = partial(_uvicorn_config, log_level=log_level, dead=dead, connections=connections, tls=tls)
         self._server = Server(self._configured(build_app(services, self._sessions, settings)))
         self._rapyuta = RobotRegistry(services, self._sessions)
-        self._rapyuta_server = Server(self._configured(rapyuta_app(services, self._rapyuta, settings)))
-        self._rapyuta_listeners: list[socket.socket] = []
-        self._viewers: tuple[Server, list[socket.socket]] | None = None
+        self._others: list[tuple[Server, Sequence[socket.socket]]] = []
 
     async def serve(self, listeners: Sequence[socket.socket]) -> None:
         """Serve until `stop` is called."""
@@ -147,25 +145,21 @@ class Web:
         self._background.run(self._joint_maps.run())
         if self._tls is not None:
             self._background.run(self._tls.watch())
-        servers = [self._server.serve(list(listeners))]
-        if self._rapyuta_listeners:
-            self._background.run(self._rapyuta.watch())
-            servers.append(self._rapyuta_server.serve(self._rapyuta_listeners))
-        if self._viewers is not None:
-            server, viewed = self._viewers
-            servers.append(server.serve(viewed))
-        await asyncio.gather(*servers)
+        servers = [(self._server, listeners), *self._others]
+        await asyncio.gather(*(server.serve(list(sockets)) for server, sockets in servers))
 
     def serve_rapyuta(self, listeners: Sequence[socket.socket]) -> None:
-        """Let ``serve`` also serve robots of Rapyuta, on these listeners; without any, it does not."""
-        self._rapyuta_listeners = list(listeners)
+        """Let ``serve`` also serve robots of Rapyuta, on these listeners."""
+        self._background.run(self._rapyuta.watch())
+        app = rapyuta_app(self._services, self._rapyuta, self._settings)
+        self._others.append((Server(self._configured(app)), listeners))
 
     def serve_foxglove(self, listeners: Sequence[socket.socket]) -> None:
         """Let ``serve`` also serve viewers of Foxglove, on these listeners; needs the extra ``foxglove``."""
         from endpoints.foxglove.app import foxglove_app  # noqa: PLC0415 - of the extra
 
         app = foxglove_app(self._services, self._sessions, self._settings)
-        self._viewers = Server(self._configured(app, max_frame=MAX_VIEWER_FRAME)), list(listeners)
+        self._others.append((Server(self._configured(app, max_frame=MAX_VIEWER_FRAME)), listeners))
 
     def run_in_background(self, work: Coroutine[Any, Any, None]) -> None:
         """Run a coroutine in the background; it is cancelled at the end."""
@@ -173,9 +167,8 @@ class Web:
 
     def stop(self) -> None:
         """Make ``serve`` return."""
-        self._server.should_exit = self._rapyuta_server.should_exit = True
-        if self._viewers is not None:
-            self._viewers[0].should_exit = True
+        for server in (self._server, *(other for other, _ in self._others)):
+            server.should_exit = True
 
     async def close(self) -> None:
         """End all sessions."""
