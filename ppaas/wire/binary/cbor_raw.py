@@ -2,7 +2,7 @@
 
 A frame is a publication in CBOR whose ``msg`` has the time of sending, ``secs`` and ``nsecs``, and the ``bytes`` of the
 message. They are those of ROS 1 or, for clients that name their type as in ROS 2, CDR with its header of four bytes.
-Clients cannot publish so: rosbridge has no such frames upwards.
+Clients cannot publish in it: rosbridge sends such frames and receives none.
 
 Source: ``rosbridge_library/capabilities/subscribe.py`` of ``RobotWebTools/rosbridge_suite``, branches ``ros1`` and
 ``ros2``.
