@@ -82,7 +82,7 @@ def decode(topic: str, payload: bytes, version: Version) -> tuple[Header, Any]:
     MessageTooLarge
         The payload is larger than 1 MiB.
     MalformedMessage
-        The payload is no JSON object, or a field is missing, of another type or out of range; the error names it.
+        The payload is not a JSON object, or a field is missing, of another type or out of range; the error names it.
     InvalidInput
         The topic is unknown, or the message is of another major version.
     """
@@ -112,7 +112,7 @@ def _object(topic: str, payload: bytes) -> dict[str, Any]:
     try:
         tree = msgspec.json.decode(payload)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise MalformedMessage(f"{topic}: no JSON: {error}") from error
+        raise MalformedMessage(f"{topic}: not JSON: {error}") from error
     if not isinstance(tree, dict):
         raise MalformedMessage(f"{topic}: a JSON object is expected")
     if _deep(tree, MAX_LEVELS):

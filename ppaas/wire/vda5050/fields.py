@@ -9,7 +9,7 @@ Number = Annotated[int, msgspec.Meta(ge=0)]
 
 
 class Fields(msgspec.Struct, rename="camel", omit_defaults=True):
-    """Base of messages and their parts: names as in JSON are camel case; what is None is left out."""
+    """Base of messages and their parts: names are camel case in JSON, and fields that are None are left out."""
 
 
 class Point(Fields):

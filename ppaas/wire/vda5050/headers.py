@@ -67,10 +67,10 @@ def seconds_of(text: str) -> float:
     Raises
     ------
     MalformedMessage
-        The text is no time in ISO 8601.
+        The text is not a time in ISO 8601.
     """
     try:
         time = datetime.fromisoformat(text)
         return (time if time.tzinfo else time.replace(tzinfo=UTC)).timestamp()
     except (ValueError, OverflowError) as error:
-        raise MalformedMessage(f"{text[:40]!r} is no time in ISO 8601, as 2026-01-31T11:40:03.123Z") from error
+        raise MalformedMessage(f"{text[:40]!r} is not a time in ISO 8601, as 2026-01-31T11:40:03.123Z") from error

@@ -109,7 +109,7 @@ WHOLE = frozenset({"headerId", "sequenceId", "orderUpdateId", "lastNodeSequenceI
 """Fields with whole numbers, which some peers write as ``1.0``."""
 
 ARBITRARY = frozenset({"value", "loadSpecification", "mobileRobotConfiguration", "envelopes3d"})
-"""Fields whose values pass as they are: parameters of actions, and what no robot of ours has."""
+"""Fields whose values pass as they are: parameters of actions, and fields that this project does not interpret."""
 
 Rules = Mapping[str, Callable[[Any], Any]]
 """Values of fields, by the names that the fields had."""

@@ -213,7 +213,7 @@ class AgvRobot:
     # -- both ways -----------------------------------------------------------------------------------------------------
 
     def tick(self) -> None:
-        """Do what is due: sends again, repeats the pose of an AGV that stands, tells how it is."""
+        """Do what is due: send again, repeat the pose of an AGV that stands, publish its diagnostics."""
         now = monotonic()
         self._do(self._control.tick(now))
         if self._away_since is not None and now - self._away_since > LEAVE_AFTER:

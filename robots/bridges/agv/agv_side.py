@@ -1,4 +1,4 @@
-"""One AGV at the broker: what is sent to it, and which of its messages count."""
+"""One AGV at the broker: messages to it, and a check of the headers of its own."""
 
 import logging
 from collections import defaultdict

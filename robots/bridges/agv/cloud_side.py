@@ -1,4 +1,4 @@
-"""One AGV in the cloud: the link of its robot, what is published on it, and what comes from it."""
+"""One AGV in the cloud: the link of its robot, with the topics that are published and received."""
 
 import asyncio
 import logging

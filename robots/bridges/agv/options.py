@@ -28,7 +28,7 @@ class FleetOptions:
     interface : str
         First level of topics; empty for that of the version.
     register : bool
-        Whether AGVs that are no robots of the account yet are registered.
+        Whether AGVs that are not yet robots of the account are registered.
     radius : float or None
         Radius of AGVs that send no factsheet [m].
     settings : Settings

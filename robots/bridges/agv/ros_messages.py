@@ -42,7 +42,7 @@ def odometry(pose: Pose2D, velocity: Velocity | None, stamp: Time) -> Odometry:
 
 
 def map_to_odom(stamp: Time) -> TFMessage:
-    """Return the transform from the map to the odometry, which is none."""
+    """Return the transform from the map to the odometry, which is the identity."""
     return TFMessage([transform_message(MAP, ODOM, Pose2D(0.0, 0.0), stamp)])
 
 

@@ -47,7 +47,7 @@ class Broker:
         ----------
         url : str
         password : str, optional
-            Password of the user; it is no part of the URL, which other processes can read.
+            Password of the user; it is not part of the URL, which other processes can read.
         ca_file : Path, optional
             Certificates in PEM to trust for mqtts, instead of those of the system.
 

@@ -145,7 +145,7 @@ class CloneSide:
         try:
             battery = msgspec.json.decode(message, type=_Battery)
         except msgspec.DecodeError as error:
-            raise MalformedMessage(f"battery_state is no sensor_msgs/BatteryState: {error}") from error
+            raise MalformedMessage(f"battery_state is not a sensor_msgs/BatteryState: {error}") from error
         if battery.percentage is None:
             return
         self._telemetry.information.clear()

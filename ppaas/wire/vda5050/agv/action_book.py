@@ -37,7 +37,7 @@ class ActionBook:
                 self._states.setdefault(action.action_id, action_state(action, "WAITING"))
 
     def keep_only(self, steps: Iterable[Node | Edge]) -> None:
-        """Forget waiting actions of a horizon that is no more."""
+        """Forget waiting actions of a horizon that was replaced."""
         ahead = {action.action_id for step in steps for action in step.actions}
         triggered = {action.action_id for action in self._waiting}
         self._states = {

@@ -1,7 +1,7 @@
 """AGV: takes orders and instant actions, commands its robot, and tells its state.
 
 Inputs are methods; each may make commands, which `take_commands` returns, and a change of the state, which
-`take_change` returns. There is no clock: what takes time is told by the caller.
+`take_change` returns. There is no clock: the caller reports the end of everything that takes time.
 
 Source: VDA 5050 2.0, 2.1 and 3.0, chapters on orders, actions and states.
 """
@@ -59,7 +59,7 @@ class Agv:
     Attributes
     ----------
     orders, actions, instants, zones : OrderBook, ActionBook, InstantBook, ZoneBook
-        What the AGV was told.
+        Orders, actions and zones that the AGV was given.
     pose : RobotPose or None
         Pose of the robot; None if it is not localized.
     paused, connected : bool

@@ -12,7 +12,7 @@ from ppaas.wire.vda5050.states import Error
 
 
 class Driver:
-    """Knows to which node the robot was told to drive, and how that ended.
+    """Keeps the node to which the robot was told to drive, and the end of that drive.
 
     Parameters
     ----------

@@ -37,7 +37,7 @@ class Refusal(Exception):
     kind : str
         Type of the error.
     text : str
-        Description: what is wrong, and what to do.
+        Description of the fault and its remedy.
     references : mapping of str to str
         References of the error, by key.
     level : str

@@ -60,7 +60,7 @@ class OrderBook:
         return _digest(order) in self._accepted
 
     def is_new(self, order: Order) -> bool:
-        """Return whether an order is no update of this one."""
+        """Return whether an order is another one, not an update of the current one."""
         return order.order_id != self.order_id
 
     def begin(self, order: Order, pose: RobotPose, *, idle: bool) -> None:
@@ -149,7 +149,7 @@ class OrderBook:
         return node
 
     def cancel(self) -> None:
-        """Forget what is ahead."""
+        """Forget the nodes and edges ahead."""
         self.nodes, self.edges, self.cancelled = [], [], True
 
     def node_states(self) -> list[NodeState]:
