@@ -19,6 +19,7 @@ from storage.plan_query import PlanStoreQuery
 from storage.records import (
     CloneCheckpoint,
     CloneLogChange,
+    Lease,
     PlanPart,
     PlanPassage,
     PlanRecord,
@@ -29,7 +30,17 @@ from storage.records import (
 )
 from storage.sharing_records import Share
 
-__all__ = ["CloneStore", "HistoryStore", "MapStore", "PeopleStore", "PlanStore", "RobotStore", "Store", "UserStore"]
+__all__ = [
+    "CloneStore",
+    "HistoryStore",
+    "LeaseStore",
+    "MapStore",
+    "PeopleStore",
+    "PlanStore",
+    "RobotStore",
+    "Store",
+    "UserStore",
+]
 
 
 class UserStore(Protocol):
@@ -286,7 +297,22 @@ class HistoryStore(Protocol):
         ...
 
 
-class Store(UserStore, RobotStore, PlanStore, HistoryStore, CloneStore, PeopleStore, Protocol):
+class LeaseStore(Protocol):
+    """Leases, each of which changes by compare-and-set alone."""
+
+    def lease(self, name: str) -> Lease:
+        """Return a lease; one of epoch 0 without a holder if it was never taken."""
+        ...
+
+    def change_lease(self, lease: Lease, *, instead_of: Lease) -> bool:
+        """Store a lease if the stored one is ``instead_of``; return whether it was.
+
+        After an error the lease may be stored all the same, also later.
+        """
+        ...
+
+
+class Store(UserStore, RobotStore, PlanStore, HistoryStore, CloneStore, PeopleStore, LeaseStore, Protocol):
     """A store of everything but maps: many small records."""
 
     def close(self) -> None:

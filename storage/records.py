@@ -1,14 +1,19 @@
-"""Records of the stores: users, tokens, maps, robots, plans and checkpoints."""
+"""Records of the stores: users, tokens, maps, robots, plans, checkpoints and leases."""
 
 from typing import Any, Literal
 
 import msgspec
 
+from ppaas.errors import InvalidInput
+from storage.names import check_name
 from storage.sharing_records import Share, TokenScope
 
 Role = Literal["admin", "user"]
 
 PlanOrigin = Literal["computed", "reused", "stitched", "given"]
+
+LONGEST_HOLDER = 256
+"""Limit of the name of the holder of a lease [characters]."""
 
 
 class Limits(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -322,3 +327,39 @@ class CloneLogChange(msgspec.Struct, frozen=True):
     log: str
     entries: dict[int, bytes] = {}
     obsolete: list[int] = []
+
+
+class Lease(msgspec.Struct, frozen=True):
+    """A lease, which holds no time: a candidate measures by its own clock for how long a lease has not changed.
+
+    Parameters
+    ----------
+    name : str
+        Name of the lease.
+    holder : str
+        Process that holds the lease; empty if nobody does.
+    epoch : int
+        Number of times that the lease was taken; it never decreases.
+    beat : int
+        Number of times that the holder has renewed the lease in this epoch.
+    """
+
+    name: str
+    holder: str = ""
+    epoch: int = 0
+    beat: int = 0
+
+
+def check_lease(lease: Lease, instead_of: Lease) -> None:
+    """Check a change of a lease.
+
+    Raises
+    ------
+    InvalidInput
+        The name or the holder is not valid, or the change goes back.
+    """
+    check_name("lease", lease.name)
+    if len(lease.holder) > LONGEST_HOLDER:
+        raise InvalidInput(f"the holder of lease {lease.name!r} has more than {LONGEST_HOLDER} characters")
+    if lease.name != instead_of.name or (lease.epoch, lease.beat) <= (instead_of.epoch, instead_of.beat):
+        raise InvalidInput(f"lease {lease.name!r} would go back: its epoch and beat only grow")

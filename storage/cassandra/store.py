@@ -5,12 +5,15 @@ from storage.cassandra.accounts import CassandraAccounts
 from storage.cassandra.connection.address import parse_address
 from storage.cassandra.connection.session import CassandraSession
 from storage.cassandra.history import CassandraHistory
+from storage.cassandra.leases import CassandraLeases
 from storage.cassandra.people import CassandraPeople
 from storage.cassandra.plans.sweep import CassandraSweep
 from storage.cassandra.robots import CassandraRobots
 
 
-class CassandraStore(CassandraAccounts, CassandraRobots, CassandraHistory, CassandraPeople, CassandraSweep):
+class CassandraStore(
+    CassandraAccounts, CassandraRobots, CassandraHistory, CassandraPeople, CassandraLeases, CassandraSweep
+):
     """A ``Store`` in a Cassandra keyspace, which any number of processes may use at once.
 
     It connects with the first request, so the cluster may be down when the cloud starts.

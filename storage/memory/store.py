@@ -5,6 +5,7 @@ import threading
 from ppaas.errors import Conflict, NotFound
 from storage.encoding import decode, encode
 from storage.memory.history import MemoryHistory
+from storage.memory.leases import MemoryLeases
 from storage.memory.people import MemoryPeople
 from storage.memory.plans import MemoryPlans
 from storage.names import check_name, check_robot_map
@@ -13,7 +14,7 @@ from storage.robot_shares import RobotShares
 from storage.sharing_records import check_grantee
 
 
-class MemoryStore(MemoryPlans, MemoryHistory, MemoryPeople, RobotShares):
+class MemoryStore(MemoryPlans, MemoryHistory, MemoryPeople, MemoryLeases, RobotShares):
     """A ``Store`` of dictionaries.
 
     Robots and checkpoints are stored as bytes, because they contain dictionaries that a caller may change afterwards.
@@ -23,6 +24,7 @@ class MemoryStore(MemoryPlans, MemoryHistory, MemoryPeople, RobotShares):
         MemoryPlans.__init__(self)
         MemoryHistory.__init__(self)
         MemoryPeople.__init__(self)
+        MemoryLeases.__init__(self)
         self._lock = threading.Lock()
         self._users: dict[str, User] = {}
         self._tokens: dict[str, Token] = {}

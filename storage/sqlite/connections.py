@@ -81,6 +81,10 @@ MIGRATIONS: tuple[tuple[Migration, ...], ...] = (
            PRIMARY KEY (grantee, user, robot)) STRICT, WITHOUT ROWID""",
         "CREATE INDEX IF NOT EXISTS robot_shares_by_robot ON robot_shares (user, robot)",
     ),
+    (
+        """CREATE TABLE IF NOT EXISTS leases (name TEXT PRIMARY KEY, holder TEXT NOT NULL, epoch INTEGER NOT NULL,
+           beat INTEGER NOT NULL) STRICT, WITHOUT ROWID""",
+    ),
 )
 """Schema migrations, as SQL statements and functions. Entry *n* migrates a file from version *n* to *n* + 1, and is
 never changed after a release."""

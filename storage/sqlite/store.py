@@ -18,13 +18,14 @@ from storage.robot_shares import RobotShares
 from storage.sharing_records import check_grantee
 from storage.sqlite.connections import SqliteConnections
 from storage.sqlite.history import SqliteHistory
+from storage.sqlite.leases import SqliteLeases
 from storage.sqlite.people import SqlitePeople
 from storage.sqlite.plans import SqlitePlans
 
 _NOT_SHARED = "DELETE FROM robot_shares WHERE user = ? AND robot = ?"
 
 
-class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople, RobotShares):
+class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople, SqliteLeases, RobotShares):
     """A ``Store`` in an SQLite file, which any number of threads and processes may use at once.
 
     Parameters
@@ -47,6 +48,7 @@ class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople, RobotShares):
         SqlitePlans.__init__(self, self._connections, granularity)
         SqliteHistory.__init__(self, self._connections)
         SqlitePeople.__init__(self, self._connections)
+        SqliteLeases.__init__(self, self._connections)
 
     def close(self) -> None:
         """Close the file."""

@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
+from cassandra import ConsistencyLevel
 from cassandra.cluster import ResponseFuture, ResultSet, Session
 from cassandra.concurrent import execute_concurrent_with_args
 from cassandra.query import BatchStatement, BatchType, PreparedStatement
@@ -85,6 +86,16 @@ class CassandraSession:
         with driver_errors(self._address):
             return is_applied(self._execute(cql, values))
 
+    def serial_row(self, cql: str, *values: Any) -> Any:
+        """Return the first row of a query, or None; it sees every conditional write of all data centres."""
+        with driver_errors(self._address):
+            return self._execute_serial(cql, values, ConsistencyLevel.SERIAL).one()
+
+    def serial_write_if(self, cql: str, *values: Any) -> bool:
+        """Execute a lightweight transaction that all data centres agree on; return whether it was applied."""
+        with driver_errors(self._address):
+            return is_applied(self._execute_serial(cql, values))
+
     def write_batch(self, writes: Iterable[Write]) -> None:
         """Execute a logged batch: eventually all writes or none are applied; readers may see a part meanwhile."""
         with driver_errors(self._address):
@@ -140,6 +151,13 @@ class CassandraSession:
 
     def _execute(self, cql: str, values: Sequence[Any]) -> ResultSet:
         return self._session().execute(self._statement(cql), values)
+
+    def _execute_serial(self, cql: str, values: Sequence[Any], level: int | None = None) -> ResultSet:
+        statement = self._statement(cql).bind(values)
+        statement.serial_consistency_level = ConsistencyLevel.SERIAL
+        if level is not None:
+            statement.consistency_level = level
+        return self._session().execute(statement)
 
     def _execute_batch(self, writes: Iterable[Write]) -> ResultSet:
         return self._session().execute(self._batch(writes))
