@@ -34,8 +34,7 @@ class CurrentVersions:
 
     def of(self, request: PlaceRequest) -> PlaceRequest:
         """Return a request with the current versions of its map and masks; those that are not known stay as given."""
-        masks = () if request.robot is None else request.robot.masks.values()
-        for name in dict.fromkeys((request.map.id, *(mask.id for mask in masks))):
+        for name in request.map_ids:
             if name in self._known:
                 request = with_version(request, self._known[name])
         return request

@@ -1,5 +1,6 @@
 """Use of free capacity: fills waiting places, and moves containers from machines that are drained, a few at once."""
 
+from engine.master.full_machines import FullMachines
 from engine.master.machine import Machine
 from engine.master.orders import Leave, Order
 from engine.master.places import Place
@@ -11,14 +12,27 @@ MOVES = 4
 
 def use_room(state: MasterState) -> list[Order]:
     """Return orders that fill waiting places and continue draining, after capacity has become free."""
-    filled = [order for key in tuple(state.waiting) for order in state.fill(key, state.places[key])]
+    full, filled = FullMachines(), list[Order]()
+    for key in tuple(state.waiting):
+        place = state.places[key]
+        if not full.refuse(place):
+            orders = state.fill(key, place)
+            filled += orders
+            if not orders and not state.may_run(place):
+                full.note(place)
     return [*filled, *move_on(state)]
 
 
 def move_on(state: MasterState) -> list[Order]:
     """Return orders that make ready containers leave machines being drained, if another machine has room for them."""
-    ready = (place for machine in sorted(state.draining) for place in _ready_on(state.machines[machine], state))
-    return [order for place in ready for order in _move(place, state)]
+    full, orders = FullMachines(), list[Order]()
+    for machine in sorted(state.draining):
+        if len(state.moving) >= MOVES:
+            break
+        for place in _ready_on(state.machines[machine], state):
+            if not full.refuse(place):
+                orders += _move(place, full, state)
+    return orders
 
 
 def _ready_on(machine: Machine, state: MasterState) -> list[Place]:
@@ -26,11 +40,12 @@ def _ready_on(machine: Machine, state: MasterState) -> list[Place]:
     return [place for place in filled if place is not None and place.state == "ready" and not place.leaving]
 
 
-def _move(place: Place, state: MasterState) -> list[Order]:
+def _move(place: Place, full: FullMachines, state: MasterState) -> list[Order]:
     if len(state.moving) >= MOVES or place.spec is None or place.machine is None:
         return []
     place.successor = state.reserve(place)
     if place.successor is None:
+        full.note(place)
         return []
     place.leaving = True
     state.moving.add(place.request.key)

@@ -20,7 +20,7 @@ def follow(event: MapChanged, state: MasterState) -> list[Order]:
     if not state.versions.note(event):
         return []
     state.queue.change(lambda request: with_version(request, event))
-    orders = (_follow(place, event, state) for place in state.places.values())
+    orders = (_follow(place, event, state) for place in state.users_of.get(event.map.id, {}).values())
     return [order for order in orders if order is not None]
 
 

@@ -30,11 +30,16 @@ def explain_no_machine(request: PlaceRequest, machines: Mapping[str, Machine]) -
 
     If no machine has the requested labels, the text names the machine that has most of them, and those it lacks.
     """
+    if not request.labels:  # the usual refusal of a full cloud: no machine is examined
+        return _no_room("no machine", request)
     wanted = request.labels.items()
     missing = {machine.id: dict(wanted - machine.all_labels.items()) for machine in machines.values()}
     nearest = min(missing, key=lambda machine_id: len(missing[machine_id]))
     if missing[nearest]:
         lacks = labels_text(missing[nearest])
         return f"no machine has the labels {labels_text(request.labels)}; {nearest!r} is closest, but lacks {lacks}"
-    labelled = f" with labels {labels_text(request.labels)}" if request.labels else ""
-    return f"no machine{labelled} has room for a container of {request.cores} cores: try again later"
+    return _no_room(f"no machine with labels {labels_text(request.labels)}", request)
+
+
+def _no_room(machines: str, request: PlaceRequest) -> str:
+    return f"{machines} has room for a container of {request.cores} cores: try again later"

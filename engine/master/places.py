@@ -57,6 +57,12 @@ class PlaceRequest:
         return self.robot is not None or self.coordinates
 
     @property
+    def map_ids(self) -> tuple[str, ...]:
+        """Ids of its map and of the masks of its robot, each once; its versions change, these do not."""
+        masks = () if self.robot is None else (mask.id for mask in self.robot.masks.values())
+        return tuple(dict.fromkeys((self.map.id, *masks)))
+
+    @property
     def key(self) -> str:
         """Name of the place: one for each robot, and for each user and map with a coordinator.
 

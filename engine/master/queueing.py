@@ -1,8 +1,8 @@
 """Queue of requests that wait for a container instead of being refused."""
 
-import math
 from collections.abc import Callable
 
+from engine.master.full_machines import FullMachines
 from engine.master.orders import Order
 from engine.master.places import PlaceRequest
 from engine.master.quotas import Quotas
@@ -67,17 +67,16 @@ class Queue:
     def serve(self, opening: Open) -> list[Order]:
         """Open all queued places that fit now, in order; return the orders."""
         orders: list[Order] = []
-        too_large: dict[frozenset[tuple[str, str]], float] = {}
+        full = FullMachines()
         for key, request in tuple(self._requests.items()):
-            labels = frozenset(request.labels.items())
-            if request.cores >= too_large.get(labels, math.inf):
+            if full.refuse(request):
                 continue
             try:
                 orders += opening(request)
             except QuotaExceeded:
                 continue
             except Unavailable:
-                too_large[labels] = request.cores
+                full.note(request)
                 continue
             del self._requests[key]
         return orders

@@ -1,7 +1,5 @@
 """State of the master: machines, places, and the containers that fill these."""
 
-import itertools
-
 from engine.master.adoption import may_adopt, request_of, take_up
 from engine.master.balancer import Balancer
 from engine.master.current_versions import CurrentVersions
@@ -33,6 +31,8 @@ class MasterState:
     ----------
     machines, places : dict
         Machines and places by name.
+    users_of : dict of str to dict of str to Place
+        Places whose containers use each map, as their map or as a mask: by id of the map, and by name.
     place_of : dict of str to str
         Place that each container fills or will fill, by container id.
     waiting : dict of str to None
@@ -58,10 +58,11 @@ class MasterState:
     def __init__(self, balancer: Balancer, quotas: Quotas, id_suffix: str = "") -> None:
         self.balancer = balancer
         self.quotas = quotas
-        self._numbers = itertools.count(1)
+        self._last_number = 0
         self._id_suffix = id_suffix
         self.machines: dict[str, Machine] = {}
         self.places: dict[str, Place] = {}
+        self.users_of: dict[str, dict[str, Place]] = {}
         self.place_of: dict[str, str] = {}
         self.waiting: dict[str, None] = {}
         self.moving: set[str] = set()
@@ -121,6 +122,8 @@ class MasterState:
     def add(self, request: PlaceRequest) -> Place:
         """Add a place, which waits to be filled."""
         place = self.places[request.key] = Place(request)
+        for map_id in request.map_ids:
+            self.users_of.setdefault(map_id, {})[request.key] = place
         self.waiting[request.key] = None
         self.quotas.add(request.user, 1, request.cores)
         return place
@@ -129,12 +132,20 @@ class MasterState:
         """Remove a place and release the room reserved for it; return it, or None if there is no such place."""
         place = self.places.pop(key, None)
         if place is not None:
+            self._forget_user(place)
             self.waiting.pop(key, None)
             self.moving.discard(key)
             if place.successor is not None:
                 self._release(*place.successor)
             self.quotas.add(place.request.user, -1, -place.cores)
         return place
+
+    def _forget_user(self, place: Place) -> None:
+        for map_id in place.request.map_ids:
+            users = self.users_of[map_id]
+            del users[place.request.key]
+            if not users:
+                del self.users_of[map_id]
 
     def fill(self, key: str, place: Place, delay: float = 0.0) -> list[Order]:
         """Return the order to start the next container of a place; if no machine has room, the place keeps waiting."""
@@ -152,7 +163,7 @@ class MasterState:
         """Reserve room for the next container of a place; return its machine and spec, or None if there is no room."""
         if self.may_run(place):
             return None
-        request, container = place.request, f"c{next(self._numbers)}{self._id_suffix}"
+        request, container = place.request, f"c{self._last_number + 1}{self._id_suffix}"
         session = place.session or container
         spec = ContainerSpec(
             container, request.user, request.map, place.cores, request.robot, session=session, labels=request.labels,
@@ -161,6 +172,7 @@ class MasterState:
         machine = self.balancer.choose(spec)
         if machine is None:
             return None
+        self._last_number += 1
         machine.place(spec)
         self.balancer.placed(machine, spec)
         self.place_of[spec.id] = request.key

@@ -35,9 +35,10 @@ from engine.master.events import (
     SettingsLoaded,
     ShutdownBegan,
 )
+from engine.master.full_machines import FullMachines
 from engine.master.master import LOG_SIZE, Master
 from engine.master.orders import Order
-from engine.master.places import PlaceRequest, people_key, robot_key
+from engine.master.places import Place, PlaceRequest, people_key, robot_key
 from engine.master.quotas import Quota, Quotas
 from engine.protocols.control_link import Heartbeat, RunningContainer
 from engine.specs.containers import ContainerSpec, MapVersion
@@ -55,7 +56,9 @@ CONTAINERS = st.integers(1, 60).map(lambda number: f"c{number}")
 TIMES = st.floats(0.0, 1.0)
 LABELS = st.sampled_from([{}, {"zone": "a"}])
 MAPS = st.sampled_from(["office", "house"]).map(lambda name: MapVersion(name, "v1"))
-REQUESTS = st.builds(PlaceRequest, USERS, MAPS, SIZES, st.none() | ROBOTS.map(robot_config), labels=LABELS) | st.builds(
+MASKS = {"keepout_filter": MapVersion("house", "v1"), "speed_filter": MapVersion("speeds", "v1")}
+CONFIGS = ROBOTS.map(robot_config) | ROBOTS.map(lambda robot: robot_config(robot, masks=MASKS))
+REQUESTS = st.builds(PlaceRequest, USERS, MAPS, SIZES, st.none() | CONFIGS, labels=LABELS) | st.builds(
     coordinator_request, USERS, MAPS, SIZES
 )
 SETTINGS = st.builds(MachineSettings, LABELS, st.sampled_from([0, 2, 100]), draining=st.booleans())
@@ -124,13 +127,12 @@ def orders_of(master: Master, event: Event) -> list[Order] | str:
 def state_of(master: Master) -> dict[str, Any]:
     """Return the whole state of a master, in a form that can be compared."""
     state = vars(master._state)
-    plain = {name: value for name, value in state.items() if name not in ("balancer", "quotas", "queue", "_numbers")}
+    plain = {name: value for name, value in state.items() if name not in ("balancer", "quotas", "queue")}
     balancer, tree = vars(state["balancer"]).copy(), vars(state["balancer"]).get("_tree")
     balancer.pop("_weights", None)
     balancer["_tree"] = vars(tree) if tree is not None else None
     return plain | {
         "waiting": list(state["waiting"]),
-        "numbers": repr(state["_numbers"]),
         "quotas": vars(state["quotas"]),
         "queue": list(state["queue"]._requests.items()),
         "balancer": balancer,
@@ -163,6 +165,10 @@ class MasterMachine(RuleBasedStateMachine):
         again = new_master(self.balancer())
         assert [repr(orders_of(again, event)) for event in self.master.log] == self.orders
         assert state_of(again) == state_of(self.master)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(FullMachines, "refuse", lambda *_: False)
+            asking = new_master(self.balancer())
+            assert [repr(orders_of(asking, event)) for event in self.master.log] == self.orders, "each place was tried"
 
     @invariant()
     def containers_and_places_correspond(self) -> None:
@@ -175,6 +181,16 @@ class MasterMachine(RuleBasedStateMachine):
                 if spec is not None and machine_id is not None:
                     filled[machine_id].add(spec.id)
         assert placed == filled
+
+    @invariant()
+    def places_are_found_by_each_of_their_maps(self) -> None:
+        users: dict[str, dict[str, Place]] = {}
+        for key, place in self.master.places.items():
+            for map_id in place.request.map_ids:
+                users.setdefault(map_id, {})[key] = place
+        found = self.master._state.users_of
+        assert found == users
+        assert {name: list(those) for name, those in found.items()} == {n: list(those) for n, those in users.items()}
 
     @invariant()
     def number_of_moving_places_is_limited(self) -> None:

@@ -1,5 +1,8 @@
 """Tests of the texts that explain why no machine has capacity."""
 
+import pytest
+
+from engine.master.machine import Machine
 from engine.master.placement_diagnostics import explain_no_machine
 from tests.support.engine.placing import machine
 from tests.support.engine.specs import robot_request
@@ -8,6 +11,14 @@ from tests.support.engine.specs import robot_request
 def test_full_cloud_is_reported_with_the_requested_size() -> None:
     why = explain_no_machine(robot_request(cores=2.0), {"m1": machine("m1")})
     assert why == "no machine has room for a container of 2.0 cores: try again later"
+
+
+def test_machines_are_not_examined_for_a_request_without_labels(monkeypatch: pytest.MonkeyPatch) -> None:
+    def examine(_: Machine) -> dict[str, str]:
+        raise AssertionError
+
+    monkeypatch.setattr(Machine, "all_labels", property(examine))
+    assert explain_no_machine(robot_request(), {"m1": machine("m1")}).startswith("no machine has room")
 
 
 def test_machine_with_the_fewest_missing_labels_is_named() -> None:
