@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import msgspec
 
 from endpoints.rosbridge.attachment import Attachment
-from engine.service.links.place_link import PlaceLink
+from engine.sessions.place.place_link import PlaceLink
 from ppaas.errors import PPaaSError, QuotaExceeded, Unavailable
 from ppaas.wire import operations
 from ppaas.wire.refusals import error_of_text

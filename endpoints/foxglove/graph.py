@@ -4,7 +4,7 @@ from collections import defaultdict
 from collections.abc import Iterable
 
 from endpoints.foxglove.robot_view import RobotView
-from endpoints.rosbridge.rosapi import view_of
+from engine.sessions.rosapi import view_of
 from ppaas.wire.foxglove.answers import Graph
 
 EMPTY = Graph({}, {}, {})

@@ -14,10 +14,10 @@ from endpoints.foxglove.robot_view import RobotView, Shown
 from endpoints.http.websocket_protocol import Probe
 from endpoints.rosbridge.admission import admitted
 from endpoints.rosbridge.connect_request import ConnectRequest
-from endpoints.rosbridge.outbox import FrameOutbox
 from endpoints.rosbridge.session_registry import SessionRegistry
 from endpoints.services.services import Services
 from engine.processes.background import Background
+from engine.sessions.outbox import FrameOutbox
 from ppaas.clock import epoch, monotonic
 from ppaas.errors import NotAuthenticated, NotFound, PPaaSError, Unavailable
 from ppaas.wire.foxglove import answers

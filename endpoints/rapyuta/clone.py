@@ -10,7 +10,7 @@ from endpoints.rapyuta.endpoints import Endpoint
 from endpoints.rapyuta.known_nodes import NodeArguments
 from endpoints.rosbridge.connect_request import ConnectRequest
 from endpoints.rosbridge.session_registry import SessionRegistry
-from endpoints.sharing.access import Access
+from engine.sessions.rights.access import Access
 from ppaas.errors import InvalidInput, PPaaSError, Unavailable
 from ppaas.wire.rapyuta.interface_types import InterfaceForm, interface_type
 from ppaas.wire.rapyuta.requests import AddInterface

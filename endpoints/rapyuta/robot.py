@@ -7,7 +7,7 @@ from endpoints.http.websocket_protocol import DirectWebSocket
 from endpoints.rapyuta.clone import Clone, Container
 from endpoints.rapyuta.endpoints import Endpoint
 from endpoints.rapyuta.robot_interfaces import ROBOT_INTERFACES, RobotInterface
-from endpoints.rosbridge.outbox import FrameOutbox
+from engine.sessions.outbox import FrameOutbox
 from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.nodes.topics import policy_of
 from ppaas.wire.binary.binary_frame import BinaryFrame

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 from endpoints.http.websocket_protocol import Probe
 from endpoints.rosbridge.connect_request import ConnectRequest
-from endpoints.rosbridge.roles import Role
-from endpoints.rosbridge.session import ClientSession
-from engine.service.links.place_link import PlaceLink
+from engine.sessions.place.place_link import PlaceLink
+from engine.sessions.roles import Role
+from engine.sessions.session import ClientSession
 from ppaas.errors import PPaaSError
 from ppaas.wire.resumption import ID_HEADER, NEW, RESUMED, STATE_HEADER, TAKEN_HEADER
 

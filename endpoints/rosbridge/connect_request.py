@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from endpoints.rosbridge.namespaces import parse_namespace
-from endpoints.rosbridge.roles import Role, role_of
-from endpoints.sharing.globs import split_address
+from engine.sessions.namespaces import parse_namespace
+from engine.sessions.rights.globs import split_address
+from engine.sessions.roles import Role, role_of
 from ppaas.errors import InvalidParameter
 from ppaas.wire.resumption import RESUME, SESSION, ResumptionPoint, parse_name, parse_point
 

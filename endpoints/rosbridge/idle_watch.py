@@ -4,8 +4,8 @@ from collections import Counter
 
 from endpoints.rosbridge.session_registry import SessionRegistry
 from engine.processes.background import repeat
-from engine.service.links.place_link import PlaceLink
 from engine.service.robot_sessions import RobotSessions
+from engine.sessions.place.place_link import PlaceLink
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Idle
 

@@ -12,8 +12,8 @@ from endpoints.rosbridge.attachment import Attachment
 from endpoints.rosbridge.session_registry import SessionRegistry
 from endpoints.services.services import Services
 from engine.processes.background import repeat
-from engine.service.links.place_link import PlaceLink
 from engine.service.robot_sessions import RobotSessions
+from engine.sessions.place.place_link import PlaceLink
 from engine.specs.joint_maps import owner_by
 from ppaas.errors import NotAuthenticated, NotFound, NotPermitted, Unavailable
 from storage.records import User

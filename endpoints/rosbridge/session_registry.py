@@ -12,13 +12,13 @@ from functools import partial
 from endpoints.http.websocket_protocol import Probe
 from endpoints.rosbridge.attachment import Attachment, RetainedSession, SessionKey, name_of
 from endpoints.rosbridge.connect_request import ConnectRequest
-from endpoints.rosbridge.namespaces import scope_of
-from endpoints.rosbridge.session import ClientSession
-from endpoints.sharing.access import Access
 from engine.processes.background import Background
-from engine.service.links.place_link import PlaceLink
 from engine.service.plan_rate import PlanRate
 from engine.service.robot_sessions import LINGER, RobotSessions
+from engine.sessions.namespaces import scope_of
+from engine.sessions.place.place_link import PlaceLink
+from engine.sessions.rights.access import Access
+from engine.sessions.session import ClientSession
 from ppaas.errors import Conflict, Unavailable
 from ppaas.wire import rosbridge
 from ppaas.wire.binary.packing import Packer

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.accounts.scoped_user import ScopedUser
-from endpoints.sharing.access import Access, access_of
-from endpoints.sharing.globs import split_address
+from endpoints.sharing.access import access_of
+from engine.sessions.rights.access import Access
+from engine.sessions.rights.globs import split_address
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Conflict, NotFound, NotPermitted
 from storage.ports import RobotStore

@@ -9,8 +9,8 @@ import secrets
 
 import msgspec
 
-from engine.service.links.place_link import PlaceLink
 from engine.service.views import GoalState, GoalView, RobotState
+from engine.sessions.place.place_link import PlaceLink
 from ppaas.clock import Clock, epoch
 from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded, Unavailable
 from ppaas.geometry import Pose2D

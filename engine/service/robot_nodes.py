@@ -1,8 +1,8 @@
 """Calls of the clones of robots for REST: homes of their nodes, and the maps that they make."""
 
 from engine.master.places import robot_key
-from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import MasterDriver
+from engine.sessions.place.place_link import PlaceLink
 from ppaas.diagnosis.observations.facts import Observations
 from ppaas.diagnosis.observations.serialization import observations_from_json
 from ppaas.errors import Conflict, NotFound, Unavailable

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from endpoints.rosbridge.namespaces import RESERVED, parse_namespace, scope_of
 from engine.protocols import robot_link
+from engine.sessions.namespaces import RESERVED, parse_namespace, scope_of
 from ppaas.errors import InvalidParameter
 from tests.support.endpoints.still_place import POSE, StillClient, StillPlace, answers, delivered, error_of, says
 

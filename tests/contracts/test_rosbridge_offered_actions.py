@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from engine.protocols import robot_link
-from engine.service.links.client_actions import MAX_ACTIONS
+from engine.sessions.place.client_actions import MAX_ACTIONS
 from tests.support.endpoints.still_place import StillClient, StillPlace, error_of, says
 
 DOCK = {"action": "/dock", "type": "nav2_msgs/action/DockRobot"}

@@ -16,21 +16,21 @@ from endpoints.http.frame_pacing import BURST, BUSY, BYTES, FRAMES, OVERLOAD, ST
 from endpoints.http.problems import STATUS, TYPE, problem_response
 from endpoints.http.websocket_protocol import MESSAGE_TIMEOUT
 from endpoints.rosbridge.attachment import PROBE_TIMEOUT
-from endpoints.rosbridge.calls import CALL_TIMEOUT, MAX_CALLS
-from endpoints.rosbridge.heartbeat import HEARTBEAT, HEARTBEAT_TYPE, PERIOD
 from endpoints.rosbridge.idle_watch import IDLE
-from endpoints.rosbridge.outbox import MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES
 from endpoints.rosbridge.robot_socket import TAKEN_OVER
 from endpoints.rosbridge.session_registry import MAX_AWAY, READY_TIMEOUT
 from endpoints.services.request_limits import RequestLimits
 from endpoints.web import MAX_FRAME
 from engine.container.fleet_bridge import SHARE_PERIOD, TELL_PERIOD
-from engine.service.links.client_actions import MAX_ACTIONS
-from engine.service.links.client_services import MAX_SERVICES
-from engine.service.links.client_topics import MAX_LATCHED_BYTES, MAX_TOPICS
-from engine.service.links.unacknowledged import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
+from engine.links.unacknowledged import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
 from engine.service.path_requests import DEFAULT_TIMEOUT
 from engine.service.robot_sessions import LINGER
+from engine.sessions.calls import CALL_TIMEOUT, MAX_CALLS
+from engine.sessions.heartbeat import HEARTBEAT, HEARTBEAT_TYPE, PERIOD
+from engine.sessions.outbox import MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES
+from engine.sessions.place.client_actions import MAX_ACTIONS
+from engine.sessions.place.client_services import MAX_SERVICES
+from engine.sessions.place.client_topics import MAX_LATCHED_BYTES, MAX_TOPICS
 from ppaas.clone.assembly import build_clone
 from ppaas.costmap.build_layers import build_layers
 from ppaas.localization.beams import MAX_RANGES

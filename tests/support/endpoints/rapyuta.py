@@ -13,10 +13,10 @@ from endpoints.rapyuta.executor import Executor
 from endpoints.rapyuta.robot import Identity, Robot
 from endpoints.rosbridge.attachment import Attachment, RetainedSession
 from endpoints.rosbridge.connect_request import ConnectRequest
-from endpoints.rosbridge.session import ClientSession
 from endpoints.services.services import Services
-from endpoints.sharing.access import Access
 from engine.protocols import robot_link
+from engine.sessions.rights.access import Access
+from engine.sessions.session import ClientSession
 from ppaas.errors import NotFound, PPaaSError
 from ppaas.messages import decode, encode, rosapi
 from ppaas.nodes.parameter_server.tree import ParameterTree, read_value

@@ -7,12 +7,12 @@ from typing import Any, cast
 import cbor2
 import msgspec
 
-from endpoints.rosbridge.roles import Role
-from endpoints.rosbridge.session import ClientSession
-from endpoints.sharing.access import Access
 from engine.protocols import robot_link
 from engine.protocols.framing import FrameStream
-from engine.service.links.place_link import PlaceLink
+from engine.sessions.place.place_link import PlaceLink
+from engine.sessions.rights.access import Access
+from engine.sessions.roles import Role
+from engine.sessions.session import ClientSession
 from ppaas.wire.binary.packing import Packer
 from ppaas.wire.names import NameScope
 from ppaas.wire.ros.serialization import serialize

@@ -6,7 +6,7 @@ from typing import Any
 
 from engine.protocols import robot_link
 from engine.protocols.framing import FrameStream
-from engine.service.links.place_link import PlaceLink
+from engine.sessions.place.place_link import PlaceLink
 from ppaas.errors import PPaaSError
 
 TOPICS = [

@@ -1,6 +1,6 @@
 """Fake connection of an outbox."""
 
-from endpoints.rosbridge.outbox import FrameOutbox
+from engine.sessions.outbox import FrameOutbox
 
 BINARY = "surrogateescape"
 """Handler of errors by which binary frames are strings, too: ``encode(errors=BINARY)`` returns their bytes."""

@@ -4,9 +4,9 @@ import struct
 
 from foxglove import messages as sdk
 
-from endpoints.rosbridge.outbox import MAX_KEEP
 from endpoints.services.services import Services
 from engine.protocols import robot_link
+from engine.sessions.outbox import MAX_KEEP
 from engine.specs.containers import MapVersion
 from ppaas.errors import NotAuthenticated, NotPermitted, Unavailable
 from storage.sharing_records import Share

@@ -12,12 +12,13 @@ from websockets.exceptions import InvalidStatus
 from websockets.typing import Origin
 
 from endpoints.http.closing import MAX_REASON
-from endpoints.rosbridge import session, session_registry
-from endpoints.rosbridge.calls import MAX_CALLS
+from endpoints.rosbridge import session_registry
 from endpoints.rosbridge.only_robot import MAX_LISTED
-from endpoints.rosbridge.outbox import FrameOutbox
-from endpoints.rosbridge.session import MAX_LOGGED
 from engine.protocols import control_link, robot_link
+from engine.sessions import session
+from engine.sessions.calls import MAX_CALLS
+from engine.sessions.outbox import FrameOutbox
+from engine.sessions.session import MAX_LOGGED
 from ppaas.errors import NotFound, Unavailable
 from ppaas.wire.rosbridge import RosbridgeSession
 from tests.support.endpoints.robot_world import KEY, PASSWORD, World, closed, hear, next_of, refusal, say

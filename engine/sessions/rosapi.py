@@ -1,7 +1,7 @@
 """rosapi of a robot's place: topics, services and nodes of its clone and its clients."""
 
-from endpoints.rosbridge.heartbeat import HEARTBEAT, HEARTBEAT_TYPE
-from engine.service.links.place_link import PlaceLink
+from engine.sessions.heartbeat import HEARTBEAT, HEARTBEAT_TYPE
+from engine.sessions.place.place_link import PlaceLink
 from ppaas.clock import epoch
 from ppaas.wire import rosapi
 from ppaas.wire.names import CLIENTS, NameScope

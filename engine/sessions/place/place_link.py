@@ -10,13 +10,13 @@ from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable
 from typing import Protocol
 
+from engine.links.container_link import ContainerLink
+from engine.links.open_calls import Done, Outcome
 from engine.protocols import robot_link
-from engine.service.links.client_actions import ActionProvider, ClientActions
-from engine.service.links.client_health import ClientHealth
-from engine.service.links.client_services import ClientServices, Provider
-from engine.service.links.client_topics import ClientTopics, check_type
-from engine.service.links.container_link import ContainerLink
-from engine.service.links.open_calls import Done, Outcome
+from engine.sessions.place.client_actions import ActionProvider, ClientActions
+from engine.sessions.place.client_health import ClientHealth
+from engine.sessions.place.client_services import ClientServices, Provider
+from engine.sessions.place.client_topics import ClientTopics, check_type
 from ppaas.clock import monotonic
 from ppaas.diagnosis.observations.facts import LinkFacts
 from ppaas.errors import Conflict, NotFound, PPaaSError

@@ -7,11 +7,11 @@ from collections.abc import Callable
 import msgspec
 import pytest
 
-from endpoints.rosbridge.calls import ClientCalls
-from endpoints.rosbridge.rosapi import introspect, view_of
+from engine.links.open_calls import Done
 from engine.protocols import robot_link
-from engine.service.links.open_calls import Done
-from engine.service.links.place_link import PlaceLink
+from engine.sessions.calls import ClientCalls
+from engine.sessions.place.place_link import PlaceLink
+from engine.sessions.rosapi import introspect, view_of
 from ppaas.errors import Conflict, PPaaSError
 from ppaas.wire.operations import AdvertiseService, CallService
 from ppaas.wire.rosbridge import RosbridgeSession

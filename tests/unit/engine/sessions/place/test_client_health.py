@@ -3,7 +3,7 @@
 from collections import deque
 from dataclasses import dataclass, field
 
-from engine.service.links.client_health import CONNECT_AGE, MOST_TOPICS, REFUSAL_AGE, ClientHealth
+from engine.sessions.place.client_health import CONNECT_AGE, MOST_TOPICS, REFUSAL_AGE, ClientHealth
 from ppaas.clock import ManualClock
 from ppaas.errors import NotFound
 

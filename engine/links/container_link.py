@@ -11,10 +11,10 @@ from functools import partial
 
 import msgspec
 
+from engine.links.open_calls import Done, OpenCalls
+from engine.links.unacknowledged import Unacknowledged
 from engine.protocols import robot_link
 from engine.protocols.framing import FrameStream
-from engine.service.links.open_calls import Done, OpenCalls
-from engine.service.links.unacknowledged import Unacknowledged
 from ppaas.errors import PPaaSError, Unavailable, rebuild
 
 MAX_WAITING = 1 << 20

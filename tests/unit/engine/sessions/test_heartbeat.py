@@ -8,9 +8,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from endpoints.rosbridge import heartbeat
-from endpoints.rosbridge.heartbeat import HEARTBEAT
 from engine.protocols import robot_link
+from engine.sessions import heartbeat
+from engine.sessions.heartbeat import HEARTBEAT
 from tests.support.endpoints.still_place import StillClient, StillPlace, answers, error_of, says
 
 

@@ -2,9 +2,9 @@
 
 import pytest
 
+from engine.links.unacknowledged import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
 from engine.protocols import robot_link
-from engine.service.links.place_link import PlaceLink
-from engine.service.links.unacknowledged import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
+from engine.sessions.place.place_link import PlaceLink
 from ppaas.errors import QuotaExceeded
 from tests.support.engine.place_peers import FakeContainer, RecordingClient
 

@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import msgspec
 
-from engine.service.links.client_actions import GoalEnd
-from engine.service.links.place_link import PlaceLink
+from engine.sessions.place.client_actions import GoalEnd
+from engine.sessions.place.place_link import PlaceLink
 from ppaas.errors import InvalidInput, MalformedMessage, NotFound
 from ppaas.wire.action_frames import cancel_frame, goal_frame
 from ppaas.wire.actions import ABORTED, CANCELED, SUCCEEDED

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from engine.service.links.place_link import PlaceLink
+from engine.sessions.place.place_link import PlaceLink
 from ppaas.clock import epoch
 from ppaas.messages.geometry_msgs import Twist
 from ppaas.nodes.topics import policy_of

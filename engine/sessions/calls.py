@@ -5,10 +5,10 @@ from collections.abc import Callable
 
 import msgspec
 
-from endpoints.rosbridge.namespaces import namespace_hint
-from endpoints.rosbridge.rosapi import introspect
-from engine.service.links.open_calls import Outcome
-from engine.service.links.place_link import PlaceLink
+from engine.links.open_calls import Outcome
+from engine.sessions.namespaces import namespace_hint
+from engine.sessions.place.place_link import PlaceLink
+from engine.sessions.rosapi import introspect
 from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded, UnknownType, rebuild
 from ppaas.messages import service_type
 from ppaas.messages.base.message import Message

@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from endpoints.rosbridge.calls import MAX_CALLS
 from engine.protocols import robot_link
+from engine.sessions.calls import MAX_CALLS
 from ppaas.errors import Unavailable
 from tests.support.endpoints.still_place import POSE, StillClient, StillPlace, answers
 

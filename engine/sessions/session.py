@@ -9,17 +9,17 @@ import logging
 from collections.abc import Callable
 from typing import Any
 
-from endpoints.rosbridge.calls import ClientCalls
-from endpoints.rosbridge.goals import ClientGoals
-from endpoints.rosbridge.heartbeat import HEARTBEAT, HEARTBEAT_TYPE, Heartbeat, check_not_heartbeat
-from endpoints.rosbridge.namespaces import namespace_hint, with_hint
-from endpoints.rosbridge.offered_actions import OfferedActions
-from endpoints.rosbridge.outbox import FrameOutbox
-from endpoints.rosbridge.roles import Role, check_may_publish
-from endpoints.rosbridge.spelling import spelling_at
-from endpoints.sharing.access import Access
-from engine.service.links.client_topics import check_type
-from engine.service.links.place_link import PlaceLink
+from engine.sessions.calls import ClientCalls
+from engine.sessions.goals import ClientGoals
+from engine.sessions.heartbeat import HEARTBEAT, HEARTBEAT_TYPE, Heartbeat, check_not_heartbeat
+from engine.sessions.namespaces import namespace_hint, with_hint
+from engine.sessions.offered_actions import OfferedActions
+from engine.sessions.outbox import FrameOutbox
+from engine.sessions.place.client_topics import check_type
+from engine.sessions.place.place_link import PlaceLink
+from engine.sessions.rights.access import Access
+from engine.sessions.roles import Role, check_may_publish
+from engine.sessions.spelling import spelling_at
 from ppaas.clock import monotonic
 from ppaas.errors import InvalidInput, NotFound, PPaaSError, rebuild
 from ppaas.nodes.base import DEFAULT_DEPTH

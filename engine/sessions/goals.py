@@ -2,10 +2,10 @@
 
 from collections.abc import Callable
 
-from endpoints.rosbridge.namespaces import with_hint
-from endpoints.rosbridge.outbox import FrameOutbox
-from endpoints.rosbridge.sent_goals import SentGoals
-from engine.service.links.place_link import PlaceLink
+from engine.sessions.namespaces import with_hint
+from engine.sessions.outbox import FrameOutbox
+from engine.sessions.place.place_link import PlaceLink
+from engine.sessions.sent_goals import SentGoals
 from ppaas.clock import monotonic
 from ppaas.errors import NotFound, PPaaSError
 from ppaas.nodes.base import DEFAULT_DEPTH

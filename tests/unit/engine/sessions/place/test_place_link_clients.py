@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from engine.protocols import robot_link
-from engine.service.links.place_link import PlaceLink
+from engine.sessions.place.place_link import PlaceLink
 from ppaas.errors import Conflict, NotFound, NotPermitted, Unavailable
 from tests.support.engine.place_peers import FakeContainer, RecordingClient
 from tests.support.waiting import until

@@ -4,8 +4,8 @@ import asyncio
 
 import pytest
 
-from engine.service.links.client_services import MAX_SERVICES, ClientServices
-from engine.service.links.open_calls import Outcome
+from engine.links.open_calls import Outcome
+from engine.sessions.place.client_services import MAX_SERVICES, ClientServices
 from ppaas.errors import NotFound, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
 
 KIND = "std_srvs/Trigger"

@@ -2,9 +2,9 @@
 
 from collections.abc import Callable
 
-from endpoints.rosbridge.outbox import FrameOutbox
-from engine.service.links.client_actions import GoalEnd, GoalListener
-from engine.service.links.place_link import PlaceLink
+from engine.sessions.outbox import FrameOutbox
+from engine.sessions.place.client_actions import GoalEnd, GoalListener
+from engine.sessions.place.place_link import PlaceLink
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, InvalidInput, QuotaExceeded, UnknownType
 from ppaas.messages.base.message import Message

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Protocol
 
-from engine.service.links.open_calls import Done, OpenCalls, Outcome
+from engine.links.open_calls import Done, OpenCalls, Outcome
 from ppaas.errors import NotFound, NotPermitted, QuotaExceeded, Unavailable
 
 MAX_SERVICES = 200

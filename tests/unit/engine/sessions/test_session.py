@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from endpoints.rosbridge.outbox import FrameOutbox
-from endpoints.rosbridge.session import PATH_SERVICES
 from engine.master.quotas import Quota, Quotas
 from engine.protocols import robot_link
 from engine.service.plan_rate import PlanRate
+from engine.sessions.outbox import FrameOutbox
+from engine.sessions.session import PATH_SERVICES
 from ppaas.errors import Unavailable
 from ppaas.messages.nav_msgs import GetPlan
 from ppaas.messages.ppaas_msgs import ComputePath

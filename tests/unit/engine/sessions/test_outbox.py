@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from endpoints.rosbridge.outbox import MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES, MOST_CONNECTS, FrameOutbox
+from engine.sessions.outbox import MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES, MOST_CONNECTS, FrameOutbox
 from ppaas.clock import ManualClock
 from ppaas.errors import Unavailable
 from ppaas.nodes.topics import CMD_VEL

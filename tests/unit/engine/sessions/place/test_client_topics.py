@@ -2,7 +2,7 @@
 
 import pytest
 
-from engine.service.links.client_topics import MAX_LATCHED_BYTES, MAX_TOPICS, ClientTopics
+from engine.sessions.place.client_topics import MAX_LATCHED_BYTES, MAX_TOPICS, ClientTopics
 from ppaas.errors import Conflict, MalformedMessage, NotFound, QuotaExceeded
 
 STRING = "std_msgs/String"

@@ -1,0 +1,1 @@
+"""Ends of the robot link that endpoints and containers share: open calls, unacknowledged messages."""

@@ -1,0 +1,1 @@
+"""Rights of clients on a robot: what they may publish, subscribe to and call."""
