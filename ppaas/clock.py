@@ -1,7 +1,8 @@
 """Clocks of the domain, and a clock that tests set by hand.
 
 The domain takes time from here only. It never mixes two kinds of time: *stamps* are seconds since the epoch, for
-messages; *monotonic* seconds measure durations and decide when a timer fires.
+messages; *monotonic* seconds measure durations and decide when a timer fires. ``uptime`` is for what must not outlast
+a suspended computer.
 """
 
 import time
@@ -12,6 +13,11 @@ Clock = Callable[[], float]
 
 monotonic: Clock = time.perf_counter
 epoch: Clock = time.time
+
+
+def uptime() -> float:
+    """Return the time since the computer was started [s]; unlike ``monotonic``, it advances while it is suspended."""
+    return time.clock_gettime(time.CLOCK_BOOTTIME)
 
 
 class ManualClock:
