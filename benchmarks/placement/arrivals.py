@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from heapq import heappop, heappush
-from itertools import count
 from pathlib import Path
 from typing import NamedTuple
 
@@ -47,11 +46,12 @@ class RobotArrival(msgspec.Struct, frozen=True):
 
 
 class Event(NamedTuple):
-    """A container that must be placed (``comes``) or removed."""
+    """A robot that arrives (``comes``), numbered in the order of arrivals, or leaves."""
 
     at: float
     comes: bool
-    spec: ContainerSpec
+    number: int
+    robot: RobotArrival
 
 
 def generated(robots: int, maps: int, seed: int, changes: float = 0.5) -> Iterator[RobotArrival]:
@@ -100,14 +100,10 @@ def recorded(file: Path) -> Iterator[RobotArrival]:
 
 def events(arrivals: Iterator[RobotArrival]) -> Iterator[Event]:
     """Yield arrivals and departures in order, without the departures after the last arrival."""
-    leaving: list[tuple[float, int, ContainerSpec]] = []
-    numbers = count()
-    for arrival in arrivals:
-        number = next(numbers)
+    leaving: list[tuple[float, int, RobotArrival]] = []
+    for number, arrival in enumerate(arrivals):
         while leaving and leaving[0][0] <= arrival.at:
-            at, _, spec = heappop(leaving)
-            yield Event(at, False, spec)
-        spec = arrival.spec(number)
+            yield Event(leaving[0][0], False, *heappop(leaving)[1:])
         if arrival.stays < float("inf"):
-            heappush(leaving, (arrival.at + arrival.stays, number, spec))
-        yield Event(arrival.at, True, spec)
+            heappush(leaving, (arrival.at + arrival.stays, number, arrival))
+        yield Event(arrival.at, True, number, arrival)

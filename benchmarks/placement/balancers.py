@@ -90,26 +90,25 @@ class Simulation:
         self._machines = [Machine(f"m{number}", cores, 1 << 35, 0) for number in range(machines)]
         for machine in self._machines:
             balancer.joined(machine)
-        self._where: dict[str, Machine] = {}
+        self._where: dict[int, tuple[Machine, ContainerSpec]] = {}
         self._spread = Spread()
         self._samples: list[tuple[float, float, float, float]] = []
         self.placed = self.rejected = 0
         self.seconds = 0.0
 
     def take(self, event: Event) -> None:
-        """Place or remove a container."""
+        """Place or remove the container of a robot."""
         if event.comes:
-            self._place(event.spec)
-        else:
-            machine = self._where.pop(event.spec.id, None)
-            if machine is not None:
-                began = monotonic()
-                machine.remove(event.spec.id)
-                self._balancer.removed(machine, event.spec)
-                self.seconds += monotonic() - began
-                self._spread.count(machine.id, event.spec, -1)
+            self._place(event.number, event.robot.spec(event.number))
+        elif event.number in self._where:
+            machine, spec = self._where.pop(event.number)
+            began = monotonic()
+            machine.remove(spec.id)
+            self._balancer.removed(machine, spec)
+            self.seconds += monotonic() - began
+            self._spread.count(machine.id, spec, -1)
 
-    def _place(self, spec: ContainerSpec) -> None:
+    def _place(self, number: int, spec: ContainerSpec) -> None:
         began = monotonic()
         machine = self._balancer.choose(spec)
         if machine is not None:
@@ -120,7 +119,7 @@ class Simulation:
             self.rejected += 1
             return
         self.placed += 1
-        self._where[spec.id] = machine
+        self._where[number] = machine, spec
         self._spread.count(machine.id, spec, 1)
 
     def look(self) -> None:
