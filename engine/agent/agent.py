@@ -72,7 +72,7 @@ class Agent:
         stream.write(self._register())
         reports = [asyncio.create_task(work(stream)) for work in (self._send_beats, self._send_heartbeats)]
         try:
-            while not self._dismissed and (order := await stream.receive()) is not None:
+            while not self._is_finished() and (order := await stream.receive()) is not None:
                 self._carry_out(order)
         finally:
             self._session.lost()
@@ -80,6 +80,9 @@ class Agent:
                 task.cancel()
             await asyncio.gather(*reports, return_exceptions=True)
             await stream.close()
+
+    def _is_finished(self) -> bool:
+        return self._dismissed or self._session.refused
 
     def _register(self) -> control_link.Register:
         own, memory = self._components.config, psutil.virtual_memory().total
@@ -93,6 +96,7 @@ class Agent:
             network=self._components.host.network,
             carries=self._hosting.carried(),
             release=__version__,
+            epoch=self._session.epoch,
         )
 
     def _carry_out(self, order: control_link.ToAgent) -> None:
@@ -107,16 +111,23 @@ class Agent:
                 self._hosting.resize(order)
             case control_link.UseMap():
                 self._hosting.use_map(order)
-            case control_link.BeatAcknowledged() if self._session.lease is not None:
-                self._session.lease.answered()
+            case control_link.BeatAcknowledged():
+                self._session.lease.answered(leads=order.leads)
             case control_link.Dismissed():
                 self._dismissed = True
 
     def _on_welcome(self, welcome: control_link.Welcome) -> None:
+        if not self._session.welcome(welcome.epoch):
+            logger.error(
+                "a master of epoch %d is refused: this machine follows one of epoch %d; if the store of the cloud was "
+                "restored from a backup, start the machine again",
+                welcome.epoch,
+                self._session.epoch,
+            )
+            return
         self._hosting.keep_only(welcome.adopted)
         self._hosting.endpoint_came()
         self._components.gateway.cloud = welcome.cloud
-        self._session.welcome()
         self._redial = None
         if welcome.adopted:
             logger.info("the agent is connected to a master again, which adopted %d containers", len(welcome.adopted))
@@ -124,7 +135,7 @@ class Agent:
     async def _send_beats(self, stream: Master) -> None:
         lease = self._session.lease
         while True:
-            if lease is not None and not lease.beat():
+            if not lease.beat() and self._session.remote:
                 logger.error("the master did not answer %d heartbeats: it or the network is down", MISSED)
                 stream.abort()
             stream.write(control_link.AgentBeat())

@@ -1,14 +1,15 @@
-"""Master lease: the time for which a machine of another host acts for its cloud without an answer from the master.
+"""Master lease: the time for which a machine acts for its cloud without an answer from the master.
 
-The master gives up a machine that misses ``MISSED`` heartbeats, and starts its containers elsewhere. A machine that was
-frozen or disconnected must not resume as if nothing had happened: it stores no checkpoint until the master has answered
-a recent heartbeat, since its checkpoint might be older than one that was made elsewhere meanwhile.
+The master gives up a machine that misses ``MISSED`` heartbeats, and starts its containers elsewhere; and another master
+may replace one that is frozen or cannot renew its own lease. A machine that was frozen or disconnected, or whose master
+was, must not go on as if nothing had happened: it stores no checkpoint until a master that leads has answered a recent
+heartbeat, since its checkpoint might be older than one that was made elsewhere meanwhile.
 """
 
 from collections import deque
 
 from engine.processes.heartbeats import BEAT_PERIOD, MISSED, Heartbeats
-from ppaas.clock import Clock, monotonic
+from ppaas.clock import Clock, uptime
 
 LEASE = (MISSED - 1) * BEAT_PERIOD
 """Length of the lease, from the sending of an answered heartbeat [s]; the master waits one beat period longer."""
@@ -23,7 +24,7 @@ class MasterLease:
         Returns monotonic time [s], which advances while this process is stopped.
     """
 
-    def __init__(self, clock: Clock = monotonic) -> None:
+    def __init__(self, clock: Clock = uptime) -> None:
         self._clock = clock
         self._asked: deque[float] = deque()
         self._since = clock()
@@ -35,11 +36,12 @@ class MasterLease:
         self._asked.append(self._clock())
         return not self._heartbeats.check({"master": self._answers})
 
-    def answered(self) -> None:
-        """Record the master's answer to the oldest unanswered heartbeat."""
+    def answered(self, *, leads: bool = True) -> None:
+        """Record the master's answer to the oldest unanswered heartbeat; without ``leads`` it extends no lease."""
         self._answers += 1
-        if self._asked:
-            self._since = self._asked.popleft()
+        asked = self._asked.popleft() if self._asked else self._since
+        if leads:
+            self._since = asked
 
     def holds(self) -> bool:
         """Return whether the lease is valid: the master cannot have given up this machine yet."""

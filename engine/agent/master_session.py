@@ -5,37 +5,57 @@ from typing import Any
 import msgspec
 
 from engine.agent.master_lease import MasterLease
+from engine.protocols import control_link
 from engine.protocols.framing import FrameStream
 
 
 class MasterSession:
     """Master session of one machine, over all its connections to masters.
 
-    The machine acts for its cloud from the master's welcome until the connection ends. If the master is on another
-    host, its lease must be valid as well. A machine that does not act stores no checkpoints and publishes nothing on
-    the fabric, since its containers may have been replaced elsewhere.
+    The machine acts for its cloud from the master's welcome until the connection ends, while its lease is valid. A
+    machine that does not act stores no checkpoints and publishes nothing on the fabric, since its containers may have
+    been replaced elsewhere.
 
     Parameters
     ----------
-    leased : bool
-        Whether the master is on another host, and answers heartbeats.
+    remote : bool
+        Whether the master is on another host, so that the network may be down.
+
+    Attributes
+    ----------
+    lease : MasterLease
+        Lease of the current connection.
+    epoch : int
+        Epoch of the latest master that this machine has followed.
+    refused : bool
+        Whether the master of the current connection was refused.
     """
 
-    def __init__(self, *, leased: bool) -> None:
-        self._leased = leased
+    def __init__(self, *, remote: bool) -> None:
+        self.remote = remote
         self._stream: FrameStream[Any] | None = None
         self._welcome = False
-        self.lease: MasterLease | None = None
+        self.lease = MasterLease()
+        self.epoch = 0
+        self.refused = False
 
     def begin(self, stream: FrameStream[Any]) -> None:
         """Begin a connection to a master that has not sent its welcome yet."""
         self._stream = stream
-        self._welcome = False
-        self.lease = MasterLease() if self._leased else None
+        self._welcome = self.refused = False
+        self.lease = MasterLease()
 
-    def welcome(self) -> None:
-        """Record the master's welcome: from now on the machine acts for it."""
-        self._welcome = True
+    def welcome(self, epoch: int) -> bool:
+        """Record the welcome of a master, for which the machine acts from now on; return whether it was accepted.
+
+        A master of an earlier epoch than this machine has followed was replaced. It is told so, and refused.
+        """
+        if epoch < self.epoch:
+            self.tell(control_link.Outranked(self.epoch))
+            self.refused = True
+            return False
+        self.epoch, self._welcome = epoch, True
+        return True
 
     def lost(self) -> None:
         """Record that the connection has ended."""
@@ -48,4 +68,4 @@ class MasterSession:
 
     def acts(self) -> bool:
         """Return whether the machine acts for its cloud."""
-        return self._welcome and (self.lease is None or self.lease.holds())
+        return self._welcome and self.lease.holds()

@@ -31,7 +31,8 @@ class Register(msgspec.Struct, tag="register"):
     """A machine joins, with the containers that it still runs for an earlier master.
 
     ``memory`` is in bytes. ``network`` is the bandwidth in bytes per second, 0 if unknown. ``labels`` describe the
-    machine; ``release`` is the release of this program that it runs.
+    machine; ``release`` is the release of this program that it runs. ``epoch`` is that of the latest master that it has
+    followed, 0 if it has followed none: a master of an earlier epoch was replaced.
     """
 
     machine: str
@@ -43,6 +44,7 @@ class Register(msgspec.Struct, tag="register"):
     network: float = 0.0
     carries: tuple[RunningContainer, ...] = ()
     release: str = ""
+    epoch: int = 0
 
 
 class ContainerLoad(msgspec.Struct, frozen=True):
@@ -92,7 +94,13 @@ class Exited(msgspec.Struct, tag="exited"):
     status: int
 
 
-FromAgent = Register | AgentBeat | Heartbeat | Launched | LaunchFailed | Exited
+class Outranked(msgspec.Struct, tag="outranked"):
+    """The machine refuses this master, since it has followed one of a later epoch, and disconnects."""
+
+    epoch: int
+
+
+FromAgent = Register | AgentBeat | Heartbeat | Launched | LaunchFailed | Exited | Outranked
 
 
 class StartContainer(msgspec.Struct, tag="start"):
@@ -130,10 +138,14 @@ class StopContainer(msgspec.Struct, tag="stop"):
 
 
 class Welcome(msgspec.Struct, tag="welcome"):
-    """The machine is registered with the cloud process ``cloud``, and stops all containers except the adopted ones."""
+    """The machine is registered with the cloud process ``cloud``, and stops all containers except the adopted ones.
+
+    All orders on this connection are of the epoch ``epoch`` of the master.
+    """
 
     cloud: str
     adopted: tuple[str, ...] = ()
+    epoch: int = 0
 
 
 class Dismissed(msgspec.Struct, tag="dismissed"):
@@ -141,7 +153,12 @@ class Dismissed(msgspec.Struct, tag="dismissed"):
 
 
 class BeatAcknowledged(msgspec.Struct, tag="heard"):
-    """Acknowledges one heartbeat of a machine of another host, in order."""
+    """Acknowledges one heartbeat of a machine, in order.
+
+    ``leads`` is false while the master does not know that it leads: the machine stays, and does not act for the cloud.
+    """
+
+    leads: bool = True
 
 
 ToAgent = Welcome | StartContainer | StopContainer | ResizeContainer | UseMap | BeatAcknowledged | Dismissed

@@ -131,7 +131,8 @@ class MachineEvents:
             )
         )
         adopted = tuple(order.carried.spec.id for order in orders if isinstance(order, Adopt))
-        self._control.order(machine, control_link.Welcome(self._checkpoints.instance, adopted))
+        epoch = self._control.mandate.epoch
+        self._control.order(machine, control_link.Welcome(self._checkpoints.instance, adopted, epoch))
         self._beats[machine] = 0
         logger.info("machine %s joined with %d cores and %d containers", machine, register.cores, len(adopted))
         self.joined.set()

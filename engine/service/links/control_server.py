@@ -10,6 +10,7 @@ from typing import Protocol
 
 import msgspec
 
+from engine.leadership.mandate import Mandate, SoleMaster
 from engine.protocols import control_link
 from engine.protocols.address import UnixAddress
 from engine.protocols.framing import FrameStream
@@ -52,6 +53,11 @@ class ControlServer:
         Receiver of the events.
     register_timeout : float
         Time within which a connected agent must register [s].
+
+    Attributes
+    ----------
+    mandate : Mandate
+        Right to give orders. Orders that are given without it wait until ``resume``.
     """
 
     def __init__(
@@ -64,13 +70,15 @@ class ControlServer:
         self._streams: set[FrameStream[control_link.FromAgent]] = set()
         self._machines: dict[str, FrameStream[control_link.FromAgent]] = {}
         self._server: asyncio.Server | None = None
+        self._held: list[tuple[FrameStream[control_link.FromAgent], msgspec.Struct]] = []
+        self.mandate: Mandate = SoleMaster()
 
     async def start(self) -> None:
         """Start to listen on the socket."""
         self._server = await listen(UnixAddress(self.path), self.connected)
 
     def order(self, machine: str, order: msgspec.Struct) -> None:
-        """Send an order to a machine.
+        """Send an order to a machine, now or once this master leads again.
 
         Raises
         ------
@@ -80,7 +88,16 @@ class ControlServer:
         stream = self._machines.get(machine)
         if stream is None:
             raise Unavailable(f"machine {machine!r} is not connected")
-        stream.write(order)
+        self._held.append((stream, order))
+        self.resume()
+
+    def resume(self) -> None:
+        """Send the orders that wait, if this master leads; those to machines that have left are dropped."""
+        if not self.mandate.leads():
+            return
+        held, self._held = self._held, []
+        for stream, order in held:
+            stream.write(order)
 
     def hang_up(self, machine: str) -> None:
         """Close the link of a machine; it may reconnect with its containers."""
@@ -92,7 +109,7 @@ class ControlServer:
         """Dismiss a machine; its agent ends all its containers."""
         stream = self._machines.get(machine)
         if stream is not None:
-            await _dismiss(stream)
+            await self._dismiss(stream)
 
     async def connected(
         self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, machine: str | None = None
@@ -101,7 +118,7 @@ class ControlServer:
         stream: FrameStream[control_link.FromAgent] = FrameStream(reader, writer, control_link.FromAgent)
         self._streams.add(stream)
         try:
-            await self._serve(await self._registered(stream, machine), stream, answers=machine is not None)
+            await self._serve(await self._registered(stream, machine), stream)
         except (PPaaSError, TimeoutError) as error:
             logger.warning("closed a control link: %s", error or "the machine did not register in time")
         finally:
@@ -115,7 +132,7 @@ class ControlServer:
             async with asyncio.timeout(self._register_timeout):
                 register = await stream.receive()
         except MalformedMessage:  # an agent of another release would reconnect again and again
-            stream.write(control_link.Dismissed())
+            self._write_dismissal(stream)
             raise
         if not isinstance(register, control_link.Register):
             raise NotPermitted("the first frame on the control link is not a registration")
@@ -129,36 +146,48 @@ class ControlServer:
             raise NotPermitted(
                 f"machine {register.machine!r} is already registered: choose another name for the second one"
             )
+        self._check_epoch(register.machine, register.epoch)
         return register
 
-    async def _serve(
-        self, register: control_link.Register, stream: FrameStream[control_link.FromAgent], *, answers: bool
-    ) -> None:
+    def _check_epoch(self, machine: str, epoch: int) -> None:
+        self.mandate.heard_of(epoch)
+        if epoch > self.mandate.epoch:
+            raise Unavailable(
+                f"machine {machine!r} follows a master of epoch {epoch}, and this one is of epoch {self.mandate.epoch}"
+            )
+
+    async def _serve(self, register: control_link.Register, stream: FrameStream[control_link.FromAgent]) -> None:
         machine = register.machine
         self._machines[machine] = stream
         try:
             await self._events.machine_registered(register)
             while (event := await stream.receive()) is not None:
+                if isinstance(event, control_link.Outranked):
+                    self._check_epoch(machine, event.epoch)
+                    continue
                 self._events.machine_said(machine, event)
-                if answers and isinstance(event, control_link.AgentBeat):
-                    stream.write(control_link.BeatAcknowledged())
+                if isinstance(event, control_link.AgentBeat):
+                    stream.write(control_link.BeatAcknowledged(self.mandate.leads()))
         except Unavailable:  # a store is unreachable: the machine keeps its containers and reconnects
             raise
         except PPaaSError:
-            stream.write(control_link.Dismissed())
+            self._write_dismissal(stream)
             raise
         finally:
             del self._machines[machine]
             self._events.machine_gone(machine)
 
     async def close(self) -> None:
-        """Stop listening, and dismiss all machines; their agents end."""
+        """Stop listening, and dismiss all machines; their agents end. Without a mandate, only disconnect them."""
         if self._server is not None:
             self._server.close()
-        await asyncio.gather(*(_dismiss(stream) for stream in self._streams))
+        await asyncio.gather(*(self._dismiss(stream) for stream in self._streams))
         self.path.unlink(missing_ok=True)
 
+    async def _dismiss(self, stream: FrameStream[control_link.FromAgent]) -> None:
+        self._write_dismissal(stream)
+        await stream.close()
 
-async def _dismiss(stream: FrameStream[control_link.FromAgent]) -> None:
-    stream.write(control_link.Dismissed())
-    await stream.close()
+    def _write_dismissal(self, stream: FrameStream[control_link.FromAgent]) -> None:
+        if self.mandate.leads():
+            stream.write(control_link.Dismissed())

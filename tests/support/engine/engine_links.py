@@ -73,6 +73,7 @@ def register(
     cores: int = 2,
     carries: tuple[control_link.RunningContainer, ...] = (),
     release: str = __version__,
+    epoch: int = 0,
 ) -> control_link.Register:
     """Return the first message of an agent."""
-    return control_link.Register(machine, secret, 1000, cores, 1 << 30, carries=carries, release=release)
+    return control_link.Register(machine, secret, 1000, cores, 1 << 30, carries=carries, release=release, epoch=epoch)

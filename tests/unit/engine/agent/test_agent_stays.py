@@ -75,7 +75,7 @@ class FakeMasters:
 
 def agent_of(supervisor: FakeSupervisor, masters: FakeMasters, within: float = 30.0) -> tuple[Agent, MasterSession]:
     config = AgentConfig("m1", "", "secret", "", "", "memory:", "memory:", adopt_within=within)
-    session = MasterSession(leased=False)
+    session = MasterSession(remote=False)
     here = cast(ContainerSupervisor, supervisor), cast(ContainerGateway, masters), session, cast(HostLoad, masters)
     return Agent(AgentComponents(config, (0,), *here)), session
 
@@ -161,3 +161,26 @@ async def test_redial_repeats_until_the_time_limit(monkeypatch: pytest.MonkeyPat
     found = await MasterRedial(3.5, clock)(dial)
     assert found is not None
     await found.close()
+
+
+async def test_agent_refuses_a_master_that_was_replaced_and_waits_for_the_right_one() -> None:
+    masters, supervisor = FakeMasters(), FakeSupervisor(RUNNING)
+    agent, session = agent_of(supervisor, masters)
+    staying = asyncio.create_task(agent.stay(masters.dial))
+    for epoch, known in ((2, 0), (1, 2), (3, 2)):
+        master, register = await masters.registered()
+        assert register.epoch == known
+        master.write(control_link.Welcome(f"cloud {epoch}", ("old",) if epoch > 1 else (), epoch))
+        if epoch == 1:
+            master.write(control_link.StopContainer("old"))
+            while not isinstance(said := await receive(master), control_link.Outranked):
+                assert said is not None
+            assert said == control_link.Outranked(2)
+            assert masters.cloud == "cloud 2" and not session.acts()
+        else:
+            await until(session.acts)
+        if epoch < 3:
+            await master.close()
+    assert (supervisor.kept, supervisor.endpoints) == (["old", "old"], 2)
+    master.write(control_link.Dismissed())
+    await asyncio.wait_for(staying, 10)

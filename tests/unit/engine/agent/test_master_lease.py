@@ -66,3 +66,13 @@ def test_unsolicited_answer_does_not_extend_the_lease() -> None:
     time.now += LEASE
     lease.answered()
     assert not lease.holds()
+
+
+def test_an_answer_of_a_master_that_does_not_lead_shows_only_that_it_runs() -> None:
+    lease = MasterLease(time := Time())
+    for _ in range(2 * MISSED):
+        assert all(beating(lease, time, 1, answered=False)), "it runs"
+        lease.answered(leads=False)
+    assert not lease.holds()
+    beating(lease, time, 1, answered=True)
+    assert lease.holds()

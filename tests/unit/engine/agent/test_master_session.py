@@ -7,12 +7,12 @@ from tests.support.engine.engine_links import pair, receive
 
 async def test_machine_acts_from_welcome_until_the_connection_ends() -> None:
     near, far = await pair(control_link.ToAgent, control_link.FromAgent)
-    session = MasterSession(leased=False)
+    session = MasterSession(remote=False)
     session.tell(control_link.Exited("c0", 0))  # dropped: no master is connected
     assert not session.acts()
     session.begin(near)
-    assert not session.acts() and session.lease is None
-    session.welcome()
+    assert not session.acts()
+    assert session.welcome(0)
     assert session.acts()
     session.tell(control_link.Exited("c1", 0))
     assert await receive(far) == control_link.Exited("c1", 0)
@@ -24,14 +24,26 @@ async def test_machine_acts_from_welcome_until_the_connection_ends() -> None:
     await far.close()
 
 
-async def test_machine_of_another_host_acts_while_its_lease_holds() -> None:
+async def test_machine_acts_while_its_lease_holds() -> None:
     near, far = await pair(control_link.ToAgent, control_link.FromAgent)
-    session = MasterSession(leased=True)
+    session = MasterSession(remote=True)
     session.begin(near)
-    assert session.lease is not None and session.lease.holds() and not session.acts()
-    session.welcome()
+    assert session.lease.holds() and not session.acts()
+    assert session.welcome(0)
     assert session.acts()
     session.lease.holds = lambda: False  # type: ignore[method-assign]
     assert not session.acts()
     await near.close()
     await far.close()
+
+
+async def test_machine_follows_later_masters_and_refuses_an_earlier_one() -> None:
+    session = MasterSession(remote=True)
+    for epoch, accepted in ((3, True), (3, True), (5, True), (4, False), (5, True)):
+        near, far = await pair(control_link.ToAgent, control_link.FromAgent)
+        session.begin(near)
+        assert session.welcome(epoch) is accepted is session.acts() is not session.refused
+        if not accepted:
+            assert await receive(far) == control_link.Outranked(5), "it is told why"
+        await near.close()
+        await far.close()

@@ -24,6 +24,22 @@ class OldRegister(msgspec.Struct, tag="register"):
     machine_id: str = "m1"
 
 
+class Deputy:
+    """A mandate that a test gives and takes."""
+
+    def __init__(self, epoch: int) -> None:
+        self.epoch = epoch
+        self.holds = True
+        self.heard = 0
+
+    def leads(self) -> bool:
+        return self.holds
+
+    def heard_of(self, epoch: int) -> None:
+        self.heard = max(self.heard, epoch)
+        self.holds = self.holds and epoch <= self.epoch
+
+
 class Events:
     """Records the events."""
 
@@ -196,3 +212,38 @@ async def test_closing_dismisses_registered_and_unregistered_machines(server: Co
     assert await receive(silent) is None
     await until(lambda: ("gone", "m1") in events.calls)
     assert not server.path.exists()
+
+
+async def test_orders_and_dismissals_wait_while_the_master_does_not_lead(server: ControlServer, events: Events) -> None:
+    server.mandate = deputy = Deputy(2)
+    stream = await dial_control(server.path)
+    stream.write(register("m1", epoch=2))
+    await until(lambda: events.calls)
+    deputy.holds = False
+    orders = [control_link.StopContainer("c1"), control_link.StopContainer("c2")]
+    for order in orders:
+        server.order("m1", order)
+    stream.write(control_link.AgentBeat())
+    assert await receive(stream) == control_link.BeatAcknowledged(leads=False)
+    deputy.holds = True
+    server.resume()
+    assert [await receive(stream) for _ in orders] == orders
+    stream.write(control_link.AgentBeat())
+    assert await receive(stream) == control_link.BeatAcknowledged(leads=True)
+    deputy.holds = False
+    await server.close()
+    assert await receive(stream) is None, "it is disconnected, and not dismissed"
+
+
+@pytest.mark.parametrize("late", [False, True], ids=["when it registers", "when it is welcome"])
+async def test_a_master_learns_from_a_machine_that_it_was_replaced(
+    server: ControlServer, events: Events, late: bool
+) -> None:
+    server.mandate = deputy = Deputy(2)
+    stream = await dial_control(server.path)
+    stream.write(register("m1", epoch=0 if late else 3))
+    if late:
+        stream.write(control_link.Outranked(3))
+    assert await receive(stream) is None, "it is disconnected, and not dismissed"
+    assert deputy.heard == 3
+    assert events.calls == ([("registered", "m1"), ("gone", "m1")] if late else [])
