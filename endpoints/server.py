@@ -25,6 +25,7 @@ from endpoints.http.connection_table import ConnectionTable
 from endpoints.http.front_settings import FrontSettings
 from endpoints.http.open_files import connection_table, raise_file_limit
 from endpoints.http.tls import ServerTls, warn_if_open_to_others
+from endpoints.leading import take_the_lead
 from endpoints.listeners import listen, url_of
 from engine.bootstrap import CloudConfig, Engine
 from engine.master.quotas import Quota
@@ -108,14 +109,20 @@ def run_server(arguments: argparse.Namespace) -> int:
 
 
 def _owned(arguments: argparse.Namespace) -> Iterator[tuple[Path, str, str]]:
-    """Yield the lock of each thing that only one cloud may use, its description, and the advice for another cloud."""
+    """Yield the lock of each thing that only one cloud may use, its description, and the advice for another cloud.
+
+    A standby uses the store of another cloud; it is the lease in the store that says who leads.
+    """
     yield arguments.data / LOCK, f"the data folder {arguments.data}", "choose another folder with --data"
+    if arguments.standby is not None:
+        return
     store = local_path(cloud_config(arguments).store)
     if store is not None:
         with contextlib.suppress(OSError):  # the store itself reports what is wrong with its folder
             store.parent.mkdir(parents=True, exist_ok=True)
     if store is not None and store.parent.is_dir():
-        yield store.with_name(f"{store.name}.{LOCK}"), f"the store {store}", "choose another store with --store"
+        advice = "choose another store with --store, or start this one with --standby"
+        yield store.with_name(f"{store.name}.{LOCK}"), f"the store {store}", advice
 
 
 def settle_stores(arguments: argparse.Namespace) -> None:
@@ -201,6 +208,10 @@ def server_tls(arguments: argparse.Namespace) -> ServerTls | None:
 async def _serve(arguments: argparse.Namespace) -> None:
     stop = _stop_on_signals()
     async with contextlib.AsyncExitStack() as stack:
+        config = cloud_config(arguments)
+        leadership = await _run_unless_stopped(stop, take_the_lead(arguments, config, stack))
+        if leadership is None:
+            return
         listeners = listen(arguments.host, arguments.port)
         for listener in listeners:
             stack.enter_context(listener)
@@ -211,7 +222,7 @@ async def _serve(arguments: argparse.Namespace) -> None:
         tls = server_tls(arguments)
         if tls is None:
             warn_if_open_to_others(listeners)
-        engine = Engine(cloud_config(arguments))
+        engine = Engine(config, leadership)
         stack.push_async_callback(engine.close)
         connections = connection_table(  # before the machine is started, which inherits the limit of files
             raise_file_limit(), arguments.max_connections, arguments.max_connections_per_address

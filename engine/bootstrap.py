@@ -13,6 +13,7 @@ from engine.agent.config import AgentConfig
 from engine.agent.master_redial import ADOPT_WITHIN
 from engine.container.monitor.parameters import monitor_parameters
 from engine.fabric.router import RouterProcess
+from engine.leadership.leadership import Leadership
 from engine.local.agent_record import read_record
 from engine.local.machine import Agents, LocalMachine, settle_config
 from engine.master.balancers.registry import BALANCERS, DEFAULT
@@ -178,9 +179,11 @@ class Engine(CloudListener):
     ----------
     config : CloudConfig
         Its configuration.
+    leadership : Leadership, optional
+        Leadership of this process; without one it leads alone, as in tests.
     """
 
-    def __init__(self, config: CloudConfig) -> None:
+    def __init__(self, config: CloudConfig, leadership: Leadership | None = None) -> None:
         balancer = BALANCERS.create(config.balancer, {})
         monitor_parameters({"priorities": config.node_priorities} if config.node_priorities else {})
         self._own = config.machine
@@ -212,6 +215,7 @@ class Engine(CloudListener):
             own.secret,
             self,
         )
+        self._former = self._let_lead(leadership) if leadership is not None else ""
         if config.machine_settings is not None:
             self.service.administration.keep_in(Path(config.machine_settings))
         self.service.administration.admit(config.machine)  # starting the cloud starts its agent again
@@ -219,6 +223,12 @@ class Engine(CloudListener):
             self.service, self.store, self.map_store, config.linger, node_priorities=config.node_priorities
         )
         self.cloud = Cloud(self.service, quotas)
+
+    def _let_lead(self, leadership: Leadership) -> str:
+        """Give orders only while this process leads; return the process that it replaced, if there was one."""
+        control, _ = self.service.servers
+        control.mandate, leadership.renewed = leadership, control.resume
+        return leadership.former
 
     def _on_ray(self, watcher: WatcherProcess) -> RayMachines:
         """Return the manager of the agents on the nodes of a Ray cluster."""
@@ -261,7 +271,7 @@ class Engine(CloudListener):
         try:
             await self.service.start()
             if self._roll is not None:
-                self.service.of_machines.expect_back(self._roll.left())
+                self.service.of_machines.expect_back(self._expected())
             if self._far is not None:
                 await self._far.start(*self.service.servers)
             await self._agents.start()
@@ -269,6 +279,16 @@ class Engine(CloudListener):
                 await self._wait_for_own()
         finally:
             patience.cancel()
+
+    def _expected(self) -> list[str]:
+        """Return the machines that may run clones of an earlier cloud process.
+
+        The own machine of another host's process never returns here, and its clones act until its lease ends.
+        """
+        left = self._roll.left() if self._roll is not None else []
+        if not self._former:
+            return left
+        return [*(machine for machine in left if machine != self._own), f"{self._own} of {self._former}"]
 
     async def _wait_for_own(self) -> None:
         if self._agents.was_adopted:

@@ -45,6 +45,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="also serve viewers of Foxglove, on this port; 8765 is the one that Foxglove expects (off)",
     )
     _add_machines(parser)
+    _add_standby(parser)
     _add_limits(parser)
     _add_connections(parser)
     parser.add_argument(
@@ -148,6 +149,17 @@ def _add_machines(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--image", default="ppaas-engine", metavar="NAME", help="image of Docker containers (%(default)s)"
+    )
+
+
+def _add_standby(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--standby",
+        nargs="?",
+        const="",
+        metavar="TICKET",
+        help="wait while another process leads the cloud of this store, and take over within 5 s when it dies; the "
+        "output of 'ppaas machine ticket --standby' is needed once if machines of other hosts have joined",
     )
 
 

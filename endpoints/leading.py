@@ -1,0 +1,84 @@
+"""Leadership of a cloud process: waits for the lease of the master, and ends the process when it has lost it."""
+
+import argparse
+import asyncio
+import contextlib
+import logging
+import os
+import sys
+from typing import NoReturn
+
+from endpoints.listeners import listen
+from engine.bootstrap import CloudConfig
+from engine.leadership.holder import holder_of
+from engine.leadership.leadership import Leadership
+from engine.runtimes.compilation import store_kernels
+from ppaas.errors import Conflict
+from storage.urls.opening import open_store
+
+logger = logging.getLogger(__name__)
+
+REPLACED = 1
+"""Exit status of a process that another one has replaced."""
+
+
+async def take_the_lead(
+    arguments: argparse.Namespace, config: CloudConfig, stack: contextlib.AsyncExitStack
+) -> Leadership:
+    """Return the leadership of this process once it leads; ``stack`` gives it up.
+
+    Raises
+    ------
+    Unavailable
+        Another cloud leads with this store and this process is no standby, or the store cannot be used.
+    """
+    standby = arguments.standby is not None
+    store = await asyncio.to_thread(open_store, config.store)
+    stack.callback(store.close)
+    leadership = Leadership(store, holder_of(arguments.data))
+    stack.push_async_callback(leadership.release)
+    if standby:
+        await asyncio.to_thread(_get_ready, arguments)
+        logger.info("standing by: this process leads once no other one does")
+    await leadership.acquire(standby=standby)
+    if standby:
+        former = f"in place of {leadership.former}" if leadership.former else "which no other process led"
+        logger.info("this process leads the cloud now, %s, in epoch %d", former, leadership.epoch)
+    watching = asyncio.create_task(_end_when_lost(leadership))
+    stack.callback(watching.cancel)
+    return leadership
+
+
+def _get_ready(arguments: argparse.Namespace) -> None:
+    """Do what takes time before it is urgent, and find out what would fail then."""
+    import endpoints.web  # noqa: F401, PLC0415 - takes half a second
+
+    for port in (arguments.port, arguments.rapyuta, arguments.foxglove):
+        for listener in listen(arguments.host, port) if port is not None else ():
+            listener.close()
+    store_kernels.prepare()
+
+
+async def _end_when_lost(leadership: Leadership) -> None:
+    try:
+        await leadership.lost()
+    except asyncio.CancelledError:
+        raise
+    except BaseException:  # a fault of ours: nothing renews the lease any more
+        logger.exception("the lease of the master is not renewed any more")
+    _end(leadership.epoch)
+
+
+def _end(epoch: int) -> NoReturn:
+    """End this process at once, as if it had been killed.
+
+    What a clean end does, such as dismissing machines or storing checkpoints, would harm the process that leads now.
+    """
+    error = Conflict(
+        f"another process leads this cloud now, after epoch {epoch} of this one: machines and robots continue there; "
+        "start this process again with --standby"
+    )
+    logging.shutdown()
+    sys.stderr.write(f"ppaas: {error.slug}: {error}\n")
+    sys.stderr.flush()
+    os._exit(REPLACED)
