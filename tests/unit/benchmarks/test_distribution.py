@@ -10,7 +10,8 @@ from robots.cli.benches import GROUP
 from tests.support.sources import ROOT, pyproject
 
 PROJECT = tomllib.loads((ROOT / "benchmarks" / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-BENCHES: dict[str, str] = PROJECT["entry-points"][GROUP]
+ENTRIES: dict[str, dict[str, str]] = PROJECT["entry-points"]
+BENCHES = ENTRIES[GROUP]
 
 
 @pytest.mark.parametrize(("name", "value"), BENCHES.items())
@@ -22,6 +23,12 @@ def test_every_bench_is_a_module_of_its_name(name: str, value: str) -> None:
     assert callable(bench.measure)
 
 
+def test_every_other_plugin_of_the_benches_can_be_loaded() -> None:
+    for group in ENTRIES.keys() - {GROUP}:
+        for name, value in ENTRIES[group].items():
+            assert EntryPoint(name, value, group).load()
+
+
 def test_every_module_of_commands_is_registered() -> None:
     folder = ROOT / "benchmarks" / "commands"
     registered = {name for name, value in BENCHES.items() if value.startswith("benchmarks.commands.")}
@@ -30,7 +37,11 @@ def test_every_module_of_commands_is_registered() -> None:
 
 def test_the_installed_benches_are_those_of_the_project() -> None:
     installed = distribution(PROJECT["name"])
-    assert {entry.name: entry.value for entry in installed.entry_points} == BENCHES, "run make setup"
+    found = {
+        group: {entry.name: entry.value for entry in installed.entry_points.select(group=group)} for group in ENTRIES
+    }
+    assert found == ENTRIES, "run make setup"
+    assert installed.entry_points.groups == ENTRIES.keys()
     assert installed.version == ppaas.__version__
     assert not [file for file in installed.files or () if file.suffix == ".py"]
 
