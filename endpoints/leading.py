@@ -5,6 +5,7 @@ import asyncio
 import contextlib
 import logging
 import os
+import socket
 import sys
 from typing import NoReturn
 
@@ -12,8 +13,11 @@ from endpoints.listeners import listen
 from engine.bootstrap import CloudConfig
 from engine.leadership.holder import holder_of
 from engine.leadership.leadership import Leadership
+from engine.protocols.address import parse_host_port
+from engine.remote.replica import LAST
+from engine.remote.standby_link import StandbyLink, membership_of
 from engine.runtimes.compilation import store_kernels
-from ppaas.errors import Conflict
+from ppaas.errors import Conflict, InvalidInput
 from storage.urls.opening import open_store
 
 logger = logging.getLogger(__name__)
@@ -37,16 +41,38 @@ async def take_the_lead(
     stack.callback(store.close)
     leadership = Leadership(store, holder_of(arguments.data))
     stack.push_async_callback(leadership.release)
-    if standby:
-        await asyncio.to_thread(_get_ready, arguments)
-        logger.info("standing by: this process leads once no other one does")
-    await leadership.acquire(standby=standby)
+    async with contextlib.AsyncExitStack() as meanwhile:
+        if standby:
+            await asyncio.to_thread(_get_ready, arguments)
+            if config.listen_machines is not None:
+                await _copy_files(arguments, config.listen_machines, meanwhile)
+            logger.info("standing by: this process leads once no other one does")
+        await leadership.acquire(standby=standby)
     if standby:
         former = f"in place of {leadership.former}" if leadership.former else "which no other process led"
         logger.info("this process leads the cloud now, %s, in epoch %d", former, leadership.epoch)
     watching = asyncio.create_task(_end_when_lost(leadership))
     stack.callback(watching.cancel)
     return leadership
+
+
+async def _copy_files(arguments: argparse.Namespace, listen_machines: str, stack: contextlib.AsyncExitStack) -> None:
+    """Copy the leader's files for its machines of other hosts; wait for them unless earlier ones are here."""
+    address = parse_host_port(listen_machines)
+    if address.port == 0:
+        raise InvalidInput("a standby needs --listen-machines with a port other than 0, which machines can be told")
+    membership = await membership_of(arguments.data, arguments.standby, socket.gethostname())
+    link = StandbyLink(arguments.data, membership, address)
+    copying = asyncio.create_task(link.run())
+    stack.push_async_callback(_cancel, copying)
+    if not (arguments.data / LAST).exists():
+        logger.info("waiting for the files of the leader at %s", membership.cloud)
+        await link.complete.wait()
+
+
+async def _cancel(task: asyncio.Task[None]) -> None:
+    task.cancel()
+    await asyncio.gather(task, return_exceptions=True)
 
 
 def _get_ready(arguments: argparse.Namespace) -> None:

@@ -31,6 +31,7 @@ from engine.bootstrap import CloudConfig, Engine
 from engine.master.quotas import Quota
 from engine.processes.exclusive_owner import LOCK, sole_owner
 from engine.processes.private_files import keep_new_files_private, make_private_folder, warn_if_open, write_private
+from engine.remote.replica import MACHINES
 from engine.runtimes.compilation import store_kernels
 from ppaas.errors import InvalidInput
 from ppaas.plugins import permit_only
@@ -62,10 +63,6 @@ MACHINE_SETTINGS = "machine-settings.json"
 
 RECORDINGS = "recordings"
 """Name of the folder of the recordings of robots in the data folder."""
-
-MACHINES = "machines"
-"""Folder in the data folder with certificates and tickets of remote machines."""
-
 
 READY_MODE = 0o644
 """Mode of the ready file: a supervisor that runs as another user may read it, and it contains no secret."""

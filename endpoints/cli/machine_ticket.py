@@ -14,7 +14,14 @@ MAX_VALIDITY = 7 * 24 * 3600.0
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
     parser.add_argument("--data", type=Path, default=Path("var"), help="data folder of the cloud (./%(default)s)")
-    parser.add_argument("--name", help="name of the machine, new or joined before (default: any new name)")
+    named = parser.add_mutually_exclusive_group()
+    named.add_argument("--name", help="name of the machine, new or joined before (default: any new name)")
+    named.add_argument(
+        "--standby",
+        metavar="NAME",
+        help="make a ticket for 'ppaas up --standby' on the host of this name instead: with it, that host gets the key "
+        "of the cloud's certificate authority",
+    )
     parser.add_argument(
         "--host", help="name or address of this host for the machine (default: the address on which the cloud listens)"
     )
@@ -27,13 +34,15 @@ def run(arguments: argparse.Namespace) -> int:
     """Print the ticket."""
     from endpoints.audit.cloud_audit import record_on_host  # noqa: PLC0415 - ``ppaas --help`` loads this module
     from endpoints.audit.event import AuditEvent  # noqa: PLC0415
-    from endpoints.server import MACHINES  # noqa: PLC0415
+    from engine.remote.authority import STANDBY  # noqa: PLC0415
     from engine.remote.machines import make_ticket  # noqa: PLC0415
+    from engine.remote.replica import MACHINES  # noqa: PLC0415
 
     folder = arguments.data / MACHINES
-    ticket = make_ticket(folder, valid=arguments.valid, machine=arguments.name, host=arguments.host)
+    name = arguments.name if arguments.standby is None else f"{arguments.standby}{STANDBY}"
+    ticket = make_ticket(folder, valid=arguments.valid, machine=name, host=arguments.host)
     details = {"valid": arguments.valid}
-    record_on_host(arguments.data, AuditEvent(action="make_ticket", object=_machine(arguments.name), details=details))
+    record_on_host(arguments.data, AuditEvent(action="make_ticket", object=_machine(name), details=details))
     sys.stdout.write(f"{ticket}\n")
     return 0
 

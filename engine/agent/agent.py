@@ -26,6 +26,7 @@ import uvloop
 
 from engine.agent.components import AgentComponents, dial_master, open_components
 from engine.agent.config import AgentConfig
+from engine.agent.master_directory import MasterDirectory, OneMaster
 from engine.agent.master_redial import Dial, Master, MasterRedial
 from engine.processes.heartbeats import BEAT_PERIOD, MISSED
 from engine.processes.instances import is_dead
@@ -113,6 +114,9 @@ class Agent:
                 self._hosting.use_map(order)
             case control_link.BeatAcknowledged():
                 self._session.lease.answered(leads=order.leads)
+            case control_link.MastersChanged():
+                routers = self._components.masters.note(order.masters)
+                self._components.router.connect_to(routers)
             case control_link.Dismissed():
                 self._dismissed = True
 
@@ -125,10 +129,13 @@ class Agent:
                 self._session.epoch,
             )
             return
+        if self._components.relay is not None:
+            self._components.relay.leave_others()
         self._hosting.keep_only(welcome.adopted)
         self._hosting.endpoint_came()
         self._components.gateway.cloud = welcome.cloud
         self._redial = None
+        self._components.router.connect_to(self._components.masters.note(()))
         if welcome.adopted:
             logger.info("the agent is connected to a master again, which adopted %d containers", len(welcome.adopted))
 
@@ -147,7 +154,9 @@ class Agent:
             stream.write(await self._components.host.measure())
 
 
-async def run(config: AgentConfig, terminated: asyncio.Event, dial: Dial | None = None) -> bool:
+async def run(
+    config: AgentConfig, terminated: asyncio.Event, dial: Dial | None = None, masters: MasterDirectory | None = None
+) -> bool:
     """Run the agent of a machine until no master needs it, or until SIGTERM.
 
     Parameters
@@ -158,18 +167,20 @@ async def run(config: AgentConfig, terminated: asyncio.Event, dial: Dial | None 
         Set by SIGTERM.
     dial : callable, optional
         Connects to the master; `dial_master` by default.
+    masters : MasterDirectory, optional
+        Where the masters are; by default, all are at the address in the settings.
 
     Returns
     -------
     bool
         True if the agent ended because no master needs it, false after SIGTERM.
     """
-    hung_up = False
+    hung_up, masters = False, masters or OneMaster(config.control)
     async with contextlib.AsyncExitStack() as stack:
         with until_terminated(terminated):
-            agent = Agent(await open_components(config, stack))
+            agent = Agent(await open_components(config, stack, masters))
             try:
-                await agent.stay(dial or partial(dial_master, config))
+                await agent.stay(dial or partial(dial_master, config, masters))
             except Conflict as error:
                 logger.warning("the agent stops, with its containers: %s", error)
             hung_up = True

@@ -13,6 +13,7 @@ from engine.agent.entries import ENTRIES
 from engine.agent.host_load import HostLoad
 from engine.agent.layer_builder import LayerBuilder
 from engine.agent.map_cache import MapCache
+from engine.agent.master_directory import MasterDirectory
 from engine.agent.master_redial import Master
 from engine.agent.master_session import MasterSession
 from engine.agent.neighbours import Neighbours
@@ -45,20 +46,25 @@ class AgentComponents:
     gateway: ContainerGateway
     session: MasterSession
     host: HostLoad
+    router: RouterProcess
+    masters: MasterDirectory
+    relay: Relay | None
 
 
-async def dial_cloud(config: AgentConfig, purpose: Purpose) -> Streams:
+async def dial_cloud(config: AgentConfig, purpose: Purpose, address: str) -> Streams:
     """Dial the cloud, with the machine's certificate if the cloud is on another host; ``Unavailable`` if that fails."""
     identity = TlsIdentity.in_folder(Path(config.identity), "machine") if config.identity is not None else None
-    return await dial(parse_address(config.control), identity.client_context(purpose) if identity else None)
+    return await dial(parse_address(address), identity.client_context(purpose) if identity else None)
 
 
-async def dial_master(config: AgentConfig) -> Master:
-    """Dial the master; ``Unavailable`` if it does not answer."""
-    return FrameStream(*await dial_cloud(config, "control"), control_link.ToAgent)
+async def dial_master(config: AgentConfig, masters: MasterDirectory) -> Master:
+    """Dial the current master; ``Unavailable`` if it does not answer."""
+    return FrameStream(*await dial_cloud(config, "control", masters.current), control_link.ToAgent)
 
 
-async def open_components(config: AgentConfig, stack: contextlib.AsyncExitStack) -> AgentComponents:
+async def open_components(
+    config: AgentConfig, stack: contextlib.AsyncExitStack, masters: MasterDirectory
+) -> AgentComponents:
     """Start the fork server and the router concurrently; then the fabric session, the container gateway and the rest.
 
     Parameters
@@ -67,12 +73,15 @@ async def open_components(config: AgentConfig, stack: contextlib.AsyncExitStack)
         Settings of the machine.
     stack : AsyncExitStack
         Stops all components when it is closed.
+    masters : MasterDirectory
+        Where the masters are.
     """
     run_dir, cpus = Path(config.run_dir), tuple(sorted(os.sched_getaffinity(0)))[: config.cores]
     permit_only(config.allowed)
     listening = _router(config, stack)
     runtime = await _runtime(config, stack)
-    fabric = await _fabric(await listening, stack)
+    router = await listening
+    fabric = await _fabric(router, stack)
     session = MasterSession(remote=config.identity is not None)
     outbox, reserve = (Path(path) if path else None for path in (config.outbox, config.reserve))
     store = open_store(config.store, outbox=outbox, reserve=reserve)
@@ -89,6 +98,7 @@ async def open_components(config: AgentConfig, stack: contextlib.AsyncExitStack)
     )
     stack.push_async_callback(gateway.close)
     await gateway.start()
+    relay = await _relay(config, stack, masters) if config.identity is not None else None
     hosting = ContainerSupervisor(
         runtime=runtime,
         gateway=gateway,
@@ -96,14 +106,15 @@ async def open_components(config: AgentConfig, stack: contextlib.AsyncExitStack)
         cpus=cpus,
         tell=session.tell,
         allowed=config.allowed,
-        link=await _relay(config, stack) if config.identity is not None else None,
+        link=str(relay.path) if relay is not None else None,
     )
     stack.push_async_callback(hosting.close)
     neighbours = Neighbours(fabric, config.machine)
     stack.push_async_callback(neighbours.close)
     await neighbours.start()
     await stack.enter_async_context(compiling_the_rest())
-    return AgentComponents(config, cpus, hosting, gateway, session, HostLoad(hosting.loads, NetworkLoad(), neighbours))
+    host = HostLoad(hosting.loads, NetworkLoad(), neighbours)
+    return AgentComponents(config, cpus, hosting, gateway, session, host, router, masters, relay)
 
 
 def _recordings(config: AgentConfig, stack: contextlib.AsyncExitStack) -> Recordings:
@@ -150,9 +161,10 @@ async def _fabric(router: RouterProcess, stack: contextlib.AsyncExitStack) -> Fa
     return fabric
 
 
-async def _relay(config: AgentConfig, stack: contextlib.AsyncExitStack) -> str:
-    """Start the relay of robot links to an endpoint on another host; return the path of its Unix socket."""
-    relay = Relay(Path(config.run_dir) / "link.sock", lambda: dial_cloud(config, "robot"))
+async def _relay(config: AgentConfig, stack: contextlib.AsyncExitStack, masters: MasterDirectory) -> Relay:
+    """Start the relay of robot links to an endpoint on another host."""
+    path = Path(config.run_dir) / "link.sock"
+    relay = Relay(path, lambda address: dial_cloud(config, "robot", address), lambda: masters.current)
     stack.push_async_callback(relay.close)
     await relay.start()
-    return str(relay.path)
+    return relay

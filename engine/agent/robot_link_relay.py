@@ -28,38 +28,48 @@ class Relay:
     path : Path
         Path of the Unix socket; only the user of this process may connect to it.
     dial : callable
-        Connects to the endpoint; raises ``Unavailable`` if it does not answer.
+        Connects to the endpoint at an address; raises ``Unavailable`` if it does not answer.
+    where : callable
+        Returns the current address of the endpoint.
     """
 
-    def __init__(self, path: Path, dial: Callable[[], Awaitable[Streams]]) -> None:
+    def __init__(self, path: Path, dial: Callable[[str], Awaitable[Streams]], where: Callable[[], str]) -> None:
         self.path = path
         self._dial = dial
+        self._where = where
         self._server: asyncio.Server | None = None
-        self._open: set[asyncio.StreamWriter] = set()
+        self._open: dict[asyncio.StreamWriter, str] = {}
 
     async def start(self) -> None:
         """Start to listen on the socket."""
         self._server = await listen(UnixAddress(self.path), self._connected)
 
     async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        address = self._where()
         try:
-            far_reader, far_writer = await self._dial()
+            far_reader, far_writer = await self._dial(address)
         except Unavailable as error:
             logger.warning("a container could not connect to its endpoint: %s", error)
             writer.close()
             return
-        both = {writer, far_writer}
+        both = dict.fromkeys((writer, far_writer), address)
         self._open |= both
         ways = [asyncio.create_task(_carry(reader, far_writer)), asyncio.create_task(_carry(far_reader, writer))]
         try:
             await asyncio.wait(ways, return_when=asyncio.FIRST_COMPLETED)
         finally:
-            self._open -= both
             for end in both:
+                del self._open[end]
                 end.close()  # what was written is still sent
             for way in ways:
                 way.cancel()
             await asyncio.gather(*ways, return_exceptions=True)
+
+    def leave_others(self) -> None:
+        """Abort the connections to other addresses than the current one: a stopped endpoint never closes them."""
+        for writer, address in tuple(self._open.items()):
+            if address != self._where():
+                writer.transport.abort()
 
     async def close(self) -> None:
         """Stop listening, and close all connections."""

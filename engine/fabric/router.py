@@ -112,6 +112,15 @@ class RouterProcess:
         self._process = await self._spawn()
         self._keeper = asyncio.create_task(self._keep(self._process))
 
+    def connect_to(self, routers: tuple[str, ...]) -> None:
+        """Connect to further routers of other hosts; the router is restarted for that, and its clients reconnect."""
+        if self._peering is None or set(routers) <= set(self._peering.connect):
+            return
+        connect = tuple(dict.fromkeys((*self._peering.connect, *routers)))
+        self._peering = msgspec.structs.replace(self._peering, connect=connect)
+        if self._process is not None and self._process.returncode is None:
+            self._process.terminate()
+
     async def close(self) -> None:
         """Stop the router."""
         if self._keeper is not None:

@@ -161,4 +161,12 @@ class BeatAcknowledged(msgspec.Struct, tag="heard"):
     leads: bool = True
 
 
-ToAgent = Welcome | StartContainer | StopContainer | ResizeContainer | UseMap | BeatAcknowledged | Dismissed
+class MastersChanged(msgspec.Struct, tag="masters"):
+    """Addresses of the processes that may lead the cloud, in place of those that the machine knows."""
+
+    masters: tuple[str, ...]
+
+
+ToAgent = (
+    Welcome | StartContainer | StopContainer | ResizeContainer | UseMap | BeatAcknowledged | MastersChanged | Dismissed
+)

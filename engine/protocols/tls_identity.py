@@ -8,10 +8,10 @@ from typing import Literal
 CLOUD_NAME = "cloud.ppaas"
 """Name in the certificate of every cloud; clouds differ in the authority that issued it."""
 
-Purpose = Literal["control", "robot", "terms", "join"]
+Purpose = Literal["control", "robot", "terms", "join", "standby"]
 """Purpose of a connection, sent as its ALPN protocol (RFC 7301), so that one port serves all purposes."""
 
-PURPOSES: tuple[Purpose, ...] = ("control", "robot", "terms", "join")
+PURPOSES: tuple[Purpose, ...] = ("control", "robot", "terms", "join", "standby")
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,7 @@ import os
 import signal
 import sys
 import tempfile
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -25,6 +26,7 @@ from engine.processes.private_files import keep_new_files_private
 from engine.processes.run_dir import keep_temporary_files_in, remove_folder
 from engine.remote.cluster_settings import ClusterSettings
 from engine.remote.machines import check_reachable
+from engine.remote.masters import Masters
 from engine.remote.membership import Membership, membership_in
 from ppaas import __version__
 from ppaas.clock import monotonic
@@ -81,10 +83,10 @@ async def stay(membership: Membership, options: MachineOptions) -> None:
 
 
 async def _stay(membership: Membership, options: MachineOptions, run_dir: Path) -> None:
-    terminated, tries, last_contact = asyncio.Event(), 0, monotonic()
+    terminated, tries, last_contact, masters = asyncio.Event(), 0, monotonic(), Masters(membership)
     while True:
         began = monotonic()
-        if await _run_once(membership, options, run_dir, terminated):
+        if await _run_once(membership, masters, options, run_dir, terminated):
             last_contact = monotonic()
         if terminated.is_set():
             return
@@ -97,19 +99,24 @@ async def _stay(membership: Membership, options: MachineOptions, run_dir: Path) 
             return
 
 
-async def _run_once(membership: Membership, options: MachineOptions, run_dir: Path, terminated: asyncio.Event) -> bool:
+async def _run_once(
+    membership: Membership, masters: Masters, options: MachineOptions, run_dir: Path, terminated: asyncio.Event
+) -> bool:
     """Run the agent once; return whether the cloud was reached."""
     config: AgentConfig | None = None
     try:
         with until_terminated(terminated):
-            config = config_of(membership, options, await membership.settings(), run_dir)
-        return config is not None and await run(config, terminated, lambda: dial_again(membership, options, config))
+            config = config_of(membership, options, await masters.settings(), run_dir, masters)
+        dial = partial(dial_again, membership, masters, options, config)
+        return config is not None and await run(config, terminated, dial, masters)
     except Unavailable as error:
         logger.warning("machine %s is not connected to its cloud: %s", membership.machine, error)
         return False
 
 
-def config_of(membership: Membership, options: MachineOptions, settings: ClusterSettings, run_dir: Path) -> AgentConfig:
+def config_of(
+    membership: Membership, options: MachineOptions, settings: ClusterSettings, run_dir: Path, masters: Masters
+) -> AgentConfig:
     """Return the configuration of the agent.
 
     Raises
@@ -130,7 +137,7 @@ def config_of(membership: Membership, options: MachineOptions, settings: Cluster
     run_dir.mkdir(mode=0o700, exist_ok=True)
     return AgentConfig(
         machine=membership.machine,
-        control=str(membership.cloud),
+        control=masters.current,
         secret="",  # the certificate identifies the machine
         run_dir=str(run_dir),
         cloud=settings.cloud,
@@ -139,7 +146,7 @@ def config_of(membership: Membership, options: MachineOptions, settings: Cluster
         outbox=str(membership.folder / "outbox.sqlite"),
         cores=options.cores,
         labels=options.labels,
-        peering=membership.peering(settings),
+        peering=membership.peering(settings, masters.routers()),
         identity=str(membership.folder),
         runtime=settings.runs.runtime,
         image=settings.runs.image,
@@ -148,7 +155,7 @@ def config_of(membership: Membership, options: MachineOptions, settings: Cluster
     )
 
 
-async def dial_again(membership: Membership, options: MachineOptions, config: AgentConfig) -> Master:
+async def dial_again(membership: Membership, masters: Masters, options: MachineOptions, config: AgentConfig) -> Master:
     """Connect to the cloud again, with the configuration that the machine already runs.
 
     Raises
@@ -158,10 +165,16 @@ async def dial_again(membership: Membership, options: MachineOptions, config: Ag
     Unavailable
         The cloud is unreachable.
     """
-    now = config_of(membership, options, await membership.settings(), Path(config.run_dir))
-    if msgspec.structs.replace(now, cloud=config.cloud) != config:
+    now = config_of(membership, options, await masters.settings(), Path(config.run_dir), masters)
+    if _without_addresses(now) != _without_addresses(config):
         raise Conflict("the cloud was restarted with other settings; the machine joins it again")
-    return await dial_master(config)
+    return await dial_master(config, masters)
+
+
+def _without_addresses(config: AgentConfig) -> AgentConfig:
+    """Return a configuration without what differs between the masters of a cloud."""
+    peering = None if config.peering is None else msgspec.structs.replace(config.peering, connect=())
+    return msgspec.structs.replace(config, cloud="", control="", peering=peering)
 
 
 def main() -> None:

@@ -25,8 +25,11 @@ from engine.remote.certificates import (
 )
 from ppaas.errors import InvalidInput, NotPermitted
 
-NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
-"""Names of machines; a common name has up to 64 characters (RFC 5280, ``ub-common-name``)."""
+STANDBY = "@standby"
+"""End of the names of standbys, which no machine has."""
+
+NAME = re.compile(rf"[A-Za-z0-9][A-Za-z0-9._-]{{0,63}}|[A-Za-z0-9][A-Za-z0-9._-]{{0,55}}{STANDBY}")
+"""Names of machines and standbys; a common name has up to 64 characters (RFC 5280, ``ub-common-name``)."""
 
 
 class Authority:
@@ -78,6 +81,8 @@ class Authority:
     def issue(self, machine: str, request: bytes) -> bytes:
         """Return a new certificate in PEM; it revokes the machine's earlier one.
 
+        That of a standby is not recorded: whoever has stood by has the key of this authority.
+
         Raises
         ------
         InvalidInput
@@ -86,7 +91,8 @@ class Authority:
         check_name(machine)
         certificate = issue(machine, read_request(request), self._certificate, self._key)
         pem = certificate.public_bytes(Encoding.PEM)
-        write_private(self._path(machine), pem)
+        if not machine.endswith(STANDBY):
+            write_private(self._path(machine), pem)
         return pem
 
     def machine_of(self, certificate: bytes) -> str:
@@ -98,6 +104,8 @@ class Authority:
             The certificate was revoked, or replaced by a newer one.
         """
         machine = common_name(x509.load_der_x509_certificate(certificate))
+        if machine.endswith(STANDBY):
+            return machine
         path = self._path(machine)
         known = x509.load_pem_x509_certificate(path.read_bytes()) if path.exists() else None
         if known is None or known.public_bytes(Encoding.DER) != certificate:

@@ -45,6 +45,10 @@ class ClusterSettings(msgspec.Struct, tag="terms"):
         Settings of containers.
     release : str
         Release of this program that the cloud runs.
+    epoch : int
+        Epoch of the master that leads.
+    masters : tuple of str
+        Addresses of other processes that may lead later.
     """
 
     cloud: str
@@ -54,3 +58,5 @@ class ClusterSettings(msgspec.Struct, tag="terms"):
     fabric: RouterCredentials
     runs: ContainerSettings = ContainerSettings()
     release: str = ""
+    epoch: int = 0
+    masters: tuple[str, ...] = ()

@@ -10,10 +10,13 @@ import msgspec
 from engine.fabric.zenoh_config import Peering, RouterCredentials
 from engine.processes.private_files import write_private
 from engine.protocols.address import TlsAddress, parse_address
+from engine.protocols.control_link import MastersChanged
 from engine.protocols.framing import FrameStream
 from engine.remote.authority import Authority
 from engine.remote.cluster_settings import ClusterSettings, ContainerSettings
 from engine.remote.joining import JoinServer
+from engine.remote.known_masters import KnownMasters
+from engine.remote.standbys import Standbys
 from engine.remote.tickets import Ticket, Tickets
 from engine.remote.tls_listener import TlsListener
 from engine.service.links.control_server import ControlServer
@@ -72,6 +75,8 @@ class RemoteMachines:
         self._folder = folder
         self._authority = Authority(folder)
         self._address = address
+        self._masters = KnownMasters(folder)
+        self._standbys = Standbys(folder.parent, self._masters, self._announce)
         self._join_server = JoinServer(self._authority, Tickets(folder / "tickets"), frozenset((own,)))
         router = address._replace(port=address.port + 1 if address.port else _free_port(address.host))
         credentials = _credentials(folder / FABRIC)
@@ -82,6 +87,7 @@ class RemoteMachines:
             listen=(f"tls/{router.authority}",),
         )  # fmt: skip
         self._listener: TlsListener | None = None
+        self._control: ControlServer | None = None
 
     @property
     def host(self) -> str | None:
@@ -96,21 +102,32 @@ class RemoteMachines:
         Unavailable
             The address is in use, or does not belong to this host.
         """
+        self._control, self._standbys.mandate = control, control.mandate
         self._listener = TlsListener(
             self._address,
             self._authority,
             control=control.connected,
             robot=robots.connected,
             settings=self._send_settings,
+            standby=self._standbys.connected,
             join=self._join_server.connected,
         )
         await self._listener.start()
         write_private(self._folder / ADDRESS, str(self._listener.address).encode())
 
     async def _send_settings(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, machine: str) -> None:
+        """Send the settings of the cluster; without a mandate, close the connection: another master may lead."""
         stream: FrameStream[ClusterSettings] = FrameStream(reader, writer, ClusterSettings)
-        await stream.send(self._settings)
+        mandate = self._standbys.mandate
+        if mandate.leads():
+            settings = msgspec.structs.replace(self._settings, epoch=mandate.epoch, masters=self._masters.texts())
+            await stream.send(settings)
         await stream.close()
+
+    def _announce(self) -> None:
+        """Tell all machines where they find the masters of the cloud."""
+        if self._control is not None:
+            self._control.tell_all(MastersChanged(self._masters.texts()))
 
     async def close(self) -> None:
         """Close all connections and stop listening."""

@@ -12,7 +12,7 @@ from engine.protocols.address import TlsAddress
 from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import dial
 from engine.protocols.tls_identity import TlsIdentity
-from engine.remote.authority import check_name
+from engine.remote.authority import Authority, check_name
 from engine.remote.certificates import Key, key_pem, new_key, request_pem
 from engine.remote.cluster_settings import ClusterSettings
 from engine.remote.joining import Joined, request_certificate
@@ -52,16 +52,17 @@ class Membership:
         """Key and certificates of the machine."""
         return TlsIdentity.in_folder(self.folder, "machine")
 
-    async def settings(self) -> ClusterSettings:
-        """Request the settings of the cluster from the cloud.
+    async def settings(self, master: TlsAddress | None = None) -> ClusterSettings:
+        """Request the settings of the cluster from a master, by default the one that this machine has joined.
 
         Raises
         ------
         Unavailable
-            The cloud is unreachable, or refuses this machine.
+            The master is unreachable, does not lead, or refuses this machine.
         """
+        address = master or self.cloud
         stream: FrameStream[ClusterSettings] = FrameStream(
-            *await dial(self.cloud, self.identity.client_context("terms")), ClusterSettings
+            *await dial(address, self.identity.client_context("terms")), ClusterSettings
         )
         try:
             settings = await stream.receive()
@@ -69,17 +70,17 @@ class Membership:
             await stream.close()
         if settings is None:
             raise Unavailable(
-                f"the cloud at {self.cloud} closed the connection; if it logs that the certificate of {self.machine!r} "
+                f"the cloud at {address} closed the connection; if it logs that the certificate of {self.machine!r} "
                 "is no longer valid, join again with a new ticket"
             )
         return settings
 
-    def peering(self, settings: ClusterSettings) -> Peering:
-        """Return the connection of the machine's router to that of the cloud."""
+    def peering(self, settings: ClusterSettings, routers: tuple[str, ...] = ()) -> Peering:
+        """Return the connection of the machine's router to ``routers``, by default to that of the cloud."""
         identity, router = self.identity, self.cloud._replace(port=settings.fabric_port)
         return Peering(
             str(identity.key), str(identity.certificate), str(identity.authority), settings.fabric,
-            connect=(f"tls/{router.authority}",),
+            connect=routers or (f"tls/{router.authority}",),
         )  # fmt: skip
 
 
@@ -125,6 +126,20 @@ async def join(folder: Path, text: str, machine: str) -> Membership:
         key = new_key()
         joined = await request_certificate(ticket, machine, request_pem(key, machine))
         _write(folder, key, joined, _MembershipFile(machine, ticket.host, ticket.port, used))
+    return membership_in(folder)
+
+
+def enrol(folder: Path, authority: Authority, name: str, cloud: TlsAddress) -> Membership:
+    """Join with a certificate of an authority whose key is here.
+
+    Raises
+    ------
+    InvalidInput
+        The name is invalid, or the folder cannot be used.
+    """
+    key = new_key()
+    joined = Joined(authority.issue(name, request_pem(key, name)), authority.pem)
+    _write(folder, key, joined, _MembershipFile(name, cloud.host, cloud.port, ""))
     return membership_in(folder)
 
 

@@ -13,7 +13,7 @@ import msgspec
 
 from engine.processes.private_files import write_private
 from engine.protocols.address import TlsAddress
-from engine.remote.authority import check_name
+from engine.remote.authority import STANDBY, check_name
 from ppaas.clock import Clock, epoch
 from ppaas.errors import InvalidInput, NotPermitted
 
@@ -31,12 +31,15 @@ class Ticket(msgspec.Struct, frozen=True, array_like=True):
         SHA-256 of the cloud's certificate, in hexadecimal; the machine does not send the secret to any other server.
     secret : str
         Proof that an administrator has invited the machine.
+    machine : str, optional
+        Name of the machine that may use it; None for any.
     """
 
     host: str
     port: int
     cloud: str
     secret: str
+    machine: str | None = None
 
     def __str__(self) -> str:
         return PREFIX + base64.urlsafe_b64encode(msgspec.msgpack.encode(self)).decode().rstrip("=")
@@ -106,7 +109,7 @@ class Tickets:
         """
         if machine is not None:
             check_name(machine)
-        ticket = Ticket(address.host, address.port, cloud, secrets.token_urlsafe(24))
+        ticket = Ticket(address.host, address.port, cloud, secrets.token_urlsafe(24), machine)
         try:
             self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             write_private(self._path(ticket.secret), msgspec.json.encode(_TicketFile(self._clock() + valid, machine)))
@@ -125,8 +128,12 @@ class Tickets:
         path = self._path(secret)
         try:
             known = msgspec.json.decode(path.read_bytes(), type=_TicketFile)
-            if known.machine not in (None, machine):
-                raise NotPermitted(f"this ticket is for machine {known.machine!r}: join with --name {known.machine}")
+            if known.machine != machine and (known.machine is not None or machine.endswith(STANDBY)):
+                raise NotPermitted(
+                    f"this ticket is for machine {known.machine!r}: join with --name {known.machine}"
+                    if known.machine is not None
+                    else "this ticket is for a machine: make one with 'ppaas machine ticket --standby NAME'"
+                )
             path.unlink()  # if two machines use it at once, one does not find it any more
         except FileNotFoundError as error:
             raise NotPermitted("this ticket is unknown or was used: make a new one") from error

@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable
 
 from engine.protocols.address import TlsAddress
 from engine.protocols.sockets import ConnectionHandler, listen
-from engine.remote.authority import Authority
+from engine.remote.authority import STANDBY, Authority
 from ppaas.errors import NotPermitted, PPaaSError
 
 logger = logging.getLogger(__name__)
@@ -30,6 +30,8 @@ class TlsListener:
         Certificate authority, which identifies machines.
     control, robot, settings : callable
         Serve control links, robot links, and requests for the settings of the cluster.
+    standby : callable
+        Serves standbys of the cloud.
     join : callable
         Serves machines without a certificate, which request to join.
     """
@@ -42,11 +44,17 @@ class TlsListener:
         control: FromMachine,
         robot: FromMachine,
         settings: FromMachine,
+        standby: FromMachine,
         join: ConnectionHandler,
     ) -> None:
         self.address = address
         self._authority = authority
-        self._serve: dict[str | None, FromMachine] = {"control": control, "robot": robot, "terms": settings}
+        self._serve: dict[str | None, FromMachine] = {
+            "control": control,
+            "robot": robot,
+            "terms": settings,
+            "standby": standby,
+        }
         self._join = join
         self._server: asyncio.Server | None = None
         self._open: set[asyncio.StreamWriter] = set()
@@ -81,7 +89,10 @@ class TlsListener:
             return
         if certificate is None or purpose not in self._serve:
             raise NotPermitted("the client has no certificate or no known purpose")
-        await self._serve[purpose](reader, writer, self._authority.machine_of(certificate))
+        machine = self._authority.machine_of(certificate)
+        if machine.endswith(STANDBY) != (purpose == "standby"):
+            raise NotPermitted(f"the certificate of {machine!r} is not for this purpose: {purpose}")
+        await self._serve[purpose](reader, writer, machine)
 
     async def _let_join(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         if self._joining >= MAX_JOINING:

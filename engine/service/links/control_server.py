@@ -91,6 +91,11 @@ class ControlServer:
         self._held.append((stream, order))
         self.resume()
 
+    def tell_all(self, order: msgspec.Struct) -> None:
+        """Send an order to all machines."""
+        for machine in tuple(self._machines):
+            self.order(machine, order)
+
     def resume(self) -> None:
         """Send the orders that wait, if this master leads; those to machines that have left are dropped."""
         if not self.mandate.leads():

@@ -1,6 +1,7 @@
 """An agent over several masters: its containers outlive a master that did not dismiss it."""
 
 import asyncio
+from pathlib import Path
 from typing import Any, cast
 
 import pytest
@@ -11,8 +12,10 @@ from engine.agent.config import AgentConfig
 from engine.agent.container_gateway import ContainerGateway
 from engine.agent.container_supervisor import ContainerSupervisor
 from engine.agent.host_load import HostLoad
+from engine.agent.master_directory import OneMaster
 from engine.agent.master_redial import Master, MasterRedial
 from engine.agent.master_session import MasterSession
+from engine.fabric.router import RouterProcess
 from engine.protocols import control_link
 from engine.protocols.framing import FrameStream
 from ppaas.clock import ManualClock
@@ -77,7 +80,8 @@ def agent_of(supervisor: FakeSupervisor, masters: FakeMasters, within: float = 3
     config = AgentConfig("m1", "", "secret", "", "", "memory:", "memory:", adopt_within=within)
     session = MasterSession(remote=False)
     here = cast(ContainerSupervisor, supervisor), cast(ContainerGateway, masters), session, cast(HostLoad, masters)
-    return Agent(AgentComponents(config, (0,), *here)), session
+    elsewhere = RouterProcess(Path("unused")), OneMaster(""), None
+    return Agent(AgentComponents(config, (0,), *here, *elsewhere)), session
 
 
 async def test_agent_registers_its_containers_and_keeps_those_adopted() -> None:

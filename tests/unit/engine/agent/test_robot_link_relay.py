@@ -3,14 +3,14 @@
 import asyncio
 import contextlib
 import os
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Awaitable
 from pathlib import Path
 
 import pytest
 
 from engine.agent.robot_link_relay import Relay
 from engine.protocols.address import UnixAddress
-from engine.protocols.sockets import dial, listen
+from engine.protocols.sockets import Streams, dial, listen
 
 
 class Endpoint:
@@ -44,7 +44,7 @@ async def endpoint(tmp_path: Path) -> AsyncIterator[Endpoint]:
 
 @pytest.fixture
 async def relay(tmp_path: Path, endpoint: Endpoint) -> AsyncIterator[Relay]:
-    opened = Relay(tmp_path / "near.sock", lambda: dial(endpoint.address))
+    opened = Relay(tmp_path / "near.sock", lambda _: dial(endpoint.address), lambda: "here")
     await opened.start()
     yield opened
     await opened.close()
@@ -78,7 +78,7 @@ async def test_container_receives_everything_before_the_endpoint_closes(relay: R
 async def test_container_is_disconnected_if_the_endpoint_is_unreachable(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    relay = Relay(tmp_path / "near.sock", lambda: dial(UnixAddress(tmp_path / "nobody.sock")))
+    relay = Relay(tmp_path / "near.sock", lambda _: dial(UnixAddress(tmp_path / "nobody.sock")), lambda: "here")
     await relay.start()
     reader, writer = await dial(UnixAddress(relay.path))
     async with asyncio.timeout(10.0):
@@ -97,3 +97,31 @@ async def test_closing_disconnects_both_ends_and_removes_the_socket(relay: Relay
         await endpoint.gone.wait()
     assert not relay.path.exists()
     writer.close()
+
+
+async def test_connections_to_an_endpoint_that_leads_no_more_are_aborted(tmp_path: Path, endpoint: Endpoint) -> None:
+    where, dialled = ["first"], []
+
+    def dial_there(address: str) -> Awaitable[Streams]:
+        dialled.append(address)
+        return dial(endpoint.address)
+
+    relay = Relay(tmp_path / "near.sock", dial_there, lambda: where[0])
+    await relay.start()
+    try:
+        left, left_writer = await dial(UnixAddress(relay.path))
+        left_writer.write(b"data")
+        assert await left.readexactly(4) == b"data"
+        where[0] = "second"
+        kept, kept_writer = await dial(UnixAddress(relay.path))
+        kept_writer.write(b"data")
+        assert await kept.readexactly(4) == b"data"
+        relay.leave_others()
+        async with asyncio.timeout(10.0):
+            with contextlib.suppress(ConnectionError):
+                assert await left.read() == b""
+        kept_writer.write(b"more")
+        assert await kept.readexactly(4) == b"more"
+        assert dialled == ["first", "second"]
+    finally:
+        await relay.close()

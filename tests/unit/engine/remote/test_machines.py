@@ -15,6 +15,7 @@ from engine.protocols.tls_identity import stranger_context
 from engine.remote.agent import MachineOptions, config_of, stay
 from engine.remote.cluster_settings import ContainerSettings
 from engine.remote.machines import RemoteMachines, make_ticket
+from engine.remote.masters import Masters
 from engine.remote.membership import Membership, join, membership_in
 from engine.service.links.control_server import ControlServer
 from engine.service.links.robot_link_server import LinkServer
@@ -83,8 +84,9 @@ async def test_each_heartbeat_is_acknowledged(cloud: Cloud, tmp_path: Path) -> N
 
 async def test_the_agent_is_configured_from_the_cluster_settings(cloud: Cloud, tmp_path: Path) -> None:
     membership = await join(tmp_path / "m2", cloud.ticket(), "m2")
-    settings = await membership.settings()
-    config = config_of(membership, MachineOptions(2, {"gpu": "no"}), settings, tmp_path / "run")
+    masters = Masters(membership)
+    settings = await masters.settings()
+    config = config_of(membership, MachineOptions(2, {"gpu": "no"}), settings, tmp_path / "run", masters)
     assert (config.store, config.map_store) == cloud.stores
     assert (config.identity, config.cloud) == (str(tmp_path / "m2"), "the cloud")
     assert config.peering is not None and config.peering.connect == (f"tls/127.0.0.1:{settings.fabric_port}",)
@@ -98,7 +100,7 @@ async def test_missing_stores_are_not_created(cloud: Cloud, tmp_path: Path) -> N
     settings = await membership.settings()
     (tmp_path / "store.sqlite").unlink()
     with pytest.raises(NotFound, match="store"):
-        config_of(membership, MachineOptions(), settings, tmp_path / "run")
+        config_of(membership, MachineOptions(), settings, tmp_path / "run", Masters(membership))
 
 
 async def test_machine_exits_if_the_cloud_runs_another_release(

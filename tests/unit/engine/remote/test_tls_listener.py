@@ -36,7 +36,8 @@ async def listener(authority: Authority) -> AsyncIterator[TlsListener]:
 
     opened = TlsListener(
         ANYWHERE, authority,
-        control=answering("control"), robot=answering("robot"), settings=answering("terms"), join=answering("join"),
+        control=answering("control"), robot=answering("robot"), settings=answering("terms"),
+        standby=answering("standby"), join=answering("join"),
     )  # fmt: skip
     await opened.start()
     yield opened
@@ -86,7 +87,9 @@ async def test_clients_that_join_are_limited(authority: Authority, monkeypatch: 
     async def machine(*_: object) -> None:
         raise AssertionError("it has no certificate")
 
-    opened = TlsListener(ANYWHERE, authority, control=machine, robot=machine, settings=machine, join=join)
+    opened = TlsListener(
+        ANYWHERE, authority, control=machine, robot=machine, settings=machine, standby=machine, join=join
+    )
     await opened.start()
     try:
         waiting = [asyncio.create_task(answer(opened, stranger_context())) for _ in range(2)]
@@ -143,7 +146,9 @@ async def test_a_connection_without_tls_is_closed(listener: TlsListener) -> None
 async def test_a_port_in_use_is_an_error(listener: TlsListener, authority: Authority) -> None:
     async def nobody(*_: object) -> None: ...
 
-    second = TlsListener(listener.address, authority, control=nobody, robot=nobody, settings=nobody, join=nobody)
+    second = TlsListener(
+        listener.address, authority, control=nobody, robot=nobody, settings=nobody, standby=nobody, join=nobody
+    )
     with pytest.raises(Unavailable, match="cannot listen"):
         await second.start()
 

@@ -1,0 +1,77 @@
+"""Child process ``ppaas up --standby``."""
+
+import asyncio
+import json
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import psutil
+
+from robots import cli
+from tests.support.cloud.cloud import ADMIN_PASSWORD, LOG_SHOWN, RunningCloud
+from tests.support.waiting import until
+
+STANDING_BY = "standing by"
+"""Part of the line that a standby logs when it is ready to take over."""
+
+
+class Standby:
+    """A process that stands by, and may lead later.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder for its data, its log and its ready file.
+    arguments : str
+        Further arguments; ``--standby`` is one of them.
+    """
+
+    def __init__(self, folder: Path, *arguments: str) -> None:
+        folder.mkdir(exist_ok=True)
+        password, self._ready, self.log = folder / "password", folder / "ready.json", folder / "standby.log"
+        password.write_text(ADMIN_PASSWORD)
+        self._ready.unlink(missing_ok=True)
+        command = [sys.executable, "-m", cli.__name__, "up", "--port", "0", "--data", str(folder / "data")]
+        files = ["--admin-password-file", str(password), "--ready-file", str(self._ready)]
+        with self.log.open("wb") as output:
+            self.process = subprocess.Popen([*command, *files, *arguments], stdout=output, stderr=output)
+
+    async def stands_by(self) -> None:
+        """Wait until it is ready to take over."""
+        await until(lambda: self._is_running() and STANDING_BY in self.log.read_text(), 60.0)
+
+    async def leads(self) -> RunningCloud:
+        """Wait until it leads and serves, and return it as a cloud."""
+        await until(lambda: self._is_running() and self._ready.exists(), 60.0)
+        found = json.loads(self._ready.read_text())
+        return RunningCloud(found["url"], found["pid"], self.log)
+
+    def _is_running(self) -> bool:
+        assert self.process.poll() is None, self.log.read_text()
+        return True
+
+    async def has_ended(self) -> int:
+        """Wait until it has ended by itself; return its exit status."""
+        return await asyncio.to_thread(self.process.wait, 20.0)
+
+
+@contextmanager
+def standing_by(folder: Path, *arguments: str) -> Iterator[Standby]:
+    """Start a standby; stop it with SIGTERM unless it has ended, and check that it leaves no process behind."""
+    standby = Standby(folder, *arguments)
+    try:
+        yield standby
+    except BaseException:
+        sys.stdout.write(standby.log.read_text()[-LOG_SHOWN:])  # shown with the failure
+        raise
+    finally:
+        family = psutil.Process(standby.process.pid).children(recursive=True) if standby.process.poll() is None else []
+        for number in (signal.SIGCONT, signal.SIGTERM):
+            standby.process.send_signal(number)
+        standby.process.wait(20.0)
+        _, alive = psutil.wait_procs(family, 10.0)
+        assert not alive, f"left behind: {alive}"

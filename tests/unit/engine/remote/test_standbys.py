@@ -1,0 +1,233 @@
+"""Standbys of a leader over real TLS: they copy its files, prove themselves to machines, and are refused."""
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+import pytest
+
+from engine.protocols import control_link
+from engine.protocols.address import TlsAddress, parse_address
+from engine.protocols.framing import FrameStream
+from engine.protocols.sockets import dial
+from engine.remote.authority import STANDBY, Authority
+from engine.remote.cluster_settings import ClusterSettings
+from engine.remote.known_masters import KnownMasters
+from engine.remote.machines import RemoteMachines, make_ticket
+from engine.remote.masters import Masters
+from engine.remote.membership import Membership, join
+from engine.remote.replica import LAST, MACHINES, in_order, read_files, write_file
+from engine.remote.standby_link import StandbyLink, membership_of
+from engine.remote.standbys import StandbyHello, StandbyRefused, ToStandby
+from engine.service.links.control_server import ControlServer
+from engine.service.links.robot_link_server import LinkServer
+from ppaas import __version__
+from ppaas.errors import InvalidInput, MalformedMessage, NotPermitted, Unavailable
+from tests.support.engine.engine_links import receive, register
+from tests.support.waiting import until
+from tests.unit.engine.service.links.test_control_server import Deputy, Events
+
+LOOPBACK = "127.0.0.1"
+ELSEWHERE = TlsAddress(LOOPBACK, 8600)
+
+
+class Leader:
+    """The part of a cloud process that machines and standbys connect to."""
+
+    def __init__(self, data: Path, epoch: int) -> None:
+        self.data = data
+        data.mkdir(exist_ok=True)
+        (data.parent / "store.sqlite").touch()
+        store, maps = f"sqlite:///{data.parent / 'store.sqlite'}", f"file:///{data.parent}"
+        self.far = RemoteMachines(
+            data / MACHINES, TlsAddress(LOOPBACK, 0), cloud=data.name, store=store, map_store=maps, own="local"
+        )
+        self.events, self.mandate = Events(), Deputy(epoch)
+        self.control = ControlServer(data / "control.sock", "secret", self.events)
+        self.control.mandate = self.mandate
+        self.address = ELSEWHERE
+
+    async def start(self) -> None:
+        async def welcome(*_: object) -> None: ...
+
+        await self.far.start(self.control, LinkServer(Path("unused"), welcome, lambda _: None))
+        address = parse_address((self.data / MACHINES / "address").read_text())
+        assert isinstance(address, TlsAddress)
+        self.address = address
+
+    def ticket(self, name: str | None = None) -> str:
+        return str(make_ticket(self.data / MACHINES, valid=60.0, machine=name))
+
+
+@asynccontextmanager
+async def leading(data: Path, epoch: int = 1) -> AsyncIterator[Leader]:
+    leader = Leader(data, epoch)
+    await leader.start()
+    try:
+        yield leader
+    finally:
+        await leader.far.close()
+
+
+@pytest.fixture
+async def leader(tmp_path: Path) -> AsyncIterator[Leader]:
+    async with leading(tmp_path / "a") as opened:
+        yield opened
+
+
+@asynccontextmanager
+async def copying(leader: Leader, data: Path) -> AsyncIterator[Membership]:
+    """Stand by for a leader with a ticket, until the block ends."""
+    membership = await membership_of(data, leader.ticket(f"b{STANDBY}"), "unused")
+    link = StandbyLink(data, membership, ELSEWHERE)
+    task = asyncio.create_task(link.run())
+    try:
+        await asyncio.wait_for(link.complete.wait(), 10.0)
+        yield membership
+    finally:
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+
+
+async def test_a_standby_has_the_files_of_its_leader_as_they_change(leader: Leader, tmp_path: Path) -> None:
+    standby = tmp_path / "b"
+    async with copying(leader, standby):
+        (leader.data / "machine-settings.json").write_text("{}")
+        await join(tmp_path / "m2", leader.ticket(), "m2")
+        await until(lambda: read_files(standby) == read_files(leader.data))
+        assert f"{MACHINES}/issued/m2.pem" in read_files(standby)
+        assert not any("tickets" in name for name in read_files(standby)), "a used ticket is used everywhere"
+    assert Authority(standby / MACHINES).fingerprint == Authority(leader.data / MACHINES).fingerprint
+    assert all(path.stat().st_mode & 0o077 == 0 for path in (standby / MACHINES).rglob("*"))
+
+
+async def test_machines_are_told_of_a_standby_and_follow_it(leader: Leader, tmp_path: Path) -> None:
+    membership = await join(tmp_path / "m2", leader.ticket(), "m2")
+    masters = Masters(membership)
+    assert (await masters.settings()).masters == ()
+    context = membership.identity.client_context("control")
+    stream = FrameStream(*await dial(leader.address, context), control_link.ToAgent)
+    stream.write(register("m2", secret=""))
+    await until(lambda: leader.events.calls)
+    async with copying(leader, tmp_path / "b"):
+        changed = await receive(stream)
+        assert changed == control_link.MastersChanged((str(ELSEWHERE),))
+        routers = masters.note(changed.masters)
+        assert routers[1:] == (f"tls/{LOOPBACK}:{ELSEWHERE.port + 1}",)
+        await until(lambda: f"{MACHINES}/issued/m2.pem" in read_files(tmp_path / "b"))
+    await stream.close()
+    await leader.far.close()
+    async with leading(tmp_path / "b", epoch=2) as heir:
+        masters.note((str(heir.address),))
+        assert (await masters.settings()).cloud == "b", "by the certificate that the first leader issued"
+        assert (masters.epoch, masters.current) == (2, str(heir.address))
+        assert {heir.address, ELSEWHERE} == set(KnownMasters(membership.folder).addresses), "also after a restart"
+
+
+async def test_a_machine_refuses_settings_of_an_earlier_epoch(leader: Leader, tmp_path: Path) -> None:
+    masters = Masters(await join(tmp_path / "m2", leader.ticket(), "m2"))
+    masters.epoch = 2
+    with pytest.raises(Unavailable, match="epoch 1, and another one has led since, in epoch 2"):
+        await masters.settings()
+
+
+async def test_a_master_that_does_not_lead_sends_no_settings_and_no_files(leader: Leader, tmp_path: Path) -> None:
+    membership = await join(tmp_path / "m2", leader.ticket(), "m2")
+    invitation = leader.ticket(f"b{STANDBY}")
+    leader.mandate.holds = False
+    with pytest.raises(Unavailable, match="closed the connection"):
+        await Masters(membership).settings()
+    link = StandbyLink(tmp_path / "b", await membership_of(tmp_path / "b", invitation, "unused"), ELSEWHERE)
+    with pytest.raises(TimeoutError):
+        await asyncio.wait_for(link.run(), 1.0)
+    assert not link.complete.is_set()
+
+
+async def test_a_stopped_master_delays_no_machine(leader: Leader, tmp_path: Path) -> None:
+    masters = Masters(await join(tmp_path / "m2", leader.ticket(), "m2"))
+    silent = await asyncio.start_server(lambda *_: asyncio.sleep(60.0), LOOPBACK, 0)
+    masters.note((f"tls://{LOOPBACK}:{silent.sockets[0].getsockname()[1]}",))
+    assert isinstance(await asyncio.wait_for(masters.settings(), 5.0), ClusterSettings)
+    await leader.far.close()
+    with pytest.raises(Unavailable, match="no master leads at"):
+        await asyncio.wait_for(masters.settings(), 5.0)
+    silent.close()
+
+
+@pytest.mark.parametrize(
+    ("hello", "why"),
+    [(StandbyHello("", 1, "0.0.1"), "runs release"), (b"no hello", "not a message")],
+    ids=["another release", "no hello"],
+)
+async def test_a_standby_that_cannot_take_over_is_told_why(
+    leader: Leader, tmp_path: Path, hello: StandbyHello | bytes, why: str
+) -> None:
+    membership = await membership_of(tmp_path / "b", leader.ticket(f"b{STANDBY}"), "unused")
+    reader, writer = await dial(leader.address, membership.identity.client_context("standby"))
+    stream: FrameStream[ToStandby] = FrameStream(reader, writer, ToStandby)
+    if isinstance(hello, bytes):
+        writer.write(len(hello).to_bytes(4, "big") + hello)
+    else:
+        stream.write(hello)
+    answer = await receive(stream)
+    assert isinstance(answer, StandbyRefused) and why in answer.refusal.text
+    assert KnownMasters(leader.data / MACHINES).addresses == ()
+    await stream.close()
+
+
+@pytest.mark.parametrize(("name", "purpose"), [("m2", "standby"), (f"m2{STANDBY}", "control")])
+async def test_machines_and_standbys_have_different_rights(
+    leader: Leader, tmp_path: Path, name: str, purpose: str
+) -> None:
+    membership = await join(tmp_path / "m2", leader.ticket(name), name)
+    reader, writer = await dial(leader.address, membership.identity.client_context(purpose))  # type: ignore[arg-type]
+    stream: FrameStream[ToStandby] = FrameStream(reader, writer, ToStandby)
+    stream.write(StandbyHello("", 1, __version__))
+    with contextlib.suppress(ConnectionError):
+        assert await receive(stream) is None
+    await stream.close()
+    assert leader.events.calls == []
+
+
+async def test_a_ticket_of_a_machine_makes_no_standby(leader: Leader, tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="--standby NAME"):
+        await membership_of(tmp_path / "b", leader.ticket(), "unused")
+    with pytest.raises(NotPermitted, match="--standby NAME"):
+        await join(tmp_path / "m2", leader.ticket(), f"m2{STANDBY}")
+
+
+async def test_a_leader_that_was_replaced_stands_by_without_a_ticket(leader: Leader, tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="without --standby"):
+        await membership_of(leader.data, "", "a")
+    with pytest.raises(InvalidInput, match="needs a ticket of the leader once"):
+        await membership_of(tmp_path / "b", "", "b")
+    async with copying(leader, tmp_path / "b"):
+        membership = await membership_of(leader.data, "", "a")
+        assert (membership.machine, membership.cloud) == (f"a{STANDBY}", ELSEWHERE)
+        assert await membership_of(leader.data, "", "a") == membership
+        assert (await membership_of(tmp_path / "b", "", "b")).machine == f"b{STANDBY}", (
+            "the ticket was for its first start"
+        )
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["../x", "machines/../../x", "/etc/passwd", "machines/issued/../x.pem", "machines/x.key", "ppaas.sqlite", ""],
+)
+def test_no_other_file_is_written(tmp_path: Path, name: str) -> None:
+    with pytest.raises(MalformedMessage, match="no file of a standby"):
+        write_file(tmp_path / "data", name, b"x")
+    assert list(tmp_path.rglob("*")) == []
+
+
+def test_files_are_written_and_removed_and_the_last_shows_that_all_are_there(tmp_path: Path) -> None:
+    names = {LAST, f"{MACHINES}/issued/m2.pem", f"{MACHINES}/authority.key"}
+    assert in_order(names)[-1] == LAST
+    for name in names:
+        write_file(tmp_path, name, name.encode())
+    assert read_files(tmp_path) == {name: name.encode() for name in names}
+    write_file(tmp_path, LAST, None)
+    write_file(tmp_path, LAST, None)
+    assert read_files(tmp_path).keys() == names - {LAST}
