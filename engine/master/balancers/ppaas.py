@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 from engine.master.balancer import Balancer
+from engine.master.balancers.container_group import ContainerGroup
 from engine.master.balancers.room_tree import RoomTree
 from engine.master.balancers.utilization import Weights, utilization
 from engine.master.machine import Machine
@@ -37,7 +38,8 @@ class SameMap(Balancer):
         super().__init__()
         self._weights = weights or Weights()
         self._tree = RoomTree()
-        self._groups: defaultdict[str, defaultdict[str, int]] = defaultdict(lambda: defaultdict(int))
+        self._groups: defaultdict[str, ContainerGroup] = defaultdict(ContainerGroup)
+        self._groups_on: dict[str, set[str]] = {}
         self._trips: defaultdict[str, dict[str, float]] = defaultdict(dict)
 
     def choose(self, spec: ContainerSpec) -> Machine | None:
@@ -45,11 +47,8 @@ class SameMap(Balancer):
         return self._with_group(spec) or self._least_used(spec)
 
     def _with_group(self, spec: ContainerSpec) -> Machine | None:
-        best, most = None, 0
-        for machine_id, members in self._groups.get(spec.group, {}).items():
-            if members > most and self.machines[machine_id].has_room(spec):
-                best, most = self.machines[machine_id], members
-        return best
+        group = self._groups.get(spec.group)
+        return None if group is None else group.best(spec)
 
     def _least_used(self, spec: ContainerSpec) -> Machine | None:
         trips = self._trips.get(spec.serves, _NO_TRIPS)
@@ -65,40 +64,52 @@ class SameMap(Balancer):
     def _put(self, machine: Machine) -> None:
         self._tree.put(machine, utilization(machine, machine.round_trip, self._weights))
 
+    def _count(self, machine: Machine, name: str, count: int) -> None:
+        group = self._groups[name]
+        if group.add(machine, count):
+            self._groups_on[machine.id].add(name)
+        else:
+            self._groups_on[machine.id].discard(name)
+            if not group:
+                del self._groups[name]
+
+    def _grown(self, machine: Machine) -> None:
+        """Let the groups of a machine know that its room may have grown."""
+        for group in self._groups_on[machine.id]:
+            self._groups[group].update(machine)
+
     # -- what happens --------------------------------------------------------------------------------------------------
 
     def joined(self, machine: Machine) -> None:
         """Add a machine."""
         super().joined(machine)
+        self._groups_on[machine.id] = set()
         self._put(machine)
 
     def left(self, machine: Machine) -> None:
         """Remove a machine, and its containers from their groups."""
         super().left(machine)
         self._tree.remove(machine.id)
-        for group in {spec.group for spec in machine.containers.values()}:
-            self._groups[group].pop(machine.id, None)
+        for group in self._groups_on.pop(machine.id):
+            self._groups[group].remove(machine.id)
             if not self._groups[group]:
                 del self._groups[group]
 
     def placed(self, machine: Machine, spec: ContainerSpec) -> None:
         """Count a container in its group, and update the score of its machine."""
-        self._groups[spec.group][machine.id] += 1
+        self._count(machine, spec.group, 1)
         self._put(machine)
 
     def removed(self, machine: Machine, spec: ContainerSpec) -> None:
         """Remove a container from its group, and update the score of its machine."""
-        members = self._groups[spec.group]
-        members[machine.id] -= 1
-        if not members[machine.id]:
-            del members[machine.id]
-        if not members:
-            del self._groups[spec.group]
+        self._count(machine, spec.group, -1)
         self._put(machine)
+        self._grown(machine)
 
     def measured(self, machine: Machine) -> None:
-        """Update the score of a machine."""
+        """Update the score of a machine; its settings may have changed, and its room have grown."""
         self._put(machine)
+        self._grown(machine)
 
     def timed(self, serves: str, machine_id: str, round_trip: float) -> None:
         """Note the round trip between a robot and a machine [s]; over `MOST_TIMED` robots, forget the oldest."""

@@ -60,6 +60,8 @@ class RoomTree:
     def least(self, spec: ContainerSpec, without: Container[str] = _NONE) -> tuple[float, Machine | None]:
         """Return the smallest score among the machines that have room for a container, and a machine with it.
 
+        The room of a machine may have become less since it was put: the tree then takes over the actual room.
+
         Parameters
         ----------
         spec : ContainerSpec
@@ -84,8 +86,11 @@ class RoomTree:
                 waiting += (right, left) if scores[left] <= scores[right] else (left, right)
                 continue
             machine = self._machines[node - width]
-            if machine is not None and machine.id not in without and machine.has_room(spec):
-                best, found = scores[node], machine
+            if machine is not None and machine.id not in without:
+                if machine.has_room(spec):
+                    best, found = scores[node], machine
+                elif machine.room < room[node]:  # it was not updated since
+                    self._set(node - width, machine.room, scores[node])
         return best, found
 
     def _allocate(self, width: int) -> None:

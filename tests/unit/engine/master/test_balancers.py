@@ -1,6 +1,7 @@
 """Tests of the balancers: the machine that a container is placed on."""
 
 from collections.abc import Iterator
+from random import Random
 from typing import Any
 
 import pytest
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
 from engine.master.balancer import Balancer
+from engine.master.balancers.container_group import FEW
 from engine.master.balancers.first_fit import FirstFit
 from engine.master.balancers.ppaas import SameMap
 from engine.master.balancers.registry import BALANCERS
@@ -150,6 +152,90 @@ def test_score_uses_the_given_weights() -> None:
 def test_unknown_balancer_error_lists_the_installed_ones() -> None:
     with pytest.raises(NotFound, match="first_fit, ppaas"):
         BALANCERS.load("best_fit")
+
+
+class SameMapTwin(SameMap):
+    """Twin of `SameMap` that examines all machines of a group, in the order in which they got its first container."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.counts: dict[str, dict[str, int]] = {}
+
+    def choose(self, spec: ContainerSpec) -> Machine | None:
+        best, most = None, 0
+        for name, members in self.counts.get(spec.group, {}).items():
+            if members > most and self.machines[name].has_room(spec):
+                best, most = self.machines[name], members
+        return best or self._least_used(spec)
+
+    def placed(self, machine: Machine, spec: ContainerSpec) -> None:
+        super().placed(machine, spec)
+        members = self.counts.setdefault(spec.group, {})
+        members[machine.id] = members.get(machine.id, 0) + 1
+
+    def removed(self, machine: Machine, spec: ContainerSpec) -> None:
+        super().removed(machine, spec)
+        self.counts[spec.group][machine.id] -= 1
+        if not self.counts[spec.group][machine.id]:
+            del self.counts[spec.group][machine.id]
+
+    def left(self, machine: Machine) -> None:
+        super().left(machine)
+        for members in self.counts.values():
+            members.pop(machine.id, None)
+
+
+def change(placing: Placing, kind: str, number: int, draw: Random) -> str | None:
+    """Let one thing happen to the machines, drawn at random; return where a container was placed."""
+    each = placing.machines.get(f"m{draw.randrange(MACHINES)}")
+    group, cores, most = (
+        draw.choice(["one", "one", "two"]),
+        draw.choice([0.25, 0.5, 1.0, 2.0]),
+        draw.choice([0, 3, 100]),
+    )
+    if kind == "place":
+        return placing.place(spec(f"c{number}", cores, group))
+    if each is None:
+        return None
+    if kind == "remove" and each.containers:
+        placing.remove(each.id, draw.choice(list(each.containers)))
+    elif kind == "configure":
+        placing.measure(each.id, settings=MachineSettings(max_containers=most))
+    elif kind == "replace":
+        placing.leave(each.id)
+        placing.machines[each.id] = machine(each.id, 2)
+        placing.balancer.joined(placing.machines[each.id])
+    return None
+
+
+MACHINES, CHANGES = 3 * FEW, 3_000
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_large_group_is_placed_as_by_a_scan_of_its_machines(seed: int) -> None:
+    kinds = Random(seed).choices(["place", "remove", "configure", "replace"], [60, 38, 1, 1], k=CHANGES)
+    places = []
+    for balancer in (SameMap(), SameMapTwin()):
+        placing, draw = Placing(balancer, *(machine(f"m{n}", 1 + n % 2) for n in range(MACHINES))), Random(seed)
+        places.append([change(placing, kind, number, draw) for number, kind in enumerate(kinds)])
+    assert places[0] == places[1]
+    assert len(set(places[0])) > 2 * FEW, "it has more machines than are examined one by one"
+
+
+def test_a_group_on_many_full_machines_is_not_scanned(monkeypatch: pytest.MonkeyPatch) -> None:
+    placing, examined = Placing(SameMap(), *(machine(f"m{number}", 1) for number in range(200))), 0
+    for number in range(4 * 200 - 1):
+        assert placing.place(spec(f"c{number}", 1.0)) is not None
+    has_room = Machine.has_room
+
+    def count(self: Machine, wanted: ContainerSpec) -> bool:
+        nonlocal examined
+        examined += 1
+        return has_room(self, wanted)
+
+    monkeypatch.setattr(Machine, "has_room", count)
+    assert placing.balancer.choose(spec("last", 1.0)) is placing.machines["m199"]
+    assert examined == 1
 
 
 class PlacingInAnyOrder(RuleBasedStateMachine):
