@@ -10,7 +10,7 @@ from engine.remote.known_masters import FILE, MOST, KnownMasters
 
 def test_addresses_are_noted_once_the_latest_first_and_found_again(tmp_path: Path) -> None:
     masters = KnownMasters(tmp_path)
-    assert masters.addresses == ()
+    assert masters.texts() == ()
     assert masters.note(("tls://a:1",))
     assert masters.note(("tls://b:2", "tls://[::1]:3"))
     assert not masters.note(("tls://a:1",))

@@ -108,7 +108,7 @@ async def test_machines_are_told_of_a_standby_and_follow_it(leader: Leader, tmp_
     masters = Masters(membership)
     assert (await masters.settings()).masters == ()
     context = membership.identity.client_context("control")
-    stream = FrameStream(*await dial(leader.address, context), control_link.ToAgent)
+    stream: FrameStream[control_link.ToAgent] = FrameStream(*await dial(leader.address, context), control_link.ToAgent)
     stream.write(register("m2", secret=""))
     await until(lambda: leader.events.calls)
     async with copying(leader, tmp_path / "b"):
