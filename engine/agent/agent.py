@@ -50,6 +50,7 @@ class Agent:
         self._session = components.session
         self._dismissed = False
         self._redial: MasterRedial | None = None
+        self._looking: asyncio.Task[None] | None = None
 
     async def stay(self, dial: Dial) -> None:
         """Serve one master after another, until one dismisses this agent or none is reachable in time."""
@@ -77,9 +78,10 @@ class Agent:
                 self._carry_out(order)
         finally:
             self._session.lost()
-            for task in reports:
+            tasks = [*reports, *([self._looking] if self._looking is not None else [])]
+            for task in tasks:
                 task.cancel()
-            await asyncio.gather(*reports, return_exceptions=True)
+            await asyncio.gather(*tasks, return_exceptions=True)
             await stream.close()
 
     def _is_finished(self) -> bool:
@@ -114,6 +116,8 @@ class Agent:
                 self._hosting.use_map(order)
             case control_link.BeatAcknowledged():
                 self._session.lease.answered(leads=order.leads)
+                if not order.leads and (self._looking is None or self._looking.done()):
+                    self._looking = asyncio.create_task(self._leave_if_another_leads())
             case control_link.MastersChanged():
                 routers = self._components.masters.note(order.masters)
                 self._components.router.connect_to(routers)
@@ -138,6 +142,12 @@ class Agent:
         self._components.router.connect_to(self._components.masters.note(()))
         if welcome.adopted:
             logger.info("the agent is connected to a master again, which adopted %d containers", len(welcome.adopted))
+
+    async def _leave_if_another_leads(self) -> None:
+        """Leave a master that does not know that it leads, as one that is cut off from the store, for one that does."""
+        if await self._components.masters.another_leads():
+            logger.warning("another master leads: the agent leaves this one, which does not lead now")
+            self._session.hang_up()
 
     async def _send_beats(self, stream: Master) -> None:
         lease = self._session.lease

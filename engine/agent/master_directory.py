@@ -15,6 +15,10 @@ class MasterDirectory(Protocol):
         """Take the addresses of all masters; return the Zenoh endpoints of their routers."""
         ...
 
+    async def another_leads(self) -> bool:
+        """Return whether a master at another address leads; that is then the current one."""
+        ...
+
 
 class OneMaster:
     """The directory of a machine whose masters all have one address, as on the cloud's own host.
@@ -31,3 +35,7 @@ class OneMaster:
     def note(self, masters: tuple[str, ...]) -> tuple[str, ...]:
         """Do nothing: the router connects to no other."""
         return ()
+
+    async def another_leads(self) -> bool:
+        """Return false."""
+        return False

@@ -57,6 +57,11 @@ class MasterSession:
         self.epoch, self._welcome = epoch, True
         return True
 
+    def hang_up(self) -> None:
+        """Abort the connection."""
+        if self._stream is not None:
+            self._stream.abort()
+
     def lost(self) -> None:
         """Record that the connection has ended."""
         self._stream, self._welcome = None, False

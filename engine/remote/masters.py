@@ -75,6 +75,15 @@ class Masters:
         self._known.note(settings.masters)
         return settings
 
+    async def another_leads(self) -> bool:
+        """Return whether a master at another address leads; that is then the current one."""
+        before = self._address
+        try:
+            await self.settings()
+        except Unavailable:
+            return False
+        return self._address != before
+
     def _addresses(self) -> list[TlsAddress]:
         return list(dict.fromkeys((self._address, self._membership.cloud, *self._known.addresses)))
 

@@ -76,11 +76,24 @@ class FakeMasters:
         return control_link.AgentBeat()
 
 
-def agent_of(supervisor: FakeSupervisor, masters: FakeMasters, within: float = 30.0) -> tuple[Agent, MasterSession]:
+class Directory(OneMaster):
+    """A directory in which another master leads once the test says so."""
+
+    other = False
+    asked = 0
+
+    async def another_leads(self) -> bool:
+        self.asked += 1
+        return self.other
+
+
+def agent_of(
+    supervisor: FakeSupervisor, masters: FakeMasters, within: float = 30.0, directory: OneMaster | None = None
+) -> tuple[Agent, MasterSession]:
     config = AgentConfig("m1", "", "secret", "", "", "memory:", "memory:", adopt_within=within)
     session = MasterSession(remote=False)
     here = cast(ContainerSupervisor, supervisor), cast(ContainerGateway, masters), session, cast(HostLoad, masters)
-    elsewhere = RouterProcess(Path("unused")), OneMaster(""), None
+    elsewhere = RouterProcess(Path("unused")), directory or OneMaster(""), None
     return Agent(AgentComponents(config, (0,), *here, *elsewhere)), session
 
 
@@ -188,3 +201,26 @@ async def test_agent_refuses_a_master_that_was_replaced_and_waits_for_the_right_
     assert (supervisor.kept, supervisor.endpoints) == (["old", "old"], 2)
     master.write(control_link.Dismissed())
     await asyncio.wait_for(staying, 10)
+
+
+async def test_agent_leaves_a_master_that_does_not_lead_only_for_one_that_does() -> None:
+    masters, directory = FakeMasters(), Directory("")
+    agent, session = agent_of(FakeSupervisor(RUNNING), masters, directory=directory)
+    staying = asyncio.create_task(agent.stay(masters.dial))
+    first, _ = await masters.registered()
+    first.write(control_link.Welcome("cloud 1", ("old",), 1))
+    first.write(control_link.BeatAcknowledged(leads=True))
+    await until(session.acts)
+    assert directory.asked == 0
+    first.write(control_link.BeatAcknowledged(leads=False))
+    await until(lambda: directory.asked == 1)
+    assert masters.dialled == 1
+    directory.other = True
+    first.write(control_link.BeatAcknowledged(leads=False))
+    second, _ = await masters.registered()
+    second.write(control_link.Welcome("cloud 2", ("old",), 2))
+    await until(session.acts)
+    assert session.epoch == 2
+    second.write(control_link.Dismissed())
+    await asyncio.wait_for(staying, 10)
+    await first.close()

@@ -145,6 +145,22 @@ async def test_a_master_that_does_not_lead_sends_no_settings_and_no_files(leader
     assert not link.complete.is_set()
 
 
+async def test_a_machine_finds_the_master_that_leads_although_another_one_answers(
+    leader: Leader, tmp_path: Path
+) -> None:
+    masters = Masters(await join(tmp_path / "m2", leader.ticket(), "m2"))
+    await masters.settings()
+    assert not await masters.another_leads(), "the current one does"
+    async with copying(leader, tmp_path / "b"):
+        await until(lambda: f"{MACHINES}/issued/m2.pem" in read_files(tmp_path / "b"))
+    leader.mandate.holds = False
+    assert not await masters.another_leads(), "nobody does"
+    async with leading(tmp_path / "b", epoch=2) as heir:
+        masters.note((str(heir.address),))
+        assert await masters.another_leads()
+        assert (masters.current, masters.epoch) == (str(heir.address), 2)
+
+
 async def test_a_stopped_master_delays_no_machine(leader: Leader, tmp_path: Path) -> None:
     masters = Masters(await join(tmp_path / "m2", leader.ticket(), "m2"))
     silent = await asyncio.start_server(lambda *_: asyncio.sleep(60.0), LOOPBACK, 0)
