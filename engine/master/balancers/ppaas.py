@@ -5,7 +5,7 @@ a map is placed on a machine that already runs some of them. If none of these ha
 with the smallest utilization score.
 """
 
-from collections import defaultdict
+from collections import OrderedDict, defaultdict
 from collections.abc import Mapping
 from typing import ClassVar
 
@@ -40,7 +40,7 @@ class SameMap(Balancer):
         self._tree = RoomTree()
         self._groups: defaultdict[str, ContainerGroup] = defaultdict(ContainerGroup)
         self._groups_on: dict[str, set[str]] = {}
-        self._trips: defaultdict[str, dict[str, float]] = defaultdict(dict)
+        self._trips: OrderedDict[str, dict[str, float]] = OrderedDict()
 
     def choose(self, spec: ContainerSpec) -> Machine | None:
         """Return the machine with room that runs most containers of this group, else the least used machine."""
@@ -113,6 +113,6 @@ class SameMap(Balancer):
 
     def timed(self, serves: str, machine_id: str, round_trip: float) -> None:
         """Note the round trip between a robot and a machine [s]; over `MOST_TIMED` robots, forget the oldest."""
-        self._trips[serves][machine_id] = round_trip
-        if len(self._trips) > MOST_TIMED:
-            del self._trips[next(iter(self._trips))]
+        self._trips.setdefault(serves, {})[machine_id] = round_trip
+        if len(self._trips) > MOST_TIMED:  # the first of a dict would be found behind all that were deleted before it
+            self._trips.popitem(last=False)
