@@ -94,9 +94,6 @@ async def _run(progress: "Progress", text: str, total: int, *arguments: str) -> 
 
 # -- table -------------------------------------------------------------------------------------------------------------
 
-WORST = ("place", "launched", "ready", "roam", "round trip", "release")
-"""Frequent events, of which the longest is shown."""
-
 ROWS: dict[str, Callable[[Grown], str]] = {
     "robots connected at the end": lambda grown: f"{grown.places:,}",
     "robots without room": lambda grown: f"{grown.rejected:,}",
@@ -107,7 +104,7 @@ ROWS: dict[str, Callable[[Grown], str]] = {
     "robot goes while machines drain": lambda grown: _micro(grown.mean("release while draining")),
     "robot refused, no room": lambda grown: _micro(grown.mean("refusal, no room")),
     "robot refused, no such labels": lambda grown: _micro(grown.mean("refusal, no labels")),
-    "longest of these, with garbage collection": lambda grown: _milli(max(grown.costs[k].longest for k in WORST)),
+    "longest garbage collection": lambda grown: _milli(grown.costs["collection"].longest),
     "map of no robot published": lambda grown: _milli(grown.mean("map without robots")),
     "map of most robots published": lambda grown: _milli(grown.mean("map of most robots")),
     "machine lost": lambda grown: _milli(grown.mean("machine lost")),
@@ -116,6 +113,7 @@ ROWS: dict[str, Callable[[Grown], str]] = {
     "cores for round trips of robots": lambda grown: f"{grown.at_rest[1]:.2f}",
     "take-over, all containers": lambda grown: f"{_takeover(grown):,.2f} s",
     "of it decoding": lambda grown: f"{grown.costs['registration, decoding'].seconds:,.2f} s",
+    "of it garbage collection": lambda grown: f"{grown.costs['adoption, collection'].seconds:,.2f} s",
     "memory of the master": lambda grown: f"{grown.memory_mb:,.0f} MB",
     "of it each robot": lambda grown: f"{1e6 * grown.memory_mb / max(grown.places, 1):,.0f} bytes",
 }

@@ -17,6 +17,7 @@ from benchmarks.placement.arrivals import events, generated
 from benchmarks.placement.rare_events import time_rare_events
 from benchmarks.placement.simulated_cloud import SimulatedCloud, Sizes
 from benchmarks.placement.takeover import adopt, write_registrations
+from benchmarks.placement.timed_master import timed_collections
 
 ROBOTS_PER_MAP = 50
 """Mean number of robots of a map."""
@@ -28,10 +29,12 @@ TOLD_EVERY = 2000
 def _grow(file: Path, sizes: Sizes) -> dict[str, Any]:
     """Let all robots come, some roam and half of them go; write the registrations, and time rare events."""
     cloud = SimulatedCloud(sizes)
-    for event in events(generated(sizes.robots, max(1, sizes.robots // ROBOTS_PER_MAP), seed=1)):
-        cloud.take(event)
-        if event.comes and event.number % TOLD_EVERY == 0:
-            tell({"done": event.number})
+    with timed_collections() as collections:
+        for event in events(generated(sizes.robots, max(1, sizes.robots // ROBOTS_PER_MAP), seed=1)):
+            cloud.take(event)
+            if event.comes and event.number % TOLD_EVERY == 0:
+                tell({"done": event.number})
+    cloud.timed.costs["collection"] = collections
     write_registrations(cloud, file)
     places = len(cloud.timed.master.places)
     time_rare_events(cloud)
@@ -41,9 +44,11 @@ def _grow(file: Path, sizes: Sizes) -> dict[str, Any]:
 def _adopt(file: Path) -> dict[str, Any]:
     """Adopt all containers, and weigh the master that has them."""
     before = memory_of(os.getpid()).private
-    for number, timed in enumerate(adopt(file)):  # noqa: B007 - the last one is the result
-        if number % 100 == 0:
-            tell({"done": number})
+    with timed_collections() as collections:
+        for number, timed in enumerate(adopt(file)):  # noqa: B007 - the last one is the result
+            if number % 100 == 0:
+                tell({"done": number})
+    timed.costs["adoption, collection"] = collections
     gc.collect()
     memory = memory_of(os.getpid()).private - before
     return {"costs": timed.costs, "places": len(timed.master.places), "memory_mb": memory}

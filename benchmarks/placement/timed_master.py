@@ -1,7 +1,9 @@
 """The master of a cloud without I/O, with the CPU time of its decisions by the kind of event."""
 
+import contextlib
+import gc
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import TypeVar
 
 import msgspec
@@ -70,3 +72,22 @@ class TimedMaster:
             return work()
         finally:
             cost.add(time.thread_time() - began)
+
+
+@contextlib.contextmanager
+def timed_collections() -> Iterator[Cost]:
+    """Yield the CPU time of the garbage collections within the block, which is part of that of the events."""
+    cost, began = Cost(), 0.0
+
+    def note(phase: str, _: dict[str, int]) -> None:
+        nonlocal began
+        if phase == "start":
+            began = time.thread_time()
+        else:
+            cost.add(time.thread_time() - began)
+
+    gc.callbacks.append(note)
+    try:
+        yield cost
+    finally:
+        gc.callbacks.remove(note)

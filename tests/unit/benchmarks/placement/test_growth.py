@@ -1,5 +1,6 @@
 """Growth of the master: the simulated cloud, its take-over, and the table."""
 
+import gc
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,7 @@ from benchmarks.placement.growth import ROWS, Grown, rows
 from benchmarks.placement.rare_events import REFUSED, time_rare_events
 from benchmarks.placement.simulated_cloud import SimulatedCloud, Sizes
 from benchmarks.placement.takeover import adopt, write_registrations
-from benchmarks.placement.timed_master import Cost
+from benchmarks.placement.timed_master import Cost, timed_collections
 
 
 @pytest.fixture
@@ -56,13 +57,23 @@ def test_a_cost_has_a_mean_and_the_longest() -> None:
     assert (cost.count, cost.mean, cost.longest) == (2, 2.0, 3.0)
 
 
+def test_garbage_collections_are_timed_within_the_block() -> None:
+    with timed_collections() as cost:
+        gc.collect()
+    gc.collect()
+    assert cost.count >= 1 and 0.0 < cost.longest <= cost.seconds
+
+
 def test_the_table_has_a_column_for_each_size(cloud: SimulatedCloud, tmp_path: Path) -> None:
     write_registrations(cloud, tmp_path / "registrations")
     *_, timed = adopt(tmp_path / "registrations")
     time_rare_events(cloud)
-    costs = cloud.timed.costs | timed.costs
+    costs = (
+        cloud.timed.costs | timed.costs | {"collection": Cost(1, 2.0, 2.0), "adoption, collection": Cost(2, 1.0, 0.5)}
+    )
     grown = [Grown(size, 3, 120, 80, 0, costs, 0.16) for size in (4, 4_000)]
     cells = {row["master"]: (row["4 machines"], row["4,000 machines"]) for row in rows(grown)}
     assert list(cells) == list(ROWS)
     assert cells["of it each robot"] == ("2,000 bytes",) * 2
+    assert cells["longest garbage collection"] == ("2,000.00 ms",) * 2
     assert grown[1].at_rest[0] == pytest.approx(1000 * grown[0].at_rest[0])
