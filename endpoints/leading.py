@@ -62,6 +62,9 @@ async def _copy_files(arguments: argparse.Namespace, listen_machines: str, stack
     if address.port == 0:
         raise InvalidInput("a standby needs --listen-machines with a port other than 0, which machines can be told")
     membership = await membership_of(arguments.data, arguments.standby, socket.gethostname())
+    if membership is None:
+        logger.info("no other process of this cloud has stood by yet, so there are no files to copy")
+        return
     link = StandbyLink(arguments.data, membership, address)
     copying = asyncio.create_task(link.run())
     stack.push_async_callback(_cancel, copying)

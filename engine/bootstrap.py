@@ -260,7 +260,9 @@ class Engine(CloudListener):
             self.sessions.await_back(key)
 
     async def start(self) -> None:
-        """Start, and wait until the local machine has joined.
+        """Start, and wait until the local machine has joined; in place of another process, wait for none.
+
+        The robots of that process come back now, and wait for their machines.
 
         Raises
         ------
@@ -275,7 +277,7 @@ class Engine(CloudListener):
             if self._far is not None:
                 await self._far.start(*self.service.servers)
             await self._agents.start()
-            if self._agents.expected_at_start:
+            if self._agents.expected_at_start and not self._former:
                 await self._wait_for_own()
         finally:
             patience.cancel()

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 HELP = "the engine: start and recovery of containers, capacity of a machine, placements, messages, coordinators"
 
-PARTS = ("ready", "crowd", "crash", "lost", "messages", "people", "master")
+PARTS = ("ready", "crowd", "crash", "lost", "messages", "people", "standby", "master")
 RUNTIMES = ("process", "docker", "ray")
 MOST_CONTAINERS, MOST_PLACEMENTS, MOST_MACHINES = 2_000, 1_000_000, 10_000
 

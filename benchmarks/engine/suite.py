@@ -12,6 +12,7 @@ from benchmarks.engine import (
     master,
     messages,
     people_coordinator,
+    standby,
     time_to_ready,
 )
 from benchmarks.engine.joined_hosts import LocalHosts
@@ -30,7 +31,7 @@ PARTS: dict[str, Measure] = {
     messages.PART: messages.measure,
     people_coordinator.PART: people_coordinator.measure,
 }
-"""Parts that need a running cloud; the part ``master`` needs none."""
+"""Parts that need a running cloud; the parts ``standby`` and ``master`` need none."""
 
 
 async def measure(options: EngineOptions, progress: Progress) -> list[Figure]:
@@ -47,6 +48,8 @@ async def measure(options: EngineOptions, progress: Progress) -> list[Figure]:
         async with _hosts(options) as hosts, cloud_on(hosts, options) as site:
             for measure_part in wanted:
                 figures += await measure_part(site, options, progress)
+    if options.wants(standby.PART):
+        figures += await standby.measure(options, progress)
     if options.wants(master.PART):
         figures += await master.measure(options, progress)
     return figures

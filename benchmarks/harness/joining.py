@@ -29,15 +29,15 @@ BLINK = 0.05
 """Period at which the list of machines is requested [s]."""
 
 
-async def ticket_of(data: Path) -> str:
-    """Return a ticket to the cloud with this data folder.
+async def ticket_of(data: Path, *arguments: str) -> str:
+    """Return a ticket to the cloud with this data folder; ``arguments`` are further ones of the command.
 
     Raises
     ------
     Unavailable
         The cloud issues no ticket.
     """
-    process = await asyncio.create_subprocess_exec(*MACHINE, "ticket", "--data", str(data), stdout=PIPE)
+    process = await asyncio.create_subprocess_exec(*MACHINE, "ticket", "--data", str(data), *arguments, stdout=PIPE)
     told, _ = await process.communicate()
     if process.returncode:
         raise Unavailable(f"'ppaas machine ticket' failed with status {process.returncode}")

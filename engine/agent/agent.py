@@ -41,6 +41,11 @@ HEARTBEAT_PERIOD = 1.0
 """Period of load reports to the master [s]."""
 
 
+SILENT = 3
+"""Number of heartbeats without an answer, with the one that is being sent, after which the agent looks for another
+master. It stays with this one if no other leads."""
+
+
 class Agent:
     """Agent of one machine: its sessions with one master after another."""
 
@@ -116,8 +121,8 @@ class Agent:
                 self._hosting.use_map(order)
             case control_link.BeatAcknowledged():
                 self._session.lease.answered(leads=order.leads)
-                if not order.leads and (self._looking is None or self._looking.done()):
-                    self._looking = asyncio.create_task(self._leave_if_another_leads())
+                if not order.leads:
+                    self._look_for_another()
             case control_link.MastersChanged():
                 routers = self._components.masters.note(order.masters)
                 self._components.router.connect_to(routers)
@@ -143,8 +148,12 @@ class Agent:
         if welcome.adopted:
             logger.info("the agent is connected to a master again, which adopted %d containers", len(welcome.adopted))
 
+    def _look_for_another(self) -> None:
+        if self._looking is None or self._looking.done():
+            self._looking = asyncio.create_task(self._leave_if_another_leads())
+
     async def _leave_if_another_leads(self) -> None:
-        """Leave a master that does not know that it leads, as one that is cut off from the store, for one that does."""
+        """Leave a master that does not lead now, since it is stopped or cut off from the store, for one that does."""
         if await self._components.masters.another_leads():
             logger.warning("another master leads: the agent leaves this one, which does not lead now")
             self._session.hang_up()
@@ -155,6 +164,8 @@ class Agent:
             if not lease.beat() and self._session.remote:
                 logger.error("the master did not answer %d heartbeats: it or the network is down", MISSED)
                 stream.abort()
+            if lease.unanswered >= SILENT:
+                self._look_for_another()
             stream.write(control_link.AgentBeat())
             await asyncio.sleep(BEAT_PERIOD)
 

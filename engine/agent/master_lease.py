@@ -43,6 +43,11 @@ class MasterLease:
         if leads:
             self._since = asked
 
+    @property
+    def unanswered(self) -> int:
+        """Number of heartbeats that the master has not answered yet."""
+        return len(self._asked)
+
     def holds(self) -> bool:
         """Return whether the lease is valid: the master cannot have given up this machine yet."""
         return self._clock() - self._since < LEASE

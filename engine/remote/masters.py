@@ -60,9 +60,12 @@ class Masters:
             No master that leads was reached.
         """
         addresses = self._addresses()
+        return await self._settings_of(addresses, ROUND if len(addresses) > 1 else None)
+
+    async def _settings_of(self, addresses: list[TlsAddress], limit: float | None) -> ClusterSettings:
         asked = [asyncio.create_task(self._ask(address)) for address in addresses]
         try:
-            async with asyncio.timeout(ROUND if len(asked) > 1 else None):
+            async with asyncio.timeout(limit):
                 settings, self._address = await self._first(asked)
         except TimeoutError as error:
             raise Unavailable(f"no master leads at {', '.join(map(str, addresses))}") from error
@@ -77,12 +80,14 @@ class Masters:
 
     async def another_leads(self) -> bool:
         """Return whether a master at another address leads; that is then the current one."""
-        before = self._address
+        others = [address for address in self._addresses() if address != self._address]
+        if not others:
+            return False
         try:
-            await self.settings()
+            await self._settings_of(others, ROUND)
         except Unavailable:
             return False
-        return self._address != before
+        return True
 
     def _addresses(self) -> list[TlsAddress]:
         return list(dict.fromkeys((self._address, self._membership.cloud, *self._known.addresses)))

@@ -34,8 +34,8 @@ MISSED = 4
 EVERYWHERE = ("0.0.0.0", "::")
 
 
-async def membership_of(data: Path, ticket: str, name: str) -> Membership:
-    """Return the certificate of a standby and the address of a master.
+async def membership_of(data: Path, ticket: str, name: str) -> Membership | None:
+    """Return the certificate of a standby and the address of a master; None if no other one is known.
 
     A standby gets its certificate with a ticket. One that has the files of the cloud already, as a leader that was
     replaced has, issues it itself.
@@ -70,9 +70,7 @@ async def membership_of(data: Path, ticket: str, name: str) -> Membership:
             "--standby NAME' on the leader's host, and give its output to --standby"
         )
     masters = KnownMasters(data / MACHINES).addresses
-    if not masters:
-        raise InvalidInput("no other master of this cloud has ever stood by: start this one without --standby")
-    return enrol(folder, Authority(data / MACHINES), f"{name}{STANDBY}", masters[0])
+    return enrol(folder, Authority(data / MACHINES), f"{name}{STANDBY}", masters[0]) if masters else None
 
 
 class StandbyLink:

@@ -95,6 +95,20 @@ class CloudProcess:
         if self._process is not None:
             await self._process.wait()
 
+    async def begin(self) -> None:
+        """Start the cloud without waiting until it is up, as one that stands by."""
+        await self._start()
+
+    async def is_up(self) -> None:
+        """Wait until a cloud that was begun is up.
+
+        Raises
+        ------
+        Unavailable
+            The cloud exited or was not up in time; the text includes the end of its log.
+        """
+        self.ready = await self._wait_ready(self._start_timeout)
+
     async def again(self) -> None:
         """Start the cloud again with the same data, after it has exited.
 
@@ -106,6 +120,10 @@ class CloudProcess:
         (self.folder / "ready.json").unlink(missing_ok=True)
         await self._start_and_wait()
 
+    async def stop(self) -> None:
+        """Stop the cloud, also one that is not up yet, and remove its folder."""
+        await self._stop()
+
     async def end(self) -> None:
         """Stop the cloud, with SIGKILL if SIGTERM does not suffice; its folder is kept."""
         if self._process is not None:
@@ -113,7 +131,7 @@ class CloudProcess:
 
     async def _start_and_wait(self) -> None:
         await self._start()
-        self.ready = await self._wait_ready(self._start_timeout)
+        await self.is_up()
 
     async def _start(self) -> None:
         command = [sys.executable, "-m", cli.__name__, "up", "--host", "127.0.0.1", "--port", "0"]

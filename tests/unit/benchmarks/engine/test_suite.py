@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from benchmarks.commands import engine
-from benchmarks.engine import master, options, suite
+from benchmarks.engine import master, options, standby, suite
 from robots.cli.main import main
 
 pytestmark = pytest.mark.journey
@@ -45,7 +45,7 @@ def test_a_killed_master_loses_no_placement_or_setting(capsys: pytest.CaptureFix
 
 
 def test_every_known_part_and_runtime_can_be_selected() -> None:
-    assert set(engine.PARTS) == {*suite.PARTS, master.PART}
+    assert set(engine.PARTS) == {*suite.PARTS, standby.PART, master.PART}
     assert set(engine.RUNTIMES) == set(options.RUNTIMES)
 
 

@@ -16,6 +16,7 @@ from engine.agent.master_directory import OneMaster
 from engine.agent.master_redial import Master, MasterRedial
 from engine.agent.master_session import MasterSession
 from engine.fabric.router import RouterProcess
+from engine.processes.heartbeats import MISSED
 from engine.protocols import control_link
 from engine.protocols.framing import FrameStream
 from ppaas.clock import ManualClock
@@ -221,6 +222,21 @@ async def test_agent_leaves_a_master_that_does_not_lead_only_for_one_that_does()
     second.write(control_link.Welcome("cloud 2", ("old",), 2))
     await until(session.acts)
     assert session.epoch == 2
+    second.write(control_link.Dismissed())
+    await asyncio.wait_for(staying, 10)
+    await first.close()
+
+
+async def test_agent_looks_for_another_master_before_it_gives_a_silent_one_up() -> None:
+    masters, directory = FakeMasters(), Directory("")
+    agent, session = agent_of(FakeSupervisor(RUNNING), masters, directory=directory)
+    directory.other = True
+    staying = asyncio.create_task(agent.stay(masters.dial))
+    first, _ = await masters.registered()
+    first.write(control_link.Welcome("cloud 1", ("old",), 1))
+    second, _ = await masters.registered()
+    assert directory.asked == 1
+    assert session.lease.unanswered < MISSED, "the master still counts as alive"
     second.write(control_link.Dismissed())
     await asyncio.wait_for(staying, 10)
     await first.close()

@@ -76,3 +76,11 @@ def test_an_answer_of_a_master_that_does_not_lead_shows_only_that_it_runs() -> N
     assert not lease.holds()
     beating(lease, time, 1, answered=True)
     assert lease.holds()
+
+
+def test_unanswered_heartbeats_are_counted() -> None:
+    lease = MasterLease(time := Time())
+    beating(lease, time, 3, answered=True)
+    assert lease.unanswered == 0
+    beating(lease, time, 2, answered=False)
+    assert lease.unanswered == 2
