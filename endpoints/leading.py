@@ -14,7 +14,8 @@ from engine.bootstrap import CloudConfig
 from engine.leadership.holder import holder_of
 from engine.leadership.leadership import Leadership
 from engine.protocols.address import parse_host_port
-from engine.remote.replica import LAST
+from engine.remote.machines import ADDRESS
+from engine.remote.replica import LAST, MACHINES
 from engine.remote.standby_link import StandbyLink, membership_of
 from engine.runtimes.compilation import store_kernels
 from ppaas.errors import Conflict, InvalidInput
@@ -44,8 +45,7 @@ async def take_the_lead(
     async with contextlib.AsyncExitStack() as meanwhile:
         if standby:
             await asyncio.to_thread(_get_ready, arguments)
-            if config.listen_machines is not None:
-                await _copy_files(arguments, config.listen_machines, meanwhile)
+            await _copy_files(arguments, config.listen_machines, meanwhile)
             logger.info("standing by: this process leads once no other one does")
         await leadership.acquire(standby=standby)
     if standby:
@@ -56,8 +56,15 @@ async def take_the_lead(
     return leadership
 
 
-async def _copy_files(arguments: argparse.Namespace, listen_machines: str, stack: contextlib.AsyncExitStack) -> None:
+async def _copy_files(
+    arguments: argparse.Namespace, listen_machines: str | None, stack: contextlib.AsyncExitStack
+) -> None:
     """Copy the leader's files for its machines of other hosts; wait for them unless earlier ones are here."""
+    (arguments.data / MACHINES / ADDRESS).unlink(missing_ok=True)  # tickets are made by the leader alone
+    if listen_machines is None:
+        if arguments.standby:
+            raise InvalidInput("the ticket of a standby is for machines of other hosts: give --listen-machines as well")
+        return
     address = parse_host_port(listen_machines)
     if address.port == 0:
         raise InvalidInput("a standby needs --listen-machines with a port other than 0, which machines can be told")

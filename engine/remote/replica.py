@@ -5,6 +5,7 @@ standby must be protected like the data folder of the cloud.
 """
 
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
 from engine.processes.private_files import write_private
@@ -61,8 +62,8 @@ def in_order(names: set[str]) -> list[str]:
     return sorted(names, key=lambda name: (name == LAST, name))
 
 
-def write_file(data: Path, name: str, content: bytes | None) -> None:
-    """Store a file, or remove it if ``content`` is None.
+def write_file(data: Path, name: str, content: bytes) -> None:
+    """Store a file.
 
     Raises
     ------
@@ -75,10 +76,16 @@ def write_file(data: Path, name: str, content: bytes | None) -> None:
         raise MalformedMessage(f"{name[:80]!r} is no file of a standby")
     path = data / name
     try:
-        if content is None:
-            path.unlink(missing_ok=True)
-            return
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         write_private(path, content)
     except OSError as error:
         raise InvalidInput(f"cannot store {path}: {error}") from error
+
+
+def keep_only(data: Path, names: Iterable[str]) -> None:
+    """Remove the files that have other names than these; ``InvalidInput`` if one cannot be removed."""
+    for name in read_files(data).keys() - set(names):
+        try:
+            (data / name).unlink(missing_ok=True)
+        except OSError as error:
+            raise InvalidInput(f"cannot remove {data / name}: {error}") from error

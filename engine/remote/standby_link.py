@@ -11,7 +11,7 @@ from engine.protocols.sockets import dial
 from engine.remote.authority import STANDBY, Authority
 from engine.remote.known_masters import KnownMasters
 from engine.remote.membership import Membership, enrol, join, membership_in
-from engine.remote.replica import LAST, MACHINES, write_file
+from engine.remote.replica import LAST, MACHINES, keep_only, write_file
 from engine.remote.standbys import PERIOD, ReplicaComplete, ReplicaFile, StandbyHello, StandbyRefused, ToStandby
 from engine.remote.tickets import read_ticket
 from ppaas import __version__
@@ -130,6 +130,8 @@ class StandbyLink:
             case ReplicaFile():
                 await asyncio.to_thread(write_file, self._data, message.name, message.content)
             case ReplicaComplete():
+                if message.names is not None:
+                    await asyncio.to_thread(keep_only, self._data, message.names)
                 self.complete.set()
             case StandbyRefused():
                 raise rebuild(message.refusal.slug, message.refusal.text)

@@ -43,16 +43,21 @@ class StandbyHello(msgspec.Struct, tag="standby_hello"):
 
 
 class ReplicaFile(msgspec.Struct, tag="replica_file"):
-    """A file of the leader that is new or has changed; None if it was removed."""
+    """A file of the leader that is new or has changed."""
 
     name: str
-    content: bytes | None
+    content: bytes
 
 
 class ReplicaComplete(msgspec.Struct, tag="replica_complete"):
-    """All files were sent. Repeated every `PERIOD` seconds, so that a standby notices a lost connection."""
+    """All files were sent. Repeated every `PERIOD` seconds, so that a standby notices a lost connection.
+
+    ``names`` are those of all files after a change, else None. A standby removes its others: a certificate may have
+    been withdrawn while it was away.
+    """
 
     epoch: int
+    names: tuple[str, ...] | None = None
 
 
 class StandbyRefused(msgspec.Struct, tag="standby_refused"):
@@ -140,11 +145,11 @@ class Standbys:
         sent: dict[str, bytes] = {}
         seen: tuple[int, ...] = ()
         while self.mandate.leads():
-            now = await asyncio.to_thread(signature, self._data)
+            now, names = await asyncio.to_thread(signature, self._data), None
             if now != seen:
                 files, seen = await asyncio.to_thread(read_files, self._data), now
-                for name in in_order({name for name in files.keys() | sent if files.get(name) != sent.get(name)}):
-                    await stream.send(ReplicaFile(name, files.get(name)))
-                sent = files
-            await stream.send(ReplicaComplete(self.mandate.epoch))
+                for name in in_order({name for name, content in files.items() if sent.get(name) != content}):
+                    await stream.send(ReplicaFile(name, files[name]))
+                sent, names = files, tuple(files)
+            await stream.send(ReplicaComplete(self.mandate.epoch, names))
             await asyncio.sleep(self._period)

@@ -18,7 +18,7 @@ from engine.remote.known_masters import KnownMasters
 from engine.remote.machines import RemoteMachines, make_ticket
 from engine.remote.masters import Masters
 from engine.remote.membership import Membership, join
-from engine.remote.replica import LAST, MACHINES, in_order, read_files, write_file
+from engine.remote.replica import LAST, MACHINES, in_order, keep_only, read_files, write_file
 from engine.remote.standby_link import StandbyLink, membership_of
 from engine.remote.standbys import StandbyHello, StandbyRefused, ToStandby
 from engine.service.links.control_server import ControlServer
@@ -102,6 +102,18 @@ async def test_a_standby_has_the_files_of_its_leader_as_they_change(leader: Lead
         assert not any("tickets" in name for name in read_files(standby)), "a used ticket is used everywhere"
     assert Authority(standby / MACHINES).fingerprint == Authority(leader.data / MACHINES).fingerprint
     assert all(path.stat().st_mode & 0o077 == 0 for path in (standby / MACHINES).rglob("*"))
+
+
+async def test_a_certificate_that_was_withdrawn_while_a_standby_was_away_is_withdrawn_there(
+    leader: Leader, tmp_path: Path
+) -> None:
+    await join(tmp_path / "m2", leader.ticket(), "m2")
+    async with copying(leader, tmp_path / "b"):
+        assert f"{MACHINES}/issued/m2.pem" in read_files(tmp_path / "b")
+    (leader.data / MACHINES / "issued" / "m2.pem").unlink()
+    async with copying(leader, tmp_path / "b"):
+        assert f"{MACHINES}/issued/m2.pem" not in read_files(tmp_path / "b")
+        assert read_files(tmp_path / "b").keys() == read_files(leader.data).keys()
 
 
 async def test_machines_are_told_of_a_standby_and_follow_it(leader: Leader, tmp_path: Path) -> None:
@@ -246,6 +258,7 @@ def test_files_are_written_and_removed_and_the_last_shows_that_all_are_there(tmp
     for name in names:
         write_file(tmp_path, name, name.encode())
     assert read_files(tmp_path) == {name: name.encode() for name in names}
-    write_file(tmp_path, LAST, None)
-    write_file(tmp_path, LAST, None)
+    (tmp_path / MACHINES / "own").touch()
+    keep_only(tmp_path, names - {LAST})
     assert read_files(tmp_path).keys() == names - {LAST}
+    assert (tmp_path / MACHINES / "own").exists(), "no file of a leader"
