@@ -34,7 +34,7 @@ UV_COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --g
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo browser proxies broker kernels test test-clients test-servers test-docker test-ray test-ros joints chaos schemathesis fuzz lint bench bench-cassandra performance lock sbom clean
+.PHONY: help setup demo browser proxies broker kernels test test-clients test-servers test-docker test-ray test-ros joints chaos schemathesis properties fuzz lint bench bench-cassandra performance lock sbom clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -102,6 +102,11 @@ test-ray: $(INSTALLED) ## Run the tests over a real Ray cluster, whose nodes joi
 schemathesis: $(INSTALLED) ## Send the REST service some ten thousand requests, good and bad, made from its description
 	@echo "schemathesis: 150 examples an operation; prints how each was answered"
 	PPAAS_SCHEMATHESIS_EXAMPLES=150 $(BIN)/python -m pytest -n 0 --timeout 1800 tests/unit/endpoints/test_app_schemathesis.py $(PYTEST_ARGS)
+
+properties: $(INSTALLED) ## Try a thousand examples of each property, where make test tries thirty (PYTEST_ARGS narrows it)
+	@echo "properties: 1000 examples a property, for an hour or more"
+	PPAAS_PROPERTY_EXAMPLES=1000 PPAAS_FUZZ_EXAMPLES=1000 $(BIN)/python -m pytest --numprocesses auto --timeout 0 \
+		-m "hypothesis and not servers" $(PYTEST_ARGS)
 
 fuzz: $(INSTALLED) ## Feed each parser of strangers' bytes, and the clients of boards, a hundred thousand mutated inputs (PYTEST_ARGS narrows it)
 	@echo "fuzz: 100000 examples a parser, for hours; prints how many were tried"

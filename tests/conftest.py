@@ -15,8 +15,10 @@ from tests.ci.shares import place_in_line
 
 pytest_plugins = ["tests.servers.fixtures"]
 
-# A property holds however long it takes: benches measure times, and a busy machine must not fail a test.
-settings.register_profile("ppaas", deadline=None)
+# A property holds however long it takes: benches measure times, and a busy machine must not fail a test. Each run tries
+# other examples, so many short runs try more than a long one; ``make properties`` tries a thousand of each.
+EXAMPLES = int(os.environ.get("PPAAS_PROPERTY_EXAMPLES", "30"))
+settings.register_profile("ppaas", deadline=None, max_examples=EXAMPLES)
 settings.load_profile("ppaas")
 
 ROOT = Path(__file__).resolve().parent.parent

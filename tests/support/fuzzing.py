@@ -2,4 +2,4 @@
 
 import os
 
-EXAMPLES = int(os.environ.get("PPAAS_FUZZ_EXAMPLES", "100"))
+EXAMPLES = int(os.environ.get("PPAAS_FUZZ_EXAMPLES", "30"))

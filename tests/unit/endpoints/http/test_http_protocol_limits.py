@@ -295,7 +295,7 @@ class FakeTransport(asyncio.Transport):
         return self.protocol
 
 
-@settings(max_examples=300, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(mutations(), st.lists(st.integers(1, 60), max_size=4))
 async def test_any_bytes_are_answered_or_refused_in_bounded_memory(data: bytes, sizes: list[int]) -> None:
     config = uvicorn.Config(echo, ws=DirectWebSocket, lifespan="off")

@@ -292,5 +292,5 @@ class PlacingInAnyOrder(RuleBasedStateMachine):
                 assert members[chosen.id] == max(members[each.id] for each in hosts)
 
 
-PlacingInAnyOrder.TestCase.settings = settings(max_examples=40, stateful_step_count=40)
+PlacingInAnyOrder.TestCase.settings = settings(stateful_step_count=40)
 TestPlacingInAnyOrder = PlacingInAnyOrder.TestCase

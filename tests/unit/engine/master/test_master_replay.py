@@ -213,7 +213,7 @@ class SameMapMachine(MasterMachine):
     balancer = SameMap
 
 
-MasterMachine.TestCase.settings = settings(max_examples=60, stateful_step_count=40)
+MasterMachine.TestCase.settings = settings(stateful_step_count=40)
 SameMapMachine.TestCase.settings = MasterMachine.TestCase.settings
 TestFirstFitMaster = MasterMachine.TestCase
 TestSameMapMaster = SameMapMachine.TestCase

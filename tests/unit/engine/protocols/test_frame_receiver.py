@@ -4,7 +4,7 @@ import asyncio
 import socket
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.protocols.frame_receiver import LENGTH, MAX_FRAME, MAX_HELD, FrameReceiver
@@ -22,7 +22,6 @@ async def connection() -> tuple[asyncio.StreamReader, asyncio.StreamWriter, asyn
     return reader, writer, far
 
 
-@settings(max_examples=30)
 @given(st.lists(st.binary(max_size=300), max_size=8), st.lists(st.integers(0, 2000), max_size=8))
 def test_frames_are_complete_for_any_split_of_the_bytes(bodies: list[bytes], cuts: list[int]) -> None:
     async def check() -> None:

@@ -4,7 +4,7 @@ import asyncio
 import socket
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.protocols import robot_link
@@ -24,7 +24,6 @@ async def pair() -> Streams:
     return near, far, far_writer
 
 
-@settings(max_examples=30)
 @given(st.lists(st.tuples(st.text(), st.binary(max_size=5000)), max_size=20))
 def test_messages_arrive_complete_and_in_order(messages: list[tuple[str, bytes]]) -> None:
     async def check() -> None:

@@ -84,7 +84,6 @@ def test_cells_from_the_lethal_threshold_on_are_obstacles(threshold, lethal, mas
     assert np.array_equal(layers.distance == 0, values >= 65)
 
 
-@settings(max_examples=30)
 @given(grid_maps([-1, 0, 50, 80, 100], most=20))
 def test_a_recosted_map_equals_one_built_with_the_same_parameters(grid):
     costs = CostParameters(0.3, 3.0, 70)

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.costmap.collision import MOST_REACH, collides_along
@@ -44,7 +44,6 @@ VOLUMES = st.one_of(
 
 
 @given(voxels.grid_arrays(), VOLUMES, COORDINATES, COORDINATES, COORDINATES, st.floats(-4.0, 4.0))
-@settings(max_examples=200)
 def test_collision_agrees_with_the_twin(data, volume, x, y, z, yaw):
     grid = voxels.grid(data, 0.15)
     expected = {twin.hits(data, 0.15, volume, (x, y, z + lift, yaw)) for lift in (-1e-6, 0.0, 1e-6)}
@@ -56,7 +55,6 @@ def test_collision_agrees_with_the_twin(data, volume, x, y, z, yaw):
 
 
 @given(st.builds(Box, *[st.floats(0.02, 0.4)] * 3), *[st.floats(-0.35, 0.5)] * 2, st.floats(-4.0, 4.0))
-@settings(max_examples=300)
 def test_collision_of_box_and_voxel_agrees_with_the_twin(box, x, y, yaw):
     data = np.full((1, 1, 1), OCCUPIED, np.uint8)
     sizes = [(box.length + more, box.width + more, 1.0) for more in (-1e-5, 0.0, 1e-5)]

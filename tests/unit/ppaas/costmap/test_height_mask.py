@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.costmap.build_layers import build_layers
@@ -33,7 +33,6 @@ def trees(draw):
     return voxels, octree_of(voxels)
 
 
-@settings(max_examples=60)
 @given(
     trees(),
     st.sampled_from([0.05, 0.11, 0.2, 0.65]),

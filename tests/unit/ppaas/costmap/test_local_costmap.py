@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.cost_values import LETHAL_OBSTACLE
@@ -42,7 +42,6 @@ def cost_at(costmap: Costmap, x: float, y: float) -> int:
     return int(costmap.data[cell])
 
 
-@settings(max_examples=30)
 @given(
     st.integers(0, 2**32 - 1),
     poses(3.0),
@@ -379,7 +378,6 @@ def test_costs_of_people_are_placed_right_on_a_turned_map():
 # -- another map -------------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=30)
 @given(*[st.integers(-15, 15)] * 2, *[st.integers(-30, 130)] * 2)
 def test_costs_on_a_map_whose_corner_moved_are_those_of_a_window_that_was_always_there(row, column, y, x):
     robot = Pose2D(0.1 * x + 0.05, 0.1 * y + 0.05)  # the centre of a cell

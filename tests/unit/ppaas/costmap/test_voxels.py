@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.costmap.volume import Box, Cylinder
@@ -17,7 +17,6 @@ SIZES = st.sampled_from([0.0, 0.05, 0.1, 0.17, 0.2, 0.25])
 
 
 @given(voxels.grid_arrays(5), SIZES, st.sampled_from([0.01, 0.1, 0.15, 0.3, 9.0]), SIZES, st.sampled_from([0.0, 3.0]))
-@settings(max_examples=60)
 def test_costs_of_places_agree_with_the_twin(data, radius, height, inflation, factor):
     costs = inflate_voxels(
         voxels.grid(data, 0.1), Cylinder(radius, height), inflation_radius=inflation, cost_scaling_factor=factor
@@ -27,7 +26,6 @@ def test_costs_of_places_agree_with_the_twin(data, radius, height, inflation, fa
 
 
 @given(voxels.grid_arrays(), st.sampled_from([0.0, 0.09, 0.1, 0.25]))
-@settings(max_examples=60)
 def test_ground_robot_needs_support_within_a_step(data, max_step):
     point = Cylinder(0.0, 0.05)
     flying = inflate_voxels(voxels.grid(data, 0.1), point).data
@@ -38,7 +36,6 @@ def test_ground_robot_needs_support_within_a_step(data, max_step):
 
 
 @given(voxels.grid_arrays(5), SIZES, st.sampled_from([0.05, 0.1, 0.25]), st.data())
-@settings(max_examples=40)
 def test_robot_touches_nothing_between_free_places(data, radius, height, draw):
     volume = Cylinder(radius, height)
     costs = inflate_voxels(voxels.grid(data, 0.1), volume)

@@ -9,7 +9,7 @@ import struct
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -44,7 +44,6 @@ def body_of(text):
 
 
 @given(ARRAYS)
-@settings(max_examples=60)
 def test_binary_file_is_read_like_by_the_twin_and_round_trips(data):
     data[0, 0, 0] = OCCUPIED
     text = file_of(data, "bt")
@@ -62,7 +61,6 @@ def test_binary_file_is_read_like_by_the_twin_and_round_trips(data):
         [(b"OcTree", b""), (b"ColorOcTree", b"\x01\x02\x03"), (b"OcTreeStamped", b""), (b"1", b"")],
     ),
 )
-@settings(max_examples=60)
 def test_a_full_file_has_the_leaves_of_the_binary_one(data, kind):
     data[0, 0, 0] = OCCUPIED
     tree = parse_octomap(file_of(data, "ot", *kind))
@@ -133,7 +131,6 @@ def test_an_invalid_file_is_refused_with_the_reason(text, reason):
 
 
 @given(st.binary(max_size=60), st.booleans(), st.integers(1, 99))
-@settings(max_examples=200)
 def test_corrupt_body_is_not_read_beyond_its_end(body, full, size):
     text = HEAD % (b"" if full else b"binary ", b"OcTree", size) + body
     try:

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -23,7 +23,6 @@ def known_part(data):
 
 
 @given(ARRAYS, ORIGINS)
-@settings(max_examples=150)
 def test_grid_round_trips_as_octree(data, origin):
     data[0, 0, 0] = OCCUPIED
     edge = 0.05
@@ -35,7 +34,6 @@ def test_grid_round_trips_as_octree(data, origin):
 
 
 @given(ARRAYS, ORIGINS)
-@settings(max_examples=60)
 def test_eight_equal_siblings_are_merged(data, origin):
     tree = octree_of(voxels.grid(data, 1.0, Point3D(*map(float, origin))))
     edges = 1 << (16 - tree.depths.astype(int))
@@ -47,7 +45,6 @@ def test_eight_equal_siblings_are_merged(data, origin):
 
 
 @given(ARRAYS, ORIGINS, st.integers(13, 16))
-@settings(max_examples=150)
 def test_coarse_voxel_is_occupied_if_any_part_is_free_if_all_are(data, origin, depth):
     data[0, 0, 0] = OCCUPIED
     size = 1 << (16 - depth)

@@ -127,5 +127,5 @@ class Rules(RuleBasedStateMachine):
             assert not self.plans
 
 
-Rules.TestCase.settings = settings(max_examples=150, stateful_step_count=40)
+Rules.TestCase.settings = settings(stateful_step_count=40)
 TestRules = Rules.TestCase

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import GoalOccupied, PlanCancelled, StartOccupied
@@ -61,7 +61,6 @@ def test_the_search_for_an_escape_can_be_cancelled():
 
 
 @given(grids.cost_arrays(), st.data(), st.floats(0.0, 12.0))
-@settings(max_examples=150)
 def test_a_blocked_goal_is_replaced_by_the_nearest_free_cell(costs, data, tolerance):
     costs[0, 0] = 0
     map_ = grids.of(costs, 1.0, Pose2D(2.0, -1.0, 0.7))

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from ppaas.errors import InvalidInput, NoValidPath, PlanCancelled
@@ -34,7 +34,6 @@ def assert_free(map_, poses, allow_unknown=True):
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(2, 12), st.sampled_from([0.0, 0.1, 0.3, 2.0]))
-@settings(max_examples=50)
 def test_relaxed_points_agree_with_the_twin(seed, count, even):
     rng = np.random.default_rng(seed)
     points, near = rng.normal(size=(count, 2)), rng.choice([0.1, 0.2, 3.0, np.inf], count)
@@ -45,7 +44,6 @@ def test_relaxed_points_agree_with_the_twin(seed, count, even):
 
 
 @given(grids.cost_arrays(10), st.data(), st.booleans(), st.sampled_from([(0.2, 0.3), (0.0, 1.0), (0.01, 5.0)]))
-@settings(max_examples=100)
 def test_smoothed_path_keeps_its_ends_and_stays_free(costs, data, allow_unknown, weights):
     free = np.argwhere(passable(allow_unknown)[costs]).tolist()
     assume(free)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.robot_model.describe import describe
@@ -53,7 +53,6 @@ def points_of(links):
     return np.concatenate(found)
 
 
-@settings(max_examples=60)
 @given(robots)
 def test_footprint_reaches_as_far_as_the_shapes_on_every_side(links):
     description, points = describe(written(links)), points_of(links)
@@ -65,7 +64,6 @@ def test_footprint_reaches_as_far_as_the_shapes_on_every_side(links):
     assert description.height == pytest.approx(np.ptp(points[:, 2]), abs=2e-3)
 
 
-@settings(max_examples=60)
 @given(robots)
 def test_footprint_is_convex_between_its_two_discs(links):
     description = describe(written(links))

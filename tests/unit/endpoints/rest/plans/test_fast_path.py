@@ -6,7 +6,7 @@ from typing import Any
 import httpx
 import msgspec
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from starlette.types import Message
@@ -44,7 +44,6 @@ async def read(body: bytes) -> PathRequest | None:
     return await fast_path._read_request(receive, [])
 
 
-@settings(max_examples=500)
 @given(files)
 async def test_the_fast_path_reads_a_request_as_the_route_does(file: dict[str, Any]) -> None:
     body = json.dumps(file).encode()

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.master.balancers.room_tree import RoomTree
@@ -35,7 +35,6 @@ steps = st.lists(
 )
 
 
-@settings(max_examples=200)
 @given(steps, st.sampled_from([0.25, 1.0, 2.0, 3.0]), st.sets(names, max_size=3))
 def test_tree_finds_the_same_machines_as_a_full_scan(
     done: list[tuple[str, str, float, float]], size: float, without: set[str]

@@ -1,7 +1,7 @@
 import math
 
 import numpy as np
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from ppaas.controllers.footprints import body_of
@@ -24,7 +24,6 @@ def field(seed, density, size=60):
     seed=st.integers(0, 10_000),
     pose=st.tuples(st.floats(0.5, 2.5), st.floats(0.5, 2.5), st.floats(-3.2, 3.2)),
 )
-@settings(max_examples=100)
 def test_clearance_of_an_outline_agrees_with_the_twin(seed, pose):
     lethal, distance = field(seed, 0.003)
     body = body_of(BOX, 0.0)
@@ -50,7 +49,6 @@ def test_clearance_of_an_outline_agrees_with_the_twin(seed, pose):
     corners=st.sampled_from([BOX, ()]),
 )
 @example(seed=98, pose=(0.8, 0.8125, 0.75), motion=(0.796875, 0.0), corners=BOX)
-@settings(max_examples=40)
 def test_clearance_along_an_arc_is_the_minimum_over_its_poses(seed, pose, motion, corners):
     _, distance = field(seed, 0.002)
     body = body_of(corners, 0.18)

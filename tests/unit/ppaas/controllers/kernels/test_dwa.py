@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.controllers.footprints import body_of
@@ -51,7 +51,6 @@ def field(draw_walls=()):
     unknown=st.booleans(),
     leaving=st.booleans(),
 )
-@settings(max_examples=200)
 def test_kernel_scores_like_its_twin(seed, density, pose, velocity, unknown, leaving):
     rng = np.random.default_rng(seed)
     data = rng.integers(0, 253, (20, 20)).astype(np.uint8)
@@ -69,7 +68,6 @@ def test_kernel_scores_like_its_twin(seed, density, pose, velocity, unknown, lea
     start=st.tuples(st.floats(0.8, 3.0), st.floats(0.8, 1.4), st.floats(-3.2, 3.2)),
     velocity=st.tuples(st.floats(-0.5, 0.8), st.floats(-1.5, 1.5)),
 )
-@settings(max_examples=60)
 def test_outline_rollout_is_blocked_exactly_if_a_pose_is_too_near(seed, start, velocity):
     rng = np.random.default_rng(seed)
     lethal = rng.random((40, 80)) < 0.002

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.controllers.footprints import body_of
@@ -35,7 +35,6 @@ def terrain(seed, density, size=60):
     moving=st.tuples(st.floats(-0.3, 1.0), st.floats(-2.0, 2.0)),
     movers_count=st.integers(0, 3),
 )
-@settings(max_examples=100)
 def test_rollout_of_a_disc_agrees_with_the_twin(seed, density, pose, moving, movers_count):
     _, ground = terrain(seed, density)
     random = np.random.default_rng(seed)

@@ -1,5 +1,5 @@
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.costmap.kernels import people
@@ -12,7 +12,6 @@ proxemics = st.builds(
 )
 
 
-@settings(max_examples=60)
 @given(seed=st.integers(0, 10_000), walkers=st.lists(walking, max_size=3), how=proxemics)
 def test_raised_costs_agree_with_the_twin(seed, walkers, how):
     random = np.random.default_rng(seed)

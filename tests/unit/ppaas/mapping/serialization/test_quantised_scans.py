@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import InvalidGraph
@@ -8,7 +8,6 @@ from ppaas.mapping.scan_points import ScanPoints
 from ppaas.mapping.serialization.quantised_scans import pack_scans, unpack_scans
 
 
-@settings(max_examples=50)
 @given(st.integers(0, 2**32 - 1), st.integers(0, 4), st.integers(1, 30), st.floats(0.01, 1000.0), st.floats(0.0, 1.0))
 def test_scans_of_any_size_are_rounded_to_a_part_of_their_reach(seed, count, beams, reach, share):
     scans = random_scans(seed, count, beams, reach, share)

@@ -30,7 +30,6 @@ def grids(draw):
 
 
 @given(grids(), grids(), st.integers(1, 40))
-@settings(max_examples=150)
 def test_difference_equals_a_comparison_cell_by_cell(old, new, block):
     before, after = ({(c + column, r + row): data[r][c] for r in range(len(data)) for c in range(len(data[0]))}
                      for data, column, row in (old, new))  # fmt: skip

@@ -5,7 +5,7 @@ import zlib
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from PIL import Image
@@ -76,7 +76,6 @@ def test_single_rows_equal_rows_of_the_whole_image(image):
     assert np.array_equal(np.concatenate([opened.rows(0, 1), opened.rows(1, 2)]), parse_png(image))
 
 
-@settings(max_examples=40)
 @given(hnp.arrays(np.uint8, sides(20)), st.booleans())
 def test_images_written_by_pillow_are_read(pixels, grey_alpha):
     written = io.BytesIO()
@@ -152,7 +151,6 @@ def test_chunks_of_a_png_are_limited(before, fits):
                 read(image)
 
 
-@settings(max_examples=300)
 @given(st.binary(max_size=60), st.integers(0, len(GOOD)))
 def test_arbitrary_bytes_are_read_or_raise_invalid_map(rubbish, place):
     for image in (SIGNATURE + rubbish, GOOD[:place] + rubbish, GOOD[:place] + rubbish + GOOD[place + len(rubbish) :]):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -26,7 +26,6 @@ def record(**keys) -> MapYaml:
     return MapYaml(**({"image": "a.png", "resolution": 0.05, "origin": (0.0, 0.0, 0.0)} | keys))
 
 
-@settings(max_examples=200)
 @given(PIXELS, st.sampled_from(Mode), st.booleans(), THRESHOLDS, THRESHOLDS, st.sampled_from(Rules))
 def test_occupancy_agrees_with_the_twin(channels, mode, negate, low, high, rules):
     assume(low >= high or np.float32(low) < np.float32(high))

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.clock import ManualClock
@@ -367,7 +367,6 @@ Numbers = st.floats(allow_nan=True, allow_infinity=True, width=32)
 Wild = st.one_of(st.floats(-3.0, 6.0), Numbers)
 
 
-@settings(max_examples=30)
 @given(
     st.lists(
         st.tuples(st.sampled_from([-2.0, -0.5, 0.0, 0.1, 0.7]), st.lists(st.tuples(Wild, Wild, Wild), max_size=3)),

@@ -340,7 +340,6 @@ def test_another_coordinator_goes_on_from_a_checkpoint() -> None:
 
 
 @given(st.binary(max_size=200))
-@settings(max_examples=30, deadline=None)
 def test_bytes_that_are_not_a_checkpoint_are_refused(saved: bytes) -> None:
     with pytest.raises(InvalidInput, match="checkpoint"):
         Coordinator(HALL).restore(saved)

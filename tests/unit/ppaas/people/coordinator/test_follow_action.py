@@ -2,7 +2,7 @@
 
 import math
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.people.coordinator.follow_action import cheapest, follow_actions
@@ -40,7 +40,6 @@ def test_equal_costs_are_decided_by_name() -> None:
     assert cheapest({"b": 1.0, "a": 1.0}) == "a"
 
 
-@settings(max_examples=40, deadline=None)
 @given(
     st.dictionaries(
         st.integers(1, 5), st.dictionaries(st.sampled_from("abcd"), st.floats(1.0, 1e6), max_size=4), max_size=5

@@ -1,7 +1,7 @@
 """Step 3: identical persons recognized across robots, and the People Counter."""
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.people.coordinator.identities import NOBODY, Known, Torsos, people_counter, recognize
@@ -75,7 +75,6 @@ def test_nobody_seen_is_nobody_counted() -> None:
     assert people_counter(recognize(torsos(), known((1.0, 1.0)), PARAMETERS).tolist()) == 0
 
 
-@settings(max_examples=40, deadline=None)
 @given(
     st.lists(st.tuples(st.integers(0, 2), st.integers(0, 9), st.integers(0, 9)), unique=True, max_size=9),
     st.lists(st.tuples(st.integers(0, 9), st.integers(0, 9)), unique=True, max_size=5),
@@ -100,7 +99,6 @@ def test_two_people_between_whom_a_prediction_lies_do_not_stay_one() -> None:
     assert len(set(recognize(seen, known((3.45, 1.0)), PARAMETERS).tolist())) == 2
 
 
-@settings(deadline=None, max_examples=40)
 @given(st.lists(st.tuples(st.integers(0, 3), *[st.floats(0.0, 0.9)] * 2), max_size=12), st.floats(0.0, 2.0))
 def test_torsos_are_the_same_known_people_whichever_other_robots_report(
     rows: list[tuple[int, float, float]], hidden: float

@@ -4,7 +4,7 @@ from itertools import permutations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -28,7 +28,6 @@ def least(costs: np.ndarray) -> float:
     )
 
 
-@settings(max_examples=40, deadline=None)
 @given(arrays(np.float64, st.tuples(st.integers(1, 3), st.integers(0, 3)), elements=st.floats(0.0, 8.0)))
 def test_the_sum_of_costs_is_the_least_of_all_assignments(costs: np.ndarray) -> None:
     rows, columns = assign(costs, LIMIT)

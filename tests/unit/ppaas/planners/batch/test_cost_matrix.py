@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from ppaas.errors import GoalOccupied, GoalOutsideMap, InvalidInput, PlanCancelled, StartOccupied, StartOutsideMap
@@ -36,7 +36,6 @@ def by_the_twin(costs, starts, goals, allow_unknown):
 
 
 @given(scenes(), st.sampled_from([0, 1, 1000]), st.integers(1, 3))
-@settings(max_examples=120)
 def test_matrix_agrees_with_the_twin_for_any_field_and_threads(scene, start_field_takes, threads):
     costs, starts, goals, allow_unknown = scene
     map_ = grids.of(costs)
@@ -49,7 +48,6 @@ def test_matrix_agrees_with_the_twin_for_any_field_and_threads(scene, start_fiel
 
 
 @given(scenes())
-@settings(max_examples=80)
 def test_start_field_agrees_with_the_twin(scene):
     costs, starts, goals, allow_unknown = scene
     values = StartField(grids.of(costs), starts[0], allow_unknown=allow_unknown).grow(np.array(goals))

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra as scipy_dijkstra
 
@@ -14,7 +14,6 @@ from tests.support.world import grids
 
 
 @given(grids.scenes())
-@settings(max_examples=150)
 def test_field_equals_the_fixed_point_twin(scene):
     costs, goals, allow_unknown = scene
     values = cost_field(grids.of(costs), cells=goals, allow_unknown=allow_unknown)
@@ -23,7 +22,6 @@ def test_field_equals_the_fixed_point_twin(scene):
 
 
 @given(grids.scenes())
-@settings(max_examples=150)
 def test_field_is_within_its_error_bound_of_the_float_twin(scene):
     costs, goals, allow_unknown = scene
     values = cost_field(grids.of(costs), cells=goals, allow_unknown=allow_unknown)
@@ -68,7 +66,6 @@ def test_early_stop_leaves_the_rest_unsettled_and_the_path_exact():
 
 
 @given(grids.scenes())
-@settings(max_examples=30)
 def test_values_of_single_cells_equal_those_of_the_whole_field(scene):
     costs, goals, allow_unknown = scene
     field = CostField(grids.of(costs), np.array(goals), allow_unknown=allow_unknown)

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from ppaas.planners.field import queue_field
 from ppaas.planners.field.queue_field import QueueField
@@ -10,7 +10,6 @@ from tests.support.world import grids
 
 
 @given(grids.scenes())
-@settings(max_examples=60)
 def test_field_equals_the_fixed_point_twin(scene):
     costs, goals, allow_unknown = scene
     field = QueueField(grids.of(costs), np.array(goals), allow_unknown=allow_unknown)
@@ -55,7 +54,6 @@ def test_a_pool_that_runs_out_grows_and_loses_nothing():
 
 
 @given(grids.scenes())
-@settings(max_examples=60)
 def test_a_field_beyond_32_bits_continues_in_64(scene):
     costs, goals, allow_unknown = scene
     narrow = QueueField(grids.of(costs), np.array(goals), allow_unknown=allow_unknown)

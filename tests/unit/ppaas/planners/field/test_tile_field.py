@@ -4,7 +4,7 @@ import sys
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from ppaas.errors import PlanCancelled
 from ppaas.planners.field import tile_field
@@ -19,7 +19,6 @@ from tests.support.world.tile_fields import KINDS, drawn, fields, filled_tables
 
 
 @given(grids.scenes(most=40))
-@settings(max_examples=60)
 def test_tiles_and_queue_give_the_same_field(scene):
     tiled, queued = fields(*scene)
     tiled.grow()
@@ -29,7 +28,6 @@ def test_tiles_and_queue_give_the_same_field(scene):
 
 
 @given(grids.scenes(most=12))
-@settings(max_examples=60)
 def test_tile_field_equals_the_fixed_point_twin(scene):
     costs, goals, allow_unknown = scene
     field, _ = fields(costs, goals, allow_unknown)

@@ -4,7 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import PlanCancelled
@@ -93,7 +93,6 @@ def test_stopped_threads_leave_valid_values_on_a_large_map(budget, halls):
 
 
 @given(grids.scenes(most=100), st.integers(1, 60))
-@settings(max_examples=40)
 def test_threads_may_join_and_leave_on_a_tiny_map(scene, budget):
     costs, goals, allow_unknown = scene
     tiled, queued = fields(costs, goals, allow_unknown, threads=MANY)

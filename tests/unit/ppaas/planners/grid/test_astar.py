@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from ppaas.errors import NoValidPath
@@ -27,7 +27,6 @@ def assert_as_cheap(astar, dijkstra):
 
 
 @given(grids.cost_arrays(), st.data(), st.booleans())
-@settings(max_examples=150)
 def test_astar_path_is_as_cheap_with_no_more_settled_cells(costs, data, allow_unknown):
     free = [cell for cell in np.ndindex(costs.shape) if math.isfinite(twin.weight(int(costs[cell]), allow_unknown))]
     assume(free)

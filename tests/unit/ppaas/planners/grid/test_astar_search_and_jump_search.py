@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.costmap.costmap import Costmap
@@ -59,7 +59,6 @@ def assert_cheapest(costs, path, start, goal, allow_unknown=True):
 
 @KINDS
 @given(scenes(), st.booleans())
-@settings(max_examples=200)
 def test_successive_searches_agree_with_the_twin(kind, scene, allow_unknown):
     costs, queries = scene
     prepared = kind(allow_unknown=allow_unknown).prepare(grids.of(costs))

@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from ppaas.clock import ManualClock
@@ -65,7 +65,6 @@ def assert_walkable(costmap, cells, allow_unknown=True):
 
 
 @given(grids.cost_arrays(), st.data(), st.booleans())
-@settings(max_examples=150)
 def test_path_is_walkable_and_as_cheap_as_the_twins(plan, costs, data, allow_unknown):
     free = [cell for cell in np.ndindex(costs.shape) if math.isfinite(twin.weight(int(costs[cell]), allow_unknown))]
     assume(free)

@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -55,7 +55,6 @@ def histories(draw):
 
 
 @given(histories())
-@settings(max_examples=150)
 def test_path_weight_agrees_with_the_twin_after_changes_and_moves(history):
     goal, allow_unknown, steps = history
     planner = DStarLite(allow_unknown=allow_unknown)

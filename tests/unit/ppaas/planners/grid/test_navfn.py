@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from ppaas.costmap.costmap import Costmap
@@ -44,7 +44,6 @@ def steps_inside(cells, points):
 
 
 @given(scenes(), st.sampled_from(["all", "start", "astar"]))
-@settings(max_examples=150)
 def test_potentials_agree_with_the_twin(scene, until):
     costs, start, goal, allow_unknown = scene
     target = None if until == "all" else start
@@ -57,7 +56,6 @@ def test_potentials_agree_with_the_twin(scene, until):
 
 
 @given(scenes(), st.booleans(), st.sampled_from([1, 3, 20_000]))
-@settings(max_examples=100)
 def test_path_walk_agrees_with_the_twin_in_slices_of_any_length(scene, early, slice_steps):
     costs, start, goal, allow_unknown = scene
     function = NavigationFunction(grids.of(costs), goal, allow_unknown=allow_unknown)
@@ -72,7 +70,6 @@ def test_path_walk_agrees_with_the_twin_in_slices_of_any_length(scene, early, sl
 
 
 @given(scenes(), st.booleans())
-@settings(max_examples=150)
 def test_path_connects_its_ends_through_free_cells(scene, use_astar):
     costs, start, goal, allow_unknown = scene
     map_ = grids.of(costs)

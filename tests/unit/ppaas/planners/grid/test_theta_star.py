@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from ppaas.clock import ManualClock
@@ -42,7 +42,6 @@ def assert_free_chain(costs, cells, allow_unknown=True):
 
 
 @given(grids.cost_arrays(6), st.data(), st.booleans())
-@settings(max_examples=80)
 def test_path_is_free_and_never_cheaper_than_the_best_lines(costs, data, allow_unknown):
     start, goal = free_ends(costs, data, allow_unknown)
     least = twin.cheapest(costs, start, goal, allow_unknown)
@@ -59,7 +58,6 @@ def test_path_is_free_and_never_cheaper_than_the_best_lines(costs, data, allow_u
 
 
 @given(grids.cost_arrays(), st.data())
-@settings(max_examples=100)
 def test_path_cost_agrees_with_the_twin_along_its_lines(costs, data):
     start, goal = free_ends(costs, data)
     field = cost_field(grids.of(costs), cells=goal)
@@ -79,7 +77,6 @@ def test_path_cost_agrees_with_the_twin_along_its_lines(costs, data):
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 0.1, 0.2, 0.35]), st.integers(0, 252))
-@settings(max_examples=100)
 def test_path_on_uniform_costs_is_at_most_as_long_as_dijkstras(seed, blocked, cost):
     rng = np.random.default_rng(seed)
     costs = np.where(rng.random(rng.integers(1, 60, 2)) < blocked, 254, cost).astype(np.uint8)

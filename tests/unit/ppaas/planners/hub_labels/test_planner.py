@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from ppaas.errors import InvalidPlanner, NoValidPath, PlanCancelled
 from ppaas.maps.formats.movingai import parse_map, parse_scenario
@@ -34,7 +34,6 @@ def assert_all_paths_are_shortest(free, index, starts):
 
 
 @given(maps(9))
-@settings(max_examples=40)
 def test_paths_between_any_cells_are_shortest(free):
     cells = [(int(r), int(c)) for r, c in zip(*np.nonzero(free), strict=True)]
     assert_all_paths_are_shortest(free, HubLabels().prepare(costmap(free)), cells[::3])

@@ -1,7 +1,7 @@
 """The heap behaves like a sorted list of keys from which any cell may be removed."""
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.planners.kernels.indexed_heap import drop, put
@@ -11,7 +11,6 @@ ORDERS = st.lists(st.tuples(st.integers(0, CELLS - 1), st.none() | st.tuples(st.
 
 
 @given(ORDERS)
-@settings(max_examples=200)
 def test_first_key_is_always_the_smallest(orders):
     keys, cells, places = np.zeros((CELLS + 2, 2)), np.zeros(CELLS + 2, np.int32), np.zeros(CELLS, np.int32)
     size, twin = 0, {}

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from numba import njit
@@ -67,7 +67,6 @@ def lanes(truths):
 
 
 @given(ROWS, ROWS)
-@settings(max_examples=50)
 def test_operations_on_two_rows_work_lane_by_lane(a, b):
     out = np.empty(224, np.uint32)
     assert of_two(a, b, out) == (lanes(a != b), lanes(a < b))
@@ -76,7 +75,6 @@ def test_operations_on_two_rows_work_lane_by_lane(a, b):
 
 
 @given(ROWS, SETS, st.integers(0, 2**32 - 1))
-@settings(max_examples=50)
 def test_operations_on_one_row_equal_those_of_numpy(a, chosen, number):
     out = np.empty(192, np.uint32)
     assert of_one(a, chosen, number, out) == a.min()
@@ -107,7 +105,6 @@ def test_bytes_are_widened_and_narrowed():
 
 
 @given(hnp.arrays(np.uint8, 34, elements=st.integers(0, 255)), st.integers(0, 255))
-@settings(max_examples=50)
 def test_bytes_are_compared_with_a_number(octets, number):
     inner = octets[1:33]
     assert of_octets(octets, number) == (lanes(inner < number), lanes(inner != number))
@@ -124,7 +121,6 @@ def run_around(free, lane):
 
 
 @given(ROWS, SETS)
-@settings(max_examples=50)
 def test_prefix_minima_of_runs_do_not_cross_their_borders(a, free):
     around = [run_around(free, lane) for lane in range(32)]
     reaches = [

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from ppaas.clock import ManualClock
@@ -125,7 +125,6 @@ def test_a_higher_cost_penalty_keeps_the_path_out_of_high_costs():
 
 
 @given(st.integers(0, 10_000), st.booleans(), st.booleans())
-@settings(max_examples=40)
 def test_every_path_is_drivable(seed, backing, outlined):
     rng = np.random.default_rng(seed)
     costs = rng.choice([0, 60, 252], (50, 60)).astype(np.uint8)

@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from ppaas.clock import ManualClock
@@ -62,7 +62,6 @@ def walkable(costs, cells, allow_unknown=True):
 
 @pytest.mark.parametrize("name", ["dijkstra3d", "astar3d"])
 @given(costs=voxels.cost_arrays(), data=st.data(), allow_unknown=st.booleans())
-@settings(max_examples=60)
 def test_path_is_walkable_and_as_cheap_as_the_twins(name, costs, data, allow_unknown):
     free = voxels.free_voxels(costs, allow_unknown)
     assume(free)

@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra as scipy_dijkstra
@@ -41,14 +41,12 @@ def noise(seed, shape, blocked=0.2):
 
 
 @given(scenes())
-@settings(max_examples=80)
 def test_field_equals_the_fixed_point_twin(scene):
     values = grown(*scene).values() * SCALE
     assert np.array_equal(np.rint(values), twin.cost_field(*scene, units=SCALE))
 
 
 @given(scenes())
-@settings(max_examples=80)
 def test_field_is_within_its_error_bound_of_the_float_twin(scene):
     values, exact = grown(*scene).values(), twin.cost_field(*scene)
     assert np.array_equal(np.isinf(values), np.isinf(exact))
@@ -67,7 +65,6 @@ def test_the_field_agrees_with_scipy_on_larger_grids(seed):
 
 
 @given(scenes(), st.data())
-@settings(max_examples=80)
 def test_value_of_a_target_equals_that_of_the_whole_field(scene, data):
     costs, goals, allow_unknown = scene
     target = data.draw(st.sampled_from(voxels.free_voxels(costs, allow_unknown)))

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import Unavailable
@@ -35,7 +35,6 @@ numbers = st.tuples(*[any_number] * len(NAMES))
 names = st.sampled_from(["p1", "0" * 32, "0123456789abcdef" * 2, "A" * 32, "0 " * 16, "x" * 64])
 
 
-@settings(max_examples=40)
 @given(st.lists(st.tuples(names, numbers, st.lists(poses, min_size=1, max_size=6)), min_size=1, max_size=4))
 def test_bodies_round_trip(plans) -> None:
     words = words_of(np.array([pose for *_, path in plans for pose in path]))
@@ -51,7 +50,6 @@ def test_bodies_round_trip(plans) -> None:
         assert own.poses(middle).tobytes() == bits(path)
 
 
-@settings(max_examples=60)
 @given(st.lists(st.tuples(*[st.integers(-4, 4)] * 4), min_size=1), st.tuples(*[st.integers(-4, 4)] * 4))
 def test_bodies_near_finds_the_plans_with_near_ends(plans, sought) -> None:
     start, goal = sought[:2], sought[2:]
@@ -63,7 +61,6 @@ def test_bodies_near_finds_the_plans_with_near_ends(plans, sought) -> None:
     assert [own for _, own in bodies_near(bodies, start, goal, 5.0)] == [read_body(bodies[at]) for at in near]
 
 
-@settings(max_examples=60)
 @given(numbers, st.sampled_from([0.0, 1.0, math.nextafter(1.0, 2.0), 1.0 + 1e-12]))
 def test_numbers_are_written_like_by_the_twin(numbers, near) -> None:
     created, length, _, *rest = numbers
@@ -88,7 +85,6 @@ def test_numbers_with_few_decimals_are_short() -> None:
     assert not {10, 11, 12, 13, 14, 15, 16, 17} & fields.keys()
 
 
-@settings(max_examples=40)
 @given(st.lists(st.lists(st.integers(0, 1 << 40)), min_size=1))
 def test_recipes_round_trip(lists: list[list[int]]) -> None:
     stops = np.cumsum([len(each) for each in lists])
@@ -105,14 +101,12 @@ def test_recipes_of_consecutive_numbers_are_short() -> None:
     assert len(recipe) == 52
 
 
-@settings(max_examples=60)
 @given(st.floats(-math.pi, math.pi) | st.sampled_from([0.0, -0.0, 1.5708, 3.1416, math.pi]))
 def test_quaternion_near_is_exact_to_the_last_place(yaw: float) -> None:
     found, true = quaternion_near(yaw), plan_bytes.headings(yaw)
     assert max(abs(plan_bytes.bits(abs(a)) - plan_bytes.bits(abs(b))) for a, b in zip(found, true, strict=True)) <= 1
 
 
-@settings(max_examples=40)
 @given(st.floats(-1e3, 1e3), st.floats(-1e3, 1e3))
 def test_quaternion_towards_agrees_with_the_twin(x: float, y: float) -> None:
     if x * x + y * y > 1e-200:

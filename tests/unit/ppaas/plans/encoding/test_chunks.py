@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import InvalidInput
@@ -27,7 +27,6 @@ def bounds_of(poses: np.ndarray, stops: np.ndarray, granularity: int) -> list[li
     return [bounds if shared else [] for bounds, shared in zip(found, cuts.shared.tolist(), strict=True)]
 
 
-@settings(max_examples=40)
 @given(st.lists(st.lists(st.integers(0, 20), min_size=1, max_size=80), min_size=1, max_size=5), st.integers(1, 9))
 def test_cuts_agree_with_the_twin_for_each_plan(plans: list[list[int]], granularity: int) -> None:
     poses = np.concatenate([poses_of(plan) for plan in plans])

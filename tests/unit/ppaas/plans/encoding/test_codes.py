@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import Unavailable
@@ -38,7 +38,6 @@ def assert_round_trips(poses: np.ndarray) -> bytes:
     return code
 
 
-@settings(max_examples=40)
 @given(
     directions,
     st.sampled_from([0.025, 0.05, 0.1, 1.0]),
@@ -57,13 +56,11 @@ def test_grid_path_takes_about_three_bits_a_waypoint() -> None:
     assert len(pack(code)) < 800 * 7 / 8 + 30
 
 
-@settings(max_examples=40)
 @given(st.lists(st.tuples(*[floats] * 7), min_size=1, max_size=30))
 def test_any_poses_round_trip(rows) -> None:
     assert_round_trips(np.array(rows))
 
 
-@settings(max_examples=40)
 @given(
     directions.filter(lambda directions: len(directions) > 2),
     st.integers(0, 59),

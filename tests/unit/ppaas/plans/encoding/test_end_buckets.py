@@ -1,7 +1,7 @@
 """Buckets miss no plan whose ends are near two positions."""
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.plans.encoding.end_buckets import (
@@ -29,7 +29,6 @@ def key_of(scope: bytes, first, last, length: float) -> int:
     return key
 
 
-@settings(max_examples=40)
 @given(places, places, offsets, tolerances, st.floats(0.0, 1e7))
 def test_near_plans_are_in_the_near_buckets(start, goal, offset, tolerance, length) -> None:
     first, last = (start[0] + offset[0], start[1] + offset[1]), (goal[0] + offset[2], goal[1] + offset[3])
@@ -53,7 +52,6 @@ def test_most_distant_plans_are_not_in_the_near_buckets() -> None:
     assert 25 <= passed <= 36
 
 
-@settings(max_examples=40)
 @given(st.tuples(*[st.floats(-0.1, 0.1)] * 4), st.tuples(*[st.floats(-20, 20)] * 4))
 def test_may_join_agrees_with_the_twin(offset, places) -> None:
     ends = [value + shift for value, shift in zip(places, offset, strict=True)]
@@ -68,7 +66,6 @@ def test_map_versions_have_different_buckets() -> None:
     assert len(keys) == 4
 
 
-@settings(max_examples=40)
 @given(st.tuples(*[st.integers(-(2**40), 2**40)] * 2))
 def test_cell_number_is_part_of_the_cells_hash(cell) -> None:
     assert cell_number(SCOPE, cell) == plan_bytes.mixed(SCOPE, cell) >> 33

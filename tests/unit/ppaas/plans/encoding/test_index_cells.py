@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.plans.encoding.index_cells import CELL_EDGE, cells_near, cells_touched, scope_of
@@ -11,7 +11,6 @@ from ppaas.plans.encoding.index_cells import CELL_EDGE, cells_near, cells_touche
 places = st.tuples(*[st.floats(-1e6, 1e6) | st.integers(-40, 40).map(lambda eighth: eighth / 8)] * 2)
 
 
-@settings(max_examples=40)
 @given(places, st.floats(0, 2 * math.pi), st.floats(0, 0.5))
 def test_cells_near_a_place_include_those_of_points_in_reach(place, angle, reach) -> None:
     point = place[0] + reach * math.cos(angle), place[1] + reach * math.sin(angle)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import InvalidInput, MalformedMessage, MessageTooLarge, UnknownType
@@ -85,7 +85,6 @@ def test_a_message_of_ros_2_is_read_as_it_was_written(message: tuple[str, dict[s
 
 
 @given(MESSAGES)
-@settings(max_examples=30)
 def test_json_of_a_message_makes_the_same_bytes_again(message: tuple[str, dict[str, Any]]) -> None:
     name, values = message
     data = ros_types("kilted").encode(name, values)

@@ -2,14 +2,13 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from robots.sim.kernels.discs import box_clearance, cast_at_discs
 
 
 @given(st.integers(0, 10_000), st.floats(-3.2, 3.2))
-@settings(max_examples=60)
 def test_box_clearance_equals_that_of_its_nearest_point(seed: int, theta: float) -> None:
     rng = np.random.default_rng(seed)
     centres, radius = rng.uniform(-1.5, 1.5, (4, 2)), 0.1

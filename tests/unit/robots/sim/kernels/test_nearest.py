@@ -1,5 +1,5 @@
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from robots.sim.kernels.nearest import nearest
@@ -7,7 +7,6 @@ from tests.reference.driving import nearest as twin
 
 
 @given(st.integers(0, 10_000), st.integers(0, 30), st.floats(0.05, 1.0))
-@settings(max_examples=60)
 def test_nearest_points_equal_those_of_the_twin(seed: int, count: int, reach: float) -> None:
     rng = np.random.default_rng(seed)
     points, others = rng.uniform(-1.0, 1.0, (20, 4)), rng.uniform(-1.0, 1.0, (count, 4))

@@ -4,7 +4,7 @@ import math
 from collections import namedtuple
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from storage.cassandra.plans.endpoint_cells import NearbyBuckets, cell_key, length_of_cell, quantized_length
@@ -25,7 +25,6 @@ def between(first: tuple[float, float], last: tuple[float, float], length: float
     return plan("p", map="house", version="v", poses=poses.tobytes(), length=length)
 
 
-@settings(max_examples=200)
 @given(places, places, offsets, tolerances)
 def test_plans_near_both_places_are_found_and_few_others(start, goal, off, tolerance) -> None:
     first, last = (start[0] + off[0], start[1] + off[1]), (goal[0] + off[2], goal[1] + off[3])

@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from storage.cassandra.connection.session import CassandraSession
@@ -81,7 +81,6 @@ def connecting(rows: list[Row]) -> list[Row]:
     return [row for row in rows if row.bucket in around.ids and around.connecting([row])]
 
 
-@settings(max_examples=30)
 @given(st.integers(0, 1000), st.integers(0, 80), st.integers(2, 9), st.integers(2, 9), st.integers(1, 5))
 def test_all_plans_are_read_with_any_page_size(seed, count, first, then, at_once) -> None:
     tables = Tables(plan_rows_around(seed, count))
@@ -97,7 +96,6 @@ def test_all_plans_are_read_with_any_page_size(seed, count, first, then, at_once
     assert read >= {row.id for row in connecting(tables.plans)}
 
 
-@settings(max_examples=30)
 @given(st.integers(0, 1000), st.integers(0, 200), st.integers(2, 30), st.integers(1, 20))
 @example(310, 72, 20, 16)  # some overfull cells have enough plans, and others have shorter ones
 def test_once_enough_are_found_only_overfull_cells_have_shorter_ones(seed, count, first, limit) -> None:

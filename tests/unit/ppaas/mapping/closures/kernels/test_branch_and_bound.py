@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.mapping.closures.kernels import branch_and_bound as kernels
@@ -32,7 +32,6 @@ def test_blurred_grid_equals_the_twin(seed):
 
 
 @given(seeds, st.integers(1, 6))
-@settings(max_examples=40)
 def test_best_motion_has_the_largest_sum_of_all(seed, levels):
     grid, _, corner, points = scene(seed)
     half = np.array([9, 6])
@@ -44,7 +43,6 @@ def test_best_motion_has_the_largest_sum_of_all(seed, levels):
 
 
 @given(seeds)
-@settings(max_examples=40)
 def test_excluded_motions_are_left_out_and_no_others(seed):
     grid, _, corner, points = scene(seed)
     half = np.array([9, 6])

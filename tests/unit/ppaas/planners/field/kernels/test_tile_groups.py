@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.planners.field.kernels.tile_groups import FEW, MANY, fill_around
@@ -88,7 +88,6 @@ def maps(draw):
 
 
 @given(maps(), st.booleans(), st.booleans())
-@settings(max_examples=60)
 def test_a_group_has_the_same_tables_as_single_tiles(drawn, allow_unknown, is_far):
     check(*drawn, allow_unknown, is_far)
 

@@ -2,7 +2,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.planners.field.kernels.tile_layout import SIDE, UNREACHED
@@ -52,7 +52,6 @@ def reasons_of(word):
 
 
 @given(st.lists(STEPS, max_size=60))
-@settings(max_examples=150)
 def test_tiles_are_taken_in_the_order_of_their_keys_with_all_reasons(steps):
     words, hints, places = empty()
     twin, at_work = Waiting(), []
@@ -85,7 +84,6 @@ def test_no_tile_at_or_above_the_bound_is_taken():
     st.dictionaries(st.integers(0, TILES - 1), st.integers(0, 4 * AWAY >> KEY_SHIFT), min_size=1, max_size=20),
     st.integers(0, 5 * AWAY), st.integers(2, 3), st.integers(0, 2), st.booleans(),
 )  # fmt: skip
-@settings(max_examples=200)
 def test_a_thread_prefers_its_own_groups_unless_another_key_is_much_lower(keys, bound, threads, number, looks):
     words, hints, places = empty(threads)
     part = part_size(GROUPS, threads)

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.planners.grid.kernels.line_of_sight import HIDDEN, trace, weigh
@@ -30,14 +30,12 @@ def drawn(data, costs):
 
 
 @given(grids.cost_arrays(), st.data(), st.booleans())
-@settings(max_examples=300)
 def test_line_weight_agrees_with_the_twin(costs, data, allow_unknown):
     begin, end = drawn(data, costs), drawn(data, costs)
     assert seen(costs, begin, end, allow_unknown) == pytest.approx(twin.line(costs, begin, end, allow_unknown))
 
 
 @given(st.integers(0, 5), st.data())
-@settings(max_examples=200)
 def test_line_weight_is_equal_in_both_directions(seed, data):
     costs = np.random.default_rng(seed).integers(0, 256, (30, 40)).astype(np.uint8)
     costs[costs > 252] = 9
@@ -46,7 +44,6 @@ def test_line_weight_is_equal_in_both_directions(seed, data):
 
 
 @given(st.tuples(st.integers(-40, 40), st.integers(-40, 40)))
-@settings(max_examples=200)
 def test_cells_of_a_line_agree_with_the_twin(over):
     most = abs(over[0]) + abs(over[1])
     cells, points = np.empty((most, 2), np.int32), np.empty((most, 2))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.planners.hub_labels.building import assembly
@@ -35,7 +35,6 @@ def some(free, count: int) -> list[tuple[int, int]]:
 
 
 @given(free=maps(12), entries=st.sampled_from([0, 10, 40]), gates=st.sampled_from([0, 6]))
-@settings(max_examples=30)
 def test_paths_are_shortest_for_any_number_of_labels(free, entries, gates):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(assembly, "most_label_entries", lambda *_: entries)

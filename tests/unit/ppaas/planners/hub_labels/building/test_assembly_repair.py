@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.geometry import Pose2D
@@ -36,7 +36,6 @@ def changes(draw):
 
 
 @given(changes())
-@settings(max_examples=60)
 def test_repaired_corner_map_equals_a_new_one(change):
     before, after, rectangle = change
     mended = repair_corner_map(
@@ -48,7 +47,6 @@ def test_repaired_corner_map_equals_a_new_one(change):
 
 
 @given(changes())
-@settings(max_examples=40)
 def test_repaired_index_answers_like_a_new_one(change):
     before, after, rectangle = change
     repaired, fresh = index_of(before).repaired(after, rectangle), index_of(after)

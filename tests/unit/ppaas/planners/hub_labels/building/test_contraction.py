@@ -58,7 +58,6 @@ def assert_lengths_are_kept(free, graph, cells):
 
 
 @given(free=maps(14), core=st.integers(0, 8), settle=st.sampled_from([1, 300]), neighbours=st.sampled_from([2, 16]))
-@settings(max_examples=60)
 def test_contraction_keeps_all_distances(free, core, settle, neighbours):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(contractions, "SETTLED", settle)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -41,7 +41,6 @@ def test_set_bits_are_counted_in_both_directions(words, bit, most):
 
 
 @given(maps())
-@settings(max_examples=50)
 def test_corners_seen_from_each_free_cell_agree_with_the_twin(free):
     corner_map = build_corner_map(free, threads=1, check=proceed)
     corners = [(int(r) - 1, int(c) - 1) for r, c in corner_map.positions]

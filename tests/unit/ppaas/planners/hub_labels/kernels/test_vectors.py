@@ -1,7 +1,7 @@
 """Eight cells written at once equal eight cells written one by one."""
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numba import njit
 
@@ -18,7 +18,6 @@ def _write(flat, at, cell):
 
 
 @given(st.integers(0, 10), st.integers(-(2**62), 2**62))
-@settings(max_examples=50)
 def test_each_written_cell_is_the_first_plus_its_step(at, cell):
     flat = np.full(80, 7)
     _write(flat, at, cell)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.geometry import convex_outline
@@ -25,7 +25,6 @@ def random_surface(rng, *, outlined):
 
 
 @given(SEEDS)
-@settings(max_examples=300)
 def test_outline_check_agrees_with_the_twin(seed):
     rng = np.random.default_rng(seed)
     surface = random_surface(rng, outlined=True)
@@ -36,7 +35,6 @@ def test_outline_check_agrees_with_the_twin(seed):
 
 
 @given(SEEDS, st.booleans())
-@settings(max_examples=300)
 def test_cost_and_end_of_a_piece_agree_with_the_twin(seed, outlined):
     rng = np.random.default_rng(seed)
     surface = random_surface(rng, outlined=outlined)

@@ -1,7 +1,7 @@
 import math
 
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 
 from ppaas.planners.lattice.kernels.dubins import dubins
 from tests.unit.ppaas.planners.lattice.kernels.test_reeds_shepp import (
@@ -15,7 +15,6 @@ from tests.unit.ppaas.planners.lattice.kernels.test_reeds_shepp import (
 
 @given(GOALS, WEIGHTS)
 @example((0.0, 0.0, 5e-324), 1.0)
-@settings(max_examples=200)
 def test_dubins_curve_ends_at_its_goal_and_never_reverses(goal, turn):
     word = dubins(*goal, turn)
     assert_ends_at(pieces_of(word), goal)

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.planners.lattice.kernels.dubins import dubins
@@ -42,7 +42,6 @@ def seen_from(goal, other):
 
 
 @given(GOALS, WEIGHTS, WEIGHTS)
-@settings(max_examples=200)
 def test_curve_ends_at_its_goal_and_its_cost_is_right(goal, reverse, turn):
     word = reeds_shepp(*goal, reverse, turn)
     assert_ends_at(pieces_of(word), goal)
@@ -51,7 +50,6 @@ def test_curve_ends_at_its_goal_and_its_cost_is_right(goal, reverse, turn):
 
 
 @given(GOALS)
-@settings(max_examples=200)
 def test_length_is_symmetric_and_between_line_and_dubins(goal):
     length = reeds_shepp(*goal, 1.0, 1.0).cost
     assert length == pytest.approx(reeds_shepp(*seen_from(goal, (0, 0, 0)), 1.0, 1.0).cost, abs=1e-6)
@@ -59,7 +57,6 @@ def test_length_is_symmetric_and_between_line_and_dubins(goal):
 
 
 @given(GOALS)
-@settings(max_examples=200)
 def test_mirrored_goals_have_equal_lengths(goal):
     x, y, theta = goal
     length = reeds_shepp(*goal, 1.0, 1.0).cost

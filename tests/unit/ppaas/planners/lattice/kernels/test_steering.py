@@ -1,4 +1,4 @@
-from hypothesis import given, settings
+from hypothesis import given
 
 from ppaas.planners.lattice.kernels.dubins import dubins
 from ppaas.planners.lattice.kernels.reeds_shepp import reeds_shepp
@@ -12,7 +12,6 @@ from tests.unit.ppaas.planners.lattice.kernels.test_reeds_shepp import (
 
 
 @given(GOALS, WEIGHTS, WEIGHTS)
-@settings(max_examples=200)
 def test_curve_is_the_cheapest_word_not_the_shortest(goal, reverse, turn):
     car = Car(1.0, True, 72, reverse, turn, 0.0, 3.5, 9.0)
     cost = curve(car, 0.0, 0.0, 0.0, *goal).cost
