@@ -59,8 +59,7 @@ def test_a_signal_during_start_ends_the_cloud_cleanly(tmp_path: Path, moment: st
     assert "Traceback" not in up.log.read_text()
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_a_signal_to_a_serving_cloud_ends_it_cleanly(tmp_path: Path, number: int) -> None:
+def test_an_interrupt_of_a_serving_cloud_ends_it_cleanly(tmp_path: Path) -> None:
     up = Up(tmp_path)
     up.wait_for(up.ready.exists)
     ready = json.loads(up.ready.read_text())
@@ -68,12 +67,12 @@ def test_a_signal_to_a_serving_cloud_ends_it_cleanly(tmp_path: Path, number: int
     assert ready["url"].startswith("http://127.0.0.1:")
     assert ready["admin_user"] == "admin"
     assert stat.S_IMODE((up.folder / "data" / "admin-password").stat().st_mode) == 0o600
-    assert up.end(number) == 0
+    assert up.end(signal.SIGINT) == 0
     assert "Traceback" not in up.log.read_text()
 
 
-def test_a_second_cloud_on_the_same_data_or_store_ends_at_once_and_names_the_first(tmp_path: Path) -> None:
-    up = Up(tmp_path)
+def test_a_cloud_shuts_others_out_of_its_data_a_second_cloud_and_other_users_of_the_computer(tmp_path: Path) -> None:
+    up = Up(tmp_path, "--listen-machines", "127.0.0.1:0")
     up.wait_for(up.ready.exists)
     (tmp_path / "second").mkdir()
     (tmp_path / "second" / "data").symlink_to(tmp_path / "data")
@@ -86,17 +85,16 @@ def test_a_second_cloud_on_the_same_data_or_store_ends_at_once_and_names_the_fir
         assert f"is in use by process {up.process.pid} of host" in line
         assert not other.ready.exists()
     assert up.process.poll() is None
+    assert open_to_others(up) == []
     assert up.end(signal.SIGTERM) == 0
-
-
-def test_other_users_of_the_computer_can_enter_no_folder_and_read_no_file_of_a_cloud(tmp_path: Path) -> None:
-    up = Up(tmp_path, "--listen-machines", "127.0.0.1:0")
-    up.wait_for(up.ready.exists)
-    made = [tmp_path / "data", *(tmp_path / "data").rglob("*"), *up.runs.rglob("*")]
-    is_open = {str(path): stat.S_IMODE(path.stat().st_mode) & 0o077 for path in made if path.exists()}
-    assert up.end(signal.SIGTERM) == 0
-    assert [path for path, bits in is_open.items() if bits] == []
     assert "have access to" not in up.log.read_text()
+    assert "Traceback" not in up.log.read_text()
+
+
+def open_to_others(up: Up) -> list[str]:
+    """Return the folders and files of a cloud that other users of the computer may enter or read."""
+    made = [up.folder / "data", *(up.folder / "data").rglob("*"), *up.runs.rglob("*")]
+    return [str(path) for path in made if path.exists() and stat.S_IMODE(path.stat().st_mode) & 0o077]
 
 
 @needs_ipv6
