@@ -11,7 +11,7 @@ from tests.reference.driving import localization as twin
 from tests.support.world.scattered_walls import distances
 
 seeds = st.integers(0, 2**32 - 1)
-few = settings(max_examples=30)
+few = settings(max_examples=10)
 """Each example has 400 rays, which take the twins a tenth of a second."""
 
 
