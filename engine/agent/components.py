@@ -13,8 +13,7 @@ from engine.agent.entries import ENTRIES
 from engine.agent.host_load import HostLoad
 from engine.agent.layer_builder import LayerBuilder
 from engine.agent.map_cache import MapCache
-from engine.agent.master_directory import MasterDirectory
-from engine.agent.master_redial import Master
+from engine.agent.master_redial import Master, MasterDirectory
 from engine.agent.master_session import MasterSession
 from engine.agent.neighbours import Neighbours
 from engine.agent.network_load import NetworkLoad
@@ -33,6 +32,7 @@ from engine.runtimes.compilation import store_kernels
 from engine.runtimes.compilation.rest_compiler import compiling_the_rest
 from engine.runtimes.registry import RUNTIMES
 from ppaas.plugins import permit_only
+from storage.ports import Store
 from storage.urls.opening import open_map_store, open_store
 
 
@@ -83,9 +83,7 @@ async def open_components(
     router = await listening
     fabric = await _fabric(router, stack)
     session = MasterSession(remote=config.identity is not None)
-    outbox, reserve = (Path(path) if path else None for path in (config.outbox, config.reserve))
-    store = open_store(config.store, outbox=outbox, reserve=reserve)
-    stack.callback(store.close)
+    store = _store(config, stack)
     cache = MapCache.of_instance(instance_name(), LayerBuilder(open_map_store(config.map_store)))
     stack.callback(cache.remove_all)
     gateway = ContainerGateway(
@@ -115,6 +113,13 @@ async def open_components(
     await stack.enter_async_context(compiling_the_rest())
     host = HostLoad(hosting.loads, NetworkLoad(), neighbours)
     return AgentComponents(config, cpus, hosting, gateway, session, host, router, masters, relay)
+
+
+def _store(config: AgentConfig, stack: contextlib.AsyncExitStack) -> Store:
+    outbox, reserve = (Path(path) if path else None for path in (config.outbox, config.reserve))
+    store = open_store(config.store, outbox=outbox, reserve=reserve)
+    stack.callback(store.close)
+    return store
 
 
 def _recordings(config: AgentConfig, stack: contextlib.AsyncExitStack) -> Recordings:

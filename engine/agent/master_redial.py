@@ -1,8 +1,9 @@
-"""Master redial: dials the master again after a lost connection, for a limited time."""
+"""Master redial: dials the master again after a lost connection, for a limited time; and where the masters are."""
 
 import asyncio
 import logging
 from collections.abc import Awaitable, Callable
+from typing import Protocol
 
 from engine.protocols import control_link
 from engine.protocols.framing import FrameStream
@@ -46,3 +47,41 @@ class MasterRedial:
             except (Unavailable, TimeoutError) as error:
                 logger.debug("the master is not reachable yet: %s", error)
         return None
+
+
+class MasterDirectory(Protocol):
+    """Where the masters of a machine's cloud are."""
+
+    @property
+    def current(self) -> str:
+        """Address of the master that this machine follows."""
+        ...
+
+    def note(self, masters: tuple[str, ...]) -> tuple[str, ...]:
+        """Take the addresses of all masters; return the Zenoh endpoints of their routers."""
+        ...
+
+    async def another_leads(self) -> bool:
+        """Return whether a master at another address leads; that is then the current one."""
+        ...
+
+
+class OneMaster:
+    """The directory of a machine whose masters all have one address, as on the cloud's own host.
+
+    Parameters
+    ----------
+    current : str
+        The address.
+    """
+
+    def __init__(self, current: str) -> None:
+        self.current = current
+
+    def note(self, masters: tuple[str, ...]) -> tuple[str, ...]:
+        """Do nothing: the router connects to no other."""
+        return ()
+
+    async def another_leads(self) -> bool:
+        """Return false."""
+        return False

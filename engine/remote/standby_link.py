@@ -74,7 +74,7 @@ async def membership_of(data: Path, ticket: str, name: str) -> Membership | None
 
 
 class StandbyLink:
-    """Connection to the leader, whoever that is.
+    """Connection to the current leader.
 
     Parameters
     ----------

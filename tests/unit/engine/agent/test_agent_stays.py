@@ -12,8 +12,7 @@ from engine.agent.config import AgentConfig
 from engine.agent.container_gateway import ContainerGateway
 from engine.agent.container_supervisor import ContainerSupervisor
 from engine.agent.host_load import HostLoad
-from engine.agent.master_directory import OneMaster
-from engine.agent.master_redial import Master, MasterRedial
+from engine.agent.master_redial import Master, MasterRedial, OneMaster
 from engine.agent.master_session import MasterSession
 from engine.fabric.router import RouterProcess
 from engine.processes.heartbeats import MISSED
