@@ -1,8 +1,8 @@
 """Use of free capacity: fills waiting places, and moves containers from machines that are drained, a few at once."""
 
-from engine.master.full_machines import FullMachines
 from engine.master.machine import Machine
 from engine.master.orders import Leave, Order
+from engine.master.placement_diagnostics import FullMachines
 from engine.master.places import Place
 from engine.master.state import MasterState
 

@@ -1,12 +1,33 @@
-"""Explains to the user why no machine has room for a container."""
+"""Containers that no machine has room for: refused without asking the balancer again, and explained to the user."""
 
+import math
 from collections.abc import Collection, Mapping
 
 from engine.master.machine import Machine
-from engine.master.places import PlaceRequest
+from engine.master.places import Place, PlaceRequest
 from engine.master.quotas import Quotas
 from engine.specs.cores import check as check_size
 from engine.specs.machine_settings import labels_text
+
+
+class FullMachines:
+    """Smallest size that no machine had room for, by required labels; valid until room becomes free."""
+
+    def __init__(self) -> None:
+        self._sizes: dict[frozenset[tuple[str, str]], float] = {}
+
+    def note(self, wanted: Place | PlaceRequest) -> None:
+        """Note that no machine has room for a container of a place or request."""
+        self._sizes[_labels_of(wanted)] = wanted.cores
+
+    def refuse(self, wanted: Place | PlaceRequest) -> bool:
+        """Return whether no machine has room, because a container no larger found none among the same machines."""
+        return bool(self._sizes) and wanted.cores >= self._sizes.get(_labels_of(wanted), math.inf)
+
+
+def _labels_of(wanted: Place | PlaceRequest) -> frozenset[tuple[str, str]]:
+    request = wanted.request if isinstance(wanted, Place) else wanted
+    return frozenset(request.labels.items())
 
 
 def check_fits(request: PlaceRequest, machines: Collection[Machine], quotas: Quotas) -> None:

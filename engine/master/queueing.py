@@ -2,8 +2,8 @@
 
 from collections.abc import Callable
 
-from engine.master.full_machines import FullMachines
 from engine.master.orders import Order
+from engine.master.placement_diagnostics import FullMachines
 from engine.master.places import PlaceRequest
 from engine.master.quotas import Quotas
 from ppaas.errors import QuotaExceeded, Unavailable

@@ -8,10 +8,10 @@ import pytest
 from engine.master import map_versions
 from engine.master.balancers.first_fit import FirstFit
 from engine.master.events import ContainerReady, MachineLeft, MapChanged, PlaceReleased, PlaceRequested, SettingsChanged
-from engine.master.full_machines import FullMachines
 from engine.master.machine import Machine
 from engine.master.master import Master
 from engine.master.orders import Start
+from engine.master.placement_diagnostics import FullMachines
 from engine.master.places import Place, PlaceRequest
 from engine.specs.containers import ContainerSpec, MapVersion
 from engine.specs.machine_settings import MachineSettings

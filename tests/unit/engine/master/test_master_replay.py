@@ -35,9 +35,9 @@ from engine.master.events import (
     SettingsLoaded,
     ShutdownBegan,
 )
-from engine.master.full_machines import FullMachines
 from engine.master.master import LOG_SIZE, Master
 from engine.master.orders import Order
+from engine.master.placement_diagnostics import FullMachines
 from engine.master.places import Place, PlaceRequest, people_key, robot_key
 from engine.master.quotas import Quota, Quotas
 from engine.protocols.control_link import Heartbeat, RunningContainer
