@@ -174,7 +174,6 @@ class Web:
         """End all sessions."""
         await self._background.cancel()
         await self._rapyuta.close()
-        self._sessions.close()
 
 
 def build_app(services: Services, sessions: SessionRegistry, settings: FrontSettings) -> FastAPI:

@@ -1,19 +1,24 @@
-"""Client of a place within this process: operations in, messages and answers out, as rosbridge has them."""
+"""Client of a place within this process: operations in, messages and answers out, as rosbridge has them.
+
+Its session is in the container of the place, as that of any client. Errors that the endpoint can see are raised at
+once; what the session refuses is reported later.
+"""
 
 import asyncio
 import itertools
 from collections import defaultdict
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 import msgspec
 
 from endpoints.rosbridge.attachment import Attachment
-from engine.sessions.place.place_link import PlaceLink
-from ppaas.errors import PPaaSError, QuotaExceeded, Unavailable
+from engine.service.links.place_link import PlaceLink
+from engine.sessions.place.client_topics import check_type
+from ppaas.errors import Conflict, PPaaSError, QuotaExceeded, Unavailable
 from ppaas.wire import operations
 from ppaas.wire.refusals import error_of_text
+from ppaas.wire.stamped_twists import may_be_named
 
 Outcome: TypeAlias = bytes | PPaaSError
 """Response as JSON, or an error."""
@@ -44,14 +49,6 @@ class _Frame(msgspec.Struct):
     result: bool = False
 
 
-@dataclass(slots=True)
-class _Execution:
-    """Operation that is being executed, and the errors reported for it meanwhile."""
-
-    id: str | int | None
-    faults: list[PPaaSError] = field(default_factory=list)
-
-
 _decoder = msgspec.json.Decoder(_Frame)
 _encoder = msgspec.json.Encoder()
 
@@ -68,28 +65,27 @@ class PlaceClient:
     """
 
     ready = True
-    """The outbox of the session need not wait: what comes is passed on at once."""
+    """The session need not wait: what comes is passed on at once."""
 
     def __init__(self, attachment: Attachment, report: Callable[[PPaaSError], None]) -> None:
         self.attachment = attachment
         self._report = report
         self._ids = map(str, itertools.count(1))
-        self._executing: _Execution | None = None
         self._hearers: defaultdict[str, list[Hear]] = defaultdict(list)
         self._calls: dict[str, Done] = {}
         self._served: dict[str, Serve] = {}
         self._detached = False
-        attachment.session.outbox.connect(self)
+        attachment.session.connect(self)
 
     @property
     def place(self) -> PlaceLink:
         """Place of the robot."""
-        return self.attachment.retained.place
+        return self.attachment.place
 
     def detach(self) -> None:
         """Take no further frames; calls without an answer fail."""
         self._detached = True
-        self.attachment.session.outbox.connect(None)
+        self.attachment.session.connect(None)
         calls, self._calls = self._calls, {}
         for done in calls.values():
             done(Unavailable("the container was closed before it answered"))
@@ -101,9 +97,13 @@ class PlaceClient:
 
         Raises
         ------
-        PPaaSError
-            The topic has another type, or the client may not publish it.
+        Conflict
+            The topic has another type.
+        NotPermitted
+            The client may not publish it.
         """
+        self.attachment.session.access.check_publish(topic)
+        self._check_type(topic, kind)
         number = self._next()
         self._execute(operations.Advertise(topic, kind, number))
         return number
@@ -113,7 +113,8 @@ class PlaceClient:
         self._execute(operations.Unadvertise(topic, advertisement))
 
     def publish(self, topic: str, payload: bytes) -> None:
-        """Publish a message; raises if it may not be published, or there is no such topic."""
+        """Publish a message; raises ``NotPermitted`` if it may not be published."""
+        self.attachment.session.access.check_publish(topic)
         self._execute(operations.Publish(topic, msgspec.Raw(payload), self._next()))
 
     def subscribe(self, topic: str, kind: str, hear: Hear) -> None:
@@ -123,17 +124,20 @@ class PlaceClient:
         ------
         Conflict
             The topic has another type.
+        NotPermitted
+            The client may not subscribe to it.
         """
+        self.attachment.session.access.check_subscribe(topic)
+        self._check_type(topic, kind)
         hearers = self._hearers[topic]
-        new = hear not in hearers
-        if new:
+        if hear not in hearers:
             hearers.append(hear)
-        try:
-            self._execute(operations.Subscribe(topic, topic, kind))
-        except PPaaSError:
-            if new:
-                self.unsubscribe(topic, hear)
-            raise
+        self._execute(operations.Subscribe(topic, topic, kind))
+
+    def _check_type(self, topic: str, kind: str) -> None:
+        known, has = self.place.topics.get(topic), self.place.topic_type(topic)
+        if has is not None and not (known is not None and may_be_named(has, kind)):
+            check_type(topic, has, kind)
 
     def unsubscribe(self, topic: str, hear: Hear) -> None:
         """End a subscription."""
@@ -179,7 +183,9 @@ class PlaceClient:
         return await answered
 
     def offer(self, service: str, kind: str, serve: Serve) -> None:
-        """Offer a service; raises if the clone has it, or another client offers it."""
+        """Offer a service; raises ``Conflict`` if the clone has it."""
+        if service in self.place.services:
+            raise Conflict(f"service {service!r} is provided by the clone: choose another name")
         self._execute(operations.AdvertiseService(service, kind))
         self._served[service] = serve
 
@@ -194,18 +200,9 @@ class PlaceClient:
         return next(self._ids)
 
     def _execute(self, operation: operations.Operation) -> None:
-        """Execute an operation, unless the client is detached; raise the error that it causes at once."""
-        if self._detached:
-            return
-        before, execution = self._executing, _Execution(getattr(operation, "id", None))
-        self.attachment.retained.taken += 1
-        self._executing = execution
-        try:
+        """Send an operation to the session, unless the client is detached."""
+        if not self._detached:
             self.attachment.session.take(_encoder.encode(operation).decode())
-        finally:
-            self._executing = before  # a message that is passed on at once may be an operation within an operation
-        if execution.faults:
-            raise execution.faults[0]
 
     def send_frame(self, frame: bytes) -> None:
         """Take a frame from the session."""
@@ -256,8 +253,4 @@ class PlaceClient:
             done(error)
 
     def _failed(self, frame: _Frame) -> None:
-        error = error_of_text(str(msgspec.json.decode(bytes(frame.msg))))
-        if self._executing is not None and frame.id == self._executing.id:
-            self._executing.faults.append(error)
-        else:
-            self._report(error)
+        self._report(error_of_text(str(msgspec.json.decode(bytes(frame.msg)))))

@@ -10,7 +10,7 @@ from endpoints.clients.place_client import PlaceClient
 from endpoints.foxglove.feed import Feed
 from endpoints.foxglove.reach import ReachableRobot
 from endpoints.rosbridge.attachment import Attachment
-from engine.sessions.place.place_link import PlaceLink
+from engine.service.links.place_link import PlaceLink
 from ppaas.errors import PPaaSError
 from ppaas.messages import service_type
 from ppaas.nodes.topics import policy_of

@@ -13,6 +13,7 @@ from endpoints.foxglove.reach import ReachableRobot, reached, running
 from endpoints.foxglove.robot_view import RobotView, Shown
 from endpoints.http.websocket_protocol import Probe
 from endpoints.rosbridge.admission import admitted
+from endpoints.rosbridge.attachment import Caller
 from endpoints.rosbridge.connect_request import ConnectRequest
 from endpoints.rosbridge.session_registry import SessionRegistry
 from endpoints.services.services import Services
@@ -217,7 +218,7 @@ class Viewer:
         request = ConnectRequest(name, "operator", hold=False, status=True, owner=owner)
         try:
             request, access = await admitted(self._services, user, request)
-            attachment = await self._sessions.attach(user.id, self.login.token, request, self._probe, access)
+            attachment = await self._sessions.attach(Caller(user.id, self.login.token, self._probe), request, access)
         except Unavailable:
             return  # its container has ended meanwhile
         except PPaaSError as error:

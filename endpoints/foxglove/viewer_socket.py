@@ -21,7 +21,7 @@ from endpoints.http.problems import problem_response
 from endpoints.http.websocket_protocol import connection_of
 from endpoints.rosbridge.robot_socket import content_of
 from endpoints.services.services import Services
-from engine.sessions.rights.globs import is_address
+from engine.rights.globs import is_address
 from ppaas.errors import InvalidParameter, NotPermitted, PPaaSError
 from ppaas.wire.foxglove import answers
 from ppaas.wire.foxglove.answers import Level

@@ -8,9 +8,10 @@ from endpoints.clients.place_client import PlaceClient
 from endpoints.rapyuta.container_interfaces import CONTAINER_INTERFACES, ContainerInterface
 from endpoints.rapyuta.endpoints import Endpoint
 from endpoints.rapyuta.known_nodes import NodeArguments
+from endpoints.rosbridge.attachment import Caller
 from endpoints.rosbridge.connect_request import ConnectRequest
 from endpoints.rosbridge.session_registry import SessionRegistry
-from engine.sessions.rights.access import Access
+from engine.rights.access import Access
 from ppaas.errors import InvalidInput, PPaaSError, Unavailable
 from ppaas.wire.rapyuta.interface_types import InterfaceForm, interface_type
 from ppaas.wire.rapyuta.requests import AddInterface
@@ -89,7 +90,7 @@ class Clone:
         owner = self._owner
         request = ConnectRequest(owner.robot, status=True)
         access = Access.of_owner(owner.robot)
-        attachment = await self._sessions.attach(owner.user, owner.token(), request, owner.answers, access)
+        attachment = await self._sessions.attach(Caller(owner.user, owner.token(), owner.answers), request, access)
         self._client = PlaceClient(attachment, owner.report)
         self._watching = asyncio.create_task(self._watch(self._client))
 

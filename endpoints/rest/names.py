@@ -7,7 +7,7 @@ from fastapi import Path
 from pydantic import AfterValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from engine.sessions.rights.globs import ADDRESS, is_address
+from engine.rights.globs import ADDRESS, is_address
 from ppaas.maps.new_map import NEW, new_map_id
 from storage.names import PATTERN, is_name
 from storage.sharing_records import GROUP, is_grantee

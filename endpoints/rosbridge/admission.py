@@ -8,7 +8,7 @@ from endpoints.accounts.scoped_user import ScopedUser
 from endpoints.rosbridge.connect_request import ConnectRequest
 from endpoints.services.services import Services
 from endpoints.sharing.access import access_of
-from engine.sessions.rights.access import Access
+from engine.rights.access import Access
 from ppaas.errors import NotFound
 from storage.records import User
 from storage.sharing_records import Share

@@ -1,14 +1,12 @@
-"""Attachment of a socket to a session, and the session that outlives it."""
+"""Attachment of a socket to a session in the container of its place."""
 
 import asyncio
-import secrets
 from typing import NamedTuple
 
 from endpoints.http.websocket_protocol import Probe
 from endpoints.rosbridge.connect_request import ConnectRequest
-from engine.sessions.place.place_link import PlaceLink
-from engine.sessions.roles import Role
-from engine.sessions.session import ClientSession
+from engine.service.links.carried_session import CarriedSession
+from engine.service.links.place_link import PlaceLink
 from ppaas.errors import PPaaSError
 from ppaas.wire.resumption import ID_HEADER, NEW, RESUMED, STATE_HEADER, TAKEN_HEADER
 
@@ -16,32 +14,12 @@ PROBE_TIMEOUT = 2.0
 """Time limit of the probe of a robot's socket when another socket connects for the same robot [s]."""
 
 
-class SessionKey(NamedTuple):
-    """Key of a session: user, owner and id of the robot, role, and the name that the client gave it."""
+class Caller(NamedTuple):
+    """User of a client, id of the token that it authenticated with, and the probe of its connection."""
 
     user: str
-    owner: str
-    robot: str
-    role: Role
-    name: str
-
-
-class RetainedSession:
-    """Session that outlives its sockets.
-
-    ``taken`` counts the frames received from the client, ``attachment`` is the current socket, if any, and ``expiry``
-    the timer that ends the session while no socket is attached.
-    """
-
-    def __init__(self, session: ClientSession, place: PlaceLink, key: SessionKey | None) -> None:
-        self.id = secrets.token_hex(8)
-        self.session = session
-        self.place = place
-        self.key = key
-        self.taken = 0
-        self.ended = False
-        self.attachment: Attachment | None = None
-        self.expiry: asyncio.TimerHandle | None = None
+    token: str
+    probe: Probe
 
 
 class Attachment:
@@ -49,43 +27,26 @@ class Attachment:
 
     Parameters
     ----------
-    retained : RetainedSession
-        The session.
+    session : CarriedSession
+        The session, as this endpoint carries it.
+    place : PlaceLink
+        Place of the robot.
     request : ConnectRequest
         Request of the client.
-    user : str
-        User of the client.
-    token : str
-        Id of the token that the client authenticated with.
-    probe : callable
-        Probes the connection.
-    resumed : bool
-        Whether the session was retained from an earlier socket.
+    caller : Caller
+        The client.
 
     Attributes
     ----------
-    displaced : Future
-        Done once another socket took over the session; its result is the reason.
+    user, token : str
+        User of the client, and id of the token that it authenticated with.
     """
 
-    def __init__(
-        self,
-        retained: RetainedSession,
-        request: ConnectRequest,
-        user: str,
-        token: str,
-        probe: Probe,
-        *,
-        resumed: bool,
-    ) -> None:
-        self.retained = retained
-        self.session = retained.session
+    def __init__(self, session: CarriedSession, place: PlaceLink, request: ConnectRequest, caller: Caller) -> None:
+        self.session = session
+        self.place = place
         self.request = request
-        self.user = user
-        self.token = token
-        self.resumed = resumed
-        self.displaced: asyncio.Future[PPaaSError] = asyncio.get_running_loop().create_future()
-        self._probe = probe
+        self.user, self.token, self._probe = caller
         self._left = asyncio.Event()
 
     @property
@@ -99,21 +60,25 @@ class Attachment:
         if self.request.session is None:
             return []
         state = {
-            STATE_HEADER: RESUMED if self.resumed else NEW,
-            ID_HEADER: self.retained.id,
-            TAKEN_HEADER: str(self.retained.taken),
+            STATE_HEADER: RESUMED if self.session.resumed else NEW,
+            ID_HEADER: self.session.id,
+            TAKEN_HEADER: str(self.session.taken),
         }
         return [(name.encode(), value.encode()) for name, value in state.items()]
 
+    @property
+    def displaced(self) -> asyncio.Future[PPaaSError]:
+        """Future that is done once another socket took over the session; its result is the reason."""
+        return self.session.displaced
+
     async def answers(self) -> bool:
         """Return whether the client is alive: it answers a ping or sends a frame meanwhile."""
-        taken = self.retained.taken
-        return await self._probe(PROBE_TIMEOUT) or self.retained.taken != taken
+        taken = self.session.taken
+        return await self._probe(PROBE_TIMEOUT) or self.session.taken != taken
 
     async def take_over(self, why: PPaaSError) -> None:
         """Displace this socket, and wait until it is detached from the session."""
-        if not self.displaced.done():
-            self.displaced.set_result(why)
+        self.session.displace(why)
         await self._left.wait()
 
     @property
@@ -121,11 +86,10 @@ class Attachment:
         """Whether the socket is detached or the session is over."""
         return self._left.is_set() or self.session.over.done()
 
-    def detach(self) -> None:
-        """Detach the socket from the session."""
+    def detach(self, *, for_good: bool) -> None:
+        """Detach the socket from the session, which is retained for a while unless the client left for good."""
         self._left.set()
-        if self.retained.attachment is self:
-            self.retained.attachment = None
+        self.session.detach(for_good=for_good)
 
 
 def name_of(user: str, request: ConnectRequest) -> str:

@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from engine.rights.globs import split_address
+from engine.rights.roles import Role, role_of
 from engine.sessions.namespaces import parse_namespace
-from engine.sessions.rights.globs import split_address
-from engine.sessions.roles import Role, role_of
 from ppaas.errors import InvalidParameter
 from ppaas.wire.resumption import RESUME, SESSION, ResumptionPoint, parse_name, parse_point
 

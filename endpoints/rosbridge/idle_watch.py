@@ -4,8 +4,8 @@ from collections import Counter
 
 from endpoints.rosbridge.session_registry import SessionRegistry
 from engine.processes.background import repeat
+from engine.service.links.place_link import PlaceLink
 from engine.service.robot_sessions import RobotSessions
-from engine.sessions.place.place_link import PlaceLink
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Idle
 
@@ -52,7 +52,7 @@ class IdleWatch:
         now = self._clock()
         received: Counter[PlaceLink] = Counter()
         for attachment in self._sessions.attachments():
-            received[attachment.retained.place] += 1 + attachment.retained.taken
+            received[attachment.place] += 1 + attachment.session.taken
         before, self._known = self._known, {}
         for place, count in received.items():
             counted, since = before.get(place, (-1, now))

@@ -12,8 +12,8 @@ from endpoints.rosbridge.attachment import Attachment
 from endpoints.rosbridge.session_registry import SessionRegistry
 from endpoints.services.services import Services
 from engine.processes.background import repeat
+from engine.service.links.place_link import PlaceLink
 from engine.service.robot_sessions import RobotSessions
-from engine.sessions.place.place_link import PlaceLink
 from engine.specs.joint_maps import owner_by
 from ppaas.errors import NotAuthenticated, NotFound, NotPermitted, Unavailable
 from storage.records import User
@@ -55,7 +55,7 @@ class RightsWatch:
         joint: set[tuple[str, PlaceLink]] = set()
         for attachment in self._sessions.attachments():
             by_token[attachment.token].append(attachment)
-            place = attachment.retained.place
+            place = attachment.place
             for map_id in self._robots.map_ids(place):
                 by_map[map_id].add((attachment.owner, place))
             joint.add((attachment.owner, place))

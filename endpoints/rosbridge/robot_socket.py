@@ -20,9 +20,8 @@ from endpoints.http.closing import close_with
 from endpoints.http.problems import problem_response
 from endpoints.http.websocket_protocol import connection_of
 from endpoints.rosbridge.admission import admitted
-from endpoints.rosbridge.attachment import Attachment, name_of
+from endpoints.rosbridge.attachment import Attachment, Caller, name_of
 from endpoints.rosbridge.connect_request import parse_connect_request
-from endpoints.rosbridge.held_frames import HeldFrames
 from endpoints.rosbridge.only_robot import only_robot
 from endpoints.rosbridge.session_registry import SessionRegistry
 from endpoints.services.services import Services
@@ -56,36 +55,26 @@ class RobotSocket:
         self._connection = connection_of(socket)
         self._attachment = attachment
         self._session = attachment.session
-        self._frames = HeldFrames(self._take)
         self.left = False
 
     async def run(self) -> None:
         """Carry frames until the client disconnects, its place closes, or another socket takes over its session."""
-        outbox = self._session.outbox
-        self._connection.hand_to(self._frames.take, outbox.flush)
-        outbox.connect(self._connection)
+        session = self._session
+        self._connection.hand_to(session.take, session.flush)
+        session.connect(self._connection)
         left = asyncio.create_task(self._until_left())
         try:
-            ends = (left, self._session.over, self._attachment.displaced)
+            ends = (left, session.over, self._attachment.displaced)
             await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
         finally:
-            self._frames.release()
-            outbox.connect(None)
+            session.connect(None)
             self._connection.hand_to(None)
             left.cancel()
             await asyncio.gather(left, return_exceptions=True)
 
-    def _take(self, frame: str | bytes) -> None:
-        self._attachment.retained.taken += 1
-        try:
-            self._session.take(frame)
-        except Exception as error:
-            logger.exception("%s: serving failed", self._session.name)
-            self._session.closed(PPaaSError(f"internal error: {type(error).__name__}"))
-
     async def _until_left(self) -> None:
         while (message := await self._socket.receive())["type"] != "websocket.disconnect":
-            self._frames.take(content_of(message))  # received before the handshake was answered
+            self._session.take(content_of(message))  # received before the handshake was answered
         self.left = message.get("reason") == LEFT
 
     async def close_with_reason(self) -> None:
@@ -127,14 +116,14 @@ async def serve_robot_socket(socket: WebSocket, services: Services, sessions: Se
         services.cloud.set_limits(user.id, user.limits)
         request, access = await admitted(services, user, request)
         with services.refused_connects.attempt(request.owner or user.id, request.robot, request.role):
-            attachment = await sessions.attach(user.id, token, request, connection.probe, access)
+            attachment = await sessions.attach(Caller(user.id, token, connection.probe), request, access)
     except PPaaSError as error:
         connection.warn(f"refused: {error.slug}: {error}")
         await socket.send_denial_response(problem_response(error))
         return
     carrier = RobotSocket(socket, attachment)
     if request.role == "robot":
-        connection.on_round_trip(attachment.retained.place.note_round_trip)
+        connection.on_round_trip(attachment.place.note_round_trip)
     try:
         await socket.accept(subprotocol=subprotocol_of(socket), headers=attachment.headers)
         await carrier.run()

@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 
 from endpoints.accounts.scoped_user import ScopedUser
-from engine.sessions.rights.access import OWNED, Access
-from engine.sessions.rights.globs import is_in_scope
+from engine.rights.access import OWNED, Access
+from engine.rights.globs import is_in_scope
 from ppaas.errors import NotFound, NotPermitted
 from storage.records import User
 from storage.sharing_records import Share, grantees_of

@@ -9,8 +9,8 @@ from starlette.concurrency import run_in_threadpool
 
 from endpoints.accounts.scoped_user import ScopedUser
 from endpoints.sharing.access import access_of
-from engine.sessions.rights.access import Access
-from engine.sessions.rights.globs import split_address
+from engine.rights.access import Access
+from engine.rights.globs import split_address
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Conflict, NotFound, NotPermitted
 from storage.ports import RobotStore

@@ -19,8 +19,7 @@ from engine.processes.occasional_log import OccasionalLog
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
 from engine.protocols.pending_handshakes import PendingHandshakes
-from engine.protocols.refusals import refusal_of
-from engine.protocols.robot_link import Refusal
+from engine.protocols.refusals import Refusal, refusal_of
 from engine.recorder.recorder_process import NO_RECORDER, Recordings
 from engine.specs.checkpoints import log_name, marks, of_session
 from engine.specs.containers import ContainerSpec

@@ -14,7 +14,7 @@ from multiprocessing.popen_forkserver import Popen
 from pathlib import Path
 
 from engine.agent.layer_jobs import GridFiles, build_here, index_here, make_and_tell
-from engine.protocols.robot_link import Refusal
+from engine.protocols.refusals import Refusal
 from engine.runtimes.fork_server.server import UNKNOWN_STATUS, fork
 from engine.specs.containers import LayerSpec, MapVersion
 from engine.specs.filter_masks import no_grid_in, no_mask

@@ -13,6 +13,7 @@ from typing import Any
 
 import uvloop
 
+from engine.container.clone_sessions import CloneSessions
 from engine.container.current_map import CurrentMap
 from engine.container.endpoint_link import EndpointLink, Stream, dial
 from engine.container.executor import NodeExecutor
@@ -54,7 +55,11 @@ async def run(launch: Launch) -> None:
     plans.ask(machine)
     monitoring = None if attendants is None else attendants.monitoring
     endpoint = EndpointLink(launch.link, stream)
-    container = Container(launch, home, endpoint, machine, notes, monitoring=monitoring)
+    sessions = None if launch.spec.robot is None else CloneSessions(launch.spec, launch.spec.robot)
+    container = Container(
+        launch, home, endpoint, machine, notes,
+        monitoring=monitoring, sessions=None if sessions is None else sessions.host,
+    )  # fmt: skip
     outside, people = FleetBridge(launch, home.graph, machine), PeopleBridge(launch, home, machine)
     follow = MapFollower(current, home, container, machine, outside, notes, monitoring)
     told = _connected(attendants, machine)
@@ -64,9 +69,12 @@ async def run(launch: Launch) -> None:
     await notes.begin(machine)
     try:
         await container.restore_logs()
+        if sessions is not None:
+            sessions.begin(container, endpoint)
         endpoint.write(container.hello(os.getpid()))
         home.attend()
-        await _until_first(container.serve(), container.keep_checkpoints(), container.beat(), _end_of(listening))
+        works = (container.serve(), container.keep_checkpoints(), container.beat(), _end_of(listening))
+        await _until_first(*works, *(() if sessions is None else (sessions.host.attend(),)))
     finally:
         home.close()
         await _closed(endpoint, machine)

@@ -1,4 +1,7 @@
-"""Robot link handler: passes frames to the graph, sends the graph's messages, and saves checkpoints."""
+"""Robot link handler: passes frames to the graph, sends the graph's messages, and saves checkpoints.
+
+A clone serves two links in the same way: that to its endpoint, and that to the sessions of its clients.
+"""
 
 import asyncio
 import logging
@@ -11,12 +14,14 @@ from engine.container.executor import NodeExecutor
 from engine.container.machine_client import MachineClient
 from engine.container.monitor.setup import ContainerMonitor
 from engine.container.node_logs import NodeLogs
+from engine.container.served_link import ServedLink
 from engine.container.shared_plans import PlanningNotes
 from engine.processes.heartbeats import BEAT_PERIOD
 from engine.processes.occasional_log import OccasionalLog
 from engine.protocols import robot_link
 from engine.protocols.refusals import refusal_of
-from engine.specs.containers import LINK_STATE, Launch
+from engine.sessions.host import SessionHost
+from engine.specs.containers import LINK_STATE, SESSIONS_STATE, Launch
 from ppaas.errors import PPaaSError
 from ppaas.messages import decode, encode, type_name
 from ppaas.messages.base.message import Message
@@ -69,6 +74,8 @@ class Container:
         Planning times that are to be reported to the machine.
     monitoring : ContainerMonitor, optional
         Node monitor of a clone.
+    sessions : SessionHost, optional
+        Sessions of the clients of a clone.
     """
 
     def __init__(
@@ -80,17 +87,19 @@ class Container:
         notes: PlanningNotes,
         *,
         monitoring: ContainerMonitor | None = None,
+        sessions: SessionHost | None = None,
     ) -> None:
         self._notes = notes
         self._monitoring = monitoring
+        self._sessions = sessions
         self._launch = launch
         self._home = home
         self._graph = home.graph
         self._endpoint = endpoint
         self._machine = machine
-        self._wanted: set[str] = set()
+        self._remote = ServedLink(endpoint, int(launch.spec.checkpoint.get(LINK_STATE, b"0")))
+        self._links = [self._remote]
         self._taps: dict[str, Callable[[], None]] = {}
-        self._applied = int(launch.spec.checkpoint.get(LINK_STATE, b"0"))
         self._dirty = asyncio.Event()
         self._unsaved = OccasionalLog(logger)
         self._logs = NodeLogs(home.graph, None if monitoring is None else monitoring.logs)
@@ -98,7 +107,15 @@ class Container:
         self._unsent: deque[robot_link.Published] = deque(maxlen=MAX_UNSENT)
         self._graph.watch(self._topic_changed)
         if monitoring is not None:
-            monitoring.changed = lambda: endpoint.write(self._offers())
+            monitoring.changed = lambda: self._write(self._offers())
+
+    def _write(self, frame: robot_link.FromContainer) -> None:
+        for link in self._links:
+            link.end.write(frame)
+
+    def serve_sessions(self, link: ServedLink) -> None:
+        """Serve the link to the sessions of clients, too."""
+        self._links.append(link)
 
     # -- the robot link ------------------------------------------------------------------------------------------------
 
@@ -108,13 +125,13 @@ class Container:
         return robot_link.NodesChanged(services, [node_info(graph, node) for node in graph.nodes.values()])
 
     def hello(self, pid: int) -> robot_link.Hello:
-        """Return the first frame for an endpoint: the topics, services and nodes of this container."""
+        """Return the first frame for a link: the topics, services and nodes of this container."""
         graph, offers = self._graph, self._offers()
         return robot_link.Hello(
             container=self._launch.spec.id,
             secret=self._launch.secret,
             pid=pid,
-            applied=self._applied,
+            applied=self._remote.applied,
             topics=[topic_info(topic) for topic in graph.topics.values()],
             services=offers.services,
             nodes=offers.nodes,
@@ -122,34 +139,40 @@ class Container:
 
     async def serve(self) -> None:
         """Handle frames until an endpoint sends a shutdown."""
-        await self._endpoint.serve(self._take, lambda: self.hello(os.getpid()), self._forget_clients)
+        await self._endpoint.serve(
+            lambda frame: self.take(self._remote, frame), lambda: self.hello(os.getpid()), self._endpoint_lost
+        )
         self._notes.tell(self._machine)
         await self._save()
 
-    def _forget_clients(self) -> None:
-        """Drop all subscriptions; messages on ``published_once`` topics are kept for the next subscriber."""
-        self._wanted.clear()
-        for topic in tuple(self._taps):
-            if topic not in self._graph.topics or not self._graph.topics[topic].published_once:
-                self._taps.pop(topic)()
+    def _endpoint_lost(self) -> None:
+        """Detach the sockets of the endpoint, and drop its subscriptions."""
+        if self._sessions is not None:
+            self._sessions.link_lost(self._endpoint)
+        for topic in tuple(self._remote.wanted):
+            self._unsubscribe(self._remote, topic)
 
-    def _take(self, frame: robot_link.ToContainer) -> bool:
+    def take(self, link: ServedLink, frame: robot_link.ToContainer) -> bool:
+        """Handle a frame of a link; return false if it is the last."""
         match frame:
             case robot_link.Deliver():
-                self._deliver(frame)
+                self._deliver(link, frame)
             case robot_link.Subscribe():
-                self._subscribe(frame.topic, frame.client)
+                self._subscribe(link, frame.topic, frame.client)
             case robot_link.Unsubscribe():
-                self._unsubscribe(frame.topic)
+                self._unsubscribe(link, frame.topic)
             case robot_link.ServiceCall():
-                self._call(frame)
+                self._call(link, frame)
             case robot_link.Shutdown():
                 return False
+            case _:
+                if self._sessions is not None:
+                    self._sessions.take(self._endpoint, frame)
         self._home.attend()
         return True
 
-    def _deliver(self, frame: robot_link.Deliver) -> None:
-        if 0 < frame.sequence <= self._applied:
+    def _deliver(self, link: ServedLink, frame: robot_link.Deliver) -> None:
+        if 0 < frame.sequence <= link.applied:
             return
         if self._monitoring is not None:
             self._monitoring.rates.note(frame.topic, len(frame.payload))
@@ -157,25 +180,25 @@ class Container:
         try:
             self._graph.inject(frame.topic, decode(self._graph.topic(frame.topic).type, frame.payload))
         except PPaaSError as error:
-            self._refuse(frame, error)
+            self._refuse(link, frame, error)
         except Exception as error:
             # Reliable messages are sent again to the next container: one bad message must not cause a crash loop.
             logger.exception("a message on %s caused an internal error in a node", frame.topic)
-            self._refuse(frame, PPaaSError(f"internal error: {type(error).__name__}"))
+            self._refuse(link, frame, PPaaSError(f"internal error: {type(error).__name__}"))
         if frame.sequence:
-            self._applied = frame.sequence
+            link.applied = frame.sequence
             self._dirty.set()
         elif any(node.has_log_change for node in self._graph.nodes_with_logs):
             self._dirty.set()
 
-    def _refuse(self, frame: robot_link.Deliver, error: PPaaSError) -> None:
+    def _refuse(self, link: ServedLink, frame: robot_link.Deliver, error: PPaaSError) -> None:
         refusal = refusal_of(error)
         if self._monitoring is not None:
             self._monitoring.traffic.refuse(frame.topic, str(error), self._graph.elapsed())
-        self._endpoint.write(robot_link.MessageRefused(frame.client, frame.topic, refusal, frame.sequence))
+        link.end.write(robot_link.MessageRefused(frame.client, frame.topic, refusal, frame.sequence))
 
-    def _subscribe(self, topic: str, client: int) -> None:
-        self._wanted.add(topic)
+    def _subscribe(self, link: ServedLink, topic: str, client: int) -> None:
+        link.wanted.add(topic)
         if topic not in self._graph.topics:
             return
         if topic not in self._taps:
@@ -184,46 +207,58 @@ class Container:
             unsent, self._unsent = [*self._unsent], deque(maxlen=MAX_UNSENT)
             self._send_or_keep(unsent)
         elif (last := self._graph.latched(topic)) is not None:
-            self._endpoint.write(robot_link.Published(topic, payload_bytes(last), client))
+            link.end.write(robot_link.Published(topic, payload_bytes(last), client or None))
 
-    def _unsubscribe(self, topic: str) -> None:
-        self._wanted.discard(topic)
-        untap = self._taps.pop(topic, None)
-        if untap is not None:
-            untap()
+    def _unsubscribe(self, link: ServedLink, topic: str) -> None:
+        """End a subscription; messages on ``published_once`` topics are kept for the next subscriber."""
+        link.wanted.discard(topic)
+        if self._is_wanted(topic) or topic not in self._taps:
+            return
+        if topic not in self._graph.topics or not self._graph.topics[topic].published_once:
+            self._taps.pop(topic)()
+
+    def _is_wanted(self, topic: str) -> bool:
+        return any(topic in link.wanted for link in self._links)
 
     def _topic_changed(self, node: Node, name: str, topic: Topic | None) -> None:
-        """Notify the endpoint of a new or removed topic; forward a new one if the endpoint is subscribed to it."""
+        """Tell all links of a new or removed topic; forward a new one to those that are subscribed to it."""
         if topic is None:
             self._taps.pop(name, None)
-            self._endpoint.write(robot_link.TopicRemoved(name))
+            self._write(robot_link.TopicRemoved(name))
             return
-        self._endpoint.write(robot_link.TopicAdded(topic_info(topic), node.name))
-        if name in self._wanted:
+        self._write(robot_link.TopicAdded(topic_info(topic), node.name))
+        if self._is_wanted(name):
             self._taps[name] = self._graph.tap(name, self._forward)
 
     def map_replaced(self) -> None:
-        """Notify the endpoint that only changes of the map were published."""
-        self._endpoint.write(robot_link.MapReplaced())
+        """Tell all links that only changes of the map were published."""
+        self._write(robot_link.MapReplaced())
 
     def _forward(self, topic: str, payload: Payload) -> None:
         kind = self._graph.topics[topic]
         if kind.published_once:
             self._held.append(robot_link.Published(topic, payload_bytes(payload)))
             self._dirty.set()
-        elif (kind.latched and not kind.repeated) or kind.lasting or self._endpoint.waiting <= MAX_WAITING:
-            self._endpoint.write(robot_link.Published(topic, payload_bytes(payload)))
+            return
+        must_arrive = (kind.latched and not kind.repeated) or kind.lasting
+        ends = [link.end for link in self._links if topic in link.wanted]
+        ends = [end for end in ends if must_arrive or end.waiting <= MAX_WAITING]
+        if ends:
+            published = robot_link.Published(topic, payload_bytes(payload))
+            for end in ends:
+                end.write(published)
 
     def _send_or_keep(self, messages: Iterable[robot_link.Published]) -> None:
-        """Send messages on ``published_once`` topics if the endpoint is subscribed; else keep them for it."""
+        """Send messages on ``published_once`` topics to the links that are subscribed; else keep them for the next."""
         for published in messages:
-            if published.topic in self._wanted:
-                self._endpoint.write(published)
-            else:
+            ends = [link.end for link in self._links if published.topic in link.wanted]
+            for end in ends:
+                end.write(published)
+            if not ends:
                 self._unsent.append(published)
 
-    def _call(self, frame: robot_link.ServiceCall) -> None:
-        stream = self._endpoint.stream  # the answer is for this endpoint only
+    def _call(self, link: ServedLink, frame: robot_link.ServiceCall) -> None:
+        stream = self._endpoint.stream if link is self._remote else link.end  # the answer is for this endpoint only
 
         def reply(result: Payload | PPaaSError) -> None:
             if isinstance(result, PPaaSError):
@@ -232,6 +267,9 @@ class Container:
                 answer = robot_link.ServiceAnswer(frame.call, payload_bytes(result))
             stream.write(answer)
 
+        if frame.service == robot_link.LINK_FACTS and self._sessions is not None:
+            stream.write(robot_link.ServiceAnswer(frame.call, self._sessions.link_facts()))
+            return
         try:
             service = self._graph.service(frame.service)
             request = decode(service.type.request, frame.payload)
@@ -271,14 +309,17 @@ class Container:
         self._dirty.clear()
         if self._launch.spec.kind == "planning" or not self._endpoint.is_up:
             return
-        applied, held, self._held = self._applied, self._held, []
+        applied, held, self._held = [(link, link.applied) for link in self._links], self._held, []
         nodes = {checkpoint.node: checkpoint.state for checkpoint in self._graph.checkpoints()}
-        nodes[LINK_STATE] = str(applied).encode()
+        nodes[LINK_STATE] = str(self._remote.applied).encode()
+        if self._sessions is not None:
+            nodes[SESSIONS_STATE] = self._sessions.checkpoint()
         try:
             await self._logs.save(self._machine, nodes)
         except PPaaSError as error:
             self._unsaved.warning("the checkpoint was not saved; it will be tried again: %s", error)
         else:
             self._unsaved.is_over("checkpoints are saved again")
-            self._endpoint.write(robot_link.Ack(applied))
+            for link, sequence in applied:
+                link.end.write(robot_link.Ack(sequence))
         self._send_or_keep(held)  # sent even if the save failed: better twice than never

@@ -17,8 +17,7 @@ import zenoh
 from engine.fabric.inbox import Inbox
 from engine.fabric.request_cache import RequestCache
 from engine.fabric.zenoh_config import RouterCredentials, client_config
-from engine.protocols.refusals import refusal_of
-from engine.protocols.robot_link import Refusal
+from engine.protocols.refusals import Refusal, refusal_of
 from ppaas.clock import monotonic
 from ppaas.errors import InvalidParameter, PPaaSError, Unavailable, rebuild
 

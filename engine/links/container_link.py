@@ -8,6 +8,7 @@ import asyncio
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterable
 from functools import partial
+from typing import Protocol
 
 import msgspec
 
@@ -21,6 +22,19 @@ MAX_WAITING = 1 << 20
 """Size of the send queue of a slow container [bytes] above which messages that need not arrive are dropped."""
 
 
+class Stream(Protocol):
+    """Stream of frames to a container."""
+
+    def write(self, frame: robot_link.ToContainer) -> None:
+        """Queue a frame."""
+        ...
+
+    @property
+    def waiting(self) -> int:
+        """Number of written bytes that are still queued."""
+        ...
+
+
 class ContainerLink(ABC):
     """Link to the current container of a place; passes its frames to the place's clients."""
 
@@ -32,7 +46,7 @@ class ContainerLink(ABC):
         self.topics: dict[str, robot_link.TopicInfo] = {}
         self.services: dict[str, robot_link.ServiceInfo] = {}
         self.nodes: dict[str, robot_link.NodeInfo] = {}
-        self._stream: FrameStream[robot_link.FromContainer] | None = None
+        self._stream: Stream | None = None
         self._ready = asyncio.Event()
         self._closed: PPaaSError | None = None
         self._unacknowledged = Unacknowledged()
@@ -54,16 +68,33 @@ class ContainerLink(ABC):
     def _refused(self, client: int, topic: str, error: PPaaSError, sequence: int) -> None:
         """Notify a client that its message was refused."""
 
-    @abstractmethod
     def _declared(self, topic: str) -> None:
         """Handle a new topic of the clone."""
 
-    @abstractmethod
     def _served(self, services: Collection[str]) -> None:
         """Handle the current services of the clone."""
 
+    def _acknowledged(self, sequence: int) -> None:
+        """Handle that all messages up to a sequence number are in a checkpoint."""
+
     async def serve(self, hello: robot_link.Hello, stream: FrameStream[robot_link.FromContainer]) -> None:
         """Serve a container until it disconnects or is replaced by another."""
+        self.begin(hello, stream)
+
+        def take(frame: robot_link.FromContainer) -> bool:
+            current = self._stream is stream
+            if current:
+                self.take(frame)
+            return current
+
+        try:
+            await stream.each(take)
+        finally:
+            if self._stream is stream:
+                self._lost()
+
+    def begin(self, hello: robot_link.Hello, stream: Stream) -> None:
+        """Begin to serve a container, which may replace another: repeat subscriptions and unacknowledged messages."""
         if self._stream is not None:
             self._lost()
         self._stream, self.pid, self.container = stream, hello.pid, hello.container
@@ -79,19 +110,8 @@ class ContainerLink(ABC):
             stream.write(self._unacknowledged.sent(deliver))
         self._ready.set()
 
-        def take(frame: robot_link.FromContainer) -> bool:
-            current = self._stream is stream
-            if current:
-                self._take(frame)
-            return current
-
-        try:
-            await stream.each(take)
-        finally:
-            if self._stream is stream:
-                self._lost()
-
-    def _take(self, frame: robot_link.FromContainer) -> None:
+    def take(self, frame: robot_link.FromContainer) -> None:
+        """Handle a frame of the container."""
         match frame:
             case robot_link.Published():
                 self._published(frame.topic, frame.payload, frame.client)
@@ -119,6 +139,7 @@ class ContainerLink(ABC):
     def _note(self, frame: robot_link.Ack | robot_link.ContainerBeat) -> None:
         if isinstance(frame, robot_link.Ack):
             self._unacknowledged.acknowledge(frame.sequence)
+            self._acknowledged(self._unacknowledged.own(frame.sequence))
         else:
             self.beats += 1
             self.busy = frame.busy

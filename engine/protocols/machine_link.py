@@ -8,7 +8,7 @@ from typing import Any
 
 import msgspec
 
-from engine.protocols.robot_link import Refusal
+from engine.protocols.refusals import Refusal
 from engine.specs.containers import MapVersion
 from ppaas.plans.history import LinkHistory, PlannerHistory
 from storage.records import CloneLogChange, PlanRecord

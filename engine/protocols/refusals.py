@@ -2,10 +2,18 @@
 
 import logging
 
-from engine.protocols.robot_link import Refusal
+import msgspec
+
 from ppaas.errors import PPaaSError
 
 logger = logging.getLogger(__name__)
+
+
+class Refusal(msgspec.Struct, frozen=True):
+    """An error that is sent to another process."""
+
+    slug: str
+    text: str
 
 
 def refusal_of(error: PPaaSError) -> Refusal:

@@ -6,6 +6,12 @@ endpoint keeps them until the container acknowledges them, and sends them again 
 
 import msgspec
 
+from engine.protocols.refusals import Refusal
+from engine.protocols.session_frames import SessionFromContainer, SessionToContainer
+
+LINK_FACTS = "ppaas/link_facts"
+"""Service of the container of a robot: the facts of the robot's connection, as JSON."""
+
 
 class TopicInfo(msgspec.Struct, frozen=True):
     """A topic of the clone: its ROS type, and whether its last message is stored for later subscribers."""
@@ -29,13 +35,6 @@ class NodeInfo(msgspec.Struct, frozen=True):
     publishes: tuple[str, ...]
     subscribes: tuple[str, ...]
     services: tuple[str, ...]
-
-
-class Refusal(msgspec.Struct, frozen=True):
-    """An error that is sent to another process."""
-
-    slug: str
-    text: str
 
 
 # -- container → endpoint ----------------------------------------------------------------------------------------------
@@ -134,6 +133,7 @@ FromContainer = (
     | Ack
     | ContainerBeat
     | MessageRefused
+    | SessionFromContainer
 )
 
 # -- endpoint → container ----------------------------------------------------------------------------------------------
@@ -173,4 +173,4 @@ class Shutdown(msgspec.Struct, tag="stop"):
     """Store a checkpoint, and exit."""
 
 
-ToContainer = Deliver | Subscribe | Unsubscribe | ServiceCall | Shutdown
+ToContainer = Deliver | Subscribe | Unsubscribe | ServiceCall | Shutdown | SessionToContainer

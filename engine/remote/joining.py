@@ -9,7 +9,7 @@ import logging
 import msgspec
 
 from engine.protocols.framing import FrameStream
-from engine.protocols.robot_link import Refusal
+from engine.protocols.refusals import Refusal
 from engine.protocols.sockets import dial
 from engine.protocols.tls_identity import stranger_context
 from engine.remote.authority import Authority

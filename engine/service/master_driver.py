@@ -27,6 +27,7 @@ from engine.protocols import control_link, robot_link
 from engine.protocols.framing import FrameStream
 from engine.service.administration import Administration
 from engine.service.links.control_server import ControlServer
+from engine.service.links.place_link import PlaceLink
 from engine.service.links.robot_link_server import LinkServer
 from engine.service.listener import CloudListener
 from engine.service.liveness import watch
@@ -35,7 +36,6 @@ from engine.service.order_execution import OrderExecution
 from engine.service.start_times import StartTimes
 from engine.service.view_building import container_view, machine_view
 from engine.service.views import ContainerView, LifelongRobot, MachineView, MappingRobot
-from engine.sessions.place.place_link import PlaceLink
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
 from engine.specs.continued_maps import is_lifelong

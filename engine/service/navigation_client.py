@@ -9,10 +9,10 @@ import secrets
 
 import msgspec
 
+from engine.service.links.place_link import PlaceLink
 from engine.service.views import GoalState, GoalView, RobotState
-from engine.sessions.place.place_link import PlaceLink
 from ppaas.clock import Clock, epoch
-from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded, Unavailable
+from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded
 from ppaas.geometry import Pose2D
 from ppaas.messages import decode, encode
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, Status
@@ -151,7 +151,7 @@ class NavigationClient:
         self._publish(topics.MOVE_BASE_CANCEL.name, GoalID())
 
     def _publish(self, topic: str, message: MoveBaseActionGoal | GoalID) -> int:
-        return self.place.publish(topic, encode(message), self._client, must_arrive=True)
+        return self.place.deliver(topic, encode(message), self._client, must_arrive=True)
 
     def _forget_oldest(self) -> None:
         ended = [goal.id for goal in self._goals.values() if goal.ended is not None]
@@ -203,9 +203,8 @@ class NavigationClient:
         if topic == topics.MOVE_BASE_GOAL.name and goal is not None and goal.ended is None:
             self._end(goal, "rejected", str(error))
 
-    def requested(self, call: int, service: str, payload: bytes) -> None:
-        """Refuse a service call: this client provides no services."""
-        raise Unavailable(f"service {service!r} is not provided here")
+    def acknowledged(self, sequence: int) -> None:
+        """Ignore that messages are in a checkpoint; they are sent again until they are."""
 
     def closed(self, reason: PPaaSError) -> None:
         """End all goals with the place."""

@@ -10,9 +10,9 @@ from engine.master.orders import Adopt, Close, End, Leave, Order, Resize, Start,
 from engine.processes.background import Background
 from engine.protocols import control_link
 from engine.service.links.control_server import ControlServer
+from engine.service.links.place_link import PlaceLink
 from engine.service.links.robot_link_server import LinkServer
 from engine.service.start_times import StartTimes
-from engine.sessions.place.place_link import PlaceLink
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import ContainerSpec
 from engine.specs.robot_frames import base_frame

@@ -10,9 +10,9 @@ import msgspec
 
 from engine.master.places import PlaceRequest, people_key
 from engine.processes.background import repeat
+from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import MasterDriver
 from engine.service.views import PeopleGroupView
-from engine.sessions.place.place_link import PlaceLink
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import PPaaSError, Unavailable
 from ppaas.messages import decode, encode

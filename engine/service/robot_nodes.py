@@ -1,9 +1,12 @@
 """Calls of the clones of robots for REST: homes of their nodes, and the maps that they make."""
 
+import msgspec
+
 from engine.master.places import robot_key
+from engine.protocols.robot_link import LINK_FACTS
+from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import MasterDriver
-from engine.sessions.place.place_link import PlaceLink
-from ppaas.diagnosis.observations.facts import Observations
+from ppaas.diagnosis.observations.facts import LinkFacts, Observations
 from ppaas.diagnosis.observations.serialization import observations_from_json
 from ppaas.errors import Conflict, NotFound, Unavailable
 from ppaas.messages import decode, encode
@@ -129,13 +132,17 @@ class RobotNodes:
             The robot has no container now.
         """
         place = self._place(user, robot)
-        link = place.link_facts()
+        link = await self._link_facts(place)
         if not link.robots:
             return Observations(seconds=0.0, link=link)
         answer = await place.call("diagnostics/observe", encode(ObserveRequest(seconds)), seconds + ANSWER_TIMEOUT)
         seen = observations_from_json(decode(ObserveResponse, answer).observations)
-        seen.link = place.link_facts()
+        seen.link = await self._link_facts(place)
         return seen
+
+    @staticmethod
+    async def _link_facts(place: PlaceLink) -> LinkFacts:
+        return msgspec.json.decode(await place.call(LINK_FACTS, b"{}", ANSWER_TIMEOUT), type=LinkFacts)
 
     async def recorder(self, user: str, robot: str, service: str, request: Message) -> RecorderState:
         """Call a service of the recorder of a robot, ``start``, ``stop`` or ``state``; return its state.

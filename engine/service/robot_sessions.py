@@ -11,8 +11,8 @@ from msgspec.structs import replace
 
 from engine.container.monitor.parameters import with_priorities
 from engine.master.places import PlaceRequest, robot_key
+from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import MasterDriver
-from engine.sessions.place.place_link import PlaceLink
 from engine.specs.containers import MapVersion, RobotConfig
 from engine.specs.continued_maps import continued_map
 from engine.specs.filter_masks import mask_heads

@@ -2,8 +2,8 @@
 
 from engine.master.machine import Machine
 from engine.master.places import Place
+from engine.service.links.place_link import PlaceLink
 from engine.service.views import ContainerView, MachineView
-from engine.sessions.place.place_link import PlaceLink
 from engine.specs.cores import memory
 
 

@@ -7,7 +7,10 @@ import msgspec
 
 from engine.links.open_calls import Outcome
 from engine.sessions.namespaces import namespace_hint
-from engine.sessions.place.place_link import PlaceLink
+from engine.sessions.outbox import Sent
+from engine.sessions.place.client_services import Provider
+from engine.sessions.place.place import Place
+from engine.sessions.posting import Posting
 from engine.sessions.rosapi import introspect
 from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded, UnknownType, rebuild
 from ppaas.messages import service_type
@@ -44,26 +47,32 @@ class ClientCalls:
 
     Parameters
     ----------
-    place : PlaceLink
+    place : Place
         Place of the robot.
     client : int
         Number of the client at the place.
     wire : RosbridgeSession
         Encodes the frames.
     send : callable
-        Called with a frame that must not be dropped, and the size of its fragments [characters].
+        Called with a frame that must not be dropped, the size of its fragments [characters], and what is called once it
+        is sent.
     shortcut : callable
         Called before a call is sent to the place.
+    posting : Posting
+        Knows the origin of the frame that is executed.
     """
 
     def __init__(
         self,
-        place: PlaceLink,
+        place: Place,
         client: int,
         wire: RosbridgeSession,
-        send: Callable[[bytes, int], None],
+        send: Callable[[bytes, int, Sent | None], None],
         shortcut: Shortcut,
+        *,
+        posting: Posting,
     ) -> None:
+        self._posting = posting
         self._place = place
         self._client = client
         self._wire = wire
@@ -84,6 +93,7 @@ class ClientCalls:
     def start(self, operation: CallService) -> None:
         """Start a call; it is always answered by a frame, also if it fails."""
         try:
+            self._posting.check_new()
             if len(self._calls) >= MAX_CALLS:
                 raise QuotaExceeded(f"a client may have at most {MAX_CALLS} pending calls: wait for a response")
             service, arguments = self._wire.names.callee(operation.service), bytes(operation.args)
@@ -112,26 +122,31 @@ class ClientCalls:
 
         def done(outcome: Outcome) -> None:
             self._calls.pop(number, None)
-            self._answer(operation, _spelled(operation, service, outcome))
+            self._answer(operation, _spelled(operation, service, outcome), settle)
 
         arguments = as_object(bytes(operation.args), kind)
         if service in rosapi.PARAMETER_SERVICES:
             arguments = rosapi.without_namespace(arguments, self._wire.names)
-        self._calls[number] = self._place.begin_call(service, arguments, timeout, done)
+        settle = self._posting.unsettled.until_released()
+        try:
+            self._calls[number] = self._place.begin_call(service, arguments, timeout, done)
+        except PPaaSError:
+            settle()
+            raise
 
-    def _answer(self, operation: CallService, outcome: Outcome) -> None:
+    def _answer(self, operation: CallService, outcome: Outcome, sent: Sent | None = None) -> None:
         try:
             if isinstance(outcome, PPaaSError):
                 raise outcome
             frame = self._wire.answer(operation, outcome)
         except PPaaSError as error:
             frame = self._wire.refuse_call(operation, error)
-        self._send(frame, size_of(operation))
+        self._send(frame, size_of(operation), sent)
 
     # -- calls to the client ------------------------------------------------------------------------------------------
 
-    def advertise(self, operation: AdvertiseService) -> None:
-        """Register a service that the client offers.
+    def advertise(self, operation: AdvertiseService, provider: Provider) -> None:
+        """Register a service that the client offers; ``provider`` gets the calls.
 
         Raises
         ------
@@ -141,7 +156,7 @@ class ClientCalls:
         service = self._wire.names.resolve(operation.service)
         if service in rosapi.SERVICES:
             raise Conflict(f"service {service!r} belongs to the cloud: choose another name")
-        self._place.advertise_service(service, ros1_type(operation.type), self._client)
+        self._place.advertise_service(service, ros1_type(operation.type), self._client, provider)
         self._spellings[service] = operation.service
 
     def unadvertise(self, operation: UnadvertiseService) -> None:

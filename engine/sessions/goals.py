@@ -3,8 +3,9 @@
 from collections.abc import Callable
 
 from engine.sessions.namespaces import with_hint
-from engine.sessions.outbox import FrameOutbox
-from engine.sessions.place.place_link import PlaceLink
+from engine.sessions.outbox import FrameOutbox, Sent
+from engine.sessions.place.place import Place
+from engine.sessions.posting import Posting
 from engine.sessions.sent_goals import SentGoals
 from ppaas.clock import monotonic
 from ppaas.errors import NotFound, PPaaSError
@@ -22,7 +23,7 @@ class ClientGoals:
 
     Parameters
     ----------
-    place : PlaceLink
+    place : Place
         Place of the robot.
     client : int
         Number of the client at the place.
@@ -31,23 +32,26 @@ class ClientGoals:
     outbox : FrameOutbox
         Receives feedback.
     send : callable
-        Called with a frame that must not be dropped.
-    count_plan : callable
-        Called before a path is requested; raises ``QuotaExceeded`` if the user has requested too many.
+        Called with a frame that must not be dropped, the size of its fragments, and what is called once it is sent.
+    posting : Posting
+        Publishes the goals.
+    identity : str
+        Name of the session among all sessions of the robot.
     """
 
     def __init__(
-        self, place: PlaceLink, client: int, wire: RosbridgeSession, outbox: FrameOutbox,
-        send: Callable[[bytes], None], *, count_plan: Callable[[], None],
+        self, place: Place, client: int, wire: RosbridgeSession, outbox: FrameOutbox,
+        send: Callable[[bytes, int, Sent | None], None], *, posting: Posting, identity: str,
     ) -> None:  # fmt: skip
         self._place = place
         self._client = client
         self._wire = wire
         self._outbox = outbox
         self._send = send
-        self._count_plan = count_plan
-        self._goals = GoalTracker(f"goal-{client}")
-        self._sent = SentGoals(place, client, outbox, send)
+        self._posting = posting
+        self._goals = GoalTracker(identity)
+        self._settling: dict[str, Sent] = {}
+        self._sent = SentGoals(place, client, outbox, send, posting)
         self._topics: set[str] = set()
 
     def hears(self, topic: str) -> bool:
@@ -64,13 +68,15 @@ class ClientGoals:
                 self._sent.start(operation, name)
                 return
             action = self._find(name, operation.action_type)
-            goal, message = self._goals.send(operation, action, monotonic())
+            self._count(f"{action.topics}/goal")
+            goal, message = self._goals.send(operation, action, monotonic(), self._posting.unsettled.next_name())
         except PPaaSError as error:
-            self._send(refusal(operation, error))
+            self._send(refusal(operation, error), 0, None)
             return
+        self._settling[goal] = self._posting.unsettled.until_released()
         self._update_subscriptions()
         try:
-            self._goals.posted(goal, self._publish(f"{action.topics}/goal", message))
+            self._goals.posted(goal, self._post(f"{action.topics}/goal", message))
         except PPaaSError as error:
             self._forward(self._goals.give_up(goal, error))
 
@@ -94,7 +100,7 @@ class ClientGoals:
         if self._sent.cancel(operation):
             return
         action, message = self._goals.cancel(operation)
-        self._publish(f"{action}/cancel", message)
+        self._post(f"{action}/cancel", message)
 
     def cancel_all(self, service: str, arguments: bytes) -> bytes | None:
         """Cancel all goals of an action, or those up to a stamp, and return the response.
@@ -123,17 +129,19 @@ class ClientGoals:
         if offered:
             self._place.client_actions.cancel_all(action, cancelled_until(message))
         else:
-            self._publish(f"{action}/cancel", message)
+            self._post(f"{action}/cancel", message)
         return cancel_response(0)
 
     def refuse(self, refused: RefusedOperation) -> None:
         """Answer a goal whose frame could not be read."""
-        self._send(refusal(SendActionGoal(refused.name, "", refused.id), refused.error))
+        self._send(refusal(SendActionGoal(refused.name, "", refused.id), refused.error), 0, None)
 
-    def _publish(self, topic: str, message: bytes) -> int:
+    def _count(self, topic: str) -> None:
         if topic in PATH_GOALS:
-            self._count_plan()
-        return self._place.publish(topic, message, self._client, must_arrive=True)
+            self._posting.count_plan()
+
+    def _post(self, topic: str, message: bytes) -> int:
+        return self._posting.post(topic, message, must_arrive=True)
 
     # -- from the place ------------------------------------------------------------------------------------------------
 
@@ -156,7 +164,7 @@ class ClientGoals:
 
     def _forward(self, goal_frame: GoalFrame, topic: str = "") -> None:
         if goal_frame.final:
-            self._send(goal_frame.frame)
+            self._send(goal_frame.frame, 0, self._settling.pop(goal_frame.goal, None))
             self._update_subscriptions()
         else:
             self._outbox.put(topic, goal_frame.frame, DEFAULT_DEPTH)

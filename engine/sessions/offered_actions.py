@@ -5,7 +5,7 @@ from collections.abc import Callable
 import msgspec
 
 from engine.sessions.place.client_actions import GoalEnd
-from engine.sessions.place.place_link import PlaceLink
+from engine.sessions.place.place import Place
 from ppaas.errors import InvalidInput, MalformedMessage, NotFound
 from ppaas.wire.action_frames import cancel_frame, goal_frame
 from ppaas.wire.actions import ABORTED, CANCELED, SUCCEEDED
@@ -23,7 +23,7 @@ class OfferedActions:
 
     Parameters
     ----------
-    place : PlaceLink
+    place : Place
         Place of the robot.
     client : int
         Number of the client at the place.
@@ -33,7 +33,7 @@ class OfferedActions:
         Called with a frame that must not be dropped; raises ``Unavailable`` if the client reads too slowly.
     """
 
-    def __init__(self, place: PlaceLink, client: int, wire: RosbridgeSession, send: Callable[[bytes], None]) -> None:
+    def __init__(self, place: Place, client: int, wire: RosbridgeSession, send: Callable[[bytes], None]) -> None:
         self._place = place
         self._client = client
         self._wire = wire

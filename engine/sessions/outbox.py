@@ -6,6 +6,7 @@ arrive and did not are sent again; see ``docs/adr/0013-sessions-outlive-sockets.
 
 import itertools
 from collections import OrderedDict, defaultdict, deque
+from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 from ppaas.clock import Clock, monotonic
@@ -44,11 +45,16 @@ class Sink(Protocol):
         ...
 
 
+Sent = Callable[[], None]
+"""Called once when a frame is sent, before its connection gets it."""
+
+
 class _QueuedMessage(NamedTuple):
     frame: bytes
     expires: float
     lasts: bool
     fragment_size: int = 0
+    sent: Sent | None = None
 
 
 class FrameOutbox:
@@ -61,6 +67,8 @@ class FrameOutbox:
 
     Attributes
     ----------
+    count : int
+        Number of frames that were sent.
     repeats : bool
         Whether sent frames that must arrive are kept for ``resume``.
     dropped : int
@@ -81,7 +89,7 @@ class FrameOutbox:
         self._whole: _QueuedMessage | None = None
         self._fragmented = itertools.count(1)
         self._sink: Sink | None = None
-        self._count = 0
+        self.count = 0
         self._sent: deque[tuple[int, _QueuedMessage]] = deque()
         self._sent_bytes = 0
         self.repeats = False
@@ -110,8 +118,10 @@ class FrameOutbox:
         policy = policy_of(topic)
         waiting.append(self._add(_QueuedMessage(frame, self._clock() + policy.expiry, policy.lasting, fragment_size)))
 
-    def put_answer(self, frame: bytes, fragment_size: int = 0) -> None:
+    def put_answer(self, frame: bytes, fragment_size: int = 0, sent: Sent | None = None) -> None:
         """Add a frame that must not be dropped: a response, or a status; for ``fragment_size`` see ``put``.
+
+        ``sent`` is called once when the frame is sent.
 
         Raises
         ------
@@ -122,7 +132,7 @@ class FrameOutbox:
             self._make_room()
             if len(self._entries) >= 10 * MAX_KEEP or self._bytes >= MAX_BYTES:
                 raise Unavailable("the client sends requests faster than it reads the responses")
-        self._add(_QueuedMessage(frame, float("inf"), True, fragment_size))
+        self._add(_QueuedMessage(frame, float("inf"), True, fragment_size, sent))
 
     def _add(self, entry: _QueuedMessage) -> int:
         number = next(self._numbers)
@@ -170,6 +180,8 @@ class FrameOutbox:
                 continue
             entry = self._parts.popleft()
             self._note_sent(entry)
+            if entry.sent is not None:
+                entry.sent()
             sink.send_frame(entry.frame)
 
     def _take_next(self) -> None:
@@ -178,13 +190,14 @@ class FrameOutbox:
         self._bytes -= len(entry.frame)
         if self._clock() < entry.expires:
             frames = in_fragments(entry.frame, entry.fragment_size, f"ppaas-{next(self._fragmented)}")
-            self._parts.extend(_QueuedMessage(frame, entry.expires, entry.lasts) for frame in frames)
+            self._parts.extend(_QueuedMessage(frame, entry.expires, entry.lasts) for frame in frames[:-1])
+            self._parts.append(_QueuedMessage(frames[-1], entry.expires, entry.lasts, sent=entry.sent))
             self._whole = entry if len(frames) > 1 else None
 
     def _note_sent(self, entry: _QueuedMessage) -> None:
-        self._count += 1
+        self.count += 1
         if self.repeats and entry.lasts and len(entry.frame) <= MAX_SENT_BYTES:
-            self._sent.append((self._count, entry))
+            self._sent.append((self.count, entry._replace(sent=None)))
             self._sent_bytes += len(entry.frame)
             while len(self._sent) > MAX_SENT or self._sent_bytes > MAX_SENT_BYTES:
                 self._sent_bytes -= len(self._sent.popleft()[1].frame)
@@ -197,7 +210,7 @@ class FrameOutbox:
         received : int
             Number of frames that it received since its session began.
         """
-        self._count = received
+        self.count = received
         while self._parts:
             self._put_first(self._parts.pop())
         while self._sent and self._sent[-1][0] > received:

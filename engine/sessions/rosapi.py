@@ -1,7 +1,9 @@
 """rosapi of a robot's place: topics, services and nodes of its clone and its clients."""
 
+from typing import Protocol
+
+from engine.protocols.robot_link import NodeInfo, ServiceInfo, TopicInfo
 from engine.sessions.heartbeat import HEARTBEAT, HEARTBEAT_TYPE
-from engine.sessions.place.place_link import PlaceLink
 from ppaas.clock import epoch
 from ppaas.wire import rosapi
 from ppaas.wire.names import CLIENTS, NameScope
@@ -11,7 +13,31 @@ ITSELF = "rosapi"
 """Node that offers the services of rosapi."""
 
 
-def view_of(place: PlaceLink, names: NameScope | None = None) -> GraphView:
+class PlaceOffers(Protocol):
+    """What a place offers its clients; names without slashes around them, types by the names of ROS 1."""
+
+    topics: dict[str, TopicInfo]
+    services: dict[str, ServiceInfo]
+    nodes: dict[str, NodeInfo]
+
+    def topic_types(self) -> dict[str, str]:
+        """Return all topics of the clone and of clients, with their types."""
+        ...
+
+    def offered_services(self) -> dict[str, str]:
+        """Return the services of clients and their types."""
+        ...
+
+    def offered_actions(self) -> dict[str, str]:
+        """Return the actions of clients and their types."""
+        ...
+
+    def heard(self) -> frozenset[str]:
+        """Return the topics that clients are subscribed to, whether or not they exist."""
+        ...
+
+
+def view_of(place: PlaceOffers, names: NameScope | None = None) -> GraphView:
     """Return the graph of a place; ``names`` reads the names in a client's requests.
 
     A client need not advertise topics that the clone knows. Topics that the clone subscribes to and none of its nodes
@@ -19,7 +45,7 @@ def view_of(place: PlaceLink, names: NameScope | None = None) -> GraphView:
     """
     clone = {node.name: NodeView(node.publishes, node.subscribes, node.services) for node in place.nodes.values()}
     given = {topic for node in clone.values() for topic in node.publishes} | {HEARTBEAT}
-    topics, offered = place.topic_types(), place.client_services.types()
+    topics, offered = place.topic_types(), place.offered_services()
     if clone:
         topics[HEARTBEAT] = HEARTBEAT_TYPE
     services = {service.name: service.type for service in place.services.values()}
@@ -29,20 +55,20 @@ def view_of(place: PlaceLink, names: NameScope | None = None) -> GraphView:
         epoch(),
         topics,
         services={**offered, **services, **rosapi.SERVICES},
-        actions=place.client_actions.types(),
+        actions=place.offered_actions(),
         nodes=nodes,
         names=names or NameScope(),
     )
 
 
 def introspect(
-    place: PlaceLink, service: str, arguments: bytes, names: NameScope | None = None, *, ros2: bool = False
+    place: PlaceOffers, service: str, arguments: bytes, names: NameScope | None = None, *, ros2: bool = False
 ) -> bytes | None:
     """Return the response of a rosapi service; None if the service is not one of rosapi.
 
     Parameters
     ----------
-    place : PlaceLink
+    place : Place
     service : str
         Name of the service, resolved.
     arguments : bytes

@@ -2,9 +2,10 @@
 
 from collections.abc import Callable
 
-from engine.sessions.outbox import FrameOutbox
+from engine.sessions.outbox import FrameOutbox, Sent
 from engine.sessions.place.client_actions import GoalEnd, GoalListener
-from engine.sessions.place.place_link import PlaceLink
+from engine.sessions.place.place import Place
+from engine.sessions.posting import Posting
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, InvalidInput, QuotaExceeded, UnknownType
 from ppaas.messages.base.message import Message
@@ -22,17 +23,27 @@ class SentGoals:
 
     Parameters
     ----------
-    place : PlaceLink
+    place : Place
         Place of the robot.
     client : int
         Number of the client at the place.
     outbox : FrameOutbox
         Receives feedback.
     send : callable
-        Called with a frame that must not be dropped.
+        Called with a frame that must not be dropped, the size of its fragments, and what is called once it is sent.
+    posting : Posting
+        Knows the origin of the frame that is executed.
     """
 
-    def __init__(self, place: PlaceLink, client: int, outbox: FrameOutbox, send: Callable[[bytes], None]) -> None:
+    def __init__(
+        self,
+        place: Place,
+        client: int,
+        outbox: FrameOutbox,
+        send: Callable[[bytes, int, Sent | None], None],
+        posting: Posting,
+    ) -> None:
+        self._posting = posting
         self._place = place
         self._client = client
         self._outbox = outbox
@@ -53,6 +64,7 @@ class SentGoals:
         PPaaSError
             The goal was not sent.
         """
+        self._posting.check_new()
         if len(self._active) >= MAX_GOALS:
             raise QuotaExceeded(
                 f"a client may have at most {MAX_GOALS} active goals: wait for one to end, or cancel it"
@@ -70,9 +82,10 @@ class SentGoals:
 
         def done(end: GoalEnd) -> None:
             self._active.pop(number, None)
-            self._send(result_frame(operation.action, operation.id, *end))
+            self._send(result_frame(operation.action, operation.id, *end), 0, settle)
 
         number = self._place.client_actions.send(action, payload, epoch(), GoalListener(self._client, feedback, done))
+        settle = self._posting.unsettled.until_released()
         self._active[number] = operation
 
     def cancel(self, operation: CancelActionGoal) -> bool:

@@ -9,17 +9,21 @@ import logging
 from collections.abc import Callable
 from typing import Any
 
+from engine.protocols.session_frames import NumberedFrame
+from engine.rights.access import Access
+from engine.rights.roles import Role, check_may_publish
 from engine.sessions.calls import ClientCalls
+from engine.sessions.frame_taker import FrameTaker
 from engine.sessions.goals import ClientGoals
 from engine.sessions.heartbeat import HEARTBEAT, HEARTBEAT_TYPE, Heartbeat, check_not_heartbeat
 from engine.sessions.namespaces import namespace_hint, with_hint
 from engine.sessions.offered_actions import OfferedActions
-from engine.sessions.outbox import FrameOutbox
+from engine.sessions.outbox import FrameOutbox, Sent
 from engine.sessions.place.client_topics import check_type
-from engine.sessions.place.place_link import PlaceLink
-from engine.sessions.rights.access import Access
-from engine.sessions.roles import Role, check_may_publish
+from engine.sessions.place.place import Place
+from engine.sessions.posting import Posting, Replay
 from engine.sessions.spelling import spelling_at
+from engine.sessions.unsettled import UnsettledFrames
 from ppaas.clock import monotonic
 from ppaas.errors import InvalidInput, NotFound, PPaaSError, rebuild
 from ppaas.nodes.base import DEFAULT_DEPTH
@@ -44,7 +48,7 @@ class ClientSession:
 
     Parameters
     ----------
-    place : PlaceLink
+    place : Place
         Place of the robot.
     role : {"robot", "operator"}
         Role of the client, which limits the topics it may publish.
@@ -53,9 +57,16 @@ class ClientSession:
     name : str
         Name in the log.
     count_plan : callable
-        Called for each path request of the client; raises if the rate is exceeded.
+        Called for each path request of the client; raises if the rate is exceeded, and ``PermitAwaited`` if that is not
+        known yet.
     access : Access
         Rights of the client.
+    identity : str
+        Name of the session among all sessions of the robot, by which its goals are known; by default made up.
+    unsettled : UnsettledFrames, optional
+        Frames that a next container needs.
+    ask : callable
+        Called when an operation waits for a permit; `resume` must follow.
 
     Attributes
     ----------
@@ -69,17 +80,19 @@ class ClientSession:
 
     def __init__(
         self,
-        place: PlaceLink,
+        place: Place,
         role: Role,
         wire: RosbridgeSession,
         name: str,
         count_plan: Callable[[], None] = lambda: None,
         *,
         access: Access,
+        identity: str = "",
+        unsettled: UnsettledFrames | None = None,
+        ask: Callable[[], None] = lambda: None,
     ) -> None:
         self.access = access
         self._place = place
-        self._count_plan = count_plan
         self._role = role
         self._wire = wire
         wire.spelling_of, wire.packer.type_of = spelling_at(place), place.topic_type
@@ -91,9 +104,15 @@ class ClientSession:
         self._heartbeat = Heartbeat(self.published)
         self._client = place.join(self)
         place.health.joined(self._client, role, self.outbox)
-        self._goals = ClientGoals(place, self._client, wire, self.outbox, self._answer, count_plan=count_plan)
+        self.unsettled = unsettled or UnsettledFrames()
+        self._posting = Posting(place, self._client, self.unsettled, count_plan)
+        self._taker = FrameTaker(wire, self._execute, self.unsettled, ask)
+        identity = identity or f"goal-{self._client}"
+        self._goals = ClientGoals(
+            place, self._client, wire, self.outbox, self._answer, posting=self._posting, identity=identity
+        )
         self._actions = OfferedActions(place, self._client, wire, self.outbox.put_answer)
-        self._calls = ClientCalls(place, self._client, wire, self._answer, self._answer_here)
+        self._calls = ClientCalls(place, self._client, wire, self._answer, self._answer_here, posting=self._posting)
         self._handlers = self._handlers_by_operation()
 
     def _handlers_by_operation(self) -> dict[type, Callable[[Any], None]]:
@@ -105,16 +124,15 @@ class ClientSession:
             operations.Unsubscribe: self._unsubscribe,
             operations.CallService: self._calls.start,
             operations.AdvertiseService: self._advertise_service,
-            operations.UnadvertiseService: self._calls.unadvertise,
+            operations.UnadvertiseService: self._unadvertise_service,
             operations.ServiceResponse: self._calls.respond,
             operations.SendActionGoal: self._send_goal,
             operations.CancelActionGoal: self._goals.cancel,
             operations.AdvertiseAction: self._advertise_action,
-            operations.UnadvertiseAction: self._actions.unadvertise,
+            operations.UnadvertiseAction: self._unadvertise_action,
             operations.ActionFeedback: self._actions.feedback,
             operations.ActionResult: self._actions.result,
-            operations.SetLevel: lambda _: None,  # handled by the wire, as are the parts of a frame
-            operations.Fragment: lambda _: None,
+            operations.SetLevel: lambda _: self.unsettled.until_withdrawn(("level",)),  # handled by the wire
             operations.RefusedOperation: self._refuse,
         }
 
@@ -128,14 +146,41 @@ class ClientSession:
 
     # -- from the client -----------------------------------------------------------------------------------------------
 
-    def take(self, frame: str | bytes) -> None:
-        """Execute a frame of the client, ``bytes`` for a binary one; report its errors to the client."""
-        operation = self._wire.receive(frame)
-        if isinstance(operation, operations.RefusedOperation) and operation.parts:
-            for part in operation.parts:
-                self._execute(self._wire.receive(part))
-        else:
-            self._execute(operation)
+    def take(self, frame: NumberedFrame, replay: Replay = "") -> None:
+        """Execute a frame of the client; report its errors to the client.
+
+        Parameters
+        ----------
+        frame : NumberedFrame
+        replay : {"", "sent", "applied"}
+            Origin of the frame. What an earlier container did already is not repeated, and no error is reported.
+        """
+        self._posting.replay = replay
+        try:
+            self._taker.take(frame)
+        finally:
+            self._posting.replay = ""
+
+    def serve(self, frame: NumberedFrame, replay: Replay = "") -> None:
+        """Execute a frame like ``take``; an internal error ends the session."""
+        try:
+            self.take(frame, replay)
+        except Exception as error:
+            logger.exception("%s: serving failed", self.name)
+            self.closed(PPaaSError(f"internal error: {type(error).__name__}"))
+
+    @property
+    def waits(self) -> bool:
+        """Whether an operation waits for a permit."""
+        return self._taker.waits
+
+    def resume(self) -> None:
+        """Execute the operation that waits for a permit, and the frames after it."""
+        self._taker.resume()
+
+    def acknowledged(self, sequence: int) -> None:
+        """Handle that all messages up to a sequence number are in a checkpoint."""
+        self.unsettled.acknowledged(sequence)
 
     def _execute(self, operation: operations.ClientOperation | operations.RefusedOperation) -> None:
         try:
@@ -163,12 +208,24 @@ class ClientSession:
             self._report_error(refused.error, operation_id=refused.id, always=refused.op == "auth")
 
     def _advertise_service(self, operation: operations.AdvertiseService) -> None:
-        self.access.check_publish(self._wire.names.resolve(operation.service))
-        self._calls.advertise(operation)
+        service = self._wire.names.resolve(operation.service)
+        self.access.check_publish(service)
+        self._calls.advertise(operation, self)
+        self.unsettled.until_withdrawn(("service", service))
+
+    def _unadvertise_service(self, operation: operations.UnadvertiseService) -> None:
+        self._calls.unadvertise(operation)
+        self.unsettled.withdrawn("service", self._wire.names.resolve(operation.service))
 
     def _advertise_action(self, operation: operations.AdvertiseAction) -> None:
-        self.access.check_goal(self._wire.names.resolve(operation.action))
+        action = self._wire.names.resolve(operation.action)
+        self.access.check_goal(action)
         self._actions.advertise(operation)
+        self.unsettled.until_withdrawn(("action", action))
+
+    def _unadvertise_action(self, operation: operations.UnadvertiseAction) -> None:
+        self._actions.unadvertise(operation)
+        self.unsettled.withdrawn("action", self._wire.names.resolve(operation.action))
 
     def _send_goal(self, operation: operations.SendActionGoal) -> None:
         try:
@@ -181,7 +238,7 @@ class ClientSession:
     def _answer_here(self, service: str, arguments: bytes) -> bytes | None:
         self.access.check_call(service)
         if service in PATH_SERVICES:
-            self._count_plan()
+            self._posting.count_plan()
         return self._goals.cancel_all(service, arguments)
 
     def _publish(self, operation: operations.Publish) -> None:
@@ -190,10 +247,10 @@ class ClientSession:
         self.access.check_publish(topic)
         check_not_heartbeat(topic)
         if topic in PATH_GOALS:
-            self._count_plan()
+            self._posting.count_plan()
         must_arrive, latch = not policy_of(topic).stream, operation.latch is True
         try:
-            self._place.publish(topic, bytes(operation.msg), self._client, must_arrive=must_arrive, latch=latch)
+            self._posting.post(topic, bytes(operation.msg), must_arrive=must_arrive, latch=latch)
         except NotFound as error:
             raise with_hint(error, topic, self._place.topics) from error
 
@@ -205,9 +262,12 @@ class ClientSession:
         self._place.advertise(
             topic, ros1_type(operation.type), self._client, operation.id, latch=operation.latch is True
         )
+        self.unsettled.until_withdrawn(("topic", topic, operation.id))
 
     def _unadvertise(self, operation: operations.Unadvertise) -> None:
-        self._place.unadvertise(self._wire.names.resolve(operation.topic), self._client, operation.id)
+        topic = self._wire.names.resolve(operation.topic)
+        self._place.unadvertise(topic, self._client, operation.id)
+        self.unsettled.withdrawn("topic", topic, *(() if operation.id is None else (operation.id,)))
 
     def _subscribe(self, operation: operations.Subscribe) -> None:
         topic = self._wire.names.resolve(operation.topic)
@@ -216,6 +276,7 @@ class ClientSession:
                 self.access.check_subscribe(topic)
             kind = ros1_type(operation.type) if operation.type else None
             self._hear(topic, kind)
+            self.unsettled.until_withdrawn(("subscription", topic, operation.id))
         except PPaaSError:
             self._wire.forget(operation)
             self._unsubscribe_if_unused(topic)
@@ -233,13 +294,15 @@ class ClientSession:
 
     def _hear(self, topic: str, kind: str | None) -> None:
         if topic != HEARTBEAT:
-            self._place.subscribe(topic, self._client, kind)
+            self._place.hear(topic, self._client, kind)
             return
         check_type(topic, HEARTBEAT_TYPE, kind or HEARTBEAT_TYPE)
         self._heartbeat.start()
 
     def _unsubscribe(self, operation: operations.Unsubscribe) -> None:
-        self._unsubscribe_if_unused(self._wire.names.resolve(operation.topic))
+        topic = self._wire.names.resolve(operation.topic)
+        self.unsettled.withdrawn("subscription", topic, *(() if operation.id is None else (operation.id,)))
+        self._unsubscribe_if_unused(topic)
 
     def _unsubscribe_if_unused(self, topic: str) -> None:
         if self._wire.hears(topic) or self._goals.hears(topic):
@@ -250,9 +313,9 @@ class ClientSession:
 
     # -- to the client -------------------------------------------------------------------------------------------------
 
-    def _answer(self, frame: bytes, fragment_size: int = 0) -> None:
+    def _answer(self, frame: bytes, fragment_size: int = 0, sent: Sent | None = None) -> None:
         try:
-            self.outbox.put_answer(frame, fragment_size)
+            self.outbox.put_answer(frame, fragment_size, sent)
         except PPaaSError as error:  # a response must not be dropped: the client is disconnected instead
             self.closed(error)
 
@@ -268,7 +331,7 @@ class ClientSession:
     def _report(
         self, error: PPaaSError, level: operations.Level, operation_id: operations.Id, *, always: bool = False
     ) -> None:
-        status = self._wire.status(error, operation_id, level, always=always)
+        status = None if self._posting.replay else self._wire.status(error, operation_id, level, always=always)
         if status is not None:
             self.outbox.put("", status, DEFAULT_DEPTH)
 

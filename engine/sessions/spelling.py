@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from engine.sessions.place.place_link import PlaceLink
+from engine.sessions.place.place import Place
 from ppaas.clock import epoch
 from ppaas.messages.geometry_msgs import Twist
 from ppaas.nodes.topics import policy_of
@@ -11,7 +11,7 @@ from ppaas.wire.stamped_twists import TWIST_STAMPED, stamping
 from ppaas.wire.subscriptions import Respell
 
 
-def spelling_at(place: PlaceLink) -> Callable[[str, str | None], Respell | None]:
+def spelling_at(place: Place) -> Callable[[str, str | None], Respell | None]:
     """Return the function that returns, for a topic of a place and a type, what spells its messages for a client.
 
     Velocities of the clone get a header for a client that names them ``geometry_msgs/TwistStamped``.

@@ -9,6 +9,7 @@ from engine.specs.containers import (
     LOG_STATE,
     ORIGIN_STATE,
     SESSION_STATE,
+    SESSIONS_STATE,
     ContainerSpec,
     MapVersion,
     RobotConfig,
@@ -93,6 +94,7 @@ class CheckpointSelection:
             settings = self._store.map_people(spec.user, spec.map.id).settings
             spec = msgspec.structs.replace(spec, people=settings)
         lasting = spec.people is not None or (spec.user, name) in self._parked
+        idle = (spec.user, name) in self._parked
         self._parked.discard((spec.user, name))
         try:
             checkpoint = self._store.clone(spec.user, name)
@@ -107,6 +109,8 @@ class CheckpointSelection:
             return spec
         # The sequence numbers of a new session start again.
         nodes = checkpoint.nodes | marks(spec, self._instance) | {LINK_STATE: b"0"}
+        if idle:
+            nodes.pop(SESSIONS_STATE, None)  # their clients were disconnected
         nodes[LOG_STATE] = checkpoint.nodes.get(LOG_STATE, checkpoint.nodes.get(SESSION_STATE, b""))
         self._store.save_clone(msgspec.structs.replace(checkpoint, nodes=nodes))
         return _with(spec, nodes)

@@ -18,6 +18,9 @@ SESSION_STATE = "session"
 ORIGIN_STATE = "origin"
 """Key in a checkpoint: its ``Origin``."""
 
+SESSIONS_STATE = "sessions"
+"""Key of the sessions of clients in a checkpoint."""
+
 LINK_STATE = "link"
 """Key in a checkpoint: the last sequence number of the robot link that was applied."""
 

@@ -62,10 +62,11 @@ class _Goal:
 
 @dataclass(frozen=True, slots=True)
 class GoalFrame:
-    """Frame for the client; if ``final``, it is the goal's result and must arrive."""
+    """Frame for the client about a goal; if ``final``, it is the goal's result and must arrive."""
 
     frame: bytes
     final: bool
+    goal: str = ""
 
 
 class GoalTracker:
@@ -98,8 +99,17 @@ class GoalTracker:
 
     # -- requests of the client ----------------------------------------------------------------------------------------
 
-    def send(self, operation: SendActionGoal, action: Action, now: float) -> tuple[str, bytes]:
+    def send(self, operation: SendActionGoal, action: Action, now: float, name: str = "") -> tuple[str, bytes]:
         """Start a goal; return its id and the message for the topic ``goal`` of the action.
+
+        Parameters
+        ----------
+        operation : SendActionGoal
+        action : Action
+        now : float
+            Monotonic time [s].
+        name : str
+            Name that no other goal of the client has; empty to number the goals.
 
         Raises
         ------
@@ -118,7 +128,7 @@ class GoalTracker:
             raise Conflict(f"goal {str(operation.id)[:64]!r} is still active: use a new id for each goal")
         message = action.goal(bytes(operation.args))
         self._count += 1
-        goal_id = f"{self._name}-{self._count}"
+        goal_id = f"{self._name}-{name or self._count}"
         self._goals[goal_id] = _Goal(goal_id, operation, action, SentGoal(message, now))
         return goal_id, _encoder.encode(_ActionGoal(_GoalId(goal_id), msgspec.Raw(message)))
 
@@ -152,7 +162,7 @@ class GoalTracker:
 
     def give_up(self, goal_id: str, error: PPaaSError) -> GoalFrame:
         """End a goal that could not be delivered to its action."""
-        return GoalFrame(refusal(self._goals.pop(goal_id).operation, error), final=True)
+        return GoalFrame(refusal(self._goals.pop(goal_id).operation, error), final=True, goal=goal_id)
 
     def hear(self, topic: str, payload: bytes, now: float) -> Iterator[GoalFrame]:
         """Process a message of one of ``topics``, and yield the frames that it causes for the client.
@@ -208,9 +218,9 @@ class GoalTracker:
         if number == UNKNOWN:
             reason = text or "the goal was lost: its result is not known"
             lost = Unavailable(reason)
-            return GoalFrame(result_frame(operation.action, operation.id, UNKNOWN, lost), final=True)
+            return GoalFrame(result_frame(operation.action, operation.id, UNKNOWN, lost), final=True, goal=goal.id)
         values = _with_client_times(goal.action, goal.action.result(result, status, text))
-        return GoalFrame(result_frame(operation.action, operation.id, number, values), final=True)
+        return GoalFrame(result_frame(operation.action, operation.id, number, values), final=True, goal=goal.id)
 
 
 def _status(status: GoalStatus) -> Status:

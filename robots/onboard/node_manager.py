@@ -91,7 +91,7 @@ class LocalNodes:
         self._config: protocol.CloneConfig | None = None
         self._wanted: dict[str, str] = {}
         self._leases = NodeLeases(self._monitor)
-        self._session = 0
+        self._connection = 0
         self.ready = asyncio.Event()
 
     @property
@@ -126,7 +126,7 @@ class LocalNodes:
         PPaaSError
             The robot's clone has no node monitor, or the client has failed.
         """
-        self._session = self._session_now()
+        self._connection = self._client.connections
         self._config = await self._monitor.tell_robot()
         await self._client.subscribe("node_monitor/homes", ppaas_msgs.NodeHomes, self._on_homes)
         self._client.attach(self._bridge)
@@ -160,22 +160,19 @@ class LocalNodes:
         except TimeoutError:
             return
 
-    async def _check_session(self) -> None:
-        """Register again if the session is new, and keep the nodes that run here.
+    async def _check_connection(self) -> None:
+        """Register again if the connection is new, and keep the nodes that run here.
 
-        The clone may have another node monitor, or the same one, which lost contact because a cloud process was killed.
+        The clone may have another node monitor, or the same one, which lost contact because an endpoint was killed.
         """
-        session = self._session_now()
-        if session == self._session:
+        connection = self._client.connections
+        if connection == self._connection:
             return
         self._config = await self._monitor.tell_robot()
         for known in await self._monitor.list_nodes():
             if known.home == "cloud" and known.node in self._leases:
                 self._wanted[known.node] = (await self.ask(known.node, "robot")).wanted
-        self._session = session
-
-    def _session_now(self) -> int:
-        return self._client.connections - self._client.resumptions
+        self._connection = connection
 
     def _on_homes(self, homes: ppaas_msgs.NodeHomes) -> None:
         self._wanted = {node.node: node.wanted for node in homes.nodes}
@@ -185,7 +182,7 @@ class LocalNodes:
 
     async def _update(self) -> None:
         try:
-            await self._check_session()
+            await self._check_connection()
             await self._leases.report_lost()
             if self._process is not None and not self._process.alive:
                 await self._fail_all("the process of the local nodes has exited")
@@ -282,8 +279,8 @@ class LocalNodes:
             missed = await self._leases.renew(node, states.get(node), heard[node])
             if missed is not None:
                 self._bridge.deliver_missed(node, missed, process)
-            elif self._session_now() != self._session:
-                return  # the answer is of a lost session: register in the new one first
+            elif self._client.connections != self._connection:
+                return  # the answer is of a lost connection: register by the new one first
             else:
                 logger.warning("%s continues in the cloud: its lease expired because renewals arrived too late", node)
                 await process.ask(protocol.Remove(node), protocol.Removed)

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from engine.protocols import robot_link
+from engine.protocols.refusals import Refusal
 from tests.support.endpoints.still_place import POSE, StillClient, StillPlace, answers
 
 LIGHTS = {"service": "/lights", "type": "std_srvs/SetBool"}
@@ -115,7 +116,7 @@ async def test_3_2_8_a_call_that_is_not_answered_in_time_fails(client: StillClie
 async def test_3_2_8_a_service_that_does_not_exist_fails(client: StillClient, place: StillPlace) -> None:
     client.say(op="call_service", service="/nowhere", id="c")
     [call] = place.far.take(robot_link.ServiceCall)
-    place.say(robot_link.ServiceAnswer(call.call, refusal=robot_link.Refusal("not-found", "unknown service")))
+    place.say(robot_link.ServiceAnswer(call.call, refusal=Refusal("not-found", "unknown service")))
     [answer] = await answers(client)
     assert (answer["id"], answer["result"], answer["values"]) == ("c", False, "unknown service")
 
@@ -247,7 +248,7 @@ async def test_3_2_15_the_status_of_a_result_is_that_of_action_msgs(
 async def test_3_2_15_a_goal_that_the_clone_refuses_has_a_result(client: StillClient, place: StillPlace) -> None:
     client.say(**NAVIGATE | {"args": {}}, id="g")  # an orientation of zeros
     [deliver] = place.far.take(robot_link.Deliver)
-    refusal = robot_link.Refusal("invalid-input", "the orientation of a goal is all zero")
+    refusal = Refusal("invalid-input", "the orientation of a goal is all zero")
     place.say(robot_link.MessageRefused(deliver.client, deliver.topic, refusal, deliver.sequence))
     results = [frame for frame in client.received() if frame["op"] == "action_result"]
     assert [(frame["id"], frame["status"], frame["result"]) for frame in results] == [("g", 0, False)]

@@ -34,7 +34,7 @@ GOAL = {"op": "send_action_goal", "action": "/move_base", "action_type": "move_b
     "frame", ["", "x", "[]", "7", "null", '{"id": "a"}', '{"op": 7}', '{"op": null}', '{"op": "x"}']
 )
 async def test_1_a_message_is_an_object_with_a_known_op(client: StillClient, frame: str) -> None:
-    client.session.take(frame)
+    client.send(frame)
     error_of(client.received())
 
 
@@ -108,9 +108,9 @@ async def test_1_a_goal_that_cannot_be_read_ends_with_one_result_with_its_id(
 async def test_1_several_messages_in_one_frame_are_each_taken(client: StillClient, between: str) -> None:
     """As rosbridge_suite does; but a message must not be spread over frames, other than by ``fragment``."""
     frames = [CALL | {"id": 1}, {"op": "publish", "topic": "/nowhere", "id": 2}, CALL | {"id": 3}]
-    client.session.take(between.join(map(json.dumps, frames)))
+    client.send(between.join(map(json.dumps, frames)))
     assert [frame["id"] for frame in client.received()] == [1, 2, 3]
-    client.session.take(json.dumps(CALL)[:10])
+    client.send(json.dumps(CALL)[:10])
     error_of(client.received())
 
 
@@ -142,7 +142,7 @@ async def test_a_client_that_tries_to_log_in_is_told_how_whatever_its_status_lev
     """
     silent = StillClient(place, level="none")
     mac = {"mac": "19d9", "client": "c", "dest": "d", "rand": "r", "t": 0, "level": "admin", "end": 0}
-    silent.session.take(json.dumps({"op": "auth", "id": 4} | mac))
+    silent.send(json.dumps({"op": "auth", "id": 4} | mac))
     frame = error_of(silent.received())
     assert frame["id"] == 4
     for way in ("Authorization: Bearer TOKEN", "ws://USER:TOKEN@HOST", "ticket", "&token=TOKEN"):
@@ -283,20 +283,20 @@ async def test_3_4_8_a_long_response_comes_in_fragments(client: StillClient, pla
 
 
 async def test_3_1_a_binary_frame_is_json(client: StillClient) -> None:
-    client.session.take(json.dumps(CALL).encode())
+    client.send(json.dumps(CALL).encode())
     assert client.received()[0]["result"] is True
-    client.session.take(b"\xff\xfe{")
+    client.send(b"\xff\xfe{")
     assert "must be JSON in UTF-8, CBOR" in error_of(client.received())["msg"]
 
 
 async def test_3_1_bson_is_refused_by_its_name(client: StillClient) -> None:
-    client.session.take(b"\x12\0\0\0\x02op\0\x05\0\0\0stop\0\0")
+    client.send(b"\x12\0\0\0\x02op\0\x05\0\0\0stop\0\0")
     assert "BSON is not supported" in error_of(client.received())["msg"]
 
 
 @pytest.mark.parametrize("mark", ["\ufeff", "\ufeff \n", ""])
 async def test_3_1_a_byte_order_mark_and_white_space_are_skipped(client: StillClient, mark: str) -> None:
-    client.session.take(mark + json.dumps(CALL) + "\r\n")
+    client.send(mark + json.dumps(CALL) + "\r\n")
     assert client.received()[0]["result"] is True
 
 
@@ -307,7 +307,7 @@ async def test_3_1_a_byte_order_mark_and_white_space_are_skipped(client: StillCl
 async def test_3_1_numbers_that_are_not_finite_are_null(
     client: StillClient, place: StillPlace, word: str, value: float | None
 ) -> None:
-    client.session.take(f'{{"op": "publish", "topic": "/goal", "msg": {{"a": [{word}, NaN]}}}}')
+    client.send(f'{{"op": "publish", "topic": "/goal", "msg": {{"a": [{word}, NaN]}}}}')
     assert client.received() == []
     assert delivered(place) == [("goal", {"a": [value, None]})]
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from engine.sessions.place.place_link import PlaceLink
+from engine.service.links.place_link import PlaceLink
 from ppaas.errors import MalformedMessage
 from ppaas.messages import decode
 from ppaas.messages.base.std_msgs import Header

@@ -5,6 +5,7 @@ from typing import Any
 import pytest
 
 from engine.protocols import robot_link
+from engine.protocols.refusals import Refusal
 from tests.support.endpoints.still_place import StillClient, StillPlace, delivered, error_of, says
 
 # -- 3.2.1 Advertise, 3.2.2 Unadvertise --------------------------------------------------------------------------------
@@ -96,7 +97,7 @@ async def test_3_2_3_a_message_that_does_not_conform_is_an_error_of_its_sender(
     other.say(op="subscribe", topic="/goal")
     client.say(op="publish", topic="/goal", msg={"data": 1}, id="p")
     [message] = place.far.take(robot_link.Deliver)
-    refusal = robot_link.Refusal("malformed-message", "not a String")
+    refusal = Refusal("malformed-message", "not a String")
     place.say(robot_link.MessageRefused(message.client, "goal", refusal, message.sequence))
     error_of(client.received())
     assert other.received() == []

@@ -22,8 +22,8 @@ from endpoints.audit.files import FILES, MAX_SIZE
 from endpoints.audit.flood_guard import PER_KEY
 from endpoints.services.services import Services
 from engine.master.places import robot_key
+from engine.rights.roles import Role, check_may_publish
 from engine.service import robot_navigation
-from engine.sessions.roles import Role, check_may_publish
 from ppaas.errors import NotPermitted
 from ppaas.geometry import Pose2D, poses_along
 from ppaas.mapping.serialization.mapping_file import pack_mapping

@@ -15,9 +15,9 @@ from endpoints.rest.robots.robot_shares import MAX_SHARES
 from endpoints.rest.users.schemas import MAX_GROUPS, MAX_LIFETIME
 from endpoints.services.services import Services
 from engine.master.places import robot_key
+from engine.rights.globs import MAX_GLOBS
+from engine.rights.services import CONFIGURING
 from engine.service import robot_navigation
-from engine.sessions.rights.globs import MAX_GLOBS
-from engine.sessions.rights.services import CONFIGURING
 from ppaas.geometry import Pose2D
 from ppaas.mapping.serialization.mapping_file import pack_mapping
 from storage.memory.maps import MemoryMapStore

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from endpoints.rest.maps.map_programs import be_program
-from engine.sessions.rights.globs import matches
+from engine.rights.globs import matches
 from ppaas.errors import Unavailable
 from ppaas.recording.copying import McapCopy
 from storage.disk_errors import disk_errors

@@ -21,7 +21,7 @@ from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.services.services import Services
 from endpoints.sharing.access import access_of
 from endpoints.sharing.shared_robots import ReachedRobot, own_robots, reach, robots_shared_with
-from engine.sessions.rights.globs import split_address
+from engine.rights.globs import split_address
 from engine.specs.filter_masks import mask_heads, no_mask
 from ppaas.errors import Conflict, InvalidParameter, NotFound
 from ppaas.maps.new_map import new_map_id

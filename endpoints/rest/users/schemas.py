@@ -7,7 +7,7 @@ from pydantic import ConfigDict, Field, model_validator
 from endpoints.accounts.accounts import TOKEN_LIFETIME
 from endpoints.rest.names import Name
 from endpoints.rest.schemas import Number, RequestBody, ResponseBody, TopicGlobs
-from engine.sessions.rights.globs import MAX_GLOBS, ROBOT_GLOB
+from engine.rights.globs import MAX_GLOBS, ROBOT_GLOB
 from storage.records import Role
 from storage.sharing_records import ALL, TokenRole, TokenScope
 

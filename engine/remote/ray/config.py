@@ -2,7 +2,7 @@
 
 import msgspec
 
-from engine.protocols.robot_link import Refusal
+from engine.protocols.refusals import Refusal
 
 
 class WatchConfig(msgspec.Struct, frozen=True):

@@ -13,7 +13,7 @@ import sys
 
 import msgspec
 
-from engine.protocols.robot_link import Refusal
+from engine.protocols.refusals import Refusal
 from engine.remote.ray.cluster import RayCluster
 from engine.remote.ray.config import WatchAnswer, WatchConfig, WatchRefused, WatchStarted
 from engine.remote.ray.supervisor import Supervisor

@@ -4,6 +4,7 @@ from typing import Any
 
 from engine.container.robot_link_handler import topic_info
 from engine.protocols import robot_link
+from engine.protocols.refusals import Refusal
 from ppaas.errors import PPaaSError
 from ppaas.messages.base.message import Message
 from ppaas.messages.codec import decode, encode
@@ -50,7 +51,7 @@ class DrivenPlace(StillPlace):
         try:
             graph.inject(frame.topic, decode(graph.topics[frame.topic].type, frame.payload))
         except PPaaSError as error:
-            refusal = robot_link.Refusal(error.slug, str(error))
+            refusal = Refusal(error.slug, str(error))
             self.say(robot_link.MessageRefused(frame.client, frame.topic, refusal, frame.sequence))
 
     def _call(self, frame: robot_link.ServiceCall) -> None:

@@ -11,12 +11,12 @@ from msgspec import Raw
 
 from engine.master.machine import Machine
 from engine.master.quotas import Quotas
+from engine.service.links.place_link import PlaceLink
 from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from engine.service.plan_rate import PlanRate
 from engine.service.robot_navigation import RobotNavigation
 from engine.service.view_building import machine_view
 from engine.service.views import ContainerView, LifelongRobot, MachineView, MappingRobot, PeopleGroupView
-from engine.sessions.place.place_link import PlaceLink
 from engine.specs.containers import ContainerSpec, MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.diagnosis.observations.facts import Observations

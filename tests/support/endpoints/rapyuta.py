@@ -7,21 +7,22 @@ from typing import Any
 
 import msgspec
 
-from endpoints.http.websocket_protocol import Probe
 from endpoints.rapyuta.endpoints import EndpointTable
 from endpoints.rapyuta.executor import Executor
 from endpoints.rapyuta.robot import Identity, Robot
-from endpoints.rosbridge.attachment import Attachment, RetainedSession
+from endpoints.rosbridge.attachment import Attachment, Caller
 from endpoints.rosbridge.connect_request import ConnectRequest
 from endpoints.services.services import Services
 from engine.protocols import robot_link
-from engine.sessions.rights.access import Access
-from engine.sessions.session import ClientSession
+from engine.protocols.refusals import Refusal
+from engine.protocols.session_frames import SessionClient, SessionOptions
+from engine.rights.access import Access
+from engine.service.links.carried_session import CarriedSession
 from ppaas.errors import NotFound, PPaaSError
 from ppaas.messages import decode, encode, rosapi
 from ppaas.nodes.parameter_server.tree import ParameterTree, read_value
 from ppaas.wire.rapyuta.answers import Frames
-from ppaas.wire.rosbridge import RosbridgeSession
+from tests.support.endpoints.still_link import StillLink
 from tests.support.endpoints.still_place import StillPlace
 from tests.support.network.still_socket import BINARY, sent
 
@@ -61,7 +62,7 @@ class ClonePlace(StillPlace):
         except PPaaSError as error:
             answer = error
         if isinstance(answer, PPaaSError):
-            self.say(robot_link.ServiceAnswer(call.call, refusal=robot_link.Refusal(answer.slug, str(answer))))
+            self.say(robot_link.ServiceAnswer(call.call, refusal=Refusal(answer.slug, str(answer))))
         else:
             self.say(robot_link.ServiceAnswer(call.call, answer))
 
@@ -88,21 +89,26 @@ class StillSessions:
     attached: list[Attachment] = field(default_factory=list)
     opened: list[str] = field(default_factory=list)
 
-    async def attach(self, user: str, token: str, request: ConnectRequest, probe: Probe, access: Access) -> Attachment:
+    def __post_init__(self) -> None:
+        self.link = StillLink(self.place)
+
+    async def attach(self, caller: Caller, request: ConnectRequest, access: Access) -> Attachment:
         await asyncio.sleep(0)
         if self.refusals:
             raise self.refusals.pop(0)
         self.opened.append(request.robot)
-        session = ClientSession(self.place, request.role, RosbridgeSession("error"), request.robot, access=access)
-        retained = RetainedSession(session, self.place, None)
-        attachment = Attachment(retained, request, user, token, probe, resumed=False)
+        if self.link.still is not self.place:
+            self.link = StillLink(self.place)
+        client = SessionClient(caller.user, request.owner or caller.user, request.robot, request.role)
+        session = CarriedSession(self.link, client, SessionOptions("error"), access)
+        attachment = Attachment(session, self.link, request, caller)
+        session.attach()
         self.attached.append(attachment)
         return attachment
 
     def detach(self, attachment: Attachment, *, for_good: bool) -> None:
         assert for_good
-        attachment.detach()
-        attachment.session.end()
+        attachment.detach(for_good=True)
         self.attached.remove(attachment)
 
 

@@ -23,7 +23,7 @@ from engine.service.master_driver import MasterDriver
 from engine.service.robot_sessions import RobotSessions
 from engine.specs.checkpoints import CheckpointSelection
 from tests.support.endpoints.serving import serve
-from tests.support.engine.fake_machine import FakeMachine, FarContainer
+from tests.support.engine.played_container import PlayedContainer, PlayingMachine
 from tests.support.storage import records
 
 PASSWORD = "correct horse"
@@ -33,7 +33,7 @@ KEY = "robot:ann/tb1"
 class World:
     """Cloud on a real port whose containers are played by the test."""
 
-    def __init__(self, services: Services, service: MasterDriver, machine: FakeMachine, token: str) -> None:
+    def __init__(self, services: Services, service: MasterDriver, machine: PlayingMachine, token: str) -> None:
         self.services = services
         self.service = service
         self.machine = machine
@@ -60,7 +60,7 @@ class World:
             yield client
 
     @asynccontextmanager
-    async def robot(self, **query: str) -> AsyncIterator[tuple[ClientConnection, FarContainer]]:
+    async def robot(self, **query: str) -> AsyncIterator[tuple[ClientConnection, PlayedContainer]]:
         """Connect a robot, and start its container."""
         connecting = asyncio.ensure_future(connect(self.url(**query), open_timeout=10))
         container = await self.machine.boot(await self.machine.started())
@@ -79,18 +79,17 @@ async def robot_world(folder: Path, services: Services) -> AsyncIterator[World]:
         Master(FirstFit(), services.cloud.quotas), CheckpointSelection(services.store), folder, "secret"
     )
     await service.start()
-    machine = await FakeMachine.join(folder)
+    machine = await PlayingMachine.join(folder)
     await service.wait_for_machine(10)
     made = World(services, service, machine, await services.accounts.login("ann", PASSWORD))
     app = create_app(services)
     app.router.routes.append(WebSocketRoute("/", made.endpoint))
     async with serve(app) as made.port:
         yield made
-        made.clients.close()
         await made.sessions.close()
         await service.close()
         await machine.leave()
-    assert made.clients._retained == {}
+    assert made.machine.away == 0
     assert made.clients._attachments == set()
     assert made.sessions._clients == {}
     assert made.sessions._robots == set()
@@ -119,7 +118,7 @@ async def closed(client: ClientConnection) -> tuple[int, str]:
     return client.close_code, client.close_reason
 
 
-async def next_of(container: FarContainer, kind: type[Any]) -> Any:
+async def next_of(container: PlayedContainer, kind: type[Any]) -> Any:
     """Return the next frame of this kind that a container receives."""
     while not isinstance(frame := await container.next(), kind):
         assert frame is not None

@@ -1,17 +1,18 @@
 """Place without sockets whose container is played by the test."""
 
+import itertools
 import json
 from collections.abc import Callable
-from typing import Any, cast
+from typing import Any
 
 import cbor2
 import msgspec
 
 from engine.protocols import robot_link
-from engine.protocols.framing import FrameStream
-from engine.sessions.place.place_link import PlaceLink
-from engine.sessions.rights.access import Access
-from engine.sessions.roles import Role
+from engine.protocols.session_frames import NumberedFrame
+from engine.rights.access import Access
+from engine.rights.roles import Role
+from engine.sessions.place.place import Place
 from engine.sessions.session import ClientSession
 from ppaas.wire.binary.packing import Packer
 from ppaas.wire.names import NameScope
@@ -54,20 +55,20 @@ class StillStream:
         return found
 
 
-class StillPlace(PlaceLink):
+class StillPlace(Place):
     """Place that has a container from the start."""
 
     def __init__(self) -> None:
         super().__init__("robot:ann/tb1")
         self.far = StillStream()
-        self._stream = cast(FrameStream[robot_link.FromContainer], self.far)
+        self._stream = self.far
         self.topics = {topic.name: topic for topic in TOPICS}
         self.services = {service.name: service for service in HELLO_SERVICES}
         self.nodes = {node.name: node for node in HELLO_NODES}
 
     def say(self, frame: robot_link.FromContainer) -> None:
         """Deliver a frame of the container."""
-        self._take(frame)
+        self.take(frame)
 
     def publish_json(self, topic: str, message: Any) -> None:
         """Deliver a message published by the container."""
@@ -79,7 +80,7 @@ class StillClient:
 
     def __init__(
         self,
-        place: PlaceLink,
+        place: Place,
         role: Role = "robot",
         level: str = "info",
         count_plan: Callable[[], None] = lambda: None,
@@ -87,10 +88,17 @@ class StillClient:
     ) -> None:
         wire = RosbridgeSession(level, names, Packer(serialize=serialize))  # type: ignore[arg-type]
         self.session = ClientSession(place, role, wire, role, count_plan, access=Access.of_owner("tb1"))
+        self._numbers = itertools.count(1)
 
     def say(self, **frame: Any) -> None:
         """Send a frame."""
-        self.session.take(json.dumps(frame))
+        self.send(json.dumps(frame))
+
+    def send(self, content: str | bytes) -> None:
+        """Send the content of a frame, ``bytes`` for a binary one."""
+        binary = isinstance(content, bytes)
+        body = content if isinstance(content, bytes) else content.encode(errors="replace")
+        self.session.take(NumberedFrame(next(self._numbers), body, binary))
 
     def received(self) -> list[dict[str, Any]]:
         """Return the frames sent to the client since the last call."""

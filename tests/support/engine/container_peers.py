@@ -9,6 +9,7 @@ from engine.container.machine_client import MachineClient
 from engine.container.robot_link_handler import Container
 from engine.container.shared_plans import PlanningNotes
 from engine.protocols import machine_link, robot_link
+from engine.protocols.refusals import Refusal
 from engine.specs.containers import ContainerSpec, Launch
 from ppaas.messages import decode
 from ppaas.messages.std_srvs import TriggerResponse
@@ -53,7 +54,7 @@ class ContainerPeers:
         assert isinstance(answer, robot_link.ServiceAnswer)
         return decode(TriggerResponse, answer.payload).message
 
-    async def checkpoint(self, refusal: robot_link.Refusal | None = None) -> dict[str, bytes]:
+    async def checkpoint(self, refusal: Refusal | None = None) -> dict[str, bytes]:
         """Return the next checkpoint, and confirm it."""
         save = await receive(self.machine)
         assert isinstance(save, machine_link.SaveClone)

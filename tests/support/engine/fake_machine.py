@@ -2,6 +2,7 @@
 
 import asyncio
 from pathlib import Path
+from typing import Self
 
 import msgspec
 
@@ -43,7 +44,7 @@ class FakeMachine:
         cores: int = 2,
         carries: tuple[control_link.RunningContainer, ...] = (),
         release: str = __version__,
-    ) -> "FakeMachine":
+    ) -> Self:
         """Register with the master."""
         stream = await dial_control(run_dir / "control.sock")
         stream.write(register(machine, secret, cores, carries, release))

@@ -4,9 +4,9 @@ import asyncio
 import socket
 from typing import Any
 
+from engine.links.shared_link import SharedLink
 from engine.protocols import robot_link
 from engine.protocols.framing import FrameStream
-from engine.sessions.place.place_link import PlaceLink
 from ppaas.errors import PPaaSError
 
 TOPICS = [
@@ -28,6 +28,7 @@ class RecordingClient:
         self.refused_numbers: list[int] = []
         self.calls: list[tuple[int, str, bytes]] = []
         self.reasons: list[PPaaSError] = []
+        self.acknowledgements: list[int] = []
         self.news = asyncio.Event()
 
     def published(self, topic: str, payload: bytes) -> None:
@@ -42,6 +43,9 @@ class RecordingClient:
     def requested(self, call: int, service: str, payload: bytes) -> None:
         self.calls.append((call, service, payload))
         self.news.set()
+
+    def acknowledged(self, sequence: int) -> None:
+        self.acknowledgements.append(sequence)
 
     def closed(self, reason: PPaaSError) -> None:
         self.reasons.append(reason)
@@ -61,7 +65,7 @@ class FakeContainer:
         self.serving = serving
 
     @classmethod
-    async def dial(cls, place: PlaceLink, name: str, applied: int = 0) -> "FakeContainer":
+    async def dial(cls, place: SharedLink, name: str, applied: int = 0) -> "FakeContainer":
         """Connect a container to a place link; ``applied`` is the last message in its checkpoint."""
         ours, theirs = socket.socketpair()
         near: FrameStream[robot_link.FromContainer] = FrameStream(
@@ -75,7 +79,7 @@ class FakeContainer:
         return cls(far, asyncio.create_task(place.serve(hello, near)))
 
     @classmethod
-    async def ready(cls, place: PlaceLink, name: str) -> "FakeContainer":
+    async def ready(cls, place: SharedLink, name: str) -> "FakeContainer":
         """Connect a container to a place link, and wait until the place is ready."""
         container = await cls.dial(place, name)
         await place.ready(5)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import msgspec
 
-from engine.protocols.robot_link import Refusal
+from engine.protocols.refusals import Refusal
 from engine.remote.ray.config import WatchConfig, WatchRefused, WatchStarted
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from endpoints.clients.place_client import MAX_WAITING
 from engine.protocols import robot_link
+from engine.protocols.refusals import Refusal
 from ppaas.errors import NotFound, QuotaExceeded
 from tests.support.endpoints.rapyuta import ClonePlace, StillRobot, error_in
 from tests.support.endpoints.still_place import StillClient, answers, delivered
@@ -95,7 +96,7 @@ async def test_what_the_clone_refuses_is_told(created: StillRobot, place: CloneP
     await created.joined("goal", "Subscriber", STRING, "/goal")
     await created.send("goal", STRING, {"data": "x"})
     [message] = place.far.take(robot_link.Deliver)
-    place.say(robot_link.MessageRefused(message.client, "goal", robot_link.Refusal("invalid-input", "no such room")))
+    place.say(robot_link.MessageRefused(message.client, "goal", Refusal("invalid-input", "no such room")))
     assert error_in(created.received()) == "Invalid Request: no such room"
 
 

@@ -15,6 +15,7 @@ from endpoints.http.closing import MAX_REASON
 from endpoints.rosbridge import session_registry
 from endpoints.rosbridge.only_robot import MAX_LISTED
 from engine.protocols import control_link, robot_link
+from engine.protocols.refusals import Refusal
 from engine.sessions import session
 from engine.sessions.calls import MAX_CALLS
 from engine.sessions.outbox import FrameOutbox
@@ -119,7 +120,7 @@ async def test_a_launch_error_of_the_container_is_returned_unchanged(world: Worl
     refused = asyncio.create_task(refusal(world.url()))
     order = await world.machine.started()
     error = NotFound("model", "toaster", ["turtlebot2"])
-    world.machine.tell(control_link.LaunchFailed(order.spec.id, robot_link.Refusal(error.slug, str(error))))
+    world.machine.tell(control_link.LaunchFailed(order.spec.id, Refusal(error.slug, str(error))))
     status, problem = await refused
     assert (status, problem["detail"]) == (404, "unknown model 'toaster'; known: turtlebot2")
 
@@ -179,7 +180,7 @@ async def test_status_messages_are_sent_once_the_client_requests_them(world: Wor
         await say(robot, op="publish", topic="/goal", msg={})
         refused = await next_of(container, robot_link.Deliver)
         container.stream.write(
-            robot_link.MessageRefused(refused.client, "goal", robot_link.Refusal("malformed-message", "no data"))
+            robot_link.MessageRefused(refused.client, "goal", Refusal("malformed-message", "no data"))
         )
         assert (await hear(robot))["msg"] == "malformed-message: no data"
 
@@ -190,9 +191,9 @@ async def test_warnings_logged_for_one_client_are_bounded(world: World, caplog: 
         client = (await next_of(container, robot_link.Deliver)).client
         for number in range(3 * MAX_LOGGED):
             container.stream.write(
-                robot_link.MessageRefused(client, f"t{number}", robot_link.Refusal("not-found", "unknown topic"))
+                robot_link.MessageRefused(client, f"t{number}", Refusal("not-found", "unknown topic"))
             )
-        container.stream.write(robot_link.MessageRefused(client, "end", robot_link.Refusal("conflict", "the end")))
+        container.stream.write(robot_link.MessageRefused(client, "end", Refusal("conflict", "the end")))
         while "the end" not in (await hear(robot))["msg"]:
             pass
         warnings = [r for r in caplog.records if r.name == session.__name__ and r.levelno == logging.WARNING]
@@ -231,6 +232,7 @@ async def test_calls_are_bounded_and_answered_or_failed(world: World) -> None:
             "op": "service_response", "service": "/make_plan", "id": "1", "result": True, "values": {"plan": 1},
         }  # fmt: skip
         await world.machine.kill(container)
+        await world.machine.boot(await world.machine.started())
         failed = [await hear(robot) for _ in range(MAX_CALLS - 1)]
         assert all(not answer["result"] and "lost" in answer["values"] for answer in failed)
 
@@ -277,7 +279,7 @@ async def test_a_place_closed_during_the_handshake_is_reported(world: World, mon
 async def test_a_client_that_does_not_read_its_answers_is_disconnected(
     world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(self: FrameOutbox, frame: str, fragment_size: int) -> None:
+    def full(self: FrameOutbox, frame: str, fragment_size: int, sent: object) -> None:
         raise Unavailable("the client reads too slowly")
 
     async with world.robot() as (robot, container):

@@ -9,13 +9,14 @@ from typing import Any
 import pytest
 from websockets.asyncio.client import ClientConnection, connect
 
-from endpoints.rosbridge import attachment, session_registry
+from endpoints.rosbridge import attachment
 from endpoints.rosbridge.robot_socket import TAKEN_OVER
 from engine.protocols import robot_link
+from engine.sessions import host
 from ppaas.errors import Unavailable
 from ppaas.wire.resumption import ID_HEADER, LEFT, STATE_HEADER, TAKEN_HEADER
 from tests.support.endpoints.robot_world import KEY, World, closed, hear, next_of, refusal, say
-from tests.support.engine.fake_machine import FarContainer
+from tests.support.engine.played_container import PlayedContainer
 from tests.support.waiting import until
 
 LONG = 1000.0
@@ -29,12 +30,11 @@ async def world(world: World) -> World:
 
 
 @asynccontextmanager
-async def robot(world: World, **query: str) -> AsyncIterator[tuple[ClientConnection, FarContainer]]:
+async def robot(world: World, **query: str) -> AsyncIterator[tuple[ClientConnection, PlayedContainer]]:
     """Connect a robot with a session; at the end no session is retained."""
     async with world.robot(session="mine", **query) as (client, container):
         yield client, container
         world.linger(0.0)
-    world.clients.close()
     await world.service.close_place(KEY, Unavailable("the test is over"))
 
 
@@ -47,10 +47,10 @@ def session_headers(client: ClientConnection) -> tuple[str, str, int]:
 
 async def cut_off(world: World, client: ClientConnection) -> None:
     client.transport.abort()
-    await until(lambda: world.clients.away)
+    await until(lambda: world.machine.away)
 
 
-async def publish(container: FarContainer, topic: str, **message: Any) -> None:
+async def publish(container: PlayedContainer, topic: str, **message: Any) -> None:
     container.stream.write(robot_link.Published(topic, json.dumps(message).encode()))
 
 
@@ -88,7 +88,7 @@ async def test_an_expired_command_is_not_sent_after_a_reconnect(world: World) ->
         await next_of(container, robot_link.Subscribe)
         await cut_off(world, first)
         await publish(container, "cmd_vel", linear={"x": 1.0})
-        (retained,) = world.clients._retained.values()
+        (retained,) = container.host._named.values()
         outbox = retained.session.outbox
         await until(lambda: len(outbox))
         outbox._clock = lambda: float("inf")
@@ -105,7 +105,7 @@ async def test_a_connection_without_a_session_name_is_not_retained(world: World)
         assert STATE_HEADER not in first.response.headers
         first.transport.abort()
         await until(lambda: len(list(world.clients.attachments())) == 1)
-        assert world.clients.away == 0
+        assert world.machine.away == 0
 
 
 async def test_sessions_differ_by_name_and_role(world: World) -> None:
@@ -180,7 +180,7 @@ async def test_resuming_resends_lasting_frames_and_reports_those_received(world:
             assert session_headers(again) == ("resumed", session, 2)
             assert (await hear(again))["id"] == "1"
             again.transport.abort()
-            await until(lambda: world.clients.away)
+            await until(lambda: world.machine.away)
         async with world.connected(session="mine", resume=f"{session}.2") as third:
             assert session_headers(third) == ("resumed", session, 2)
             await publish(container, "goal", data="next")
@@ -211,7 +211,7 @@ async def test_a_session_is_retained_no_longer_than_the_linger(world: World) -> 
             await next_of(container, robot_link.Subscribe)
             operator.transport.abort()
             assert (await next_of(container, robot_link.Unsubscribe)).topic == "goal"
-        assert world.clients.away == 0
+        assert world.machine.away == 0
 
 
 async def test_a_client_that_states_it_left_is_not_retained(world: World) -> None:
@@ -220,28 +220,28 @@ async def test_a_client_that_states_it_left_is_not_retained(world: World) -> Non
         await next_of(container, robot_link.Subscribe)
         await operator.close(reason=LEFT)
         assert (await next_of(container, robot_link.Unsubscribe)).topic == "goal"
-        assert world.clients.away == 0
+        assert world.machine.away == 0
 
 
 async def test_the_oldest_detached_session_ends_if_there_are_too_many(
     world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(session_registry, "MAX_AWAY", 2)
+    monkeypatch.setattr(host, "MAX_AWAY", 2)
     async with robot(world):
         for number in range(4):
             async with world.connected("operator", session=f"s{number}") as operator:
                 operator.transport.abort()
             await until(
-                lambda n=number: len(list(world.clients.attachments())) == 1 and world.clients.away == min(n + 1, 2)
+                lambda n=number: len(list(world.clients.attachments())) == 1 and world.machine.away == min(n + 1, 2)
             )
-        assert [key.name for key in world.clients._retained if key.role == "operator"] == ["s2", "s3"]
+        assert [key.name for key in world.machine.containers[0].host._named if key.role == "operator"] == ["s2", "s3"]
 
 
 async def test_a_detached_session_ends_with_its_place(world: World) -> None:
     async with robot(world) as (first, _):
         await cut_off(world, first)
         await world.service.close_place(KEY, Unavailable("over"))
-        await until(lambda: world.clients.away == 0)
+        await until(lambda: world.machine.away == 0)
 
 
 async def test_reconnecting_to_another_place_starts_a_new_session(world: World) -> None:

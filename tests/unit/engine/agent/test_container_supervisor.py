@@ -15,7 +15,7 @@ from engine.agent.container_supervisor import ContainerSupervisor, FollowedMap
 from engine.agent.map_cache import MapCache
 from engine.protocols import control_link, machine_link
 from engine.protocols.framing import FrameStream
-from engine.protocols.robot_link import Refusal
+from engine.protocols.refusals import Refusal
 from engine.specs.containers import ContainerSpec, LayerSpec, MapVersion
 from ppaas.errors import InvalidMap, NotFound, Unavailable
 from ppaas.maps.cell_rectangle import Rectangle

@@ -8,7 +8,7 @@ import pytest
 from engine.container.machine_client import MachineClient
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
-from engine.protocols.robot_link import Refusal
+from engine.protocols.refusals import Refusal
 from ppaas.errors import NotPermitted, Unavailable
 from tests.support.engine.engine_links import pair, receive
 

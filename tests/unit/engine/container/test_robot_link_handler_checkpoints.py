@@ -9,6 +9,7 @@ import pytest
 
 from engine.protocols import robot_link
 from engine.protocols.framing import FrameStream
+from engine.protocols.refusals import Refusal
 from engine.specs.containers import LINK_STATE
 from ppaas.messages.base.std_msgs import String
 from ppaas.nodes.base import Node, Payload, Topic
@@ -105,9 +106,9 @@ async def test_result_without_an_endpoint_is_sent_to_the_next_subscriber(
 async def test_message_is_acknowledged_after_its_checkpoint(peers: ContainerPeers) -> None:
     keeping = asyncio.create_task(peers.container.keep_checkpoints())
     peers.endpoint.write(say("one", 1))
-    nodes = await peers.checkpoint(robot_link.Refusal("unavailable", "the disk is full"))
+    nodes = await peers.checkpoint(Refusal("unavailable", "the disk is full"))
     while nodes[LINK_STATE] != b"1":
-        nodes = await peers.checkpoint(robot_link.Refusal("unavailable", "the disk is full"))
+        nodes = await peers.checkpoint(Refusal("unavailable", "the disk is full"))
     assert await peers.heard() == "one"  # and no Ack arrived before this answer
     assert (await peers.checkpoint())["echo"] == b"one"
     assert await receive(peers.endpoint) == robot_link.Ack(1)
@@ -131,9 +132,9 @@ class Ending(Node):
         return self.received
 
 
-@pytest.mark.parametrize("refusal", [None, robot_link.Refusal("unavailable", "the disk is full")])
+@pytest.mark.parametrize("refusal", [None, Refusal("unavailable", "the disk is full")])
 async def test_result_is_published_after_the_checkpoint_was_tried(
-    peers: ContainerPeers, refusal: robot_link.Refusal | None
+    peers: ContainerPeers, refusal: Refusal | None
 ) -> None:
     peers.home.graph.add(Ending)
     keeping = asyncio.create_task(peers.container.keep_checkpoints())

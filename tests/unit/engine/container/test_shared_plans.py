@@ -10,7 +10,7 @@ from engine.container.machine_client import MachineClient
 from engine.container.shared_plans import PlanningNotes, SharedPlans
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
-from engine.protocols.robot_link import Refusal
+from engine.protocols.refusals import Refusal
 from ppaas.geometry import Pose2D
 from ppaas.plans.history import LinkHistory, bucket_of, computed_row, failed_row
 from ppaas.plans.reuse.measured_times import Times

@@ -12,6 +12,7 @@ from engine.master.master import Master
 from engine.master.places import CRASH_LIMIT
 from engine.master.quotas import Quota, Quotas
 from engine.protocols import control_link, robot_link
+from engine.protocols.refusals import Refusal
 from engine.service.master_driver import MasterDriver
 from engine.service.views import LifelongRobot, MappingRobot
 from engine.specs.checkpoints import CheckpointSelection
@@ -260,7 +261,7 @@ async def test_container_that_can_never_start_closes_its_place(
     place.join(client)
     order = await machine.started()
     error = NotFound("model", "toaster", ["turtlebot2"])
-    refusal = robot_link.Refusal(error.slug, str(error))
+    refusal = Refusal(error.slug, str(error))
     if reported_by == "machine":
         machine.tell(control_link.LaunchFailed(order.spec.id, refusal))
     else:
@@ -279,9 +280,7 @@ async def test_crash_loop_closes_the_place_with_the_reason(
     place = service.open_place(robot_request())
     for _ in range(CRASH_LIMIT + 1):
         order = await machine.started()
-        machine.tell(
-            control_link.LaunchFailed(order.spec.id, robot_link.Refusal("unavailable", "no room in shared memory"))
-        )
+        machine.tell(control_link.LaunchFailed(order.spec.id, Refusal("unavailable", "no room in shared memory")))
     with pytest.raises(Unavailable, match="no room in shared memory"):
         await place.ready(10)
     assert_forgotten(service)
@@ -394,7 +393,7 @@ async def test_reports_about_unknown_containers_change_nothing(service: MasterDr
     for event in (
         control_link.Exited("c99", 0),
         control_link.Launched("c99", 1),
-        control_link.LaunchFailed("c99", robot_link.Refusal("not-found", "")),
+        control_link.LaunchFailed("c99", Refusal("not-found", "")),
         control_link.Launched(order.spec.id, 77),
     ):
         machine.tell(event)

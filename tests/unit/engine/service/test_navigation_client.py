@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from engine.protocols import robot_link
+from engine.protocols.refusals import Refusal
 from engine.service.navigation_client import MAX_ACTIVE, MAX_ENDED, SETTLED, NavigationClient
 from ppaas.clock import ManualClock
 from ppaas.errors import Conflict, NotFound, QuotaExceeded, Unavailable
@@ -101,7 +102,7 @@ async def test_a_goal_that_the_clone_refuses_is_rejected_with_its_reason(
 ) -> None:
     goal = client.send(Pose2D(4.0, 1.5))
     [deliver] = place.far.take(robot_link.Deliver)
-    refusal = robot_link.Refusal("invalid-input", "the goal is outside the map")
+    refusal = Refusal("invalid-input", "the goal is outside the map")
     place.say(robot_link.MessageRefused(deliver.client, deliver.topic, refusal, deliver.sequence))
     assert (client.goal(goal.id).state, client.goal(goal.id).text) == ("rejected", "the goal is outside the map")
 
@@ -155,5 +156,3 @@ async def test_a_client_that_left_hears_nothing(place: StillPlace, client: Navig
     client.leave()
     place.publish_json("amcl_pose", {"header": HEADER, "pose": {"pose": POSE}})
     assert client.state().pose is None and place.heard() == frozenset()
-    with pytest.raises(Unavailable, match="not provided"):
-        client.requested(1, "doors", b"{}")

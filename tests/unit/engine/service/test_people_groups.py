@@ -12,6 +12,7 @@ from engine.master.master import Master
 from engine.master.places import PlaceRequest
 from engine.master.quotas import Quota, Quotas
 from engine.protocols import control_link, robot_link
+from engine.protocols.refusals import Refusal
 from engine.service.listener import CloudListener
 from engine.service.master_driver import MasterDriver
 from engine.service.people_groups import LINGER, LONGEST_RETRY, RETRY, PeopleGroups
@@ -200,7 +201,7 @@ async def test_coordinators_end_with_their_map(groups: Groups) -> None:
 async def test_a_coordinator_whose_settings_it_refuses_is_tried_again_once_they_change(
     groups: Groups, machine: FakeMachine
 ) -> None:
-    refused = robot_link.Refusal("invalid-input", "no rule 'guess'")
+    refused = Refusal("invalid-input", "no rule 'guess'")
     machine.tell(control_link.LaunchFailed((await ordered(groups, machine)).spec.id, refused))
     await until(lambda: not groups.is_open())
     await groups.after(0.0)

@@ -4,6 +4,7 @@ import msgspec
 import pytest
 
 from engine.master.places import robot_key
+from engine.protocols.robot_link import LINK_FACTS
 from engine.service.robot_nodes import RobotNodes
 from ppaas.diagnosis.observations.facts import LinkFacts, Observations
 from ppaas.errors import Conflict, NotFound, Unavailable
@@ -107,11 +108,10 @@ class WatchedPlace(FakePlace):
         self.robots = robots
 
     async def call(self, service: str, payload: bytes, timeout: float) -> bytes:
+        if service == LINK_FACTS:
+            return msgspec.json.encode(LinkFacts(robots=self.robots))
         self.calls.append((service, payload))
         return encode(ObserveResponse(msgspec.json.encode(Observations(seconds=2.0, base="base")).decode()))
-
-    def link_facts(self) -> LinkFacts:
-        return LinkFacts(robots=self.robots)
 
 
 @pytest.mark.parametrize(("robots", "seconds", "calls"), [(1, 2.0, 1), (0, 0.0, 0)])

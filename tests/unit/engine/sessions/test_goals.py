@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from engine.protocols import robot_link
+from engine.protocols.refusals import Refusal
 from ppaas.wire.cancel_goal import UNKNOWN_GOAL_ID
 from tests.support.endpoints.still_place import POSE, StillClient, StillPlace, answers
 
@@ -63,7 +64,7 @@ async def test_a_goal_keeps_the_subscriptions_of_its_client(place: StillPlace, c
 async def test_a_goal_refused_by_the_clone_ends_with_the_reason(place: StillPlace, client: StillClient) -> None:
     client.say(**GOAL)
     _, sequence = goal_of(place)
-    place.say(robot_link.MessageRefused(1, "move_base/goal", robot_link.Refusal("transform", "no frame"), sequence))
+    place.say(robot_link.MessageRefused(1, "move_base/goal", Refusal("transform", "no frame"), sequence))
     result, status_frame = client.received()
     assert (result["status"], result["result"], result["values"]) == (0, False, "no frame")
     assert status_frame["msg"] == "transform: no frame"

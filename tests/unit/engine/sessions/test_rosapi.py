@@ -10,8 +10,11 @@ import pytest
 from engine.links.open_calls import Done
 from engine.protocols import robot_link
 from engine.sessions.calls import ClientCalls
-from engine.sessions.place.place_link import PlaceLink
+from engine.sessions.outbox import Sent
+from engine.sessions.place.place import Place
+from engine.sessions.posting import Posting
 from engine.sessions.rosapi import introspect, view_of
+from engine.sessions.unsettled import UnsettledFrames
 from ppaas.errors import Conflict, PPaaSError
 from ppaas.wire.operations import AdvertiseService, CallService
 from ppaas.wire.rosbridge import RosbridgeSession
@@ -33,7 +36,7 @@ class Client:
 @pytest.fixture
 async def place():
     """Return a place whose container has sent its hello."""
-    made = PlaceLink("robot:ann/tb1")
+    made = Place("robot:ann/tb1")
     near, far = await pair(robot_link.FromContainer, robot_link.ToContainer)
     serving = asyncio.create_task(made.serve(hello("c1", ""), near))
     await made.ready(5)
@@ -42,18 +45,24 @@ async def place():
     await serving
 
 
-def ask(place: PlaceLink, service: str, /, **arguments: str) -> dict[str, object]:
+def _calls(place: Place, send: Callable[[bytes, int, Sent | None], None]) -> ClientCalls:
+    client = place.join(Client())
+    posting = Posting(place, client, UnsettledFrames(), lambda: None)
+    return ClientCalls(place, client, RosbridgeSession(), send, lambda *_: None, posting=posting)
+
+
+def ask(place: Place, service: str, /, **arguments: str) -> dict[str, object]:
     answer = introspect(place, f"rosapi/{service}", json.dumps(arguments).encode())
     assert answer is not None
     decoded: dict[str, object] = json.loads(answer)
     return decoded
 
 
-async def test_rosapi_lists_the_clone_its_clients_and_itself(place: PlaceLink) -> None:
+async def test_rosapi_lists_the_clone_its_clients_and_itself(place: Place) -> None:
     client = place.join(Client())
     place.advertise("chatter", "std_msgs/String", client, None, latch=False)
-    place.advertise_service("wave", "std_srvs/Trigger", client)
-    place.subscribe("cmd_vel", client)
+    place.advertise_service("wave", "std_srvs/Trigger", client, Client())
+    place.hear("cmd_vel", client)
     assert ask(place, "nodes")["nodes"] == ["/move_base", "/rosapi", "/rosbridge_websocket"]
     assert ask(place, "publishers", topic="/cmd_vel")["publishers"] == ["/move_base"]
     assert ask(place, "publishers", topic="/chatter")["publishers"] == ["/rosbridge_websocket"]
@@ -67,22 +76,22 @@ async def test_rosapi_lists_the_clone_its_clients_and_itself(place: PlaceLink) -
     assert "/wave" not in ask(place, "services")["services"]
 
 
-async def test_services_outside_rosapi_are_not_answered(place: PlaceLink) -> None:
+async def test_services_outside_rosapi_are_not_answered(place: Place) -> None:
     assert introspect(place, "make_plan", b"{}") is None
     assert introspect(place, "rosapi/get_param", b"{}") is None
 
 
 async def test_a_place_without_a_container_lists_only_its_own_nodes() -> None:
-    view = view_of(PlaceLink("robot:ann/tb1"))
+    view = view_of(Place("robot:ann/tb1"))
     assert (dict(view.topics), list(view.nodes)) == ({}, ["rosapi", "rosbridge_websocket"])
 
 
-async def test_clients_call_rosapi_and_cannot_advertise_its_services(place: PlaceLink) -> None:
+async def test_clients_call_rosapi_and_cannot_advertise_its_services(place: Place) -> None:
     frames: asyncio.Queue[str] = asyncio.Queue()
-    send: Callable[[bytes, int], None] = lambda frame, _: frames.put_nowait(frame)  # noqa: E731
-    calls = ClientCalls(place, place.join(Client()), RosbridgeSession(), send, lambda *_: None)
+    send: Callable[[bytes, int, Sent | None], None] = lambda frame, *_: frames.put_nowait(frame)  # noqa: E731
+    calls = _calls(place, send)
     with pytest.raises(Conflict, match="belongs to the cloud"):
-        calls.advertise(AdvertiseService("/rosapi/topics", "rosapi/Topics"))
+        calls.advertise(AdvertiseService("/rosapi/topics", "rosapi/Topics"), Client())
     calls.start(CallService("/rosapi/get_time", "1"))
     calls.start(CallService("rosapi/message_details", "2", msgspec.Raw(b'{"type": "no/Such"}')))
     decoded = {frame["id"]: frame for frame in [json.loads(await asyncio.wait_for(frames.get(), 5)) for _ in range(2)]}
@@ -101,11 +110,11 @@ async def test_clients_call_rosapi_and_cannot_advertise_its_services(place: Plac
     ],
 )
 async def test_names_of_parameters_are_those_of_the_ros_that_the_client_names(
-    place: PlaceLink, kind: str | None, names: list[str], monkeypatch: pytest.MonkeyPatch
+    place: Place, kind: str | None, names: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     frames: list[bytes] = []
-    send: Callable[[bytes, int], None] = lambda frame, _: frames.append(frame)  # noqa: E731
-    calls = ClientCalls(place, place.join(Client()), RosbridgeSession(), send, lambda *_: None)
+    send: Callable[[bytes, int, Sent | None], None] = lambda frame, *_: frames.append(frame)  # noqa: E731
+    calls = _calls(place, send)
 
     def call(service: str, payload: bytes, timeout: float, done: Done) -> Callable[[], object]:
         done(b'{"names":["/move_base/a","/b"]}')

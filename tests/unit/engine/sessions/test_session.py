@@ -117,7 +117,7 @@ async def test_a_throttled_topic_still_delivers_the_last_message(place: StillPla
 async def test_an_outbox_full_of_answers_disconnects_its_client(
     client: StillClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(self: FrameOutbox, frame: str, fragment_size: int) -> None:
+    def full(self: FrameOutbox, frame: str, fragment_size: int, sent: object) -> None:
         raise Unavailable("full")
 
     monkeypatch.setattr(FrameOutbox, "put_answer", full)
@@ -134,7 +134,7 @@ async def test_refused_operations_of_the_robot_are_noted_at_its_place_by_topic()
     robot, operator = StillClient(place, names=NameScope(["tb1"])), StillClient(place, "operator")
     robot.say(op="publish", topic="/tb1/lidar", msg={})
     operator.say(op="publish", topic="/elsewhere", msg={})
-    robot.session.take("not JSON")
+    robot.send("not JSON")
     assert set(place.link_facts().refused) == {"lidar", ""}
     assert "unknown topic 'lidar'" in place.link_facts().refused["lidar"]
 

@@ -64,7 +64,7 @@ async def test_no_frame_breaks_the_cloud_or_disturbs_another(frames: list[str | 
     place = StillPlace()
     bystander, client = Bystander(place), StillClient(place)
     for frame in frames:
-        client.session.take(frame)
+        client.send(frame)
         await asyncio.sleep(0)
         for call in place.far.take(robot_link.ServiceCall):
             place.say(robot_link.ServiceAnswer(call.call, b"{}"))

@@ -29,7 +29,7 @@ class FakeCloud:
 
     def __init__(self) -> None:
         self.config = CONFIG
-        self.connections, self.resumptions = 1, 0
+        self.connections = 1
         self.reports: list[ppaas_msgs.TellRobotRequest] = []
         self.asked: list[str] = []
         self.lease = self.leases = 0
@@ -200,7 +200,6 @@ async def test_nothing_is_requested_from_a_monitor_that_knows_the_nodes(cloud: F
     await drives_itself(cloud, manager)
     cloud.connections += 1
     await until(lambda: len(cloud.reports) == 2)
-    cloud.connections, cloud.resumptions = cloud.connections + 1, 1  # a resumed session gets no report
     await asyncio.sleep(0.02)
     assert (cloud.asked, cloud.lease, len(cloud.reports)) == ([""], 1, 2)
     assert manager.running == {"move_base"}

@@ -9,7 +9,7 @@ import msgspec
 import pytest
 
 from engine.protocols import control_link
-from engine.protocols.robot_link import Refusal
+from engine.protocols.refusals import Refusal
 from engine.service.links.control_server import ControlServer
 from ppaas.errors import PPaaSError, Unavailable
 from tests.support.engine.engine_links import connection, dial_control, receive, register

@@ -9,6 +9,7 @@ import pytest
 
 from engine.protocols import robot_link
 from engine.protocols.framing import FrameStream
+from engine.protocols.refusals import Refusal
 from engine.service.links.robot_link_server import LinkServer
 from ppaas.errors import NotFound, rebuild
 from tests.support.engine.engine_links import connection, dial_link, hello, receive
@@ -66,7 +67,7 @@ async def test_expected_container_is_welcomed_and_served(server: LinkServer, wel
         hello("c1", ""),
         hello("c1", "schlüssel"),
         hello("c2", "s1"),
-        robot_link.ContainerFailed("c1", "wrong", robot_link.Refusal("not-found", "")),
+        robot_link.ContainerFailed("c1", "wrong", Refusal("not-found", "")),
         robot_link.Ack(1),
     ],
     ids=["wrong secret", "no secret", "odd secret", "unknown container", "failed with wrong secret", "no hello"],
@@ -131,7 +132,7 @@ async def test_container_failure_is_reported_with_its_reason(server: LinkServer,
     server.expect("c1", "s1")
     stream = await dial_link(server.path)
     error = NotFound("model", "toaster", ["turtlebot2"])
-    stream.write(robot_link.ContainerFailed("c1", "s1", robot_link.Refusal(error.slug, str(error))))
+    stream.write(robot_link.ContainerFailed("c1", "s1", Refusal(error.slug, str(error))))
     assert await receive(stream) is None
     (failed,) = welcomes.failures
     rebuilt = rebuild(failed.refusal.slug, failed.refusal.text)

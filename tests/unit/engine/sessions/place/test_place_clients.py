@@ -5,18 +5,19 @@ import asyncio
 import pytest
 
 from engine.protocols import robot_link
-from engine.sessions.place.place_link import PlaceLink
+from engine.protocols.refusals import Refusal
+from engine.sessions.place.place import Place
 from ppaas.errors import Conflict, NotFound, NotPermitted, Unavailable
 from tests.support.engine.place_peers import FakeContainer, RecordingClient
 from tests.support.waiting import until
 
 
 async def test_subscription_before_the_advertisement_gets_the_messages() -> None:
-    place = PlaceLink("robot:a/r")
+    place = Place("robot:a/r")
     listener = RecordingClient()
     subscriber, publisher = place.join(listener), place.join(RecordingClient())
     container = await FakeContainer.ready(place, "c1")
-    place.subscribe("chatter", subscriber, "std_msgs/String")
+    place.hear("chatter", subscriber, "std_msgs/String")
     assert place.topic_type("chatter") is None
     with pytest.raises(NotFound, match="known: goal, map"):
         place.publish("chatter", b"{}", publisher, must_arrive=True)
@@ -29,13 +30,13 @@ async def test_subscription_before_the_advertisement_gets_the_messages() -> None
 
 
 async def test_topic_of_the_clone_keeps_its_type_and_recipient() -> None:
-    place = PlaceLink("robot:a/r")
+    place = Place("robot:a/r")
     client = place.join(RecordingClient())
     container = await FakeContainer.ready(place, "c1")
     with pytest.raises(Conflict, match="has type std_msgs/String"):
         place.advertise("goal", "std_msgs/Bool", client, None, latch=False)
     with pytest.raises(Conflict, match="has type nav_msgs/OccupancyGrid"):
-        place.subscribe("map", client, "std_msgs/String")
+        place.hear("map", client, "std_msgs/String")
     place.advertise("goal", "std_msgs/String", client, None, latch=False)
     place.unadvertise("goal", client, None)
     assert place.publish("goal", b"{}", client, must_arrive=True) == 1
@@ -45,7 +46,7 @@ async def test_topic_of_the_clone_keeps_its_type_and_recipient() -> None:
 
 
 async def test_clone_takes_over_a_topic_of_a_client() -> None:
-    place = PlaceLink("robot:a/r")
+    place = Place("robot:a/r")
     client = place.join(RecordingClient())
     container = await FakeContainer.ready(place, "c1")
     place.advertise("tf_view", "tf2_msgs/TFMessage", client, None, latch=True)
@@ -61,13 +62,13 @@ async def test_clone_takes_over_a_topic_of_a_client() -> None:
 
 
 async def test_call_reaches_the_client_that_advertises_the_service() -> None:
-    place = PlaceLink("robot:a/r")
+    place = Place("robot:a/r")
     provider = RecordingClient()
     number, caller = place.join(provider), place.join(RecordingClient())
     container = await FakeContainer.ready(place, "c1")
     with pytest.raises(Conflict, match="provided by the clone"):
-        place.advertise_service("make_plan", "nav_msgs/GetPlan", number)
-    place.advertise_service("lights", "std_srvs/SetBool", number)
+        place.advertise_service("make_plan", "nav_msgs/GetPlan", number, provider)
+    place.advertise_service("lights", "std_srvs/SetBool", number, provider)
     assert place.service_type("lights") == "std_srvs/SetBool"
     asked = asyncio.create_task(place.call("lights", b'{"data":true}', 5.0))
     await provider.notified()
@@ -81,12 +82,12 @@ async def test_call_reaches_the_client_that_advertises_the_service() -> None:
 
 
 async def test_pending_call_fails_if_the_clone_takes_the_service_over() -> None:
-    place = PlaceLink("robot:a/r")
+    place = Place("robot:a/r")
     robot = RecordingClient()
     number = place.join(robot)
     container = await FakeContainer.ready(place, "c1")
     for service in ("drive", "lights"):
-        place.advertise_service(service, "std_srvs/Trigger", number)
+        place.advertise_service(service, "std_srvs/Trigger", number, robot)
     driving, lighting = (asyncio.create_task(place.call(service, b"{}", 5.0)) for service in ("drive", "lights"))
     await until(lambda: len(robot.calls) == 2)
     container.stream.write(robot_link.NodesChanged([robot_link.ServiceInfo("drive", "std_srvs/Trigger")], []))
@@ -104,12 +105,12 @@ async def test_pending_call_fails_if_the_clone_takes_the_service_over() -> None:
 
 
 async def test_refusal_reaches_only_the_sender_of_the_message() -> None:
-    place = PlaceLink("robot:a/r")
+    place = Place("robot:a/r")
     sender, other = RecordingClient(), RecordingClient()
     number = place.join(sender)
     place.join(other)
     container = await FakeContainer.ready(place, "c1")
-    container.stream.write(robot_link.MessageRefused(number, "goal", robot_link.Refusal("invalid-input", "NaN")))
+    container.stream.write(robot_link.MessageRefused(number, "goal", Refusal("invalid-input", "NaN")))
     await sender.notified()
     assert [error.slug for error in sender.errors] == ["invalid-input"]
     assert other.errors == []

@@ -5,13 +5,14 @@ import asyncio
 import pytest
 
 from engine.protocols import robot_link
-from engine.sessions.place.place_link import PlaceLink
+from engine.protocols.refusals import Refusal
+from engine.sessions.place.place import Place
 from ppaas.errors import PPaaSError, Unavailable
 from tests.support.engine.place_peers import NODES, SERVICES, TOPICS, FakeContainer, RecordingClient
 
 
 async def test_place_is_ready_after_the_hello_of_a_container() -> None:
-    place = PlaceLink("robot:a/r")
+    place = Place("robot:a/r")
     with pytest.raises(Unavailable):
         await place.ready(0.01)
     container = await FakeContainer.ready(place, "c1")
@@ -21,19 +22,19 @@ async def test_place_is_ready_after_the_hello_of_a_container() -> None:
 
 
 async def test_offers_of_the_container_are_known_also_those_of_run_time() -> None:
-    place = PlaceLink("robot:a/r")
+    place = Place("robot:a/r")
     container = await FakeContainer.ready(place, "c1")
     assert (list(place.topics.values()), list(place.services.values())) == (TOPICS, SERVICES)
     client = RecordingClient()
     number = place.join(client)
     fleeting = robot_link.TopicInfo("fleeting", "std_msgs/String", False)
     container.stream.write(robot_link.TopicAdded(fleeting, "planner"))
-    container.stream.write(robot_link.MessageRefused(number, "x", robot_link.Refusal("invalid-input", "so far")))
+    container.stream.write(robot_link.MessageRefused(number, "x", Refusal("invalid-input", "so far")))
     await client.notified()
     assert place.topics["fleeting"] == fleeting
     assert place.nodes["planner"].publishes == ("map", "fleeting")
     container.stream.write(robot_link.TopicRemoved("fleeting"))
-    container.stream.write(robot_link.MessageRefused(number, "x", robot_link.Refusal("invalid-input", "so far")))
+    container.stream.write(robot_link.MessageRefused(number, "x", Refusal("invalid-input", "so far")))
     await client.notified()
     assert "fleeting" not in place.topics
     assert list(place.nodes.values()) == NODES
@@ -41,11 +42,11 @@ async def test_offers_of_the_container_are_known_also_those_of_run_time() -> Non
 
 
 async def test_subscriptions_are_repeated_for_the_next_container() -> None:
-    place = PlaceLink("robot:a/r")
+    place = Place("robot:a/r")
     listener = RecordingClient()
     client = place.join(listener)
     first = await FakeContainer.ready(place, "c1")
-    place.subscribe("map", client)
+    place.hear("map", client)
     assert await first.next() == robot_link.Subscribe("map", client)
     await first.die()
     second = await FakeContainer.dial(place, "c2")
@@ -57,12 +58,12 @@ async def test_subscriptions_are_repeated_for_the_next_container() -> None:
 
 
 async def test_latched_message_for_one_client_does_not_reach_others() -> None:
-    place = PlaceLink("robot:a/r")
+    place = Place("robot:a/r")
     listeners = [RecordingClient(), RecordingClient()]
     numbers = [place.join(listener) for listener in listeners]
     container = await FakeContainer.ready(place, "c1")
     for number in numbers:
-        place.subscribe("map", number)
+        place.hear("map", number)
     container.stream.write(robot_link.Published("map", b"{}", numbers[1]))
     await listeners[1].notified()
     assert listeners[0].heard == []
@@ -70,11 +71,11 @@ async def test_latched_message_for_one_client_does_not_reach_others() -> None:
 
 
 async def test_only_clients_without_the_changes_of_a_map_get_the_whole_map_again() -> None:
-    place = PlaceLink("robot:a/r")
+    place = Place("robot:a/r")
     container = await FakeContainer.ready(place, "c1")
     both, whole = (place.join(RecordingClient()) for _ in range(2))
     for topic, client in (("map", both), ("map_updates", both), ("map", whole)):
-        place.subscribe(topic, client)
+        place.hear(topic, client)
         assert await container.next() == robot_link.Subscribe(topic, client)
     container.stream.write(robot_link.MapReplaced())
     assert await container.next() == robot_link.Subscribe("map", whole)
@@ -82,11 +83,11 @@ async def test_only_clients_without_the_changes_of_a_map_get_the_whole_map_again
 
 
 async def test_subscription_ends_with_its_last_client() -> None:
-    place = PlaceLink("robot:a/r")
+    place = Place("robot:a/r")
     one, two = place.join(RecordingClient()), place.join(RecordingClient())
     container = await FakeContainer.ready(place, "c1")
-    place.subscribe("map", one)
-    place.subscribe("map", two)
+    place.hear("map", one)
+    place.hear("map", two)
     place.leave(one)
     place.leave(two)
     frames = [await container.next() for _ in range(3)]
@@ -95,7 +96,7 @@ async def test_subscription_ends_with_its_last_client() -> None:
 
 
 async def test_call_is_answered_or_fails_with_its_container() -> None:
-    place = PlaceLink("robot:a/r")
+    place = Place("robot:a/r")
     with pytest.raises(Unavailable):
         await place.call("make_plan", b"{}", 1.0)
     container = await FakeContainer.ready(place, "c1")
@@ -105,7 +106,7 @@ async def test_call_is_answered_or_fails_with_its_container() -> None:
     calls = [await container.next() for _ in range(3)]
     numbers = [call.call for call in calls if isinstance(call, robot_link.ServiceCall)]
     container.stream.write(robot_link.ServiceAnswer(numbers[0], b'{"plan":1}'))
-    container.stream.write(robot_link.ServiceAnswer(numbers[1], refusal=robot_link.Refusal("no-valid-path", "none")))
+    container.stream.write(robot_link.ServiceAnswer(numbers[1], refusal=Refusal("no-valid-path", "none")))
     assert await answered == b'{"plan":1}'
     with pytest.raises(PPaaSError) as error:
         await refused
@@ -116,15 +117,15 @@ async def test_call_is_answered_or_fails_with_its_container() -> None:
 
 
 async def test_ended_subscription_is_not_repeated_for_the_next_container() -> None:
-    place = PlaceLink("robot:a/r")
+    place = Place("robot:a/r")
     client = place.join(RecordingClient())
     first = await FakeContainer.ready(place, "c1")
-    place.subscribe("map", client)
+    place.hear("map", client)
     place.unsubscribe("map", client)
     first.stream.write(robot_link.Published("map", b"{}"))  # sent before the unsubscription arrived
     first.stream.write(robot_link.Published("goal", b"{}"))
     await first.die()
-    place.subscribe("goal", client)
+    place.hear("goal", client)
     second = await FakeContainer.ready(place, "c2")
     place.unsubscribe("goal", client)
     assert [await second.next(), await second.next()] == [
@@ -135,11 +136,11 @@ async def test_ended_subscription_is_not_repeated_for_the_next_container() -> No
 
 
 async def test_frames_of_a_replaced_container_are_ignored() -> None:
-    place = PlaceLink("robot:a/r")
+    place = Place("robot:a/r")
     listener = RecordingClient()
     client = place.join(listener)
     first = await FakeContainer.ready(place, "c1")
-    place.subscribe("goal", client)
+    place.hear("goal", client)
     place.deliver("goal", b"1", client, must_arrive=True)
     call = asyncio.create_task(place.call("make_plan", b"{}", 5.0))
     assert [type(await first.next()) for _ in range(3)] == [
@@ -166,7 +167,7 @@ async def test_frames_of_a_replaced_container_are_ignored() -> None:
 
 
 async def test_closed_place_states_the_reason_after_its_container_exited() -> None:
-    place = PlaceLink("robot:a/r")
+    place = Place("robot:a/r")
     container = await FakeContainer.ready(place, "c1")
     place.close(Unavailable("over"))
     assert await container.next() == robot_link.Shutdown()
@@ -176,7 +177,7 @@ async def test_closed_place_states_the_reason_after_its_container_exited() -> No
 
 
 async def test_client_that_joins_a_closed_place_gets_the_reason_at_once() -> None:
-    place = PlaceLink("robot:a/r")
+    place = Place("robot:a/r")
     place.close(Unavailable("over"))
     late = RecordingClient()
     place.leave(place.join(late))
@@ -184,7 +185,7 @@ async def test_client_that_joins_a_closed_place_gets_the_reason_at_once() -> Non
 
 
 async def test_closing_reports_the_reason_to_every_client() -> None:
-    place = PlaceLink("robot:a/r")
+    place = Place("robot:a/r")
     listener = RecordingClient()
     place.join(listener)
     place.close(Unavailable("over"))

@@ -1,26 +1,16 @@
-"""Place link: a place, as its clients see it: a robot's socket, operators' sockets, a REST call.
+"""Place of a robot, as its clients share it: topics, services and actions of the clone and of the clients."""
 
-Clients use the place, not a container. When its container is lost, they notice only a pause: subscriptions are repeated
-with the next container, and messages that must arrive are sent again.
-"""
+from collections.abc import Callable, Collection
 
-import asyncio
-import itertools
-from collections import defaultdict
-from collections.abc import Callable, Collection, Iterable
-from typing import Protocol
-
-from engine.links.container_link import ContainerLink
-from engine.links.open_calls import Done, Outcome
-from engine.protocols import robot_link
+from engine.links.open_calls import Done
+from engine.links.shared_link import SharedLink
 from engine.sessions.place.client_actions import ActionProvider, ClientActions
 from engine.sessions.place.client_health import ClientHealth
 from engine.sessions.place.client_services import ClientServices, Provider
 from engine.sessions.place.client_topics import ClientTopics, check_type
 from ppaas.clock import monotonic
 from ppaas.diagnosis.observations.facts import LinkFacts
-from ppaas.errors import Conflict, NotFound, PPaaSError
-from ppaas.nodes import topics
+from ppaas.errors import Conflict, NotFound
 from ppaas.nodes.frames import BASE_LINK
 from ppaas.wire.actions import actions
 from ppaas.wire.stamped_twists import may_be_named
@@ -29,23 +19,7 @@ LIST_PERIOD = 1.0
 """Time for which the list of topics in error texts is not rebuilt [s]."""
 
 
-class Listener(Provider, Protocol):
-    """Client, as a place sees it. None of its methods may block."""
-
-    def published(self, topic: str, payload: bytes) -> None:
-        """Receive a message of a subscribed topic, as JSON."""
-        ...
-
-    def refused(self, topic: str, error: PPaaSError, sequence: int) -> None:
-        """Handle the refusal of a message of this client; ``sequence`` is the number that ``publish`` returned."""
-        ...
-
-    def closed(self, reason: PPaaSError) -> None:
-        """Handle the end of the place."""
-        ...
-
-
-class PlaceLink(ContainerLink):
+class Place(SharedLink):
     """Shared by all clients of one place: its container link, subscriptions, client topics and client services.
 
     Parameters
@@ -61,9 +35,6 @@ class PlaceLink(ContainerLink):
         self.key = key
         self.base_frame = base_frame
         self.round_trip: float | None = None
-        self._clients: dict[int, Listener] = {}
-        self._client_numbers = itertools.count(1)
-        self._hearers: defaultdict[str, set[int]] = defaultdict(set)
         self.client_topics = ClientTopics()
         self.client_services = ClientServices()
         self.client_actions = ClientActions()
@@ -71,24 +42,7 @@ class PlaceLink(ContainerLink):
         self._listed: list[str] = []
         self._listed_until = 0.0
 
-    # -- frames of the container ---------------------------------------------------------------------------------------
-
-    def _published(self, topic: str, payload: bytes, client: int | None = None) -> None:
-        hearers = self._hearers.get(topic, set()) if client is None else {client}
-        for listener in [self._clients[n] for n in hearers if n in self._clients]:
-            listener.published(topic, payload)
-
-    def _map_replaced(self) -> None:
-        changes = self._hearers.get(topics.MAP_UPDATES.name, set())
-        for client in self._hearers.get(topics.MAP.name, set()) - changes:
-            self._write(robot_link.Subscribe(topics.MAP.name, client))
-
-    def _wanted(self) -> Iterable[str]:
-        return self._hearers
-
-    def _refused(self, client: int, topic: str, error: PPaaSError, sequence: int) -> None:
-        if client in self._clients:
-            self._clients[client].refused(topic, error, sequence)
+    # -- frames of the clone -------------------------------------------------------------------------------------------
 
     def _declared(self, topic: str) -> None:
         self.client_topics.drop(topic)
@@ -96,49 +50,22 @@ class PlaceLink(ContainerLink):
     def _served(self, services: Collection[str]) -> None:
         self.client_services.overtaken(services)
 
-    def close(self, reason: PPaaSError) -> None:
-        """Close the place and notify all clients."""
-        super().close(reason)
-        for client in tuple(self._clients.values()):
-            client.closed(reason)
-        self._clients.clear()
-
-    def note_round_trip(self, seconds: float) -> None:
-        """Record the round trip of a ping to the robot [s]."""
-        self.round_trip = seconds
-
     def link_facts(self) -> LinkFacts:
         """Return the facts of the robot's connection, for its diagnosis."""
         return self.health.facts(self._hearers, self.client_topics.types(), self.round_trip)
 
     # -- clients -------------------------------------------------------------------------------------------------------
 
-    def join(self, listener: Listener) -> int:
-        """Add a client and return its number. If the place is closed already, the client is notified at once."""
-        number = next(self._client_numbers)
-        if self._closed is None:
-            self._clients[number] = listener
-        else:
-            listener.closed(self._closed)
-        return number
-
-    @property
-    def clients(self) -> int:
-        """Number of clients."""
-        return len(self._clients)
-
     def leave(self, client: int) -> None:
         """Remove a client with its subscriptions, topics, services and actions."""
-        self._clients.pop(client, None)
         self.client_topics.leave(client)
         self.client_services.leave(client)
         self.client_actions.leave(client)
         self.health.left(client)
-        for topic in tuple(self._hearers):
-            self.unsubscribe(topic, client)
+        super().leave(client)
 
-    def subscribe(self, topic: str, client: int, kind: str | None = None) -> None:
-        """Subscribe a client to a topic, which need not exist yet.
+    def hear(self, topic: str, client: int, kind: str | None = None) -> None:
+        """Subscribe a client to a topic of the clone or of a client, which need not exist yet.
 
         Raises
         ------
@@ -147,8 +74,7 @@ class PlaceLink(ContainerLink):
         """
         if kind is not None:
             self._check_type(topic, kind)
-        self._hearers[topic].add(client)
-        self._write(robot_link.Subscribe(topic, client))
+        self.subscribe(topic, client)
         if (last := self.client_topics.latched(topic)) is not None:
             self._published(topic, last, client)
 
@@ -168,16 +94,13 @@ class PlaceLink(ContainerLink):
         """Return all topics of the clone and of clients, with their types by the names of ROS 1."""
         return self.client_topics.types() | {name: topic.type for name, topic in self.topics.items()}
 
-    def heard(self) -> frozenset[str]:
-        """Return the topics that clients are subscribed to, whether or not they exist."""
-        return frozenset(self._hearers)
+    def offered_services(self) -> dict[str, str]:
+        """Return the services of clients and their types, by the names of ROS 1."""
+        return self.client_services.types()
 
-    def unsubscribe(self, topic: str, client: int) -> None:
-        """End a client's subscription to a topic."""
-        hearers = self._hearers.get(topic, set())
-        hearers.discard(client)
-        if not hearers and self._hearers.pop(topic, None) is not None:
-            self._write(robot_link.Unsubscribe(topic))
+    def offered_actions(self) -> dict[str, str]:
+        """Return the actions of clients and their types, ``package/Name``."""
+        return self.client_actions.types()
 
     def advertise(self, topic: str, kind: str, client: int, identity: str | int | None, *, latch: bool) -> None:
         """Advertise a topic of a client; a topic that the clone does not have is created.
@@ -230,7 +153,7 @@ class PlaceLink(ContainerLink):
             self._listed, self._listed_until = sorted(self.topic_types()), now + LIST_PERIOD
         return self._listed
 
-    def advertise_service(self, service: str, kind: str, client: int) -> None:
+    def advertise_service(self, service: str, kind: str, client: int, provider: Provider) -> None:
         """Advertise a service of a client.
 
         Raises
@@ -246,7 +169,7 @@ class PlaceLink(ContainerLink):
             raise Conflict(f"service {service!r} is provided by the clone: choose another name")
         if self._closed is not None:
             raise self._closed
-        self.client_services.advertise(service, kind, client, self._clients[client])
+        self.client_services.advertise(service, kind, client, provider)
 
     def advertise_action(self, action: str, kind: str, client: int, provider: ActionProvider) -> None:
         """Advertise an action of a client.
@@ -286,28 +209,4 @@ class PlaceLink(ContainerLink):
         """
         if service not in self.services and service in self.client_services:
             return self.client_services.begin(service, payload, timeout, done)
-        return self._ask(service, payload, timeout, done)
-
-    async def call(self, service: str, payload: bytes, timeout: float) -> bytes:
-        """Call a service like ``begin_call``, wait, and return the response as JSON.
-
-        Raises
-        ------
-        Unavailable
-            No container is connected, the provider was lost during the call, or it did not answer in ``timeout`` [s].
-        PPaaSError
-            The error that the service raised.
-        """
-        answered: asyncio.Future[bytes] = asyncio.get_running_loop().create_future()
-
-        def done(outcome: Outcome) -> None:
-            if isinstance(outcome, PPaaSError):
-                answered.set_exception(outcome)
-            else:
-                answered.set_result(outcome)
-
-        give_up = self.begin_call(service, payload, timeout, done)
-        try:
-            return await answered
-        finally:
-            give_up()
+        return super().begin_call(service, payload, timeout, done)

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from engine.sessions.rights.globs import GLOB, ROBOT_GLOB, bare, is_address, is_in_scope, matches, split_address
+from engine.rights.globs import GLOB, ROBOT_GLOB, bare, is_address, is_in_scope, matches, split_address
 from storage.sharing_records import TokenScope
 
 

@@ -8,9 +8,10 @@ import asyncio
 from collections.abc import Callable
 from typing import Final
 
+from engine.protocols.session_frames import NumberedFrame
 from ppaas.wire.ros.serialization import are_types_read, read_types
 
-RAW: Final = "cbor-raw"
+RAW: Final = b"cbor-raw"
 """Compression whose name in a frame makes it wait."""
 
 MAX_SEARCHED: Final = 4096
@@ -18,8 +19,6 @@ MAX_SEARCHED: Final = 4096
 
 MAX_HELD: Final = 1 << 20
 """Largest size of all frames that wait [bytes]; beyond it, none waits any longer."""
-
-Frame = str | bytes
 
 
 class HeldFrames:
@@ -31,12 +30,12 @@ class HeldFrames:
         Called with each frame.
     """
 
-    def __init__(self, take: Callable[[Frame], None]) -> None:
+    def __init__(self, take: Callable[[NumberedFrame], None]) -> None:
         self._take = take
-        self._held: list[Frame] = []
+        self._held: list[NumberedFrame] = []
         self._size = 0
 
-    def take(self, frame: Frame) -> None:
+    def take(self, frame: NumberedFrame) -> None:
         """Pass a frame on, or let it wait."""
         if self._held:
             self._hold(frame)
@@ -53,14 +52,12 @@ class HeldFrames:
         for frame in held:
             self._take(frame)
 
-    def _hold(self, frame: Frame) -> None:
+    def _hold(self, frame: NumberedFrame) -> None:
         self._held.append(frame)
-        self._size += len(frame)
+        self._size += len(frame.content)
         if self._size > MAX_HELD:
             self.release()
 
 
-def _asks_for_raw(frame: Frame) -> bool:
-    if len(frame) > MAX_SEARCHED:
-        return False
-    return RAW in frame if isinstance(frame, str) else RAW.encode() in frame
+def _asks_for_raw(frame: NumberedFrame) -> bool:
+    return len(frame.content) <= MAX_SEARCHED and RAW in frame.content

@@ -4,13 +4,14 @@ import pytest
 
 from engine.links.unacknowledged import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
 from engine.protocols import robot_link
-from engine.sessions.place.place_link import PlaceLink
+from engine.protocols.refusals import Refusal
+from engine.sessions.place.place import Place
 from ppaas.errors import QuotaExceeded
 from tests.support.engine.place_peers import FakeContainer, RecordingClient
 
 
 async def test_goal_sent_without_a_container_reaches_the_next() -> None:
-    place = PlaceLink("robot:a/r")
+    place = Place("robot:a/r")
     client = place.join(RecordingClient())
     place.deliver("goal", b'"1"', client, must_arrive=True)
     place.deliver("scan", b"{}", client, must_arrive=False)
@@ -20,7 +21,7 @@ async def test_goal_sent_without_a_container_reaches_the_next() -> None:
 
 
 async def test_unacknowledged_messages_are_resent_in_order() -> None:
-    place = PlaceLink("robot:a/r")
+    place = Place("robot:a/r")
     client = place.join(RecordingClient())
     first = await FakeContainer.ready(place, "c1")
     for number in (b"1", b"2", b"3"):
@@ -36,7 +37,7 @@ async def test_unacknowledged_messages_are_resent_in_order() -> None:
 
 
 async def test_message_in_the_checkpoint_is_not_resent() -> None:
-    place = PlaceLink("robot:a/r")
+    place = Place("robot:a/r")
     client = place.join(RecordingClient())
     await (await FakeContainer.dial(place, "c1")).die()
     place.deliver("goal", b"1", client, must_arrive=True)
@@ -48,7 +49,7 @@ async def test_message_in_the_checkpoint_is_not_resent() -> None:
 
 
 async def test_numbers_continue_those_of_an_earlier_cloud_process() -> None:
-    listening, place = RecordingClient(), PlaceLink("robot:a/r")
+    listening, place = RecordingClient(), Place("robot:a/r")
     client = place.join(listening)
     before = place.deliver("goal", b"1", client, must_arrive=True)
     container = await FakeContainer.dial(place, "c1", applied=57)
@@ -58,9 +59,7 @@ async def test_numbers_continue_those_of_an_earlier_cloud_process() -> None:
         robot_link.Deliver("goal", b"2", client, 59),
     ]
     assert (before, after) == (1, 2)
-    container.stream.write(
-        robot_link.MessageRefused(client, "goal", robot_link.Refusal("invalid-input", "no goal"), 59)
-    )
+    container.stream.write(robot_link.MessageRefused(client, "goal", Refusal("invalid-input", "no goal"), 59))
     container.stream.write(robot_link.Ack(58))
     await listening.news.wait()
     assert listening.refused_numbers == [after]
@@ -71,7 +70,7 @@ async def test_numbers_continue_those_of_an_earlier_cloud_process() -> None:
 
 
 async def test_number_of_unacknowledged_messages_is_bounded() -> None:
-    place = PlaceLink("robot:a/r")
+    place = Place("robot:a/r")
     client = place.join(RecordingClient())
     for _ in range(MAX_UNACKNOWLEDGED):
         place.deliver("goal", b"1", client, must_arrive=True)
@@ -80,7 +79,7 @@ async def test_number_of_unacknowledged_messages_is_bounded() -> None:
 
 
 async def test_bytes_of_unacknowledged_messages_are_bounded_until_acknowledged() -> None:
-    place = PlaceLink("robot:a/r")
+    place = Place("robot:a/r")
     client = place.join(RecordingClient())
     await (await FakeContainer.dial(place, "c0")).die()
     half = bytes(MAX_UNACKNOWLEDGED_BYTES // 2)

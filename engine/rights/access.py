@@ -4,8 +4,8 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Literal
 
-from engine.sessions.rights.globs import matches
-from engine.sessions.rights.services import configures, lists_names, only_reads
+from engine.rights.globs import matches
+from engine.rights.services import configures, lists_names, only_reads
 from ppaas.errors import NotPermitted
 from ppaas.wire.cancel_goal import CANCEL_GOAL
 from storage.sharing_records import ALL, SHARE_ROLES, Share, ShareRole, TokenScope

@@ -1,0 +1,140 @@
+"""Place link: the endpoint's end of the robot link, which carries the sockets of a robot and its operators.
+
+Endpoints call services of the clone by it, and subscribe to its topics themselves. The sessions of clients are in the
+container (`engine.sessions`).
+"""
+
+import itertools
+
+from engine.links.container_link import Stream
+from engine.links.shared_link import SharedLink
+from engine.protocols import robot_link, session_frames
+from engine.protocols.session_frames import ClientOffers, SessionToContainer
+from engine.service.links.carried_session import CarriedSession
+from ppaas.errors import PPaaSError
+from ppaas.nodes.frames import BASE_LINK
+
+
+class PlaceLink(SharedLink):
+    """A place, as an endpoint sees it.
+
+    Parameters
+    ----------
+    key : str
+        Name of the place.
+    base_frame : str
+        Frame in which the robot is driven.
+
+    Attributes
+    ----------
+    offers : ClientOffers
+        What the clients of the place offer, as the container told last.
+    """
+
+    def __init__(self, key: str, base_frame: str = BASE_LINK) -> None:
+        super().__init__()
+        self.key = key
+        self.base_frame = base_frame
+        self.round_trip: float | None = None
+        self.offers = ClientOffers({}, {}, {}, [])
+        self._carried: dict[int, CarriedSession] = {}
+        self._numbers = itertools.count(1)
+
+    # -- frames of the container ---------------------------------------------------------------------------------------
+
+    def begin(self, hello: robot_link.Hello, stream: Stream) -> None:
+        """Serve a container, and attach the sockets there."""
+        super().begin(hello, stream)
+        for session in tuple(self._carried.values()):
+            session.attach()
+
+    def take(self, frame: robot_link.FromContainer) -> None:
+        """Handle a frame of the container."""
+        match frame:
+            case session_frames.SocketFrame():
+                session = self._carried.get(frame.socket)
+                if session is not None:
+                    session.deliver(frame)
+            case (
+                session_frames.Attached()
+                | session_frames.Settled()
+                | session_frames.SessionOver()
+                | session_frames.CountPlan()
+            ):
+                session = self._carried.get(frame.socket)
+                if session is not None:
+                    session.note(frame)
+            case ClientOffers():
+                self.offers = frame
+            case _:
+                super().take(frame)
+
+    def close(self, reason: PPaaSError) -> None:
+        """Close the place, and notify all clients."""
+        super().close(reason)
+        for session in tuple(self._carried.values()):
+            session.closed(reason)
+
+    # -- sockets -------------------------------------------------------------------------------------------------------
+
+    def carry(self, session: CarriedSession) -> int:
+        """Begin to carry the frames of a session; return the number of its socket."""
+        number = next(self._numbers)
+        self._carried[number] = session
+        if self._closed is not None:
+            session.closed(self._closed)
+        return number
+
+    def drop(self, socket: int) -> None:
+        """Carry the frames of a session no longer."""
+        self._carried.pop(socket, None)
+
+    def send(self, frame: SessionToContainer) -> bool:
+        """Send a frame about a socket to the container; return whether there is one."""
+        if self._stream is None:
+            return False
+        self._stream.write(frame)
+        return True
+
+    @property
+    def waiting(self) -> int:
+        """Number of bytes that wait for a slow container."""
+        return 0 if self._stream is None else self._stream.waiting
+
+    @property
+    def clients(self) -> int:
+        """Number of clients: sockets, and those within this process."""
+        return super().clients + len(self._carried)
+
+    def note_round_trip(self, seconds: float) -> None:
+        """Record the round trip of a ping to the robot [s]."""
+        self.round_trip = seconds
+        self.send(session_frames.RoundTrip(seconds))
+
+    # -- what the place offers -----------------------------------------------------------------------------------------
+
+    def topic_type(self, topic: str) -> str | None:
+        """Return the type of a topic of the clone or of a client, by its name in ROS 1; None if there is none."""
+        known = self.topics.get(topic)
+        return known.type if known is not None else self.offers.topics.get(topic)
+
+    def topic_types(self) -> dict[str, str]:
+        """Return all topics of the clone and of clients, with their types by the names of ROS 1."""
+        return self.offers.topics | {name: topic.type for name, topic in self.topics.items()}
+
+    def service_type(self, service: str) -> str | None:
+        """Return the type of a service of the clone or of a client, by its name in ROS 1; None if there is none."""
+        known = self.services.get(service)
+        return known.type if known is not None else self.offers.services.get(service)
+
+    def offered_services(self) -> dict[str, str]:
+        """Return the services of clients and their types, by the names of ROS 1."""
+        return self.offers.services
+
+    def offered_actions(self) -> dict[str, str]:
+        """Return the actions of clients and their types, ``package/Name``."""
+        return self.offers.actions
+
+    def heard(self) -> frozenset[str]:
+        """Return the topics that clients are subscribed to, whether or not they exist."""
+        return frozenset(self.offers.heard)

@@ -1,0 +1,275 @@
+"""Session host: all sessions of the clients of a place, and the sockets at endpoints that carry their frames.
+
+A named session outlives its sockets. Its subscriptions, waiting frames and pending requests are retained for some time
+after the socket closed or its endpoint was lost, and passed to the next socket that names the session, at whatever
+endpoint. A socket that names an attached session takes it over: the client knows best whether its old socket is dead.
+"""
+
+import asyncio
+from collections.abc import Iterator
+
+import msgspec
+
+from engine.protocols.refusals import refusal_of
+from engine.protocols.session_frames import (
+    AccessChanged,
+    Attach,
+    Attached,
+    ClientFrame,
+    ClientOffers,
+    Detach,
+    Inform,
+    NumberedFrame,
+    PlanCounted,
+    RoundTrip,
+    SessionOver,
+    SessionToContainer,
+    SocketReady,
+)
+from engine.sessions.place.place import Place
+from engine.sessions.retained_session import RetainedSession, SessionKey, SessionRecord, key_of
+from engine.sessions.socket_sink import EndpointEnd, SocketSink
+from ppaas.errors import Conflict, rebuild
+
+MAX_AWAY = 64
+"""Largest number of detached sessions of one user; the oldest detached session is evicted first."""
+
+OFFERS_PERIOD = 0.1
+"""Interval at which endpoints are told what clients offer, if that has changed [s]."""
+
+FLUSH_PERIOD = 0.02
+"""Interval at which outboxes are flushed whose link to an endpoint was slow [s]."""
+
+_decoder = msgspec.json.Decoder(list[SessionRecord])
+
+Socket = tuple[EndpointEnd, int]
+"""Socket of a client: the link to its endpoint, and its number there."""
+
+
+class SessionHost:
+    """Sessions of the clients of a place.
+
+    Parameters
+    ----------
+    place : Place
+        The place.
+    """
+
+    def __init__(self, place: Place) -> None:
+        self._place = place
+        self._named: dict[SessionKey, RetainedSession] = {}
+        self._sockets: dict[Socket, RetainedSession] = {}
+        self._records: dict[SessionKey, SessionRecord] = {}
+        self._links: dict[EndpointEnd, ClientOffers | None] = {}
+
+    @property
+    def away(self) -> int:
+        """Number of detached sessions."""
+        return sum(retained.sink is None for retained in self._named.values())
+
+    def link_facts(self) -> bytes:
+        """Return the facts of the robot's connection as JSON, for its diagnosis."""
+        return msgspec.json.encode(self._place.link_facts())
+
+    # -- links ---------------------------------------------------------------------------------------------------------
+
+    def link_up(self, link: EndpointEnd) -> None:
+        """Begin to serve the sockets of an endpoint."""
+        self._links[link] = None
+
+    def link_lost(self, link: EndpointEnd) -> None:
+        """Detach all sockets of an endpoint that was lost."""
+        self._links.pop(link, None)
+        for socket in [socket for socket in self._sockets if socket[0] is link]:
+            self._detach(socket, for_good=False)
+
+    async def attend(self) -> None:
+        """Tell endpoints what clients offer, and send what waited for a slow link, until cancelled."""
+        while True:
+            await asyncio.sleep(FLUSH_PERIOD)
+            for retained in tuple(self._sockets.values()):
+                if len(retained.session.outbox):
+                    retained.session.outbox.flush()
+            self._tell_offers()
+
+    def _tell_offers(self) -> None:
+        place = self._place
+        offers = ClientOffers(
+            place.client_topics.types(),
+            place.client_services.types(),
+            place.client_actions.types(),
+            sorted(place.heard()),
+        )
+        for link, told in self._links.items():
+            if told != offers:
+                self._links[link] = offers
+                link.write(offers)
+
+    def take(self, link: EndpointEnd, frame: SessionToContainer) -> None:
+        """Handle a frame of an endpoint."""
+        if isinstance(frame, Attach):
+            self._attach(link, frame)
+        elif isinstance(frame, RoundTrip):
+            self._place.round_trip = frame.seconds
+        else:
+            retained = self._sockets.get((link, frame.socket))
+            if retained is not None:  # else the session has ended, and its endpoint was told
+                self._handle((link, frame.socket), retained, frame)
+
+    def _handle(self, socket: Socket, retained: RetainedSession, frame: SessionToContainer) -> None:
+        match frame:
+            case ClientFrame():
+                retained.take(NumberedFrame(frame.number, frame.content, frame.binary))
+            case SocketReady():
+                self._let_read(retained, reads=frame.ready)
+            case PlanCounted():
+                refused = frame.refusal
+                retained.permit(None if refused is None else rebuild(refused.slug, refused.text))
+            case AccessChanged():
+                retained.session.access = frame.access
+            case Inform():
+                retained.session.inform(frame.slug, frame.text)
+            case Detach():
+                self._detach(socket, for_good=frame.for_good)
+
+    @staticmethod
+    def _let_read(retained: RetainedSession, *, reads: bool) -> None:
+        if retained.sink is not None:
+            retained.sink.reads = reads
+            retained.session.outbox.flush()
+
+    # -- attaching -----------------------------------------------------------------------------------------------------
+
+    def _attach(self, link: EndpointEnd, attach: Attach) -> None:
+        key = key_of(attach.client)
+        retained = None if key is None else self._named.get(key)
+        if attach.carried and retained is not None and retained.sink is not None:
+            self._refuse(link, attach.socket)
+            return
+        if retained is not None:
+            self._displace(retained)
+        if retained is not None and not _may_resume(retained, attach):
+            self._end(retained)
+            retained = None
+        resumed = retained is not None
+        if retained is None:
+            retained, resumed = self._begin(attach, key)
+        if attach.resume is not None and resumed:
+            retained.session.outbox.resume(attach.resume.received)
+        self._connect(link, attach, retained, resumed=resumed)
+
+    @staticmethod
+    def _refuse(link: EndpointEnd, socket: int) -> None:
+        """Refuse a session that an endpoint carried, since its client came back at another."""
+        reason = refusal_of(Conflict("another connection of the same session took over"))
+        link.write(SessionOver(socket, reason, taken_over=True))
+
+    def _connect(self, link: EndpointEnd, attach: Attach, retained: RetainedSession, *, resumed: bool) -> None:
+        if retained.expiry is not None:
+            retained.expiry.cancel()
+        retained.session.access, retained.options = attach.access, attach.options
+        self._sockets[link, attach.socket] = retained
+        link.write(Attached(attach.socket, retained.id, resumed, retained.taken))
+        retained.connect(SocketSink(link, attach.socket, retained.unsettled))
+        if retained.session.over.done():
+            link.write(SessionOver(attach.socket, refusal_of(retained.session.over.result())))
+
+    def _displace(self, retained: RetainedSession) -> None:
+        """Detach the socket of a session that another socket takes over."""
+        if retained.sink is not None:
+            link, socket = retained.sink.link, retained.sink.socket
+            self._sockets.pop((link, socket), None)
+            retained.release()
+            retained.connect(None)
+            self._refuse(link, socket)
+
+    def _begin(self, attach: Attach, key: SessionKey | None) -> tuple[RetainedSession, bool]:
+        """Begin a session: a new one, or one of an earlier container; return it, and whether it is resumed."""
+        record = None if key is None else self._records.pop(key, None)
+        if record is not None and not _may_continue(record, attach):
+            record = None
+        if record is not None:
+            attach = msgspec.structs.replace(attach, id=record.id)
+        retained = RetainedSession(self._place, attach)
+        if key is not None:
+            self._named[key] = retained
+        retained.session.over.add_done_callback(lambda _: self._end(retained) if retained.sink is None else None)
+        retained.session.outbox.count = attach.sent
+        self._repeat(retained, attach, record)
+        return retained, record is not None
+
+    @staticmethod
+    def _repeat(retained: RetainedSession, attach: Attach, record: SessionRecord | None) -> None:
+        """Execute the frames of a session that an earlier container had, and those that no container got."""
+        done = 0 if record is None else record.taken
+        frames = attach.kept if attach.carried or record is None else record.frames
+        for frame in frames:
+            if frame.number <= done:
+                retained.replay(frame, "applied")
+            elif frame.number <= attach.taken:
+                retained.replay(frame, "sent")
+            else:
+                retained.take(frame)
+        retained.taken = max(retained.taken, done, attach.taken)
+
+    # -- detaching -----------------------------------------------------------------------------------------------------
+
+    def _detach(self, socket: Socket, *, for_good: bool) -> None:
+        """Detach a socket; a named session is retained for a while, unless its client left for good."""
+        retained = self._sockets.pop(socket)
+        retained.release()
+        retained.connect(None)
+        key = key_of(retained.client)
+        if key is None or for_good or retained.session.over.done():
+            self._end(retained)
+            return
+        self._named[key] = self._named.pop(key)  # moves to the end: the order is that of detaching
+        retained.expiry = asyncio.get_running_loop().call_later(retained.options.linger, self._end, retained)
+        away = [other for other in self._of_user(key.user) if other.sink is None]
+        for other in away[:-MAX_AWAY]:
+            self._end(other)
+
+    def _of_user(self, user: str) -> Iterator[RetainedSession]:
+        return (retained for key, retained in self._named.items() if key.user == user)
+
+    def _end(self, retained: RetainedSession) -> None:
+        if retained.ended:
+            return
+        key = key_of(retained.client)
+        if key is not None and self._named.get(key) is retained:
+            del self._named[key]
+        retained.end()
+
+    def close(self) -> None:
+        """End all sessions."""
+        for retained in {*self._named.values(), *self._sockets.values()}:
+            self._end(retained)
+        self._sockets.clear()
+
+    # -- checkpoints ---------------------------------------------------------------------------------------------------
+
+    def checkpoint(self) -> bytes:
+        """Return the sessions as JSON, for the container that replaces this one."""
+        now = [retained.record() for retained in self._named.values()]
+        return msgspec.json.encode([*self._records.values(), *now])
+
+    def restore(self, state: bytes) -> None:
+        """Know the sessions of an earlier container, until their clients' sockets are attached."""
+        records = _decoder.decode(state)
+        self._records = {key: record for record in records if (key := key_of(record.client)) is not None}
+
+
+def _may_resume(retained: RetainedSession, attach: Attach) -> bool:
+    if retained.session.over.done():
+        return False
+    if not attach.access.includes(retained.session.access):  # it may hold what the client has no right to any more
+        return False
+    return not attach.options.counts or (attach.resume is not None and attach.resume.id == retained.id)
+
+
+def _may_continue(record: SessionRecord, attach: Attach) -> bool:
+    if not attach.access.includes(record.access):
+        return False
+    if attach.carried:
+        return attach.id == record.id
+    return not attach.options.counts or (attach.resume is not None and attach.resume.id == record.id)

@@ -1,0 +1,120 @@
+"""Unsettled frames: frames of a client that a container which replaces this one gets again.
+
+A frame is settled once what it caused is in a stored checkpoint, was answered, or may be lost. A subscription or an
+advertisement stands until it is withdrawn.
+"""
+
+from collections import deque
+from collections.abc import Callable
+
+from engine.protocols.session_frames import NumberedFrame
+
+Key = tuple[str | int | None, ...]
+"""What a standing operation is about: the operation, its name, and the id by which it is withdrawn."""
+
+
+class _Claim:
+    """Frames of one operation, and the number of reasons for which they are not settled."""
+
+    __slots__ = ("numbers", "reasons")
+
+    def __init__(self, numbers: tuple[int, ...]) -> None:
+        self.numbers = numbers
+        self.reasons = 1  # its execution
+
+
+class UnsettledFrames:
+    """Frames of one client that are not settled.
+
+    Parameters
+    ----------
+    report : callable
+        Called when there are settled frames that were not reported yet.
+    """
+
+    def __init__(self, report: Callable[[], None] = lambda: None) -> None:
+        self._report = report
+        self._frames: dict[int, NumberedFrame] = {}
+        self._parts: list[int] = []
+        self._claim = _Claim(())
+        self._named = 0
+        self._settled: list[int] = []
+        self._sequences: deque[tuple[int, _Claim]] = deque()
+        self._standing: dict[Key, _Claim] = {}
+
+    def frames(self) -> list[NumberedFrame]:
+        """Return the frames that are not settled, in order."""
+        return [self._frames[number] for number in sorted(self._frames)]
+
+    def take_settled(self) -> list[int]:
+        """Return the frames that were settled since the last call."""
+        settled, self._settled = self._settled, []
+        return settled
+
+    # -- the frame that is executed ------------------------------------------------------------------------------------
+
+    def begin(self, frame: NumberedFrame) -> None:
+        """Begin the execution of a frame."""
+        self._frames[frame.number] = frame
+        self._named = 0
+        self._claim = _Claim((*self._parts, frame.number))
+
+    def wait_for_rest(self) -> None:
+        """Note that the frame is a part of a larger one; the execution of that ends with its last part."""
+        self._parts = [*self._claim.numbers]
+
+    def end(self) -> None:
+        """End the execution of a frame; it is settled now, unless there is a reason against it."""
+        self._parts = []
+        self._release(self._claim)
+
+    def until_released(self) -> Callable[[], None]:
+        """Leave the frame unsettled until the function that is returned is called."""
+        claims = [self._claim]
+        self._claim.reasons += 1
+
+        def release() -> None:
+            while claims:
+                self._release(claims.pop())
+
+        return release
+
+    def until_acknowledged(self, sequence: int) -> None:
+        """Leave the frame unsettled until a checkpoint contains the message that it sent; 0 if it may be lost."""
+        if sequence:
+            self._claim.reasons += 1
+            self._sequences.append((sequence, self._claim))
+
+    def until_withdrawn(self, key: Key) -> None:
+        """Leave the frame unsettled until what it set up is withdrawn, or set up again."""
+        self._claim.reasons += 1
+        before, self._standing[key] = self._standing.get(key), self._claim
+        if before is not None:
+            self._release(before)
+
+    def next_name(self) -> str:
+        """Return a name that no other operation has, and that the same operation has when its frame is repeated."""
+        self._named += 1
+        return f"{self._claim.numbers[-1] if self._claim.numbers else 0}-{self._named}"
+
+    # -- settling ------------------------------------------------------------------------------------------------------
+
+    def acknowledged(self, sequence: int) -> None:
+        """Settle the frames whose messages are in a checkpoint."""
+        while self._sequences and self._sequences[0][0] <= sequence:
+            self._release(self._sequences.popleft()[1])
+
+    def withdrawn(self, *key: str | int | None) -> None:
+        """Settle the frames of what is withdrawn: all keys that begin with this one."""
+        for known in [known for known in self._standing if known[: len(key)] == key]:
+            self._release(self._standing.pop(known))
+
+    def _release(self, claim: _Claim) -> None:
+        claim.reasons -= 1
+        if claim.reasons:
+            return
+        for number in claim.numbers:
+            if self._frames.pop(number, None) is not None:
+                self._settled.append(number)
+        if self._settled:
+            self._report()
