@@ -10,7 +10,7 @@ import msgspec
 from engine.leadership.mandate import Mandate, SoleMaster
 from engine.protocols.address import TlsAddress
 from engine.protocols.framing import FrameStream
-from engine.protocols.robot_link import Refusal
+from engine.protocols.refusals import Refusal
 from engine.remote.known_masters import KnownMasters
 from engine.remote.replica import in_order, read_files, signature
 from ppaas import __version__

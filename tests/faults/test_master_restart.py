@@ -87,6 +87,7 @@ async def assert_continues(drive: Drive, wire: Wire, second: RunningCloud, befor
     assert (result.status.goal_id.id, result.status.status) == ("far", Status.SUCCEEDED), result.status.text
     assert drive.results.empty(), "one result a goal"
     assert wrong == []
+    assert drive.robot.resumptions == drive.robot.connections - 1, "its session outlived the cloud process"
     assert (await container_of(rest, "survivor"))["pid"] == before["pid"]
 
 
