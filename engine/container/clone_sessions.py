@@ -51,3 +51,4 @@ class CloneSessions:
         container.serve_sessions(link)
         self._place.begin(container.hello(os.getpid()), _NearEnd(container, link))
         self.host.link_up(endpoint)
+        self.host.forget_restored()

@@ -34,13 +34,14 @@ from ppaas.errors import Conflict, rebuild
 MAX_AWAY = 64
 """Largest number of detached sessions of one user; the oldest detached session is evicted first."""
 
-OFFERS_PERIOD = 0.1
-"""Interval at which endpoints are told what clients offer, if that has changed [s]."""
-
-FLUSH_PERIOD = 0.02
-"""Interval at which outboxes are flushed whose link to an endpoint was slow [s]."""
+ATTEND_PERIOD = 0.1
+"""Interval at which endpoints are told what clients offer, if that has changed, and at which outboxes are flushed whose
+link to an endpoint was slow [s]."""
 
 _decoder = msgspec.json.Decoder(list[SessionRecord])
+
+RETURN = 10.0
+"""Time for which a session without a name is known after its container was replaced [s]: its endpoint attaches it."""
 
 Socket = tuple[EndpointEnd, int]
 """Socket of a client: the link to its endpoint, and its number there."""
@@ -59,7 +60,7 @@ class SessionHost:
         self._place = place
         self._named: dict[SessionKey, RetainedSession] = {}
         self._sockets: dict[Socket, RetainedSession] = {}
-        self._records: dict[SessionKey, SessionRecord] = {}
+        self._records: dict[str, SessionRecord] = {}
         self._links: dict[EndpointEnd, ClientOffers | None] = {}
 
     @property
@@ -86,11 +87,12 @@ class SessionHost:
     async def attend(self) -> None:
         """Tell endpoints what clients offer, and send what waited for a slow link, until cancelled."""
         while True:
-            await asyncio.sleep(FLUSH_PERIOD)
+            await asyncio.sleep(ATTEND_PERIOD)
             for retained in tuple(self._sockets.values()):
                 if len(retained.session.outbox):
                     retained.session.outbox.flush()
-            self._tell_offers()
+            if self._sockets:
+                self._tell_offers()
 
     def _tell_offers(self) -> None:
         place = self._place
@@ -185,9 +187,7 @@ class SessionHost:
 
     def _begin(self, attach: Attach, key: SessionKey | None) -> tuple[RetainedSession, bool]:
         """Begin a session: a new one, or one of an earlier container; return it, and whether it is resumed."""
-        record = None if key is None else self._records.pop(key, None)
-        if record is not None and not _may_continue(record, attach):
-            record = None
+        record = self._take_record(attach, key)
         if record is not None:
             attach = msgspec.structs.replace(attach, id=record.id)
         retained = RetainedSession(self._place, attach)
@@ -197,6 +197,17 @@ class SessionHost:
         retained.session.outbox.count = attach.sent
         self._repeat(retained, attach, record)
         return retained, record is not None
+
+    def _take_record(self, attach: Attach, key: SessionKey | None) -> SessionRecord | None:
+        """Return the session in the checkpoint that a socket continues; another one of the same name is over."""
+        found = [
+            record
+            for record in self._records.values()
+            if (record.id == attach.id if attach.carried else key is not None and key_of(record.client) == key)
+        ]
+        for record in found:
+            del self._records[record.id]
+        return next((record for record in found if _may_continue(record, attach)), None)
 
     @staticmethod
     def _repeat(retained: RetainedSession, attach: Attach, record: SessionRecord | None) -> None:
@@ -250,13 +261,18 @@ class SessionHost:
 
     def checkpoint(self) -> bytes:
         """Return the sessions as JSON, for the container that replaces this one."""
-        now = [retained.record() for retained in self._named.values()]
-        return msgspec.json.encode([*self._records.values(), *now])
+        now = {retained.id: retained for retained in (*self._named.values(), *self._sockets.values())}
+        return msgspec.json.encode([*self._records.values(), *(retained.record() for retained in now.values())])
 
     def restore(self, state: bytes) -> None:
         """Know the sessions of an earlier container, until their clients' sockets are attached."""
-        records = _decoder.decode(state)
-        self._records = {key: record for record in records if (key := key_of(record.client)) is not None}
+        self._records = {record.id: record for record in _decoder.decode(state)}
+
+    def forget_restored(self) -> None:
+        """Let restored sessions whose clients do not return within their linger end."""
+        loop = asyncio.get_running_loop()
+        for record in self._records.values():
+            loop.call_later(max(record.options.linger, RETURN), self._records.pop, record.id, None)
 
 
 def _may_resume(retained: RetainedSession, attach: Attach) -> bool:
@@ -264,7 +280,10 @@ def _may_resume(retained: RetainedSession, attach: Attach) -> bool:
         return False
     if not attach.access.includes(retained.session.access):  # it may hold what the client has no right to any more
         return False
-    return not attach.options.counts or (attach.resume is not None and attach.resume.id == retained.id)
+    if not attach.options.counts:
+        return True
+    resume = attach.resume
+    return resume is not None and resume.id == retained.id and resume.received >= retained.sent_before
 
 
 def _may_continue(record: SessionRecord, attach: Attach) -> bool:

@@ -84,6 +84,8 @@ class RetainedSession:
     ----------
     taken : int
         Number of the last frame of the client that was taken.
+    sent_before : int
+        Number of frames that the client was sent by earlier containers; those are not kept.
     sink : SocketSink, optional
         The current socket.
     """
@@ -91,6 +93,7 @@ class RetainedSession:
     def __init__(self, place: Place, attach: Attach) -> None:
         self.id, self.client, self.options = attach.id, attach.client, attach.options
         self.taken = 0
+        self.sent_before = attach.sent
         self.ended = False
         self.sink: SocketSink | None = None
         self.expiry: asyncio.TimerHandle | None = None

@@ -53,4 +53,4 @@ class SocketSink:
     def send_frame(self, frame: bytes) -> None:
         """Send a frame."""
         settled = tuple(self._unsettled.take_settled())
-        self.link.write(SocketFrame(self.socket, frame, isinstance(frame, BinaryFrame), settled))
+        self.link.write(SocketFrame(self.socket, bytes(frame), isinstance(frame, BinaryFrame), settled))

@@ -11,11 +11,11 @@ from engine.bootstrap import CloudConfig
 from engine.container import fleet_bridge
 from engine.container.robot_link_handler import CHECKPOINT_PERIOD
 from engine.fabric.keys import shared_key, topic_key
+from engine.links import container_link, unacknowledged
 from engine.master.balancers.registry import DEFAULT as BALANCER
 from engine.master.places import CRASH_LIMIT, CRASH_WINDOW
 from engine.master.quotas import Quota
 from engine.protocols.control_link import StopContainer
-from engine.service.links import container_link, unacknowledged
 from engine.service.planning import IDLE
 from engine.service.robot_sessions import LINGER
 from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig

@@ -18,7 +18,7 @@ from endpoints.http.websocket_protocol import MESSAGE_TIMEOUT
 from endpoints.rosbridge.attachment import PROBE_TIMEOUT
 from endpoints.rosbridge.idle_watch import IDLE
 from endpoints.rosbridge.robot_socket import TAKEN_OVER
-from endpoints.rosbridge.session_registry import MAX_AWAY, READY_TIMEOUT
+from endpoints.rosbridge.session_registry import READY_TIMEOUT
 from endpoints.services.request_limits import RequestLimits
 from endpoints.web import MAX_FRAME
 from engine.container.fleet_bridge import SHARE_PERIOD, TELL_PERIOD
@@ -27,6 +27,7 @@ from engine.service.path_requests import DEFAULT_TIMEOUT
 from engine.service.robot_sessions import LINGER
 from engine.sessions.calls import CALL_TIMEOUT, MAX_CALLS
 from engine.sessions.heartbeat import HEARTBEAT, HEARTBEAT_TYPE, PERIOD
+from engine.sessions.host import MAX_AWAY
 from engine.sessions.outbox import MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES
 from engine.sessions.place.client_actions import MAX_ACTIONS
 from engine.sessions.place.client_services import MAX_SERVICES
