@@ -80,7 +80,7 @@ def test_limits_of_queues_and_periods_are_those_of_the_code() -> None:
     assert states(DATA_FLOW, f"at most {unacknowledged.MAX_UNACKNOWLEDGED} and")
     assert states(DATA_FLOW, f"and {unacknowledged.MAX_UNACKNOWLEDGED_BYTES >> 20} MiB wait, then the client")
     assert container_link.MAX_WAITING == 1 << 20 and states(DATA_FLOW, "1 MiB waits for a slow one")
-    assert states(DATA_FLOW, f"waited {CMD_VEL.expiry:g} s at the endpoint")
+    assert states(DATA_FLOW, f"waited {CMD_VEL.expiry:g} s in its session")
     assert states(DATA_FLOW, f"none has come for {BaseLimits().timeout:g} s")
 
 
