@@ -64,8 +64,9 @@ class FrameTaker:
     def _run(self, frame: NumberedFrame) -> None:
         self._unsettled.begin(frame)
         operation = self._wire.receive(frame.content if frame.binary else frame.content.decode())
+        self._unsettled.gather(self._wire.incomplete)
         if isinstance(operation, operations.Fragment):
-            self._unsettled.wait_for_rest()
+            self._unsettled.wait_for_rest(operation.id)
         elif isinstance(operation, operations.RefusedOperation) and operation.parts:
             self._execute(map(self._wire.receive, operation.parts))
         else:

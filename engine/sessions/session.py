@@ -314,6 +314,8 @@ class ClientSession:
     # -- to the client -------------------------------------------------------------------------------------------------
 
     def _answer(self, frame: bytes, fragment_size: int = 0, sent: Sent | None = None) -> None:
+        if sent is None:  # an answer to the frame that is executed now
+            return self.unsettled.answer(lambda settle: self._answer(frame, fragment_size, settle))
         try:
             self.outbox.put_answer(frame, fragment_size, sent)
         except PPaaSError as error:  # a response must not be dropped: the client is disconnected instead

@@ -3,6 +3,7 @@
 Source: section 3.1.1 of ``ROSBRIDGE_PROTOCOL.md`` of ``RobotWebTools/rosbridge_suite``.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 
 import msgspec
@@ -68,6 +69,11 @@ class FragmentAssembler:
 
     def __init__(self) -> None:
         self._open: dict[Id, _Incomplete] = {}
+
+    @property
+    def incomplete(self) -> Collection[Id]:
+        """Ids of the incomplete frames."""
+        return self._open.keys()
 
     def add(self, fragment: Fragment) -> str | None:
         """Add a fragment; return the frame if that completes it.

@@ -8,7 +8,7 @@ the client spelled them. ``roslibpy`` fails on a ``status``, so it is sent only 
 ``set_level``.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 
 import msgspec
 
@@ -110,6 +110,11 @@ class RosbridgeSession:
             except PPaaSError as error:  # not a name of a topic, or too many subscriptions
                 return RefusedOperation(error, id=operation.id, name=operation.topic)
         return operation
+
+    @property
+    def incomplete(self) -> Collection[Id]:
+        """Ids of the frames of which the client has sent only some fragments."""
+        return self._fragments.incomplete
 
     def _add(self, fragment: Fragment) -> ClientOperation | RefusedOperation:
         """Add a part of a frame; return the operation of the frame if that completes it."""
