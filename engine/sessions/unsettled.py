@@ -15,17 +15,13 @@ Key = tuple[str | int | None, ...]
 
 
 class _Claim:
-    """Frames that are executed as one, and the number of reasons for which they are not settled.
+    """Frames that are executed as one, and the number of reasons for which they are not settled."""
 
-    ``messages`` of these reasons are messages to the clone.
-    """
-
-    __slots__ = ("messages", "numbers", "reasons")
+    __slots__ = ("numbers", "reasons")
 
     def __init__(self, number: int) -> None:
         self.numbers = [number]
         self.reasons = 1  # its execution
-        self.messages = 0
 
 
 class UnsettledFrames:
@@ -40,8 +36,6 @@ class UnsettledFrames:
     def __init__(self, report: Callable[[], None] = lambda: None) -> None:
         self._report = report
         self._frames: dict[int, NumberedFrame] = {}
-        self._waiting: dict[int, None] = {}
-        self._claims: dict[int, _Claim] = {}
         self._parts: dict[Id, list[int]] = {}
         self._claim = _Claim(0)
         self._named = 0
@@ -54,23 +48,6 @@ class UnsettledFrames:
         """Return the frames that are not settled, in order."""
         return [self._frames[number] for number in sorted(self._frames)]
 
-    def beyond_checkpoint(self) -> list[NumberedFrame]:
-        """Return the frames that are not settled by a checkpoint which is made now, in order."""
-        return [frame for frame in self.frames() if not self._settles_with_checkpoint(frame.number)]
-
-    def _settles_with_checkpoint(self, number: int) -> bool:
-        claim = self._claims.get(number)
-        return claim is not None and claim.reasons == claim.messages
-
-    def __contains__(self, number: int) -> bool:
-        """Return whether a frame is not settled."""
-        return number in self._frames
-
-    @property
-    def first_waiting(self) -> int | None:
-        """Number of the first frame that was added and is not executed yet; None if there is none."""
-        return next(iter(self._waiting), None)
-
     def take_settled(self) -> list[int]:
         """Return the frames that were settled since the last call."""
         settled, self._settled = self._settled, []
@@ -78,40 +55,27 @@ class UnsettledFrames:
 
     # -- the frame that is executed ------------------------------------------------------------------------------------
 
-    def add(self, frame: NumberedFrame) -> None:
-        """Add a frame that is executed later."""
-        self._frames[frame.number] = frame
-        self._waiting[frame.number] = None
-
     def begin(self, frame: NumberedFrame) -> None:
         """Begin the execution of a frame."""
-        self.add(frame)
+        self._frames[frame.number] = frame
         self._named = 0
-        self._claim = self._claims[frame.number] = _Claim(frame.number)
+        self._claim = _Claim(frame.number)
 
     def gather(self, incomplete: Container[Id]) -> None:
         """Join the fragments to the frame that completed or dropped theirs: all but those of incomplete frames."""
         for identity in [identity for identity in self._parts if identity not in incomplete]:
-            for number in self._parts.pop(identity):
-                self._claim.numbers.append(number)
-                self._claims[number] = self._claim
+            self._claim.numbers += self._parts.pop(identity)
 
     def wait_for_rest(self, identity: Id) -> None:
         """Note that the frame is a fragment of an incomplete one, which is executed with its last fragment."""
-        self._parts.setdefault(identity, []).append(self._executed())
+        self._parts.setdefault(identity, []).append(self._claim.numbers[0])
 
     def end(self) -> None:
         """End the execution of a frame; it is settled now, unless there is a reason against it."""
-        self._executed()
         deferred, self._deferred = self._deferred, []
         self._release(self._claim)
         for send in deferred:
             send()
-
-    def _executed(self) -> int:
-        number = self._claim.numbers[0]
-        self._waiting.pop(number, None)
-        return number
 
     def answer(self, send: Callable[[Callable[[], None]], None]) -> None:
         """Answer the frame once it is executed, so that it is settled with the last of its answers.
@@ -139,7 +103,6 @@ class UnsettledFrames:
         """Leave the frame unsettled until a checkpoint contains the message that it sent; 0 if it may be lost."""
         if sequence:
             self._claim.reasons += 1
-            self._claim.messages += 1
             self._sequences.append((sequence, self._claim))
 
     def until_withdrawn(self, key: Key) -> None:
@@ -159,9 +122,7 @@ class UnsettledFrames:
     def acknowledged(self, sequence: int) -> None:
         """Settle the frames whose messages are in a checkpoint."""
         while self._sequences and self._sequences[0][0] <= sequence:
-            claim = self._sequences.popleft()[1]
-            claim.messages -= 1
-            self._release(claim)
+            self._release(self._sequences.popleft()[1])
 
     def withdrawn(self, *key: str | int | None) -> None:
         """Settle the frames of what is withdrawn: all keys that begin with this one."""
@@ -173,7 +134,6 @@ class UnsettledFrames:
         if claim.reasons:
             return
         for number in claim.numbers:
-            self._claims.pop(number, None)
             if self._frames.pop(number, None) is not None:
                 self._settled.append(number)
         if self._settled:

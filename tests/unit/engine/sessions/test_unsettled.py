@@ -1,5 +1,7 @@
 """Frames of a client that are not settled: for as long as there is a reason, and not longer."""
 
+from collections.abc import Callable
+
 from engine.protocols.session_frames import NumberedFrame
 from engine.sessions.unsettled import UnsettledFrames
 
@@ -31,17 +33,6 @@ def test_message_is_settled_by_its_acknowledgement_only() -> None:
     assert (_numbers(unsettled), unsettled.take_settled()) == ([2], [1])
 
 
-def test_checkpoint_has_no_frames_that_it_settles_itself() -> None:
-    unsettled = UnsettledFrames()
-    _execute(unsettled, 1)
-    unsettled.until_acknowledged(7)
-    unsettled.end()
-    _execute(unsettled, 2)
-    unsettled.until_withdrawn(("subscription", "map", None))
-    unsettled.end()
-    assert [frame.number for frame in unsettled.beyond_checkpoint()] == [2]
-
-
 def test_standing_operation_is_settled_by_its_successor_and_by_its_withdrawal() -> None:
     unsettled = UnsettledFrames()
     for number in (1, 2):
@@ -68,7 +59,8 @@ def test_fragments_are_settled_with_their_last_though_others_come_between() -> N
 
 
 def test_answered_frame_is_settled_once_its_answer_is_sent() -> None:
-    unsettled, sent = UnsettledFrames(), []
+    unsettled = UnsettledFrames()
+    sent: list[Callable[[], None]] = []
     _execute(unsettled, 1)
     unsettled.answer(sent.append)
     assert sent == []  # only once the frame is executed
