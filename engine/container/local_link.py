@@ -30,7 +30,9 @@ class LocalLink:
         self._queued.append(frame)
 
     def _pass_on(self) -> None:
-        for _ in range(len(self._queued)):
-            self._take(self._queued.popleft())
-        if self._queued:
-            asyncio.get_running_loop().call_soon(self._pass_on)
+        try:
+            for _ in range(len(self._queued)):
+                self._take(self._queued.popleft())
+        finally:
+            if self._queued:
+                asyncio.get_running_loop().call_soon(self._pass_on)

@@ -139,11 +139,15 @@ class Container:
 
     async def serve(self) -> None:
         """Handle frames until an endpoint sends a shutdown."""
-        await self._endpoint.serve(
-            lambda frame: self.take(self._remote, frame), lambda: self.hello(os.getpid()), self._endpoint_lost
-        )
+        await self._endpoint.serve(lambda frame: self.take(self._remote, frame), self._hello_again, self._endpoint_lost)
         self._notes.tell(self._machine)
         await self._save()
+
+    def _hello_again(self) -> robot_link.Hello:
+        """Return the hello for an endpoint that the container dials after it lost one."""
+        if self._sessions is not None:
+            self._sessions.link_up(self._endpoint)
+        return self.hello(os.getpid())
 
     def _endpoint_lost(self) -> None:
         """Detach the sockets of the endpoint, and drop its subscriptions."""

@@ -39,7 +39,12 @@ class FrameTaker:
         self._unsettled = unsettled
         self._ask = ask
         self._suspended: Iterator[operations.ClientOperation | operations.RefusedOperation] | None = None
+        self._current = NumberedFrame(0, b"")
         self._waiting: deque[NumberedFrame] = deque()
+
+    def waiting(self) -> list[NumberedFrame]:
+        """Return the frames that are not executed yet, in order; the first has an operation that waits."""
+        return [self._current, *self._waiting] if self.waits else []
 
     @property
     def waits(self) -> bool:
@@ -62,6 +67,7 @@ class FrameTaker:
             self._run(self._waiting.popleft())
 
     def _run(self, frame: NumberedFrame) -> None:
+        self._current = frame
         self._unsettled.begin(frame)
         operation = self._wire.receive(frame.content if frame.binary else frame.content.decode())
         self._unsettled.gather(self._wire.incomplete)

@@ -35,6 +35,10 @@ class HeldFrames:
         self._held: list[NumberedFrame] = []
         self._size = 0
 
+    def waiting(self) -> list[NumberedFrame]:
+        """Return the frames that wait, in order."""
+        return [*self._held]
+
     def take(self, frame: NumberedFrame) -> None:
         """Pass a frame on, or let it wait."""
         if self._held:

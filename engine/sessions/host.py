@@ -6,6 +6,7 @@ endpoint. A socket that names an attached session takes it over: the client know
 """
 
 import asyncio
+import logging
 from collections.abc import Iterator
 
 import msgspec
@@ -24,12 +25,15 @@ from engine.protocols.session_frames import (
     RoundTrip,
     SessionOver,
     SessionToContainer,
+    Settled,
     SocketReady,
 )
 from engine.sessions.place.place import Place
 from engine.sessions.retained_session import RetainedSession, SessionKey, SessionRecord, key_of
 from engine.sessions.socket_sink import EndpointEnd, SocketSink
 from ppaas.errors import Conflict, rebuild
+
+logger = logging.getLogger(__name__)
 
 MAX_AWAY = 64
 """Largest number of detached sessions of one user; the oldest detached session is evicted first."""
@@ -60,6 +64,7 @@ class SessionHost:
         self._place = place
         self._named: dict[SessionKey, RetainedSession] = {}
         self._sockets: dict[Socket, RetainedSession] = {}
+        self._nameless: dict[str, RetainedSession] = {}
         self._records: dict[str, SessionRecord] = {}
         self._links: dict[EndpointEnd, ClientOffers | None] = {}
 
@@ -82,7 +87,14 @@ class SessionHost:
         """Detach all sockets of an endpoint that was lost."""
         self._links.pop(link, None)
         for socket in [socket for socket in self._sockets if socket[0] is link]:
+            self._keep_nameless(self._sockets[socket])
             self._detach(socket, for_good=False)
+
+    def _keep_nameless(self, retained: RetainedSession) -> None:
+        """Keep a session without a name for a moment, since its endpoint may have lost the link alone."""
+        if retained.client.name is None and not retained.session.over.done():
+            self._nameless[retained.id] = retained
+            retained.expiry = asyncio.get_running_loop().call_later(RETURN, self._end, retained)
 
     async def attend(self) -> None:
         """Tell endpoints what clients offer, and send what waited for a slow link, until cancelled."""
@@ -144,9 +156,9 @@ class SessionHost:
 
     def _attach(self, link: EndpointEnd, attach: Attach) -> None:
         key = key_of(attach.client)
-        retained = None if key is None else self._named.get(key)
-        if attach.carried and retained is not None and retained.sink is not None:
-            self._refuse(link, attach.socket)
+        retained = self._nameless.pop(attach.id, None) if key is None else self._named.get(key)
+        if attach.carried and retained is not None:
+            self._carry_on(link, attach, retained)
             return
         if retained is not None:
             self._displace(retained)
@@ -159,6 +171,16 @@ class SessionHost:
         if attach.resume is not None and resumed:
             retained.session.outbox.resume(attach.resume.received)
         self._connect(link, attach, retained, resumed=resumed)
+
+    def _carry_on(self, link: EndpointEnd, attach: Attach, retained: RetainedSession) -> None:
+        """Attach the socket of a session that an endpoint carries, and whose link was lost."""
+        if retained.sink is not None or retained.id != attach.id:
+            self._refuse(link, attach.socket)
+            return
+        settled = retained.continue_with(attach)
+        self._connect(link, attach, retained, resumed=True)
+        if settled:
+            link.write(Settled(attach.socket, settled))
 
     @staticmethod
     def _refuse(link: EndpointEnd, socket: int) -> None:
@@ -231,6 +253,8 @@ class SessionHost:
         retained.release()
         retained.connect(None)
         key = key_of(retained.client)
+        if key is None and not for_good and retained.id in self._nameless:
+            return
         if key is None or for_good or retained.session.over.done():
             self._end(retained)
             return
@@ -249,11 +273,12 @@ class SessionHost:
         key = key_of(retained.client)
         if key is not None and self._named.get(key) is retained:
             del self._named[key]
+        self._nameless.pop(retained.id, None)
         retained.end()
 
     def close(self) -> None:
         """End all sessions."""
-        for retained in {*self._named.values(), *self._sockets.values()}:
+        for retained in {*self._named.values(), *self._nameless.values(), *self._sockets.values()}:
             self._end(retained)
         self._sockets.clear()
 
@@ -261,12 +286,16 @@ class SessionHost:
 
     def checkpoint(self) -> bytes:
         """Return the sessions as JSON, for the container that replaces this one."""
-        now = {retained.id: retained for retained in (*self._named.values(), *self._sockets.values())}
+        known = (*self._named.values(), *self._nameless.values(), *self._sockets.values())
+        now = {retained.id: retained for retained in known}
         return msgspec.json.encode([*self._records.values(), *(retained.record() for retained in now.values())])
 
     def restore(self, state: bytes) -> None:
         """Know the sessions of an earlier container, until their clients' sockets are attached."""
-        self._records = {record.id: record for record in _decoder.decode(state)}
+        try:
+            self._records = {record.id: record for record in _decoder.decode(state)}
+        except msgspec.DecodeError as error:
+            logger.warning("the sessions of an earlier container cannot be read, and begin anew: %s", error)
 
     def forget_restored(self) -> None:
         """Let restored sessions whose clients do not return within their linger end."""
@@ -291,4 +320,7 @@ def _may_continue(record: SessionRecord, attach: Attach) -> bool:
         return False
     if attach.carried:
         return attach.id == record.id
-    return not attach.options.counts or (attach.resume is not None and attach.resume.id == record.id)
+    if not attach.options.counts:
+        return True
+    resume = attach.resume
+    return resume is not None and resume.id == record.id and resume.received >= record.sent

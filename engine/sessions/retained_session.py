@@ -36,7 +36,8 @@ REPORT_PERIOD = 0.1
 class SessionRecord(msgspec.Struct, frozen=True):
     """Session in a checkpoint: the frames that set it up, or that are not answered.
 
-    ``taken`` is the number of frames of the client that were executed before the checkpoint.
+    ``taken`` is the number of the last frame of the client that was executed before the checkpoint, ``sent`` the number
+    of frames that the client was sent.
     """
 
     id: str
@@ -45,6 +46,7 @@ class SessionRecord(msgspec.Struct, frozen=True):
     access: Access
     taken: int
     frames: list[NumberedFrame]
+    sent: int = 0
 
 
 class SessionKey(NamedTuple):
@@ -113,9 +115,13 @@ class RetainedSession:
 
     def record(self) -> SessionRecord:
         """Return the session as a checkpoint has it."""
+        waiting = [*self.session.waiting(), *self._frames.waiting()]
+        executed = waiting[0].number - 1 if waiting else self.taken
+        frames = {frame.number: frame for frame in (*self.unsettled.frames(), *waiting)}
         return SessionRecord(
-            self.id, self.client, self.options, self.session.access, self.taken, self.unsettled.frames()
-        )
+            self.id, self.client, self.options, self.session.access, executed,
+            [frames[number] for number in sorted(frames)], self.session.outbox.count,
+        )  # fmt: skip
 
     # -- frames of the client ------------------------------------------------------------------------------------------
 
@@ -137,6 +143,15 @@ class RetainedSession:
         """Execute the frames that wait for types of ROS."""
         self._frames.release()
 
+    def continue_with(self, attach: Attach) -> list[int]:
+        """Go on after the link to the endpoint was lost; return the frames that it keeps and that are settled."""
+        self.session.outbox.resume(attach.sent)
+        pending = {frame.number for frame in self.record().frames}
+        taken = [frame.number for frame in attach.kept if frame.number <= self.taken]
+        for frame in attach.kept:
+            self.take(frame)
+        return [number for number in taken if number not in pending]
+
     # -- permits -------------------------------------------------------------------------------------------------------
 
     def ask_permit(self) -> None:
@@ -155,7 +170,7 @@ class RetainedSession:
         """Send through a socket from now on; with None, let all frames wait."""
         self.sink = sink
         self.session.outbox.connect(sink)
-        if sink is not None and self.session.waits:
+        if sink is not None and self.session.waiting():
             self.ask_permit()
 
     def _report_later(self) -> None:

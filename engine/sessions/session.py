@@ -147,14 +147,7 @@ class ClientSession:
     # -- from the client -----------------------------------------------------------------------------------------------
 
     def take(self, frame: NumberedFrame, replay: Replay = "") -> None:
-        """Execute a frame of the client; report its errors to the client.
-
-        Parameters
-        ----------
-        frame : NumberedFrame
-        replay : {"", "sent", "applied"}
-            Origin of the frame. What an earlier container did already is not repeated, and no error is reported.
-        """
+        """Execute a frame of the client; report its errors to the client, unless an earlier container got the frame."""
         self._posting.replay = replay
         try:
             self._taker.take(frame)
@@ -163,20 +156,22 @@ class ClientSession:
 
     def serve(self, frame: NumberedFrame, replay: Replay = "") -> None:
         """Execute a frame like ``take``; an internal error ends the session."""
+        self._guard(lambda: self.take(frame, replay))
+
+    def _guard(self, work: Callable[[], None]) -> None:
         try:
-            self.take(frame, replay)
+            work()
         except Exception as error:
             logger.exception("%s: serving failed", self.name)
             self.closed(PPaaSError(f"internal error: {type(error).__name__}"))
 
-    @property
-    def waits(self) -> bool:
-        """Whether an operation waits for a permit."""
-        return self._taker.waits
+    def waiting(self) -> list[NumberedFrame]:
+        """Return the frames that wait for a permit, in order."""
+        return self._taker.waiting()
 
     def resume(self) -> None:
         """Execute the operation that waits for a permit, and the frames after it."""
-        self._taker.resume()
+        self._guard(self._taker.resume)
 
     def acknowledged(self, sequence: int) -> None:
         """Handle that all messages up to a sequence number are in a checkpoint."""
@@ -279,6 +274,7 @@ class ClientSession:
             self.unsettled.until_withdrawn(("subscription", topic, operation.id))
         except PPaaSError:
             self._wire.forget(operation)
+            self.unsettled.withdrawn("subscription", topic, operation.id)
             self._unsubscribe_if_unused(topic)
             raise
         if (operation.throttle_rate or 0) < 0 or (operation.queue_length or 0) < 0:

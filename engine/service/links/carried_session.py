@@ -135,6 +135,7 @@ class CarriedSession:
         self._carried = False
         self._kept: dict[int, NumberedFrame] = {}
         self._kept_bytes = 0
+        self._drop_above = MAX_UNSENT
         self._sent_to_container = 0
         self._sent = 0
         self._sink: Sink | None = None
@@ -150,7 +151,7 @@ class CarriedSession:
             Attach(
                 self._socket, self._client, self._options, self._access, self.id,
                 None if self._carried else self._resume, self._carried,
-                list(self._kept.values()), self._sent_to_container, self._sent,
+                list(self._kept.values()), self._sent_to_container, self._sent + len(self._held),
             )
         )  # fmt: skip
         if sent:
@@ -225,16 +226,17 @@ class CarriedSession:
         self._kept_bytes += len(body)
         if self._carried and self._place.send(ClientFrame(self._socket, frame.number, body, binary)):
             self._sent_to_container = frame.number
-        elif self._kept_bytes > MAX_UNSENT:
+        elif self._kept_bytes > self._drop_above:
             self._drop_streams()
         if len(self._kept) > MAX_KEPT or self._kept_bytes > MAX_KEPT_BYTES:
             self._check_kept()
 
     def _drop_streams(self) -> None:
-        """Drop the messages that may be lost, and that no container got."""
+        """Drop the messages that may be lost, while no container gets them."""
         for number, frame in tuple(self._kept.items()):
             if is_stream(frame.content if frame.binary else frame.content.decode()):
                 self._settle([number])
+        self._drop_above = self._kept_bytes + MAX_UNSENT
 
     def _check_kept(self) -> None:
         self._drop_streams()
