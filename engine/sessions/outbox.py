@@ -6,7 +6,8 @@ arrive and did not are sent again; see ``docs/adr/0013-sessions-outlive-sockets.
 
 import itertools
 from collections import OrderedDict, defaultdict, deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import NamedTuple, Protocol
 
 from ppaas.clock import Clock, monotonic
@@ -93,6 +94,7 @@ class FrameOutbox:
         self._sent: deque[tuple[int, _QueuedMessage]] = deque()
         self._sent_bytes = 0
         self.repeats = False
+        self._corks = 0
         self.dropped, self.dropped_at = 0, float("-inf")
         self.connected_at: deque[float] = deque(maxlen=MOST_CONNECTS)
 
@@ -171,9 +173,19 @@ class FrameOutbox:
             self.connected_at.append(self._clock())
         self.flush()
 
+    @contextmanager
+    def corked(self) -> Iterator[None]:
+        """Let frames wait meanwhile, and send them afterwards."""
+        self._corks += 1
+        try:
+            yield
+        finally:
+            self._corks -= 1
+            self.flush()
+
     def flush(self) -> None:
         """Send waiting frames while the connection is ready; expired frames are skipped."""
-        sink = self._sink
+        sink = None if self._corks else self._sink
         while sink is not None and sink.ready and (self._parts or self._entries):
             if not self._parts:
                 self._take_next()

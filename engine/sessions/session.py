@@ -150,7 +150,8 @@ class ClientSession:
         """Execute a frame of the client; report its errors to the client, unless an earlier container got the frame."""
         self._posting.replay = replay
         try:
-            self._taker.take(frame)
+            with self.outbox.corked():  # answers go out together with what they settle
+                self._taker.take(frame)
         finally:
             self._posting.replay = ""
 
@@ -171,7 +172,8 @@ class ClientSession:
 
     def resume(self) -> None:
         """Execute the operation that waits for a permit, and the frames after it."""
-        self._guard(self._taker.resume)
+        with self.outbox.corked():
+            self._guard(self._taker.resume)
 
     def acknowledged(self, sequence: int) -> None:
         """Handle that all messages up to a sequence number are in a checkpoint."""

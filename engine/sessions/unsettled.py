@@ -39,7 +39,6 @@ class UnsettledFrames:
         self._parts: dict[Id, list[int]] = {}
         self._claim = _Claim(0)
         self._named = 0
-        self._deferred: list[Callable[[], None]] = []
         self._settled: list[int] = []
         self._sequences: deque[tuple[int, _Claim]] = deque()
         self._standing: dict[Key, _Claim] = {}
@@ -72,21 +71,17 @@ class UnsettledFrames:
 
     def end(self) -> None:
         """End the execution of a frame; it is settled now, unless there is a reason against it."""
-        deferred, self._deferred = self._deferred, []
         self._release(self._claim)
-        for send in deferred:
-            send()
 
     def answer(self, send: Callable[[Callable[[], None]], None]) -> None:
-        """Answer the frame once it is executed, so that it is settled with the last of its answers.
+        """Answer the frame, which is settled with the last of its answers.
 
         Parameters
         ----------
         send : callable
             Sends the answer; called with a function that must be called when the answer is sent.
         """
-        release = self.until_released()
-        self._deferred.append(lambda: send(release))
+        send(self.until_released())
 
     def until_released(self) -> Callable[[], None]:
         """Leave the frame unsettled until the function that is returned is called."""

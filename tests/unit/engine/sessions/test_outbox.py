@@ -225,3 +225,15 @@ def test_a_client_that_counts_frames_gets_the_fragments_that_it_has_not(received
     first = sent(outbox, count=3)
     outbox.resume(received)
     assert joined(first[:received] + sent(outbox)) == [LONG.decode(), "next"]
+
+
+def test_frames_wait_while_the_outbox_is_corked_and_keep_their_order() -> None:
+    outbox, sink = FrameOutbox(), Connection(room=9)
+    outbox.connect(sink)
+    told: list[str] = []
+    with outbox.corked():
+        outbox.put_answer(b"one", sent=lambda: told.append("one"))
+        with outbox.corked():
+            outbox.put("", b"two", 8)
+        assert (sink.sent, told) == ([], [])
+    assert (sink.sent, told) == (["one", "two"], ["one"])

@@ -63,7 +63,6 @@ def test_answered_frame_is_settled_once_its_answer_is_sent() -> None:
     sent: list[Callable[[], None]] = []
     _execute(unsettled, 1)
     unsettled.answer(sent.append)
-    assert sent == []  # only once the frame is executed
     unsettled.end()
     assert (len(sent), _numbers(unsettled)) == (1, [1])
     sent[0]()
