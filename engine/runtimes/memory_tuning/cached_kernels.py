@@ -47,7 +47,7 @@ def load_without_compiler() -> None:
         try:
             loaded = loading(cache, signature, context)
         finally:
-            del vars(context)["refresh"]
+            vars(context).pop("refresh", None)  # a kernel that loads another, or a second thread, removed it
         if loaded is None:
             return None
         return loaded._replace(type_annotation="", metadata={})  # its documentation is not used here
