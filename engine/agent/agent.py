@@ -188,7 +188,7 @@ async def run(
     dial : callable, optional
         Connects to the master; `dial_master` by default.
     masters : MasterDirectory, optional
-        Where the masters are; by default, all are at the address in the settings.
+        Addresses of the masters; by default, the one in the settings.
 
     Returns
     -------

@@ -74,7 +74,7 @@ async def open_components(
     stack : AsyncExitStack
         Stops all components when it is closed.
     masters : MasterDirectory
-        Where the masters are.
+        Addresses of the masters.
     """
     run_dir, cpus = Path(config.run_dir), tuple(sorted(os.sched_getaffinity(0)))[: config.cores]
     permit_only(config.allowed)

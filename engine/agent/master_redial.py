@@ -50,7 +50,7 @@ class MasterRedial:
 
 
 class MasterDirectory(Protocol):
-    """Where the masters of a machine's cloud are."""
+    """Addresses of the masters of a machine's cloud."""
 
     @property
     def current(self) -> str:

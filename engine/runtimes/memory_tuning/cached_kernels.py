@@ -36,10 +36,10 @@ from engine.runtimes.memory_tuning.switch import LEAN
 
 
 def load_without_compiler() -> None:
-    """Make numba load its compiler only when it compiles. Call it once, before any kernel is called."""
-    if not LEAN:
-        return
+    """Make numba load its compiler only when it compiles. Call it before any kernel is called; again does nothing."""
     loading: Callable[..., Any] = Cache.load_overload
+    if not LEAN or hasattr(loading, "__wrapped__"):
+        return
 
     @functools.wraps(loading)
     def load_overload(cache: Cache, signature: Any, context: BaseContext) -> Any:
@@ -47,7 +47,7 @@ def load_without_compiler() -> None:
         try:
             loaded = loading(cache, signature, context)
         finally:
-            vars(context).pop("refresh", None)  # a kernel that loads another, or a second thread, removed it
+            vars(context).pop("refresh", None)  # another thread may have removed it
         if loaded is None:
             return None
         return loaded._replace(type_annotation="", metadata={})  # its documentation is not used here
