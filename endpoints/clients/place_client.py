@@ -14,11 +14,9 @@ import msgspec
 
 from endpoints.rosbridge.attachment import Attachment
 from engine.service.links.place_link import PlaceLink
-from engine.sessions.place.client_topics import check_type
 from ppaas.errors import Conflict, PPaaSError, QuotaExceeded, Unavailable
 from ppaas.wire import operations
 from ppaas.wire.refusals import error_of_text
-from ppaas.wire.stamped_twists import may_be_named
 
 Outcome: TypeAlias = bytes | PPaaSError
 """Response as JSON, or an error."""
@@ -103,7 +101,7 @@ class PlaceClient:
             The client may not publish it.
         """
         self.attachment.session.access.check_publish(topic)
-        self._check_type(topic, kind)
+        self.place.check_topic_type(topic, kind)
         number = self._next()
         self._execute(operations.Advertise(topic, kind, number))
         return number
@@ -128,16 +126,11 @@ class PlaceClient:
             The client may not subscribe to it.
         """
         self.attachment.session.access.check_subscribe(topic)
-        self._check_type(topic, kind)
+        self.place.check_topic_type(topic, kind)
         hearers = self._hearers[topic]
         if hear not in hearers:
             hearers.append(hear)
         self._execute(operations.Subscribe(topic, topic, kind))
-
-    def _check_type(self, topic: str, kind: str) -> None:
-        known, has = self.place.topics.get(topic), self.place.topic_type(topic)
-        if has is not None and not (known is not None and may_be_named(has, kind)):
-            check_type(topic, has, kind)
 
     def unsubscribe(self, topic: str, hear: Hear) -> None:
         """End a subscription."""

@@ -4,7 +4,7 @@ from typing import Protocol
 
 from endpoints.clients.place_client import Done, PlaceClient
 from endpoints.rapyuta.interfaces import Answerer, Asker, Interface, Sink, Source
-from engine.sessions.place.client_topics import check_type
+from engine.links.topic_types import check_type
 from ppaas.errors import Conflict
 from ppaas.wire.rapyuta.interface_types import InterfaceRole, InterfaceType
 from ppaas.wire.rapyuta.message_codec import graph_class

@@ -6,15 +6,18 @@ with the next container, and messages that must arrive are sent again.
 
 import asyncio
 import itertools
+from abc import abstractmethod
 from collections import defaultdict
 from collections.abc import Callable, Iterable
 from typing import Protocol
 
 from engine.links.container_link import ContainerLink
 from engine.links.open_calls import Done, Outcome
+from engine.links.topic_types import check_type
 from engine.protocols import robot_link
 from ppaas.errors import PPaaSError
 from ppaas.nodes import topics
+from ppaas.wire.stamped_twists import may_be_named
 
 
 class Listener(Protocol):
@@ -113,6 +116,42 @@ class SharedLink(ContainerLink):
     def heard(self) -> frozenset[str]:
         """Return the topics that clients are subscribed to, whether or not they exist."""
         return frozenset(self._hearers)
+
+    # -- types ---------------------------------------------------------------------------------------------------------
+
+    @abstractmethod
+    def client_topic_type(self, topic: str) -> str | None:
+        """Return the type of a topic of a client, by its name in ROS 1; None if there is none."""
+
+    @abstractmethod
+    def client_topic_types(self) -> dict[str, str]:
+        """Return the topics of clients and their types, by the names of ROS 1."""
+
+    @abstractmethod
+    def client_service_type(self, service: str) -> str | None:
+        """Return the type of a service of a client, by its name in ROS 1; None if there is none."""
+
+    def topic_type(self, topic: str) -> str | None:
+        """Return the type of a topic of the clone or of a client, by its name in ROS 1; None if there is none."""
+        known = self.topics.get(topic)
+        return known.type if known is not None else self.client_topic_type(topic)
+
+    def topic_types(self) -> dict[str, str]:
+        """Return all topics of the clone and of clients, with their types by the names of ROS 1."""
+        return self.client_topic_types() | {name: topic.type for name, topic in self.topics.items()}
+
+    def service_type(self, service: str) -> str | None:
+        """Return the type of a service of the clone or of a client, by its name in ROS 1; None if there is none."""
+        known = self.services.get(service)
+        return known.type if known is not None else self.client_service_type(service)
+
+    def check_topic_type(self, topic: str, kind: str) -> None:
+        """Raise ``Conflict`` unless clients may name a topic by a type; one that does not exist yet may have any."""
+        has = self.topic_type(topic)
+        if has is not None and not (topic in self.topics and may_be_named(has, kind)):
+            check_type(topic, has, kind)
+
+    # -- calls ---------------------------------------------------------------------------------------------------------
 
     def begin_call(self, service: str, payload: bytes, timeout: float, done: Done) -> Callable[[], object]:
         """Call a service; ``done`` is called once with the response as JSON, or an error.

@@ -9,6 +9,7 @@ import logging
 from collections.abc import Callable
 from typing import Any
 
+from engine.links.topic_types import check_type
 from engine.protocols.session_frames import NumberedFrame
 from engine.rights.access import Access
 from engine.rights.roles import Role, check_may_publish
@@ -19,7 +20,6 @@ from engine.sessions.heartbeat import HEARTBEAT, HEARTBEAT_TYPE, Heartbeat, chec
 from engine.sessions.namespaces import namespace_hint, with_hint
 from engine.sessions.offered_actions import OfferedActions
 from engine.sessions.outbox import FrameOutbox, Sent
-from engine.sessions.place.client_topics import check_type
 from engine.sessions.place.place import Place
 from engine.sessions.posting import Posting, Replay
 from engine.sessions.spelling import spelling_at

@@ -113,19 +113,17 @@ class PlaceLink(SharedLink):
 
     # -- what the place offers -----------------------------------------------------------------------------------------
 
-    def topic_type(self, topic: str) -> str | None:
-        """Return the type of a topic of the clone or of a client, by its name in ROS 1; None if there is none."""
-        known = self.topics.get(topic)
-        return known.type if known is not None else self.offers.topics.get(topic)
+    def client_topic_type(self, topic: str) -> str | None:
+        """Return the type of a topic of a client, by its name in ROS 1; None if there is none."""
+        return self.offers.topics.get(topic)
 
-    def topic_types(self) -> dict[str, str]:
-        """Return all topics of the clone and of clients, with their types by the names of ROS 1."""
-        return self.offers.topics | {name: topic.type for name, topic in self.topics.items()}
+    def client_topic_types(self) -> dict[str, str]:
+        """Return the topics of clients and their types, by the names of ROS 1."""
+        return self.offers.topics
 
-    def service_type(self, service: str) -> str | None:
-        """Return the type of a service of the clone or of a client, by its name in ROS 1; None if there is none."""
-        known = self.services.get(service)
-        return known.type if known is not None else self.offers.services.get(service)
+    def client_service_type(self, service: str) -> str | None:
+        """Return the type of a service of a client, by its name in ROS 1; None if there is none."""
+        return self.offers.services.get(service)
 
     def offered_services(self) -> dict[str, str]:
         """Return the services of clients and their types, by the names of ROS 1."""

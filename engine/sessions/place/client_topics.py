@@ -6,7 +6,8 @@ the container.
 
 from dataclasses import dataclass, field
 
-from ppaas.errors import Conflict, MalformedMessage, NotFound, QuotaExceeded
+from engine.links.topic_types import check_type
+from ppaas.errors import MalformedMessage, NotFound, QuotaExceeded
 
 MAX_TOPICS = 200
 """Largest number of topics that the clients of one place may advertise."""
@@ -123,18 +124,6 @@ class ClientTopics:
         """Return the latched message of a topic, or None."""
         known = self._topics.get(topic)
         return known.last if known is not None else None
-
-
-def check_type(topic: str, has: str, wanted: str) -> None:
-    """Check that a topic has the type that a client expects.
-
-    Raises
-    ------
-    Conflict
-        It has another type.
-    """
-    if has != wanted:
-        raise Conflict(f"topic {topic!r} has type {has}, not {wanted}")
 
 
 def _is_of(topic: _Topic, client: int) -> bool:

@@ -7,13 +7,12 @@ from engine.links.shared_link import SharedLink
 from engine.sessions.place.client_actions import ActionProvider, ClientActions
 from engine.sessions.place.client_health import ClientHealth
 from engine.sessions.place.client_services import ClientServices, Provider
-from engine.sessions.place.client_topics import ClientTopics, check_type
+from engine.sessions.place.client_topics import ClientTopics
 from ppaas.clock import monotonic
 from ppaas.diagnosis.observations.facts import LinkFacts
 from ppaas.errors import Conflict, NotFound
 from ppaas.nodes.frames import BASE_LINK
 from ppaas.wire.actions import actions
-from ppaas.wire.stamped_twists import may_be_named
 
 LIST_PERIOD = 1.0
 """Time for which the list of topics in error texts is not rebuilt [s]."""
@@ -73,26 +72,22 @@ class Place(SharedLink):
             The topic has another type than ``kind``.
         """
         if kind is not None:
-            self._check_type(topic, kind)
+            self.check_topic_type(topic, kind)
         self.subscribe(topic, client)
         if (last := self.client_topics.latched(topic)) is not None:
             self._published(topic, last, client)
 
-    def _check_type(self, topic: str, kind: str) -> None:
-        """Raise ``Conflict`` unless clients may name a topic by a type; one that does not exist yet may have any."""
-        known = self.topics.get(topic)
-        has = known.type if known is not None else self.client_topics.type_of(topic)
-        if has is not None and not (known is not None and may_be_named(has, kind)):
-            check_type(topic, has, kind)
+    def client_topic_type(self, topic: str) -> str | None:
+        """Return the type of a topic of a client, by its name in ROS 1; None if there is none."""
+        return self.client_topics.type_of(topic)
 
-    def topic_type(self, topic: str) -> str | None:
-        """Return the type of a topic of the clone or of a client, by its name in ROS 1; None if there is none."""
-        known = self.topics.get(topic)
-        return known.type if known is not None else self.client_topics.type_of(topic)
+    def client_topic_types(self) -> dict[str, str]:
+        """Return the topics of clients and their types, by the names of ROS 1."""
+        return self.client_topics.types()
 
-    def topic_types(self) -> dict[str, str]:
-        """Return all topics of the clone and of clients, with their types by the names of ROS 1."""
-        return self.client_topics.types() | {name: topic.type for name, topic in self.topics.items()}
+    def client_service_type(self, service: str) -> str | None:
+        """Return the type of a service of a client, by its name in ROS 1; None if there is none."""
+        return self.client_services.type_of(service)
 
     def offered_services(self) -> dict[str, str]:
         """Return the services of clients and their types, by the names of ROS 1."""
@@ -113,7 +108,7 @@ class Place(SharedLink):
             The clients advertise too many topics.
         """
         if topic in self.topics:
-            self._check_type(topic, kind)
+            self.check_topic_type(topic, kind)
         else:
             self.client_topics.advertise(topic, kind, (client, identity), latch=latch)
 
@@ -188,11 +183,6 @@ class Place(SharedLink):
         if self._closed is not None:
             raise self._closed
         self.client_actions.advertise(action, kind, client, provider)
-
-    def service_type(self, service: str) -> str | None:
-        """Return the type of a service of the clone or of a client, by its name in ROS 1; None if there is none."""
-        known = self.services.get(service)
-        return known.type if known is not None else self.client_services.type_of(service)
 
     def begin_call(self, service: str, payload: bytes, timeout: float, done: Done) -> Callable[[], object]:
         """Call a service of the clone or of a client; ``done`` is called once with the response as JSON, or an error.
