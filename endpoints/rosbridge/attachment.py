@@ -90,9 +90,3 @@ class Attachment:
         """Detach the socket from the session, which is retained for a while unless the client left for good."""
         self._left.set()
         self.session.detach(for_good=for_good)
-
-
-def name_of(user: str, request: ConnectRequest) -> str:
-    """Return the name of a client in the log."""
-    owner = "" if request.owner in ("", user) else f"{request.owner[:64]}:"
-    return f"{request.role} {user}/{owner}{request.robot[:64]}"

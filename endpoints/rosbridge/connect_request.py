@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from engine.protocols.session_frames import SessionClient
 from engine.rights.globs import split_address
 from engine.rights.roles import Role, role_of
 from engine.sessions.namespaces import parse_namespace
@@ -54,6 +55,10 @@ class ConnectRequest:
     namespace: str | None = None
     compact: bool = False
     png: bool = True
+
+    def client(self, user: str) -> SessionClient:
+        """Return the client of a session, which is this user."""
+        return SessionClient(user, self.owner or user, self.robot, self.role, self.session)
 
 
 def parse_connect_request(query: Mapping[str, str]) -> ConnectRequest:

@@ -20,7 +20,7 @@ from endpoints.http.closing import close_with
 from endpoints.http.problems import problem_response
 from endpoints.http.websocket_protocol import connection_of
 from endpoints.rosbridge.admission import admitted
-from endpoints.rosbridge.attachment import Attachment, Caller, name_of
+from endpoints.rosbridge.attachment import Attachment, Caller
 from endpoints.rosbridge.connect_request import parse_connect_request
 from endpoints.rosbridge.only_robot import only_robot
 from endpoints.rosbridge.session_registry import SessionRegistry
@@ -112,7 +112,7 @@ async def serve_robot_socket(socket: WebSocket, services: Services, sessions: Se
             request = replace(request, robot=await only_robot(services.store, user))
             note_object(socket.scope, f"robots/{request.robot}")
         request = replace(request, png=reads_png(socket.headers.get("user-agent", "")))
-        connection.name = name_of(user.id, request)
+        connection.name = request.client(user.id).title
         services.cloud.set_limits(user.id, user.limits)
         request, access = await admitted(services, user, request)
         with services.refused_connects.attempt(request.owner or user.id, request.robot, request.role):

@@ -10,7 +10,7 @@ from functools import partial
 from endpoints.rosbridge.attachment import Attachment, Caller
 from endpoints.rosbridge.connect_request import ConnectRequest
 from engine.processes.background import Background
-from engine.protocols.session_frames import Resumption, SessionClient, SessionOptions
+from engine.protocols.session_frames import SessionOptions
 from engine.rights.access import Access
 from engine.service.links.carried_session import CarriedSession
 from engine.service.links.place_link import PlaceLink
@@ -119,7 +119,7 @@ class SessionRegistry:
     async def _attach(self, caller: Caller, request: ConnectRequest, place: PlaceLink, access: Access) -> Attachment:
         await self._take_over(caller.user, request)
         session = CarriedSession(
-            place, _client_of(caller.user, request), self._options_of(request), access, _resumption_of(request),
+            place, request.client(caller.user), self._options_of(request), access, request.resume,
             count_plan=partial(self._plan_rate.take, caller.user),
         )  # fmt: skip
         attachment = Attachment(session, place, request, caller)
@@ -140,10 +140,10 @@ class SessionRegistry:
         """Displace the socket here that the session has now."""
         if request.session is None:
             return
-        wanted = _client_of(user, request)
+        wanted = request.client(user)
 
         def has_it(attachment: Attachment) -> bool:
-            return _client_of(attachment.user, attachment.request) == wanted
+            return attachment.request.client(attachment.user) == wanted
 
         while (attachment := next(filter(has_it, self._attachments), None)) is not None:
             await attachment.take_over(Conflict("another connection of the same session took over"))
@@ -163,11 +163,3 @@ class SessionRegistry:
     def _leave_place(self, place: PlaceLink, request: ConnectRequest) -> None:
         if request.hold:
             self._robots.leave(place, as_robot=request.role == "robot")
-
-
-def _client_of(user: str, request: ConnectRequest) -> SessionClient:
-    return SessionClient(user, request.owner or user, request.robot, request.role, request.session)
-
-
-def _resumption_of(request: ConnectRequest) -> Resumption | None:
-    return None if request.resume is None else Resumption(request.resume.id, request.resume.received)

@@ -1,21 +1,10 @@
 """Link that a clone serves: to an endpoint, or to the sessions of the clone's clients."""
 
-from typing import Protocol
-
+from engine.links.frame_writer import FrameWriter
 from engine.protocols import robot_link
 
-
-class FarEnd(Protocol):
-    """The other end of a link."""
-
-    def write(self, frame: robot_link.FromContainer) -> None:
-        """Queue a frame; it is lost while nobody is connected."""
-        ...
-
-    @property
-    def waiting(self) -> int:
-        """Number of written bytes that are still queued."""
-        ...
+FarEnd = FrameWriter[robot_link.FromContainer]
+"""The other end of a link."""
 
 
 class ServedLink:

@@ -8,10 +8,10 @@ import asyncio
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterable
 from functools import partial
-from typing import Protocol
 
 import msgspec
 
+from engine.links.frame_writer import FrameWriter
 from engine.links.open_calls import Done, OpenCalls
 from engine.links.unacknowledged import Unacknowledged
 from engine.protocols import robot_link
@@ -22,17 +22,8 @@ MAX_WAITING = 1 << 20
 """Size of the send queue of a slow container [bytes] above which messages that need not arrive are dropped."""
 
 
-class Stream(Protocol):
-    """Stream of frames to a container."""
-
-    def write(self, frame: robot_link.ToContainer) -> None:
-        """Queue a frame."""
-        ...
-
-    @property
-    def waiting(self) -> int:
-        """Number of written bytes that are still queued."""
-        ...
+Stream = FrameWriter[robot_link.ToContainer]
+"""Stream of frames to a container."""
 
 
 class ContainerLink(ABC):

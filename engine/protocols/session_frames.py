@@ -11,6 +11,7 @@ from engine.protocols.refusals import Refusal
 from engine.rights.access import Access
 from engine.rights.roles import Role
 from ppaas.wire.operations import Level
+from ppaas.wire.resumption import ResumptionPoint
 
 
 class SessionClient(msgspec.Struct, frozen=True):
@@ -33,6 +34,12 @@ class SessionClient(msgspec.Struct, frozen=True):
     robot: str
     role: Role
     name: str | None = None
+
+    @property
+    def title(self) -> str:
+        """Name of the client in the log."""
+        owner = "" if self.owner == self.user else f"{self.owner[:64]}:"
+        return f"{self.role} {self.user}/{owner}{self.robot[:64]}"
 
 
 class SessionOptions(msgspec.Struct, frozen=True):
@@ -62,13 +69,6 @@ class SessionOptions(msgspec.Struct, frozen=True):
     linger: float = 0.0
 
 
-class Resumption(msgspec.Struct, frozen=True):
-    """Point at which a client resumes its session: the session's id, and the frames that the client received."""
-
-    id: str
-    received: int
-
-
 class NumberedFrame(msgspec.Struct, frozen=True, array_like=True):
     """Frame of a client, text in UTF-8 or binary, with its number in the session."""
 
@@ -93,7 +93,7 @@ class Attach(msgspec.Struct, tag="attach"):
         Rights of the client.
     id : str
         Id of the session, if it begins anew or is carried already.
-    resume : Resumption, optional
+    resume : ResumptionPoint, optional
         Point at which the client resumes its session.
     carried : bool
         Whether the endpoint carries this session already: the container replaces another. Then ``kept`` has the frames
@@ -105,7 +105,7 @@ class Attach(msgspec.Struct, tag="attach"):
     options: SessionOptions
     access: Access
     id: str
-    resume: Resumption | None = None
+    resume: ResumptionPoint | None = None
     carried: bool = False
     kept: list[NumberedFrame] = []
     taken: int = 0

@@ -23,13 +23,15 @@ from engine.protocols.session_frames import (
     NumberedFrame,
     PlanCounted,
     RoundTrip,
+    SessionClient,
     SessionOver,
     SessionToContainer,
     Settled,
     SocketReady,
 )
+from engine.rights.access import Access
 from engine.sessions.place.place import Place
-from engine.sessions.retained_session import RetainedSession, SessionKey, SessionRecord, key_of
+from engine.sessions.retained_session import RetainedSession, SessionRecord
 from engine.sessions.socket_sink import EndpointEnd, SocketSink
 from ppaas.errors import Conflict, rebuild
 
@@ -62,7 +64,7 @@ class SessionHost:
 
     def __init__(self, place: Place) -> None:
         self._place = place
-        self._named: dict[SessionKey, RetainedSession] = {}
+        self._named: dict[SessionClient, RetainedSession] = {}
         self._sockets: dict[Socket, RetainedSession] = {}
         self._nameless: dict[str, RetainedSession] = {}
         self._records: dict[str, SessionRecord] = {}
@@ -155,19 +157,19 @@ class SessionHost:
     # -- attaching -----------------------------------------------------------------------------------------------------
 
     def _attach(self, link: EndpointEnd, attach: Attach) -> None:
-        key = key_of(attach.client)
-        retained = self._nameless.pop(attach.id, None) if key is None else self._named.get(key)
+        nameless = attach.client.name is None
+        retained = self._nameless.pop(attach.id, None) if nameless else self._named.get(attach.client)
         if attach.carried and retained is not None:
             self._carry_on(link, attach, retained)
             return
         if retained is not None:
             self._displace(retained)
-        if retained is not None and not _may_resume(retained, attach):
+        if retained is not None and not self._may_resume(retained, attach):
             self._end(retained)
             retained = None
         resumed = retained is not None
         if retained is None:
-            retained, resumed = self._begin(attach, key)
+            retained, resumed = self._begin(attach)
         if attach.resume is not None and resumed:
             retained.session.outbox.resume(attach.resume.received)
         self._connect(link, attach, retained, resumed=resumed)
@@ -181,6 +183,12 @@ class SessionHost:
         self._connect(link, attach, retained, resumed=True)
         if settled:
             link.write(Settled(attach.socket, settled))
+
+    @staticmethod
+    def _may_resume(retained: RetainedSession, attach: Attach) -> bool:
+        if retained.session.over.done():
+            return False
+        return _is_resumed(retained.id, retained.session.access, retained.sent_before, attach)
 
     @staticmethod
     def _refuse(link: EndpointEnd, socket: int) -> None:
@@ -207,29 +215,29 @@ class SessionHost:
             retained.connect(None)
             self._refuse(link, socket)
 
-    def _begin(self, attach: Attach, key: SessionKey | None) -> tuple[RetainedSession, bool]:
+    def _begin(self, attach: Attach) -> tuple[RetainedSession, bool]:
         """Begin a session: a new one, or one of an earlier container; return it, and whether it is resumed."""
-        record = self._take_record(attach, key)
+        record = self._take_record(attach)
         if record is not None:
             attach = msgspec.structs.replace(attach, id=record.id)
         retained = RetainedSession(self._place, attach)
-        if key is not None:
-            self._named[key] = retained
+        if attach.client.name is not None:
+            self._named[attach.client] = retained
         retained.session.over.add_done_callback(lambda _: self._end(retained) if retained.sink is None else None)
         retained.session.outbox.count = attach.sent
         self._repeat(retained, attach, record)
         return retained, record is not None
 
-    def _take_record(self, attach: Attach, key: SessionKey | None) -> SessionRecord | None:
+    def _take_record(self, attach: Attach) -> SessionRecord | None:
         """Return the session in the checkpoint that a socket continues; another one of the same name is over."""
         found = [
             record
             for record in self._records.values()
-            if (record.id == attach.id if attach.carried else key is not None and key_of(record.client) == key)
+            if (record.id == attach.id if attach.carried else record.client == attach.client and record.client.name)
         ]
         for record in found:
             del self._records[record.id]
-        return next((record for record in found if _may_continue(record, attach)), None)
+        return next((record for record in found if _is_resumed(record.id, record.access, record.sent, attach)), None)
 
     @staticmethod
     def _repeat(retained: RetainedSession, attach: Attach, record: SessionRecord | None) -> None:
@@ -252,27 +260,26 @@ class SessionHost:
         retained = self._sockets.pop(socket)
         retained.release()
         retained.connect(None)
-        key = key_of(retained.client)
-        if key is None and not for_good and retained.id in self._nameless:
+        client = retained.client
+        if not for_good and retained.id in self._nameless:
             return
-        if key is None or for_good or retained.session.over.done():
+        if client.name is None or for_good or retained.session.over.done():
             self._end(retained)
             return
-        self._named[key] = self._named.pop(key)  # moves to the end: the order is that of detaching
+        self._named[client] = self._named.pop(client)  # moves to the end: the order is that of detaching
         retained.expiry = asyncio.get_running_loop().call_later(retained.options.linger, self._end, retained)
-        away = [other for other in self._of_user(key.user) if other.sink is None]
+        away = [other for other in self._of_user(client.user) if other.sink is None]
         for other in away[:-MAX_AWAY]:
             self._end(other)
 
     def _of_user(self, user: str) -> Iterator[RetainedSession]:
-        return (retained for key, retained in self._named.items() if key.user == user)
+        return (retained for client, retained in self._named.items() if client.user == user)
 
     def _end(self, retained: RetainedSession) -> None:
         if retained.ended:
             return
-        key = key_of(retained.client)
-        if key is not None and self._named.get(key) is retained:
-            del self._named[key]
+        if self._named.get(retained.client) is retained:
+            del self._named[retained.client]
         self._nameless.pop(retained.id, None)
         retained.end()
 
@@ -304,23 +311,23 @@ class SessionHost:
             loop.call_later(max(record.options.linger, RETURN), self._records.pop, record.id, None)
 
 
-def _may_resume(retained: RetainedSession, attach: Attach) -> bool:
-    if retained.session.over.done():
-        return False
-    if not attach.access.includes(retained.session.access):  # it may hold what the client has no right to any more
-        return False
-    if not attach.options.counts:
-        return True
-    resume = attach.resume
-    return resume is not None and resume.id == retained.id and resume.received >= retained.sent_before
+def _is_resumed(session: str, access: Access, sent: int, attach: Attach) -> bool:
+    """Return whether a client resumes a session.
 
-
-def _may_continue(record: SessionRecord, attach: Attach) -> bool:
-    if not attach.access.includes(record.access):
+    Parameters
+    ----------
+    session : str
+        Id of the session.
+    access : Access
+        Rights with which it was used: it may hold what the client has no right to any more.
+    sent : int
+        Number of frames that were sent in it and are not kept.
+    attach : Attach
+        Request of the client's endpoint.
+    """
+    if not attach.access.includes(access):
         return False
-    if attach.carried:
-        return attach.id == record.id
-    if not attach.options.counts:
+    if attach.carried or not attach.options.counts:
         return True
-    resume = attach.resume
-    return resume is not None and resume.id == record.id and resume.received >= record.sent
+    point = attach.resume
+    return point is not None and point.id == session and point.received >= sent

@@ -1,7 +1,6 @@
 """Retained session: a client's session with what outlives its sockets and its container."""
 
 import asyncio
-from typing import NamedTuple
 
 import msgspec
 
@@ -49,29 +48,6 @@ class SessionRecord(msgspec.Struct, frozen=True):
     sent: int = 0
 
 
-class SessionKey(NamedTuple):
-    """Key of a session: user, owner and id of the robot, role, and the name that the client gave it."""
-
-    user: str
-    owner: str
-    robot: str
-    role: str
-    name: str
-
-
-def key_of(client: SessionClient) -> SessionKey | None:
-    """Return the key of a session; None if it ends with its socket."""
-    if client.name is None:
-        return None
-    return SessionKey(client.user, client.owner, client.robot, client.role, client.name)
-
-
-def name_of(client: SessionClient) -> str:
-    """Return the name of a client in the log."""
-    owner = "" if client.owner in ("", client.user) else f"{client.owner[:64]}:"
-    return f"{client.role} {client.user}/{owner}{client.robot[:64]}"
-
-
 class RetainedSession:
     """Session that outlives its sockets.
 
@@ -106,12 +82,12 @@ class RetainedSession:
         packer = Packer(compact=options.compact, png=options.png, serialize=serialize)
         wire = RosbridgeSession(options.level, scope_of(attach.client.robot, options.namespace), packer)
         self.session = ClientSession(
-            place, attach.client.role, wire, name_of(attach.client), self._permits.take,
+            place, attach.client.role, wire, attach.client.title, self._permits.take,
             access=attach.access, identity=f"goal-{self.id}", unsettled=self.unsettled, ask=self.ask_permit,
         )  # fmt: skip
         self.session.outbox.repeats = options.counts
         self.session.over.add_done_callback(lambda over: self._tell_over(over.result()))
-        self._frames = HeldFrames(self._execute)
+        self._frames = HeldFrames(self.session.serve)
 
     def record(self) -> SessionRecord:
         """Return the session as a checkpoint has it."""
@@ -130,9 +106,6 @@ class RetainedSession:
         if frame.number > self.taken:
             self.taken = frame.number
             self._frames.take(frame)
-
-    def _execute(self, frame: NumberedFrame) -> None:
-        self.session.serve(frame)
 
     def replay(self, frame: NumberedFrame, replay: Replay) -> None:
         """Execute a frame that an earlier container got."""

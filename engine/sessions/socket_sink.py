@@ -1,10 +1,7 @@
 """Socket of a client, as the container sees it: at the other end of the link to an endpoint."""
 
-from typing import Protocol
-
-import msgspec
-
-from engine.protocols.session_frames import SocketFrame
+from engine.links.frame_writer import FrameWriter
+from engine.protocols.session_frames import SessionFromContainer, SocketFrame
 from engine.sessions.unsettled import UnsettledFrames
 from ppaas.wire.binary.binary_frame import BinaryFrame
 
@@ -12,17 +9,8 @@ MAX_WAITING = 1 << 20
 """Bytes that wait on the link of an endpoint above which its sockets get no further frames."""
 
 
-class EndpointEnd(Protocol):
-    """Link to an endpoint."""
-
-    def write(self, frame: msgspec.Struct) -> None:
-        """Queue a frame; it is lost if the endpoint is."""
-        ...
-
-    @property
-    def waiting(self) -> int:
-        """Number of written bytes that are still queued."""
-        ...
+EndpointEnd = FrameWriter[SessionFromContainer]
+"""Link to an endpoint."""
 
 
 class SocketSink:

@@ -21,7 +21,6 @@ from engine.protocols.session_frames import (
     Inform,
     NumberedFrame,
     PlanCounted,
-    Resumption,
     SessionClient,
     SessionOptions,
     SessionOver,
@@ -32,8 +31,10 @@ from engine.protocols.session_frames import (
 )
 from engine.rights.access import Access
 from engine.service.links.stream_frames import is_stream
+from engine.sessions.outbox import Sink
 from ppaas.errors import PPaaSError, QuotaExceeded, Unavailable, rebuild
 from ppaas.wire.binary.binary_frame import BinaryFrame
+from ppaas.wire.resumption import ResumptionPoint
 from ppaas.wire.rosbridge import RosbridgeSession
 
 MAX_KEPT = 4000
@@ -44,19 +45,6 @@ MAX_UNSENT = 64 << 10
 MAX_WAITING = 1 << 20
 """Bytes that wait for a container that is lost, and for one that is slow, above which messages that may be lost are
 dropped."""
-
-
-class Sink(Protocol):
-    """Connection to the client."""
-
-    @property
-    def ready(self) -> bool:
-        """Whether it accepts a frame now."""
-        ...
-
-    def send_frame(self, frame: bytes) -> None:
-        """Send a frame; only while ready."""
-        ...
 
 
 class Carrier(Protocol):
@@ -93,7 +81,7 @@ class CarriedSession:
         Options of the session.
     access : Access
         Rights of the client.
-    resume : Resumption, optional
+    resume : ResumptionPoint, optional
         Point at which the client resumes its session.
     count_plan : callable
         Called for each path that the client requests; raises if that exceeds the quota.
@@ -118,7 +106,7 @@ class CarriedSession:
         client: SessionClient,
         options: SessionOptions,
         access: Access,
-        resume: Resumption | None = None,
+        resume: ResumptionPoint | None = None,
         *,
         count_plan: Callable[[], None] = lambda: None,
     ) -> None:

@@ -7,13 +7,14 @@ import msgspec
 import pytest
 
 from engine.protocols import robot_link
-from engine.protocols.session_frames import Resumption, SessionClient, SessionOptions
+from engine.protocols.session_frames import SessionClient, SessionOptions
 from engine.rights.access import Access
 from engine.service.links.carried_session import CarriedSession
 from engine.service.links.place_link import PlaceLink
 from engine.sessions import host as host_module
 from engine.sessions.host import SessionHost
 from ppaas.errors import PPaaSError, QuotaExceeded
+from ppaas.wire.resumption import ResumptionPoint
 from tests.support.endpoints.still_place import POSE, StillPlace, delivered
 from tests.support.waiting import until
 
@@ -87,7 +88,7 @@ class Client:
     """Client with its endpoint's side of the session."""
 
     def __init__(
-        self, link: PlaceLink, name: str | None = "mine", *, counts: bool = False, resume: Resumption | None = None
+        self, link: PlaceLink, name: str | None = "mine", *, counts: bool = False, resume: ResumptionPoint | None = None
     ) -> None:
         self.frames: list[dict[str, Any]] = []
         self.ready = True
@@ -283,7 +284,7 @@ async def test_a_session_outlives_its_endpoint(first: Container, link: PlaceLink
     first.place.say(robot_link.ServiceAnswer(call.call, b"{}"))
     other = PlaceLink("robot:ann/tb1")
     first.connect(other)
-    again = Client(other, counts=counts, resume=Resumption(client.session.id, 0) if counts else None)
+    again = Client(other, counts=counts, resume=ResumptionPoint(client.session.id, 0) if counts else None)
     assert (again.session.id, again.session.resumed, again.session.taken) == (client.session.id, True, 2)
     assert [frame["id"] for frame in again.received()] == ["c1"]
     first.place.publish_json("map", {})
@@ -298,7 +299,7 @@ async def test_a_session_outlives_endpoint_and_container(first: Container, link:
     first.lose()
     second, other = Container(checkpoint), PlaceLink("robot:ann/tb1")
     second.connect(other)
-    again = Client(other, counts=True, resume=Resumption(client.session.id, 0))
+    again = Client(other, counts=True, resume=ResumptionPoint(client.session.id, 0))
     assert (again.session.id, again.session.resumed, again.session.taken) == (client.session.id, True, 2)
     assert goals(second) == [] and second.place.heard() == {"map"}
 
@@ -311,7 +312,7 @@ async def test_a_client_that_missed_frames_of_a_lost_container_begins_anew(first
     first.lose()
     second, other = Container(checkpoint), PlaceLink("robot:ann/tb1")
     second.connect(other)
-    again = Client(other, counts=True, resume=Resumption(client.session.id, 0))
+    again = Client(other, counts=True, resume=ResumptionPoint(client.session.id, 0))
     assert not again.session.resumed and again.session.taken == 0
 
 
@@ -348,7 +349,7 @@ async def test_the_oldest_detached_session_is_evicted(
     monkeypatch.setattr(host_module, "MAX_AWAY", 2)
     for number in range(4):
         Client(link, f"s{number}").session.detach(for_good=False)
-    assert [key.name for key in first.host._named] == ["s2", "s3"]
+    assert [client.name for client in first.host._named] == ["s2", "s3"]
 
 
 async def test_sessions_that_cannot_be_read_begin_anew(link: PlaceLink) -> None:
