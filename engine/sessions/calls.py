@@ -54,8 +54,8 @@ class ClientCalls:
     wire : RosbridgeSession
         Encodes the frames.
     send : callable
-        Called with a frame that must not be dropped, the size of its fragments [characters], and what is called once it
-        is sent.
+        Called with a frame that must not be dropped, the size of its fragments [characters], and a function to call
+        once it is sent.
     shortcut : callable
         Called before a call is sent to the place.
     posting : Posting

@@ -32,7 +32,7 @@ class ClientGoals:
     outbox : FrameOutbox
         Receives feedback.
     send : callable
-        Called with a frame that must not be dropped, the size of its fragments, and what is called once it is sent.
+        Called with a frame that must not be dropped, the size of its fragments, and a function to call once it is sent.
     posting : Posting
         Publishes the goals.
     identity : str

@@ -14,7 +14,7 @@ ITSELF = "rosapi"
 
 
 class PlaceOffers(Protocol):
-    """What a place offers its clients; names without slashes around them, types by the names of ROS 1."""
+    """Offers of a place to its clients; names without slashes around them, types by the names of ROS 1."""
 
     topics: dict[str, TopicInfo]
     services: dict[str, ServiceInfo]

@@ -30,7 +30,7 @@ class SentGoals:
     outbox : FrameOutbox
         Receives feedback.
     send : callable
-        Called with a frame that must not be dropped, the size of its fragments, and what is called once it is sent.
+        Called with a frame that must not be dropped, the size of its fragments, and a function to call once it is sent.
     posting : Posting
         Knows the origin of the frame that is executed.
     """
