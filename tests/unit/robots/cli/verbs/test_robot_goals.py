@@ -36,8 +36,8 @@ class EndingPlace(StillPlace):
         super().__init__()
         self._status, self._text = status, text
 
-    def publish(self, topic: str, payload: bytes, client: int, *, must_arrive: bool, latch: bool = False) -> int:
-        sequence = super().publish(topic, payload, client, must_arrive=must_arrive, latch=latch)
+    def deliver(self, topic: str, payload: bytes, client: int, *, must_arrive: bool) -> int:
+        sequence = super().deliver(topic, payload, client, must_arrive=must_arrive)
         if topic == "move_base/goal":
             self._end_soon(json.loads(payload)["goal_id"]["id"])
         return sequence
