@@ -19,12 +19,12 @@ from engine.processes.occasional_log import OccasionalLog
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
 from engine.protocols.pending_handshakes import PendingHandshakes
-from engine.protocols.refusals import Refusal, refusal_of
+from engine.protocols.refusals import Refusal, error_of, refusal_of
 from engine.recorder.recorder_process import NO_RECORDER, Recordings
 from engine.specs.checkpoints import log_name, marks, of_session
 from engine.specs.containers import ContainerSpec
 from ppaas.clock import epoch
-from ppaas.errors import NotPermitted, PPaaSError, QuotaExceeded, Unavailable, rebuild
+from ppaas.errors import NotPermitted, PPaaSError, QuotaExceeded, Unavailable
 from storage.ports import Store
 from storage.records import CloneCheckpoint
 
@@ -206,7 +206,7 @@ class ContainerGateway:
         if waiting is None or waiting.done() or frame.map != attached.following_spec.map:
             return
         if frame.refusal is not None:
-            waiting.set_exception(rebuild(frame.refusal.slug, frame.refusal.text))
+            waiting.set_exception(error_of(frame.refusal))
             return
         attached.spec = attached.following_spec
         waiting.set_result(None)

@@ -14,11 +14,11 @@ from multiprocessing.popen_forkserver import Popen
 from pathlib import Path
 
 from engine.agent.layer_jobs import GridFiles, build_here, index_here, make_and_tell
-from engine.protocols.refusals import Refusal
+from engine.protocols.refusals import Refusal, error_of
 from engine.runtimes.fork_server.server import UNKNOWN_STATUS, fork
 from engine.specs.containers import LayerSpec, MapVersion
 from engine.specs.filter_masks import no_grid_in, no_mask
-from ppaas.errors import InvalidMap, NotFound, Unavailable, rebuild
+from ppaas.errors import InvalidMap, NotFound, Unavailable
 from storage.disk_errors import disk_errors
 from storage.opened_maps import no_grid
 from storage.ports import MapStore
@@ -127,7 +127,7 @@ async def _in_fork(what: str, make: Callable[..., None], *arguments: object) -> 
                 f"the process that makes {what} exited without an answer, perhaps out of memory; try again"
             ) from error
     if answer is not None:
-        raise rebuild(answer.slug, answer.text)
+        raise error_of(answer)
 
 
 def _answer_of(process: Popen, receiving: Connection) -> Refusal | None:

@@ -10,9 +10,9 @@ import msgspec
 
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
-from engine.protocols.refusals import refusal_of
+from engine.protocols.refusals import error_of, refusal_of
 from engine.specs.containers import Launch, MapVersion
-from ppaas.errors import PPaaSError, Unavailable, rebuild
+from ppaas.errors import PPaaSError, Unavailable
 from ppaas.plans.history import LinkHistory, PlannerHistory
 from ppaas.plans.stored import PlanQuery
 from storage.records import CloneLogChange, PlanRecord
@@ -88,7 +88,7 @@ class MachineClient:
         if future is None or future.done():
             return
         if isinstance(answer, machine_link.Done) and answer.refusal is not None:
-            future.set_exception(rebuild(answer.refusal.slug, answer.refusal.text))
+            future.set_exception(error_of(answer.refusal))
         else:
             future.set_result(answer)
 

@@ -17,9 +17,9 @@ import zenoh
 from engine.fabric.inbox import Inbox
 from engine.fabric.request_cache import RequestCache
 from engine.fabric.zenoh_config import RouterCredentials, client_config
-from engine.protocols.refusals import Refusal, refusal_of
+from engine.protocols.refusals import Refusal, error_of, refusal_of
 from ppaas.clock import monotonic
-from ppaas.errors import InvalidParameter, PPaaSError, Unavailable, rebuild
+from ppaas.errors import InvalidParameter, PPaaSError, Unavailable
 
 logger = logging.getLogger(__name__)
 
@@ -290,4 +290,4 @@ def _unpack(reply: zenoh.Reply) -> bytes | None:
     if reply.err is None or reply.err.encoding != _REFUSAL:
         return None
     refusal = msgspec.msgpack.decode(bytes(reply.err.payload), type=Refusal)
-    raise rebuild(refusal.slug, refusal.text)
+    raise error_of(refusal)

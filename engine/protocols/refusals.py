@@ -4,20 +4,43 @@ import logging
 
 import msgspec
 
-from ppaas.errors import PPaaSError
+from ppaas.errors import PPaaSError, Queued, QuotaExceeded, rebuild
 
 logger = logging.getLogger(__name__)
 
 
 class Refusal(msgspec.Struct, frozen=True):
-    """An error that is sent to another process."""
+    """An error that is sent to another process.
+
+    Parameters
+    ----------
+    slug, text : str
+    retry_after : float, optional
+        That of a ``QuotaExceeded`` [s].
+    position : int
+        That of a ``Queued``; 0 for other errors.
+    """
 
     slug: str
     text: str
+    retry_after: float | None = None
+    position: int = 0
 
 
 def refusal_of(error: PPaaSError) -> Refusal:
     """Return the refusal for an error, whose text may reach clients; a text for operators is logged here."""
     if error.public != str(error):
         logger.warning("%s: %s", error.slug, error)
-    return Refusal(error.slug, error.public)
+    retry_after = error.retry_after if isinstance(error, QuotaExceeded) else None
+    position = error.position if isinstance(error, Queued) else 0
+    return Refusal(error.slug, error.public, retry_after, position)
+
+
+def error_of(refusal: Refusal) -> PPaaSError:
+    """Return the error that another process sent; a `PPaaSError` if its slug is unknown."""
+    error = rebuild(refusal.slug, refusal.text)
+    if isinstance(error, QuotaExceeded):
+        error.retry_after = refusal.retry_after
+    elif isinstance(error, Queued):
+        error.position = refusal.position
+    return error

@@ -9,13 +9,13 @@ import logging
 import msgspec
 
 from engine.protocols.framing import FrameStream
-from engine.protocols.refusals import Refusal
+from engine.protocols.refusals import Refusal, error_of
 from engine.protocols.sockets import dial
 from engine.protocols.tls_identity import stranger_context
 from engine.remote.authority import Authority
 from engine.remote.certificates import fingerprint
 from engine.remote.tickets import Ticket, Tickets
-from ppaas.errors import Conflict, NotPermitted, PPaaSError, Unavailable, rebuild
+from ppaas.errors import Conflict, NotPermitted, PPaaSError, Unavailable
 
 logger = logging.getLogger(__name__)
 
@@ -127,4 +127,4 @@ async def request_certificate(ticket: Ticket, machine: str, request: bytes) -> J
         return answer
     if answer is None:
         raise Unavailable(f"the cloud at {ticket.address} closed the connection; try again")
-    raise rebuild(answer.refusal.slug, answer.refusal.text)
+    raise error_of(answer.refusal)

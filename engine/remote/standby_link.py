@@ -7,6 +7,7 @@ from pathlib import Path
 
 from engine.protocols.address import TlsAddress
 from engine.protocols.framing import FrameStream
+from engine.protocols.refusals import error_of
 from engine.protocols.sockets import dial
 from engine.remote.authority import STANDBY, Authority
 from engine.remote.known_masters import KnownMasters
@@ -15,7 +16,7 @@ from engine.remote.replica import LAST, MACHINES, keep_only, write_file
 from engine.remote.standbys import PERIOD, ReplicaComplete, ReplicaFile, StandbyHello, StandbyRefused, ToStandby
 from engine.remote.tickets import read_ticket
 from ppaas import __version__
-from ppaas.errors import InvalidInput, NotFound, PPaaSError, Unavailable, rebuild
+from ppaas.errors import InvalidInput, NotFound, PPaaSError, Unavailable
 
 logger = logging.getLogger(__name__)
 
@@ -134,5 +135,5 @@ class StandbyLink:
                     await asyncio.to_thread(keep_only, self._data, message.names)
                 self.complete.set()
             case StandbyRefused():
-                raise rebuild(message.refusal.slug, message.refusal.text)
+                raise error_of(message.refusal)
         return message is not None

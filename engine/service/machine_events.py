@@ -21,12 +21,13 @@ from engine.master.report_validation import check_registration
 from engine.processes.background import Background
 from engine.processes.heartbeats import BEAT_PERIOD, MISSED
 from engine.protocols import control_link
+from engine.protocols.refusals import error_of
 from engine.service.links.control_server import ControlServer
 from engine.service.links.robot_link_server import LinkServer
 from engine.service.listener import CloudListener
 from engine.service.start_times import StartTimes
 from engine.specs.checkpoints import CheckpointSelection
-from ppaas.errors import PPaaSError, Unavailable, rebuild
+from ppaas.errors import PPaaSError, Unavailable
 
 logger = logging.getLogger(__name__)
 
@@ -158,7 +159,7 @@ class MachineEvents:
             case control_link.Launched():
                 self._execute(self._master.handle(ContainerLaunched(machine, event.container, event.pid)))
             case control_link.LaunchFailed():
-                self._container_lost(machine, event.container, rebuild(event.refusal.slug, event.refusal.text))
+                self._container_lost(machine, event.container, error_of(event.refusal))
             case control_link.Exited():
                 self._container_lost(machine, event.container, Unavailable(f"it exited with status {event.status}"))
 

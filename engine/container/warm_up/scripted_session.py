@@ -18,10 +18,11 @@ from engine.container.warm_up.scene import SensingRobot, round_room
 from engine.processes.run_dir import make_run_dir
 from engine.protocols import machine_link, robot_link
 from engine.protocols.framing import FrameStream
+from engine.protocols.refusals import error_of
 from engine.specs.containers import ContainerSpec, Launch, MapVersion, RobotConfig
 from engine.specs.layer_files import write_layers
 from ppaas.costmap.build_layers import build_layers
-from ppaas.errors import PPaaSError, Unavailable, rebuild
+from ppaas.errors import PPaaSError, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.messages import decode, encode
 from ppaas.messages.base.std_msgs import Header
@@ -146,7 +147,7 @@ async def _next(stream: Stream) -> robot_link.FromContainer:
     if frame is None:
         raise Unavailable("the container exited during the warm-up")
     if isinstance(frame, robot_link.MessageRefused | robot_link.ContainerFailed):
-        raise rebuild(frame.refusal.slug, frame.refusal.text)
+        raise error_of(frame.refusal)
     return frame
 
 

@@ -14,8 +14,9 @@ from urllib.parse import urlsplit
 import msgspec
 
 from engine.processes.child_process import end
+from engine.protocols.refusals import error_of
 from engine.remote.ray.config import WatchAnswer, WatchConfig, WatchRefused
-from ppaas.errors import InvalidInput, Unavailable, rebuild
+from ppaas.errors import InvalidInput, Unavailable
 
 if TYPE_CHECKING:
     from engine.remote.ray import watcher  # noqa: F401
@@ -119,7 +120,7 @@ class WatcherProcess:
         answer: WatchAnswer = msgspec.json.decode(line, type=WatchAnswer)
         if isinstance(answer, WatchRefused):
             await process.wait()
-            raise rebuild(answer.refusal.slug, answer.refusal.text)
+            raise error_of(answer.refusal)
         return process
 
     def kill(self, machine: str) -> None:

@@ -1,0 +1,154 @@
+"""Caller: one end of a link by which two processes call each other's methods."""
+
+import asyncio
+import itertools
+import logging
+from collections.abc import Callable, Coroutine
+from typing import Any, Concatenate, ParamSpec, TypeVar
+
+import msgspec
+
+from engine.calls.frames import Call, Failure, Frame, Notice, Result
+from engine.calls.interface import method_of, methods_of
+from engine.processes.background import Background
+from engine.protocols.framing import FrameStream
+from engine.protocols.refusals import error_of, refusal_of
+from ppaas.errors import InvalidInput, PPaaSError, Unavailable
+
+logger = logging.getLogger(__name__)
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+_encoder = msgspec.msgpack.Encoder()
+
+
+class Caller:
+    """Calls the methods of the other end, and serves its calls.
+
+    A call runs to its end on the other side, also if nobody waits for its result any more.
+
+    Parameters
+    ----------
+    stream : FrameStream
+        The link.
+    interface : type
+        Methods that the other end may call.
+    served : object
+        Objects that have them; the first that has a method runs it.
+    """
+
+    def __init__(self, stream: FrameStream[Frame], interface: type, *served: object) -> None:
+        self._stream = stream
+        self._methods = methods_of(interface)
+        self._served = served
+        self._numbers = itertools.count(1)
+        self._waiting: dict[int, asyncio.Future[msgspec.Raw]] = {}
+        self._background = Background()
+        self._lost = False
+
+    async def call(
+        self, method: Callable[Concatenate[Any, P], Coroutine[Any, Any, R]], *args: P.args, **named: P.kwargs
+    ) -> R:
+        """Call a method of the other end, given as its interface has it, and return its result.
+
+        Raises
+        ------
+        Unavailable
+            The link is lost.
+        PPaaSError
+            The error that the method raised.
+        """
+        if self._lost:
+            raise _lost()
+        number = next(self._numbers)
+        answered = self._waiting[number] = asyncio.get_running_loop().create_future()
+        codec = method_of(method)
+        self._stream.write(Call(number, codec.name, _packed(args, named)))
+        try:
+            result: R = codec.result.decode(await answered)
+            return result
+        finally:
+            self._waiting.pop(number, None)
+
+    def tell(
+        self, method: Callable[Concatenate[Any, P], Coroutine[Any, Any, None]], *args: P.args, **named: P.kwargs
+    ) -> None:
+        """Call a method of the other end without waiting; lost if the link is."""
+        self._stream.write(Notice(method_of(method).name, _packed(args, named)))
+
+    async def serve(self) -> None:
+        """Serve the other end until the link is lost.
+
+        Raises
+        ------
+        MalformedMessage, MessageTooLarge
+            The other end violates the protocol.
+        """
+        try:
+            await self._stream.each(self._take)
+        finally:
+            self._lost = True
+            for answered in self._waiting.values():
+                if not answered.done():
+                    answered.set_exception(_lost())
+            await self._background.cancel()
+
+    def _take(self, frame: Frame) -> bool:
+        match frame:
+            case Call():
+                self._background.run(self._answer(frame))
+            case Notice():
+                self._background.run(self._heed(frame))
+            case Result():
+                self._end(frame.number, frame.value)
+            case Failure():
+                self._end(frame.number, error_of(frame.refusal))
+        return True
+
+    def _end(self, number: int, outcome: msgspec.Raw | PPaaSError) -> None:
+        answered = self._waiting.get(number)
+        if answered is None or answered.done():
+            return
+        if isinstance(outcome, PPaaSError):
+            answered.set_exception(outcome)
+        else:
+            answered.set_result(outcome)
+
+    async def _answer(self, call: Call) -> None:
+        try:
+            result = await self._run(call.method, call.arguments)
+        except PPaaSError as error:
+            self._stream.write(Failure(call.number, refusal_of(error)))
+        except Exception as error:
+            logger.exception("a call of %r failed", call.method)
+            internal = PPaaSError(f"internal error: {type(error).__name__}")
+            self._stream.write(Failure(call.number, refusal_of(internal)))
+        else:
+            self._stream.write(Result(call.number, msgspec.Raw(_encoder.encode(result))))
+
+    async def _heed(self, notice: Notice) -> None:
+        try:
+            await self._run(notice.method, notice.arguments)
+        except PPaaSError as error:
+            logger.warning("a notice %r failed: %s", notice.method, error)
+
+    async def _run(self, name: str, arguments: msgspec.Raw) -> Any:
+        method = self._methods.get(name)
+        if method is None:
+            raise InvalidInput(f"the other process calls {name[:64]!r}, which this release does not have")
+        try:
+            decoded = method.arguments.decode(arguments)
+        except msgspec.DecodeError as error:
+            raise InvalidInput(f"the arguments of {name!r} are those of another release: {error}") from error
+        bound = next(getattr(each, name) for each in self._served if hasattr(each, name))
+        return await bound(*decoded)
+
+
+def _packed(args: tuple[Any, ...], named: dict[str, Any]) -> msgspec.Raw:
+    assert not named, "arguments of calls are given by position"
+    return msgspec.Raw(_encoder.encode(args))
+
+
+def _lost() -> Unavailable:
+    return Unavailable("the process that decides about containers is not reachable at the moment; try again")
