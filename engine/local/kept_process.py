@@ -1,4 +1,4 @@
-"""The agent of the local machine, as a process that is restarted whenever it exits."""
+"""Process of a cloud that is restarted whenever it exits: the agent of the local machine, or an endpoint."""
 
 import asyncio
 import contextlib
@@ -7,7 +7,6 @@ import os
 import signal
 from asyncio.subprocess import PIPE, Process
 from collections.abc import Callable, Mapping, Sequence
-from typing import Protocol
 
 import msgspec
 
@@ -24,43 +23,40 @@ STEADY = 60.0
 STOP_GRACE = 5.0
 """Time for the agent to exit by itself after SIGTERM [s]."""
 
-COMMAND = (*lean_python.PYTHON, "-m", agent_main.__name__)
+AGENT = (*lean_python.PYTHON, "-m", agent_main.__name__)
+"""Command that runs an agent."""
 
 
-class AgentSettings(Protocol):
-    """Settings of an agent at its start: a ``msgspec.Struct``."""
-
-    @property
-    def machine(self) -> str:
-        """Name of the agent's machine."""
-        ...
-
-
-class AgentProcess:
-    """Keeps an agent running.
+class KeptProcess:
+    """Keeps a process running.
 
     Parameters
     ----------
-    config : AgentSettings
-        Settings, passed on standard input so that no secret shows in the process list.
+    title : str
+        Description of the process for the log.
+    config : Struct
+        Settings, passed as JSON on standard input so that no secret shows in the process list.
     command : sequence of str
-        Command that runs the agent.
+        Command that runs the process.
     done : int, optional
-        Exit status of an agent that must not be restarted.
+        Exit status of a process that must not be restarted.
     environment : mapping of str to str
-        Environment of the agent and its containers.
+        Environment of the process and its children.
     started : callable
-        Called with the process id of each agent that is started.
+        Called with the id of each process that is started.
     """
 
     def __init__(
         self,
-        config: AgentSettings,
-        command: Sequence[str] = COMMAND,
+        title: str,
+        config: msgspec.Struct,
+        command: Sequence[str] = AGENT,
+        *,
         done: int | None = None,
         environment: Mapping[str, str] = os.environ,
         started: Callable[[int], None] = lambda _: None,
     ) -> None:
+        self._title = title
         self._config = config
         self._command = command
         self._done = done
@@ -78,16 +74,16 @@ class AgentProcess:
 
     @property
     def pid(self) -> int | None:
-        """Process id of the running agent."""
+        """Id of the running process."""
         return self._process.pid if self._process is not None else None
 
     def adopt(self, pid: int) -> None:
-        """Use an agent that runs already as the first one. Does nothing if it has exited."""
+        """Use a process that runs already as the first one. Does nothing if it has exited."""
         with contextlib.suppress(ProcessLookupError):
             self._process = self._adopted = AdoptedProcess(pid)
 
     async def start(self) -> None:
-        """Start the agent, and restart it whenever it exits."""
+        """Start the process, and restart it whenever it exits."""
         self._keeper = asyncio.create_task(self._keep())
 
     async def ended(self) -> None:
@@ -107,16 +103,15 @@ class AgentProcess:
             await asyncio.sleep(delay)
 
     async def _live(self) -> int | None:
-        """Run the agent once; return its status, or None if it could not be started."""
-        machine = self._config.machine
+        """Run the process once; return its status, or None if it could not be started."""
         try:
             process, self._adopted = self._adopted or await self._spawn(), None
         except OSError as error:
-            logger.warning("the agent of machine %r could not be started: %s", machine, error)
+            logger.warning("the %s could not be started: %s", self._title, error)
             return None
         self._process = process
         status = await process.wait()
-        logger.warning("the agent of machine %r exited with status %s", machine, status)
+        logger.warning("the %s exited with status %s", self._title, status)
         return status
 
     async def _spawn(self) -> Process:
@@ -125,20 +120,20 @@ class AgentProcess:
             *self._command, stdin=PIPE, start_new_session=True, env=lean_python.environment(self._environment)
         )
         if process.stdin is None:
-            raise RuntimeError("the agent has no standard input")
+            raise RuntimeError("the process has no standard input")
         process.stdin.write(msgspec.json.encode(self._config))
         process.stdin.close()
         self._started(process.pid)
         return process
 
     def kill(self) -> None:
-        """Kill the frozen agent with all its child processes; it is restarted."""
+        """Kill the frozen process with all its child processes; it is restarted."""
         if self._process is not None and self._process.returncode is None:
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(self._process.pid, signal.SIGKILL)
 
     async def stop(self) -> None:
-        """Stop the agent; kill it with all its child processes if it does not exit by itself."""
+        """Stop the process; kill it with all its child processes if it does not exit by itself."""
         if self._keeper is not None:
             self._keeper.cancel()
             with contextlib.suppress(asyncio.CancelledError):
@@ -151,8 +146,6 @@ class AgentProcess:
             async with asyncio.timeout(STOP_GRACE):
                 await process.wait()
         except TimeoutError:
-            logger.warning(
-                "the agent of machine %r did not exit within its time limit and is killed", self._config.machine
-            )
+            logger.warning("the %s did not exit within its time limit and is killed", self._title)
             self.kill()
             await process.wait()

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import msgspec
 import ray
 
-from engine.local.agent_process import AgentProcess
+from engine.local.kept_process import KeptProcess
 from engine.processes.instances import folder_of, instance_name
 from engine.remote.ray.config import DONE, NodeConfig
 from engine.runtimes.memory_tuning import lean_python
@@ -47,7 +47,8 @@ class AgentActor:
         self._folder = folder_of(instance_name(), Path(tempfile.gettempdir()))
         received = msgspec.json.decode(config, type=NodeConfig)
         here = msgspec.structs.replace(received, folder=str(self._folder), keeper=os.getpid())
-        self._agent = AgentProcess(here, COMMAND, done=DONE, environment=without_ray(os.environ))
+        title = f"agent of machine {here.machine!r}"
+        self._agent = KeptProcess(title, here, COMMAND, done=DONE, environment=without_ray(os.environ))
         self._keeping = asyncio.get_running_loop().create_task(self._keep())
 
     async def _keep(self) -> None:

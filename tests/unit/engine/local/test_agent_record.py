@@ -86,7 +86,7 @@ async def test_an_agent_with_another_configuration_is_stopped_first(
     config = settle_config(wanted, left)
     assert config.run_dir != str(run_dir) and config.secret != "known"
     machine = LocalMachine(config, tmp_path / "own", left)
-    monkeypatch.setattr("engine.local.agent_process.AgentProcess.start", lambda _: asyncio.sleep(0))
+    monkeypatch.setattr("engine.local.kept_process.KeptProcess.start", lambda _: asyncio.sleep(0))
     await machine.start()
     assert not machine.was_adopted and is_dead(left.process)
     await machine.stop()
@@ -114,7 +114,7 @@ async def test_an_agent_of_another_release_is_stopped_and_the_reason_logged(
     assert left is not None
     config = settle_config(WANTED, left)
     machine = LocalMachine(config, None, left)
-    monkeypatch.setattr("engine.local.agent_process.AgentProcess.start", lambda _: asyncio.sleep(0))
+    monkeypatch.setattr("engine.local.kept_process.KeptProcess.start", lambda _: asyncio.sleep(0))
     await machine.start()
     assert config.run_dir != str(run_dir) and not machine.was_adopted and is_dead(left.process)
     assert f"of release {left.release}, is stopped" in caplog.text

@@ -9,20 +9,20 @@ import psutil
 import pytest
 
 from engine.agent.config import AgentConfig
-from engine.local import agent_process
-from engine.local.agent_process import AgentProcess
+from engine.local import kept_process
+from engine.local.kept_process import KeptProcess
 from tests.support.waiting import until
 
 STAND_IN = (sys.executable, "-m", "tests.support.engine.agent_stand_in")
 
 
 class AgentUnderTest:
-    """An ``AgentProcess``, and the file that its agents write."""
+    """A ``KeptProcess``, and the file that its agents write."""
 
     def __init__(self, folder: Path, machine: str) -> None:
         self.file = folder / "agents"
         config = AgentConfig(machine, "", "secret", str(folder), "", "memory:", "memory:")
-        self.process = AgentProcess(config, STAND_IN)
+        self.process = KeptProcess("agent", config, STAND_IN)
 
     def runs(self) -> list[list[int]]:
         """Return the process ids of each run so far, the agent first."""
@@ -54,7 +54,7 @@ async def test_an_agent_that_is_killed_is_started_again(tmp_path: Path) -> None:
 async def test_an_agent_that_keeps_exiting_is_restarted_with_delays(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(agent_process, "RESTART_DELAYS", (0.0, 0.0, 1000.0))
+    monkeypatch.setattr(kept_process, "RESTART_DELAYS", (0.0, 0.0, 1000.0))
     agents = AgentUnderTest(tmp_path, "die")
     await agents.process.start()
     await until(lambda: len(agents.runs()) == 3)
@@ -64,7 +64,7 @@ async def test_an_agent_that_keeps_exiting_is_restarted_with_delays(
 
 
 async def test_agent_with_the_final_exit_status_is_not_restarted(tmp_path: Path) -> None:
-    process = AgentProcess(AgentConfig("die", "", "", str(tmp_path), "", "", ""), STAND_IN, done=3)
+    process = KeptProcess("agent", AgentConfig("die", "", "", str(tmp_path), "", "", ""), STAND_IN, done=3)
     await process.start()
     await process.ended()
     assert len((tmp_path / "agents").read_text().splitlines()) == 1
@@ -74,8 +74,8 @@ async def test_agent_with_the_final_exit_status_is_not_restarted(tmp_path: Path)
 async def test_a_command_that_cannot_be_run_is_tried_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(agent_process, "RESTART_DELAYS", (0.0,))
-    process = AgentProcess(AgentConfig("m", "", "", "", "", "", ""), (str(tmp_path / "nowhere"),))
+    monkeypatch.setattr(kept_process, "RESTART_DELAYS", (0.0,))
+    process = KeptProcess("agent", AgentConfig("m", "", "", "", "", "", ""), (str(tmp_path / "nowhere"),))
     await process.start()
     await until(lambda: len(caplog.records) >= 2)
     await process.stop()
@@ -93,7 +93,7 @@ async def test_stopping_ends_an_agent_without_a_link(tmp_path: Path) -> None:
 async def test_an_agent_that_does_not_end_is_killed_with_what_it_started(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(agent_process, "STOP_GRACE", 0.2)
+    monkeypatch.setattr(kept_process, "STOP_GRACE", 0.2)
     agents = AgentUnderTest(tmp_path, "stubborn")
     await agents.process.start()
     await until(agents.runs)
