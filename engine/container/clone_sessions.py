@@ -48,7 +48,7 @@ class CloneSessions:
     def begin(self, container: Container, endpoint: EndpointLink) -> None:
         """Connect the place to the clone, and serve the sockets of the endpoint."""
         link = ServedLink(LocalLink(self._place.take))
-        container.serve_sessions(link)
+        container.add_link(link)
         self._place.begin(container.hello(os.getpid()), _NearEnd(container, link))
         self.host.link_up(endpoint)
         self.host.forget_restored()

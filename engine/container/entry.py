@@ -77,6 +77,7 @@ async def run(launch: Launch) -> None:
         await _until_first(*works, *(() if sessions is None else (sessions.host.attend(),)))
     finally:
         home.close()
+        await container.endpoints.close()
         await _closed(endpoint, machine)
 
 

@@ -1,6 +1,6 @@
 """Robot link handler: passes frames to the graph, sends the graph's messages, and saves checkpoints.
 
-A clone serves two links in the same way: that to its endpoint, and that to the sessions of its clients.
+A clone serves all its links in the same way: to the master, to endpoints, and to the sessions of its clients.
 """
 
 import asyncio
@@ -8,8 +8,10 @@ import logging
 import os
 from collections import deque
 from collections.abc import Callable, Iterable
+from pathlib import Path
 
 from engine.container.endpoint_link import EndpointLink
+from engine.container.endpoint_links import EndpointLinks
 from engine.container.executor import NodeExecutor
 from engine.container.machine_client import MachineClient
 from engine.container.monitor.setup import ContainerMonitor
@@ -99,6 +101,7 @@ class Container:
         self._machine = machine
         self._remote = ServedLink(endpoint, int(launch.spec.checkpoint.get(LINK_STATE, b"0")))
         self._links = [self._remote]
+        self.endpoints = EndpointLinks(self, sessions, Path(launch.link).parent)
         self._taps: dict[str, Callable[[], None]] = {}
         self._dirty = asyncio.Event()
         self._unsaved = OccasionalLog(logger)
@@ -113,9 +116,15 @@ class Container:
         for link in self._links:
             link.end.write(frame)
 
-    def serve_sessions(self, link: ServedLink) -> None:
-        """Serve the link to the sessions of clients, too."""
+    def add_link(self, link: ServedLink) -> None:
+        """Serve a link, too."""
         self._links.append(link)
+
+    def drop_link(self, link: ServedLink) -> None:
+        """Serve a link no longer: drop its subscriptions."""
+        self._links.remove(link)
+        for topic in tuple(link.wanted):
+            self._unsubscribe(link, topic)
 
     # -- the robot link ------------------------------------------------------------------------------------------------
 
@@ -124,17 +133,18 @@ class Container:
         services = [robot_link.ServiceInfo(service.name, service.type.name) for service in graph.services.values()]
         return robot_link.NodesChanged(services, [node_info(graph, node) for node in graph.nodes.values()])
 
-    def hello(self, pid: int) -> robot_link.Hello:
-        """Return the first frame for a link: the topics, services and nodes of this container."""
+    def hello(self, pid: int, endpoint: robot_link.DialEndpoint | None = None) -> robot_link.Hello:
+        """Return the first frame for the link to the master, or to an endpoint: the topics, services and nodes."""
         graph, offers = self._graph, self._offers()
         return robot_link.Hello(
             container=self._launch.spec.id,
-            secret=self._launch.secret,
+            secret=self._launch.secret if endpoint is None else endpoint.secret,
             pid=pid,
-            applied=self._remote.applied,
+            applied=self._remote.applied if endpoint is None else 0,
             topics=[topic_info(topic) for topic in graph.topics.values()],
             services=offers.services,
             nodes=offers.nodes,
+            place="" if endpoint is None else endpoint.place,
         )
 
     async def serve(self) -> None:
@@ -169,9 +179,13 @@ class Container:
                 self._call(link, frame)
             case robot_link.Shutdown():
                 return False
+            case robot_link.DialEndpoint():
+                self.endpoints.dial(frame)
+            case robot_link.LeaveEndpoint():
+                self.endpoints.leave(frame.endpoint)
             case _:
                 if self._sessions is not None:
-                    self._sessions.take(self._endpoint, frame)
+                    self._sessions.take(link.end, frame)
         self._home.attend()
         return True
 
@@ -286,11 +300,17 @@ class Container:
             reply(PPaaSError(f"internal error: {type(error).__name__}"))
 
     async def beat(self) -> None:
-        """Send heartbeats to the endpoint, and new planning times to the machine."""
+        """Send heartbeats to the master and the endpoints, and new planning times to the machine."""
         while True:
-            self._endpoint.write(robot_link.ContainerBeat(self._graph.busy))
+            self._write(self._beat())
             self._notes.tell(self._machine)
             await asyncio.sleep(BEAT_PERIOD)
+
+    def _beat(self) -> robot_link.ContainerBeat:
+        sessions = self._sessions
+        if sessions is None:
+            return robot_link.ContainerBeat(self._graph.busy)
+        return robot_link.ContainerBeat(self._graph.busy, sessions.sockets, sessions.taken, sessions.round_trip)
 
     # -- checkpoints ---------------------------------------------------------------------------------------------------
 
@@ -311,7 +331,7 @@ class Container:
 
     async def _save(self) -> None:
         self._dirty.clear()
-        if self._launch.spec.kind == "planning" or not self._endpoint.is_up:
+        if self._launch.spec.kind == "planning" or not (self._endpoint.is_up or self.endpoints.any_up):
             return
         applied, held, self._held = [(link, link.applied) for link in self._links], self._held, []
         nodes = {checkpoint.node: checkpoint.state for checkpoint in self._graph.checkpoints()}

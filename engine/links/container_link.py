@@ -16,7 +16,8 @@ from engine.links.open_calls import Done, OpenCalls
 from engine.links.unacknowledged import Unacknowledged
 from engine.protocols import robot_link
 from engine.protocols.framing import FrameStream
-from ppaas.errors import PPaaSError, Unavailable, rebuild
+from engine.protocols.refusals import error_of
+from ppaas.errors import PPaaSError, Unavailable
 
 MAX_WAITING = 1 << 20
 """Size of the send queue of a slow container [bytes] above which messages that need not arrive are dropped."""
@@ -34,6 +35,7 @@ class ContainerLink(ABC):
         self.container: str | None = None
         self.beats = 0
         self.busy = False
+        self.beat = robot_link.ContainerBeat(busy=False)
         self.topics: dict[str, robot_link.TopicInfo] = {}
         self.services: dict[str, robot_link.ServiceInfo] = {}
         self.nodes: dict[str, robot_link.NodeInfo] = {}
@@ -120,11 +122,11 @@ class ContainerLink(ABC):
                 self._offered(frame)
             case robot_link.ServiceAnswer():
                 refused = frame.refusal
-                self._calls.end(frame.call, rebuild(refused.slug, refused.text) if refused else frame.payload)
+                self._calls.end(frame.call, error_of(refused) if refused else frame.payload)
             case robot_link.Ack() | robot_link.ContainerBeat():
                 self._note(frame)
             case robot_link.MessageRefused():
-                error = rebuild(frame.refusal.slug, frame.refusal.text)
+                error = error_of(frame.refusal)
                 self._refused(frame.client, frame.topic, error, self._unacknowledged.own(frame.sequence))
 
     def _note(self, frame: robot_link.Ack | robot_link.ContainerBeat) -> None:
@@ -133,7 +135,7 @@ class ContainerLink(ABC):
             self._acknowledged(self._unacknowledged.own(frame.sequence))
         else:
             self.beats += 1
-            self.busy = frame.busy
+            self.busy, self.beat = frame.busy, frame
 
     def _offered(self, offers: robot_link.Hello | robot_link.NodesChanged) -> None:
         self.services = {service.name: service for service in offers.services}

@@ -1,7 +1,7 @@
-"""Robot link: messages between an endpoint and a container.
+"""Robot link: messages between a container and the master, and between a container and each endpoint of its clients.
 
 The container dials; it is *ready* when it sends ``Hello``. Messages that must arrive have a sequence number. The
-endpoint keeps them until the container acknowledges them, and sends them again to a container that replaces it.
+other end keeps them until the container acknowledges them, and sends them again to a container that replaces it.
 """
 
 import msgspec
@@ -41,7 +41,10 @@ class NodeInfo(msgspec.Struct, frozen=True):
 
 
 class Hello(msgspec.Struct, tag="hello"):
-    """The container is ready; ``applied`` is the last sequence number in its checkpoint."""
+    """The container is ready; ``applied`` is the last sequence number in its checkpoint.
+
+    ``place`` is that of `DialEndpoint`; empty on the link to the master.
+    """
 
     container: str
     secret: str
@@ -50,6 +53,7 @@ class Hello(msgspec.Struct, tag="hello"):
     topics: list[TopicInfo]
     services: list[ServiceInfo]
     nodes: list[NodeInfo]
+    place: str = ""
 
 
 class ContainerFailed(msgspec.Struct, tag="failed"):
@@ -107,9 +111,24 @@ class Ack(msgspec.Struct, tag="ack"):
 
 
 class ContainerBeat(msgspec.Struct, tag="beat"):
-    """Heartbeat of the container; ``busy`` while it works on a goal."""
+    """Heartbeat of the container.
+
+    Parameters
+    ----------
+    busy : bool
+        Whether it works on a goal.
+    sockets : int
+        Number of sockets of clients, at all endpoints.
+    frames : int
+        Number of frames of clients that were taken since the container started.
+    round_trip : float, optional
+        Round trip to the robot [s], once an endpoint has measured it.
+    """
 
     busy: bool
+    sockets: int = 0
+    frames: int = 0
+    round_trip: float | None = None
 
 
 class MessageRefused(msgspec.Struct, tag="refused"):
@@ -170,7 +189,36 @@ class ServiceCall(msgspec.Struct, tag="call"):
 
 
 class Shutdown(msgspec.Struct, tag="stop"):
-    """Store a checkpoint, and exit."""
+    """Store a checkpoint, and exit; from an endpoint: only its link ends."""
 
 
-ToContainer = Deliver | Subscribe | Unsubscribe | ServiceCall | Shutdown | SessionToContainer
+class DialEndpoint(msgspec.Struct, tag="dial"):
+    """Dial an endpoint, which carries sockets of clients of this place, until `LeaveEndpoint`.
+
+    Parameters
+    ----------
+    endpoint : str
+        Name of the endpoint.
+    address : str
+        Its address for containers.
+    place : str
+        Name of the place, for the hello.
+    secret : str
+        Secret for the hello, by which the endpoint knows that the container is of this place.
+    """
+
+    endpoint: str
+    address: str
+    place: str
+    secret: str
+
+
+class LeaveEndpoint(msgspec.Struct, tag="leave"):
+    """Dial an endpoint no more; it has ended, or carries no socket of the place."""
+
+    endpoint: str
+
+
+ToContainer = (
+    Deliver | Subscribe | Unsubscribe | ServiceCall | Shutdown | DialEndpoint | LeaveEndpoint | SessionToContainer
+)

@@ -5,6 +5,7 @@ import contextlib
 import logging
 from collections.abc import Iterator
 from pathlib import Path
+from weakref import WeakKeyDictionary
 
 from engine.master.events import (
     ContainerLost,
@@ -25,6 +26,7 @@ from engine.processes.background import Background
 from engine.processes.heartbeats import MISSED
 from engine.protocols import control_link, robot_link
 from engine.protocols.framing import FrameStream
+from engine.protocols.refusals import error_of
 from engine.service.administration import Administration
 from engine.service.links.control_server import ControlServer
 from engine.service.links.place_link import PlaceLink
@@ -41,7 +43,7 @@ from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
 from engine.specs.continued_maps import is_lifelong
 from engine.specs.robot_frames import base_frame
 from ppaas.clock import Clock, monotonic
-from ppaas.errors import Conflict, Idle, NotFound, PPaaSError, Unavailable, rebuild
+from ppaas.errors import Conflict, Idle, NotFound, PPaaSError, Unavailable
 from storage.records import Limits
 
 logger = logging.getLogger(__name__)
@@ -98,6 +100,7 @@ class MasterDriver:
         self._checkpoints = checkpoints
         self._links = LinkServer(run_dir / "link.sock", self._welcome, self._failed)
         self._places: dict[str, PlaceLink] = {}
+        self._timed: WeakKeyDictionary[PlaceLink, tuple[str | None, float | None]] = WeakKeyDictionary()
         self._opened = listener.place_opened
         self._times = StartTimes()
         self.of_machines = MachineEvents(
@@ -285,7 +288,7 @@ class MasterDriver:
                 self.give_up_container(container)
 
     def _failed(self, failed: robot_link.ContainerFailed) -> None:
-        self._container_lost(failed.container, rebuild(failed.refusal.slug, failed.refusal.text))
+        self._container_lost(failed.container, error_of(failed.refusal))
 
     def _container_lost(self, container: str, reason: PPaaSError) -> None:
         self._report_lost("", container, reason)
@@ -311,8 +314,10 @@ class MasterDriver:
 
     def _note_round_trips(self) -> None:
         for key, place in self._places.items():
-            if place.round_trip is not None:
-                self._handle(RobotTimed(key, place.round_trip))
+            measured, before = (place.container, place.beat.round_trip), self._timed.get(place)
+            if measured[1] is not None and measured != before:
+                self._timed[place] = measured
+                self._handle(RobotTimed(key, measured[1]))
 
     # -- views ---------------------------------------------------------------------------------------------------------
 

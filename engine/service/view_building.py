@@ -69,6 +69,6 @@ def container_view(
         cpu=load.cpu if load is not None else None,
         age=age,
         clients=link.clients if link is not None else 0,
-        round_trip=link.round_trip if link is not None else None,
+        round_trip=link.beat.round_trip if link is not None else None,
         masks=tuple(mask.id for mask in spec.robot.masks.values()) if spec.robot is not None else (),
     )

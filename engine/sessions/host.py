@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import msgspec
 
-from engine.protocols.refusals import refusal_of
+from engine.protocols.refusals import error_of, refusal_of
 from engine.protocols.session_frames import (
     AccessChanged,
     Attach,
@@ -33,7 +33,7 @@ from engine.rights.access import Access
 from engine.sessions.place.place import Place
 from engine.sessions.retained_session import RetainedSession, SessionRecord
 from engine.sessions.socket_sink import EndpointEnd, SocketSink
-from ppaas.errors import Conflict, rebuild
+from ppaas.errors import Conflict
 
 logger = logging.getLogger(__name__)
 
@@ -69,11 +69,23 @@ class SessionHost:
         self._nameless: dict[str, RetainedSession] = {}
         self._records: dict[str, SessionRecord] = {}
         self._links: dict[EndpointEnd, ClientOffers | None] = {}
+        self.taken = 0
+        """Number of frames of clients that were taken."""
 
     @property
     def away(self) -> int:
         """Number of detached sessions."""
         return sum(retained.sink is None for retained in self._named.values())
+
+    @property
+    def sockets(self) -> int:
+        """Number of sockets at all endpoints."""
+        return len(self._sockets)
+
+    @property
+    def round_trip(self) -> float | None:
+        """Round trip to the robot [s]; None before an endpoint has measured it."""
+        return self._place.round_trip
 
     def link_facts(self) -> bytes:
         """Return the facts of the robot's connection as JSON, for its diagnosis."""
@@ -135,12 +147,13 @@ class SessionHost:
     def _handle(self, socket: Socket, retained: RetainedSession, frame: SessionToContainer) -> None:
         match frame:
             case ClientFrame():
+                self.taken += 1
                 retained.take(NumberedFrame(frame.number, frame.content, frame.binary))
             case SocketReady():
                 self._let_read(retained, reads=frame.ready)
             case PlanCounted():
                 refused = frame.refusal
-                retained.permit(None if refused is None else rebuild(refused.slug, refused.text))
+                retained.permit(None if refused is None else error_of(refused))
             case AccessChanged():
                 retained.session.access = frame.access
             case Inform():

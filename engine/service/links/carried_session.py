@@ -7,10 +7,11 @@ settled. When the container is lost, the next one gets these, and the client not
 import asyncio
 import secrets
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import Any, Protocol
 
-from engine.protocols.refusals import refusal_of
+from engine.processes.background import Background
+from engine.protocols.refusals import error_of, refusal_of
 from engine.protocols.session_frames import (
     AccessChanged,
     Attach,
@@ -45,6 +46,10 @@ MAX_UNSENT = 64 << 10
 MAX_WAITING = 1 << 20
 """Bytes that wait for a container that is lost, and for one that is slow, above which messages that may be lost are
 dropped."""
+
+
+async def unlimited() -> None:
+    """Count no path."""
 
 
 class Carrier(Protocol):
@@ -84,7 +89,7 @@ class CarriedSession:
     resume : ResumptionPoint, optional
         Point at which the client resumes its session.
     count_plan : callable
-        Called for each path that the client requests; raises if that exceeds the quota.
+        Awaited for each path that the client requests; raises if that exceeds the quota.
 
     Attributes
     ----------
@@ -108,7 +113,7 @@ class CarriedSession:
         access: Access,
         resume: ResumptionPoint | None = None,
         *,
-        count_plan: Callable[[], None] = lambda: None,
+        count_plan: Callable[[], Awaitable[None]] = unlimited,
     ) -> None:
         self.id = secrets.token_hex(8)
         self.resumed = False
@@ -119,6 +124,7 @@ class CarriedSession:
         self._place = place
         self._client, self._options, self._access, self._resume = client, options, access, resume
         self._count_plan = count_plan
+        self._background = Background()
         self._attached: asyncio.Future[None] = loop.create_future()
         self._carried = False
         self._kept: dict[int, NumberedFrame] = {}
@@ -175,13 +181,13 @@ class CarriedSession:
             case Settled():
                 self._settle(frame.numbers)
             case SessionOver():
-                reason = rebuild(frame.reason.slug, frame.reason.text)
+                reason = error_of(frame.reason)
                 if frame.taken_over:
                     self.displace(reason)
                 else:
                     self.closed(reason)
             case CountPlan():
-                self._answer_count()
+                self._background.run(self._answer_count())
 
     def _note_attached(self, attached: Attached) -> None:
         if not self._carried:
@@ -192,10 +198,10 @@ class CarriedSession:
         if not self._attached.done():
             self._attached.set_result(None)
 
-    def _answer_count(self) -> None:
+    async def _answer_count(self) -> None:
         refusal = None
         try:
-            self._count_plan()
+            await self._count_plan()
         except PPaaSError as error:
             refusal = refusal_of(error)
         self._place.send(PlanCounted(self._socket, refusal))

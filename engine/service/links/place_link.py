@@ -35,16 +35,18 @@ class PlaceLink(SharedLink):
         super().__init__()
         self.key = key
         self.base_frame = base_frame
-        self.round_trip: float | None = None
         self.offers = ClientOffers({}, {}, {}, [])
         self._carried: dict[int, CarriedSession] = {}
+        self._endpoints: dict[str, robot_link.DialEndpoint] = {}
         self._numbers = itertools.count(1)
 
     # -- frames of the container ---------------------------------------------------------------------------------------
 
     def begin(self, hello: robot_link.Hello, stream: Stream) -> None:
-        """Serve a container, and attach the sockets there."""
+        """Serve a container: attach the sockets there, and let it dial the endpoints of the place."""
         super().begin(hello, stream)
+        for endpoint in self._endpoints.values():
+            self._write(endpoint)
         for session in tuple(self._carried.values()):
             session.attach()
 
@@ -75,6 +77,19 @@ class PlaceLink(SharedLink):
         for session in tuple(self._carried.values()):
             session.closed(reason)
 
+    # -- endpoints -----------------------------------------------------------------------------------------------------
+
+    def add_endpoint(self, endpoint: robot_link.DialEndpoint) -> None:
+        """Let the containers of the place dial an endpoint."""
+        if self._endpoints.get(endpoint.endpoint) != endpoint:
+            self._endpoints[endpoint.endpoint] = endpoint
+            self._write(endpoint)
+
+    def drop_endpoint(self, endpoint: str) -> None:
+        """Let the containers of the place leave an endpoint."""
+        if self._endpoints.pop(endpoint, None) is not None:
+            self._write(robot_link.LeaveEndpoint(endpoint))
+
     # -- sockets -------------------------------------------------------------------------------------------------------
 
     def carry(self, session: CarriedSession) -> int:
@@ -103,12 +118,16 @@ class PlaceLink(SharedLink):
 
     @property
     def clients(self) -> int:
-        """Number of clients: sockets, and those within this process."""
-        return super().clients + len(self._carried)
+        """Number of clients: sockets at all endpoints, and those within this process."""
+        return super().clients + max(len(self._carried), self.beat.sockets)
+
+    @property
+    def has_clients(self) -> bool:
+        """Whether this process has clients of the place."""
+        return bool(self._carried) or super().clients > 0
 
     def note_round_trip(self, seconds: float) -> None:
-        """Record the round trip of a ping to the robot [s]."""
-        self.round_trip = seconds
+        """Report the round trip of a ping to the robot [s] to the container."""
         self.send(session_frames.RoundTrip(seconds))
 
     # -- what the place offers -----------------------------------------------------------------------------------------
