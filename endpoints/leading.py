@@ -87,8 +87,6 @@ async def _cancel(task: asyncio.Task[None]) -> None:
 
 def _get_ready(arguments: argparse.Namespace) -> None:
     """Do what takes time before it is urgent, and find out what would fail then."""
-    import endpoints.web  # noqa: F401, PLC0415 - takes half a second
-
     for port in (arguments.port, arguments.rapyuta, arguments.foxglove):
         for listener in listen(arguments.host, port) if port is not None else ():
             listener.close()

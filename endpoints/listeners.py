@@ -12,7 +12,7 @@ BACKLOG = 1024
 ANY4, ANY6 = "0.0.0.0", "::"
 
 
-def listen(host: str, port: int) -> list[socket.socket]:
+def listen(host: str, port: int, *, shared: bool = False, accept: bool = True) -> list[socket.socket]:
     """Return listening sockets at all addresses of a host, on one port.
 
     IPv4 and IPv6 have a socket each, so addresses of IPv4 clients are not mapped into IPv6.
@@ -23,6 +23,11 @@ def listen(host: str, port: int) -> list[socket.socket]:
         Address or name of this host. ``::`` takes all addresses of IPv6 and, if the system has it, of IPv4.
     port : int
         Port; 0 takes a free one.
+    shared : bool
+        Whether other processes of this user may listen at the same address (``SO_REUSEPORT``): the system gives each
+        connection to one of them.
+    accept : bool
+        Whether to accept connections. Without it, the sockets reserve the port only.
 
     Raises
     ------
@@ -34,7 +39,8 @@ def listen(host: str, port: int) -> list[socket.socket]:
     try:
         for family, address in _addresses(host, port):
             try:
-                opened.append(_listener(family, (address, opened[0].getsockname()[1] if opened else port)))
+                at = address, opened[0].getsockname()[1] if opened else port
+                opened.append(_listener(family, at, shared=shared, accept=accept))
             except OSError as error:
                 # A name may have addresses that the system does not, as localhost has ::1 without IPv6.
                 if error.errno not in (errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT):
@@ -70,14 +76,17 @@ def _addresses(host: str, port: int) -> Sequence[tuple[socket.AddressFamily, str
     return list(dict.fromkeys(found))
 
 
-def _listener(family: socket.AddressFamily, address: tuple[str, int]) -> socket.socket:
+def _listener(family: socket.AddressFamily, address: tuple[str, int], *, shared: bool, accept: bool) -> socket.socket:
     listener = socket.socket(family, socket.SOCK_STREAM)
     try:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        if shared:
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
         if family == socket.AF_INET6:
             listener.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
         listener.bind(address)
-        listener.listen(BACKLOG)
+        if accept:
+            listener.listen(BACKLOG)
     except BaseException:
         listener.close()
         raise

@@ -1,8 +1,4 @@
-"""Server process: runs the cloud and its web application on one event loop, from start to clean stop.
-
-The web application takes half a second to import. It is imported while the cloud's local machine starts, which takes
-longer and uses another core.
-"""
+"""Process of the master: decides about the cloud, and keeps its endpoints running, from start to clean stop."""
 
 import argparse
 import asyncio
@@ -11,24 +7,28 @@ import logging
 import os
 import secrets
 import signal
-import socket
 from collections.abc import Callable, Coroutine, Iterator
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import msgspec
 import uvloop
 
+from endpoints.accounts.accounts import Accounts
 from endpoints.audit.cloud_audit import cloud_audit
-from endpoints.http.connection_table import ConnectionTable
-from endpoints.http.front_settings import FrontSettings
-from endpoints.http.open_files import connection_table, raise_file_limit
+from endpoints.cloud_jobs import CloudJobs
+from endpoints.http.open_files import raise_file_limit
 from endpoints.http.tls import ServerTls, warn_if_open_to_others
 from endpoints.leading import take_the_lead
-from endpoints.listeners import listen, url_of
+from endpoints.listeners import url_of
+from endpoints.processes.keeper import EndpointKeeper
+from endpoints.processes.ports import Ports, endpoint_configs
+from endpoints.processes.records import ENDPOINTS_HERE
+from endpoints.services.services import Services
 from engine.bootstrap import CloudConfig, Engine
 from engine.master.quotas import Quota
+from engine.processes.background import Background
 from engine.processes.exclusive_owner import LOCK, sole_owner
 from engine.processes.private_files import keep_new_files_private, make_private_folder, warn_if_open, write_private
 from engine.remote.replica import MACHINES
@@ -38,9 +38,6 @@ from ppaas.plugins import permit_only
 from ppaas.wire.foxglove.installed import check_installed
 from storage.urls.opening import local_path
 from storage.urls.passwords import chosen_url
-
-if TYPE_CHECKING:
-    from endpoints.web import Web
 
 logger = logging.getLogger(__name__)
 
@@ -181,11 +178,6 @@ def admin_password(path: Path) -> str:
     return password
 
 
-def front_settings(arguments: argparse.Namespace) -> FrontSettings:
-    """Return the settings of the front from the command line."""
-    return FrontSettings(arguments.root_path, tuple(arguments.trusted_proxy), tuple(arguments.allow_origin))
-
-
 def server_tls(arguments: argparse.Namespace) -> ServerTls | None:
     """Return the certificate of the server from the command line; None if there is none.
 
@@ -209,31 +201,18 @@ async def _serve(arguments: argparse.Namespace) -> None:
         leadership = await _run_unless_stopped(stop, take_the_lead(arguments, config, stack))
         if leadership is None:
             return
-        listeners = listen(arguments.host, arguments.port)
-        for listener in listeners:
-            stack.enter_context(listener)
-        rapyuta = [] if arguments.rapyuta is None else listen(arguments.host, arguments.rapyuta)
-        foxglove = [] if arguments.foxglove is None else listen(arguments.host, arguments.foxglove)
-        for listener in (*rapyuta, *foxglove):
-            stack.enter_context(listener)
+        ports = Ports.reserve(arguments, stack)
         tls = server_tls(arguments)
         if tls is None:
-            warn_if_open_to_others(listeners)
+            warn_if_open_to_others(ports.web)
+        raise_file_limit()  # before processes are started, which inherit it
         engine = Engine(config, leadership)
         stack.push_async_callback(engine.close)
-        connections = connection_table(  # before the machine is started, which inherits the limit of files
-            raise_file_limit(), arguments.max_connections, arguments.max_connections_per_address
-        )
-        web = await _run_unless_stopped(stop, _start(engine, arguments, stack, tls, connections))
-        if web is not None:
-            url = url_of(listeners[0], "http" if tls is None else "https")
-            if rapyuta:
-                web.serve_rapyuta(rapyuta)
-                logger.info("serving robots of Rapyuta at %s", url_of(rapyuta[0], "http" if tls is None else "https"))
-            if foxglove:
-                web.serve_foxglove(foxglove)
-                logger.info("serving viewers of Foxglove at %s", url_of(foxglove[0], "ws" if tls is None else "wss"))
-            await _run(web, listeners, stop, url, arguments.ready_file)
+        keeper = await _run_unless_stopped(stop, _start(engine, arguments, stack, ports))
+        if keeper is not None:
+            ports.log(tls=tls is not None)
+            url = url_of(ports.web[0], "http" if tls is None else "https")
+            await _run(keeper, stop, url, arguments.ready_file)
 
 
 def _stop_on_signals() -> asyncio.Event:
@@ -256,46 +235,42 @@ async def _run_unless_stopped(stop: asyncio.Event, work: Coroutine[Any, Any, T])
 
 
 async def _start(
-    engine: Engine,
-    arguments: argparse.Namespace,
-    stack: contextlib.AsyncExitStack,
-    tls: ServerTls | None,
-    connections: ConnectionTable,
-) -> "Web":
-    """Start the local machine, and meanwhile the web server."""
+    engine: Engine, arguments: argparse.Namespace, stack: contextlib.AsyncExitStack, ports: Ports
+) -> EndpointKeeper:
+    """Start the local machine, and meanwhile the endpoints."""
     machine = asyncio.create_task(engine.start())
     try:
-        serving = await asyncio.to_thread(_import_web)
-        await asyncio.to_thread(store_kernels.prepare)
-        audit = await stack.enter_async_context(cloud_audit(arguments.data))
-        web = serving(
-            engine,
-            linger=arguments.linger,
-            idle=arguments.idle,
-            dead=arguments.dead,
-            log_level=arguments.log_level,
-            connections=connections,
-            settings=front_settings(arguments),
-            audit=audit,
-            tls=tls,
+        services = Services(
+            engine.store, engine.map_store, Accounts(engine.store), engine.cloud, disk=engine.reserve,
+            recordings=engine.recordings, keep_versions=engine.keep_versions,
+            audit=await stack.enter_async_context(cloud_audit(arguments.data)),
+        )  # fmt: skip
+        stack.callback(services.accounts.close)
+        await _ensure_admin(services.accounts, arguments, stack)
+        await engine.listening()
+        keeper = EndpointKeeper(
+            endpoint_configs(arguments, engine, ports), engine.endpoints, arguments.data / ENDPOINTS_HERE
         )
-        stack.push_async_callback(web.close)
-        password_file = arguments.admin_password_file or arguments.data / "admin-password"
-        password = await asyncio.to_thread(admin_password, password_file)
-        admin = await web.accounts.ensure_admin(password)
-        logger.info("the password of user %r is in %s", ADMIN, password_file)
-        web.run_in_background(_later(partial(web.accounts.warn_if_different, admin, password)))
+        stack.push_async_callback(keeper.stop)
+        await asyncio.gather(keeper.start(), asyncio.to_thread(store_kernels.prepare))
         await machine
+        jobs = CloudJobs(services, engine.sessions, arguments.idle)
+        stack.push_async_callback(jobs.close)
+        jobs.start()
     finally:
         machine.cancel()
         await asyncio.gather(machine, return_exceptions=True)
-    return web
+    return keeper
 
 
-def _import_web() -> "type[Web]":
-    from endpoints.web import Web  # noqa: PLC0415 - takes half a second, while the machine starts
-
-    return Web
+async def _ensure_admin(accounts: Accounts, arguments: argparse.Namespace, stack: contextlib.AsyncExitStack) -> None:
+    password_file = arguments.admin_password_file or arguments.data / "admin-password"
+    password = await asyncio.to_thread(admin_password, password_file)
+    admin = await accounts.ensure_admin(password)
+    logger.info("the password of user %r is in %s", ADMIN, password_file)
+    background = Background()
+    stack.push_async_callback(background.cancel)
+    background.run(_later(partial(accounts.warn_if_different, admin, password)))
 
 
 async def _later(work: Callable[[], Coroutine[Any, Any, None]]) -> None:
@@ -304,19 +279,12 @@ async def _later(work: Callable[[], Coroutine[Any, Any, None]]) -> None:
     await work()
 
 
-async def _run(
-    web: "Web", listeners: list[socket.socket], stop: asyncio.Event, url: str, ready_file: Path | None
-) -> None:
-    serving, stopping = asyncio.create_task(web.serve(listeners)), asyncio.create_task(stop.wait())
-    try:
-        logger.info("serving at %s", url)
-        if ready_file is not None:
-            await asyncio.to_thread(_write_ready, ready_file, ReadyFile(url, os.getpid(), ADMIN))
-        await asyncio.wait((serving, stopping), return_when=asyncio.FIRST_COMPLETED)
-    finally:
-        stopping.cancel()
-        web.stop()
-        await serving
+async def _run(keeper: EndpointKeeper, stop: asyncio.Event, url: str, ready_file: Path | None) -> None:
+    logger.info("serving at %s", url)
+    if ready_file is not None:
+        await asyncio.to_thread(_write_ready, ready_file, ReadyFile(url, os.getpid(), ADMIN))
+    await stop.wait()
+    await keeper.stop()
 
 
 def _write_ready(path: Path, ready: ReadyFile) -> None:

@@ -1,11 +1,11 @@
-"""Web server of a cloud: the REST application and the robot WebSocket."""
+"""Web server of an endpoint: the REST application and the robot WebSocket."""
 
 import asyncio
 import contextlib
 import socket
-from collections.abc import Coroutine, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
-from typing import Any, cast
+from typing import cast
 
 import uvicorn
 from fastapi import FastAPI
@@ -13,27 +13,20 @@ from starlette.routing import WebSocketRoute
 from starlette.types import ASGIApp
 from starlette.websockets import WebSocket
 
-from endpoints.accounts.accounts import Accounts
 from endpoints.app import create_app
-from endpoints.audit.event import AuditLog
 from endpoints.http.connection_table import ConnectionTable
 from endpoints.http.front_settings import FrontSettings
 from endpoints.http.http_protocol import DirectHttp, http_protocol
 from endpoints.http.tls import ServerTls
 from endpoints.http.tls_handshake import TlsListener
 from endpoints.http.websocket_protocol import DirectWebSocket
-from endpoints.merging.coordinator import JointMapCoordinator
-from endpoints.people.counting import PeopleCounting
-from endpoints.proposals.change_watch import ChangeWatch
 from endpoints.rapyuta.app import rapyuta_app
 from endpoints.rapyuta.registry import RobotRegistry
-from endpoints.rosbridge.idle_watch import IdleWatch
 from endpoints.rosbridge.rights_watch import RightsWatch
 from endpoints.rosbridge.robot_socket import serve_robot_socket
 from endpoints.rosbridge.session_registry import SessionRegistry
-from endpoints.services.disk_watch import DiskWatch
+from endpoints.services.robot_places import RobotPlaces
 from endpoints.services.services import Services
-from engine.bootstrap import Engine
 from engine.processes.background import Background
 
 MAX_FRAME = 16 * 1024 * 1024
@@ -72,16 +65,16 @@ class Server(uvicorn.Server):
 
 
 class Web:
-    """Web server of one cloud.
+    """Web server of one endpoint.
 
     Parameters
     ----------
-    engine : Engine
-        Engine of the cloud; the caller closes it after the web server.
+    services : Services
+        Services of the application; the caller closes them.
+    places : RobotPlaces
+        Places of robots.
     linger : float
         Time for which a session is retained without a socket [s].
-    idle : float
-        Time without frames after which a robot is disconnected [s]; 0 disables this.
     dead : float
         Time after which a silent connection counts as dead [s].
     log_level : str
@@ -90,59 +83,41 @@ class Web:
         Table of the connections, with their limits.
     settings : FrontSettings
         Path prefix, trusted proxies and allowed origins.
-    audit : AuditLog
-        Audit log; the caller closes it.
     tls : ServerTls, optional
         Certificate of the server; without it, it serves HTTP.
+
+    Attributes
+    ----------
+    sessions : SessionRegistry
+        Sockets of robots and operators.
     """
 
     def __init__(
         self,
-        engine: Engine,
+        services: Services,
+        places: RobotPlaces,
         *,
         linger: float,
-        idle: float,
         dead: float,
         log_level: str,
         connections: ConnectionTable,
         settings: FrontSettings,
-        audit: AuditLog,
         tls: ServerTls | None = None,
     ) -> None:
-        self.accounts = Accounts(engine.store)
-        self._sessions = SessionRegistry(engine.sessions, engine.cloud.plan_rate, linger)
-        self._idle = IdleWatch(self._sessions, engine.sessions, idle)
+        self._services = services
+        self.sessions = SessionRegistry(places, services.cloud.count_paths, linger)
         self._background = Background()
-        services = self._services = Services(
-            engine.store,
-            engine.map_store,
-            self.accounts,
-            engine.cloud,
-            disk=engine.reserve,
-            recordings=engine.recordings,
-            keep_versions=engine.keep_versions,
-            audit=audit,
-        )
-        self._joint_maps = JointMapCoordinator(services)
-        self._disk = DiskWatch.of(engine.reserve, engine.store)
-        self._changes = ChangeWatch(services)
-        self._people = PeopleCounting(services)
-        self._rights = RightsWatch(self._sessions, engine.sessions, services)
+        self._rights = RightsWatch(self.sessions, services)
         self._tls = tls
         self._settings = settings
         self._configured = partial(_uvicorn_config, log_level=log_level, dead=dead, connections=connections, tls=tls)
-        self._server = Server(self._configured(build_app(services, self._sessions, settings)))
-        self._rapyuta = RobotRegistry(services, self._sessions)
+        self._server = Server(self._configured(build_app(services, self.sessions, settings)))
+        self._rapyuta = RobotRegistry(services, self.sessions)
         self._others: list[tuple[Server, Sequence[socket.socket]]] = []
 
     async def serve(self, listeners: Sequence[socket.socket]) -> None:
         """Serve until `stop` is called."""
-        self._background.run(self._idle.run())
         self._background.run(self._rights.run())
-        self._background.run(self._disk.run())
-        self._background.run(self._changes.run())
-        self._background.run(self._people.run())
-        self._background.run(self._joint_maps.run())
         if self._tls is not None:
             self._background.run(self._tls.watch())
         servers = [(self._server, listeners), *self._others]
@@ -158,12 +133,8 @@ class Web:
         """Let ``serve`` also serve viewers of Foxglove, on these listeners; needs the extra ``foxglove``."""
         from endpoints.foxglove.app import foxglove_app  # noqa: PLC0415 - of the extra
 
-        app = foxglove_app(self._services, self._sessions, self._settings)
+        app = foxglove_app(self._services, self.sessions, self._settings)
         self._others.append((Server(self._configured(app, max_frame=MAX_VIEWER_FRAME)), listeners))
-
-    def run_in_background(self, work: Coroutine[Any, Any, None]) -> None:
-        """Run a coroutine in the background; it is cancelled at the end."""
-        self._background.run(work)
 
     def stop(self) -> None:
         """Make ``serve`` return."""

@@ -29,6 +29,7 @@ from engine.remote.ray.machines import RayMachines
 from engine.remote.ray.watcher_process import WatcherProcess
 from engine.runtimes import registry as runtimes
 from engine.service.cloud import Cloud
+from engine.service.endpoints.server import SOCKET, EndpointServer
 from engine.service.listener import CloudListener
 from engine.service.machine_events import RETURN_TIMEOUT
 from engine.service.machine_registry import MachineRegistry
@@ -186,7 +187,9 @@ class Engine(CloudListener):
     def __init__(self, config: CloudConfig, leadership: Leadership | None = None) -> None:
         balancer = BALANCERS.create(config.balancer, {})
         monitor_parameters({"priorities": config.node_priorities} if config.node_priorities else {})
+        self.config = config
         self._own = config.machine
+        self._listens = asyncio.Event()
         self._background = Background()
         runtimes.RUNTIMES.load(config.runtime)  # raises here if unknown; otherwise the agent would fail
         self.keep_versions = config.keep_versions
@@ -205,13 +208,13 @@ class Engine(CloudListener):
         file = Path(config.left) / OWN_AGENT if config.left is not None and watcher is None else None
         left = read_record(file) if file is not None else None
         own = settle_config(_agent_config(config, instance, self._far), left)
-        self._run_dir = Path(own.run_dir)
+        self.run_dir = Path(own.run_dir)
         self._agents: Agents = self._on_ray(watcher) if watcher is not None else LocalMachine(own, file, left)
         quotas = Quotas(config.quota)
         self.service = MasterDriver(
             Master(balancer, quotas, id_suffix=f"-{secrets.token_hex(4)}"),
             CheckpointSelection(self.store, instance, config.linger),
-            self._run_dir,
+            self.run_dir,
             own.secret,
             self,
         )
@@ -223,6 +226,8 @@ class Engine(CloudListener):
             self.service, self.store, self.map_store, config.linger, node_priorities=config.node_priorities
         )
         self.cloud = Cloud(self.service, quotas)
+        self.endpoints = EndpointServer(self.run_dir / SOCKET, own.secret, self.cloud, self.sessions)
+        self.secret = own.secret
 
     def _let_lead(self, leadership: Leadership) -> str:
         """Give orders only while this process leads; return the process that it replaced, if there was one."""
@@ -233,7 +238,7 @@ class Engine(CloudListener):
     def _on_ray(self, watcher: WatcherProcess) -> RayMachines:
         """Return the manager of the agents on the nodes of a Ray cluster."""
         peering = self._far.peering if self._far is not None else None
-        return RayMachines(watcher, RouterProcess(self._run_dir, peering=peering))
+        return RayMachines(watcher, RouterProcess(self.run_dir, peering=peering))
 
     def machine_frozen(self, machine: str) -> None:
         """Kill its agent, if this process manages it."""
@@ -272,6 +277,8 @@ class Engine(CloudListener):
         patience = asyncio.get_running_loop().call_later(USUAL_START, logger.info, STILL_STARTING)
         try:
             await self.service.start()
+            await self.endpoints.start()
+            self._listens.set()
             if self._roll is not None:
                 self.service.of_machines.expect_back(self._expected())
             if self._far is not None:
@@ -281,6 +288,10 @@ class Engine(CloudListener):
                 await self._wait_for_own()
         finally:
             patience.cancel()
+
+    async def listening(self) -> None:
+        """Wait until endpoints may register."""
+        await self._listens.wait()
 
     def _expected(self) -> list[str]:
         """Return the machines that may run clones of an earlier cloud process.
@@ -310,13 +321,14 @@ class Engine(CloudListener):
         """End everything that was started, also after a failed start; errors do not keep the rest from ending."""
         async with contextlib.AsyncExitStack() as last_first:
             last_first.push_async_callback(asyncio.to_thread, sweep_stale)  # leftovers of killed agents
-            last_first.push_async_callback(asyncio.to_thread, shutil.rmtree, self._run_dir, ignore_errors=True)
+            last_first.push_async_callback(asyncio.to_thread, shutil.rmtree, self.run_dir, ignore_errors=True)
             if self.reserve is not None:
                 last_first.callback(self.reserve.release)
             last_first.callback(self.store.close)
             last_first.push_async_callback(self._agents.stop)
             last_first.push_async_callback(self._background.join)
             last_first.push_async_callback(self.service.close)
+            last_first.push_async_callback(self.endpoints.close)
             if self._far is not None:
                 last_first.push_async_callback(self._far.close)
             last_first.push_async_callback(self.sessions.close)

@@ -45,6 +45,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="also serve viewers of Foxglove, on this port; 8765 is the one that Foxglove expects (off)",
     )
     _add_machines(parser)
+    _add_endpoints(parser)
     _add_standby(parser)
     _add_limits(parser)
     _add_connections(parser)
@@ -149,6 +150,17 @@ def _add_machines(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--image", default="ppaas-engine", metavar="NAME", help="image of Docker containers (%(default)s)"
+    )
+
+
+def _add_endpoints(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--endpoints",
+        type=whole(1),
+        default=1,
+        metavar="NUMBER",
+        help="processes that serve robots, operators and REST on this host; the system gives each connection to one of "
+        "them (%(default)s)",
     )
 
 

@@ -60,12 +60,12 @@ def reached(store: RobotStore, caller: User, named: Sequence[str]) -> list[Robot
     return found
 
 
-def running(cloud: ControlPlane, caller: User, records: Sequence[RobotRecord]) -> list[ReachableRobot]:
+async def running(cloud: ControlPlane, caller: User, records: Sequence[RobotRecord]) -> list[ReachableRobot]:
     """Return those of some robots that have a running clone, with the frame of the map they are on."""
     maps = {
         (one.user, one.robot): one.map.id
         for owner in {record.user for record in records}
-        for one in cloud.containers(owner)
+        for one in await cloud.containers(owner)
         if one.robot is not None and one.state == "ready"
     }
     found = []

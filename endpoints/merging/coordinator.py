@@ -87,7 +87,7 @@ class JointMapCoordinator:
     async def _reports(self) -> dict[str, list[RobotMap]]:
         """Return the maps of robots, by the names of joint maps that have several robots."""
         named: dict[str, list[MappingRobot]] = {}
-        for robot in await run_in_threadpool(self._permitted, self._cloud.mapping_robots()):
+        for robot in await run_in_threadpool(self._permitted, await self._cloud.mapping_robots()):
             named.setdefault(robot.joint_map, []).append(robot)
         several = {name: robots for name, robots in named.items() if len(robots) > 1}
         found = await asyncio.gather(*(self._report(robot) for robots in several.values() for robot in robots))

@@ -53,7 +53,8 @@ class PeopleCounting:
     async def step(self) -> None:
         """Collect the counts of all groups, and remove expired ones once an hour."""
         now = self._clock()
-        ready = {(group.user, group.map) for group in self._services.cloud.people_groups() if group.state == "ready"}
+        groups = await self._services.cloud.people_groups()
+        ready = {(group.user, group.map) for group in groups if group.state == "ready"}
         for notes in (self._collected, self._errors):
             for key in notes.keys() - ready:
                 del notes[key]

@@ -67,7 +67,7 @@ async def forget_counts(services: Services, user: str, map_id: str) -> None:
     Unavailable
         The store or the coordinator does not answer: try again.
     """
-    groups = services.cloud.people_groups()
+    groups = await services.cloud.people_groups()
     try:
         if any((group.user, group.map, group.state) == (user, map_id, "ready") for group in groups):
             await _let_forget(services, user, map_id)

@@ -74,7 +74,7 @@ class ChangeWatch:
 
     async def step(self) -> None:
         """Look at all robots once."""
-        robots = self._cloud.lifelong_robots()
+        robots = await self._cloud.lifelong_robots()
         for notes in (self._seen, self._found, self._errors):
             for robot in notes.keys() - set(robots):
                 del notes[robot]

@@ -136,7 +136,7 @@ Driven = Annotated[ReachedRobot, Depends(_robot_for("drive"))]
 Administered = Annotated[ReachedRobot, Depends(_robot_for("administer"))]
 
 
-def robots_in(services: Services, user: str | None = None, *, map_id: str | None = None) -> list[str]:
+async def robots_in(services: Services, user: str | None = None, *, map_id: str | None = None) -> list[str]:
     """Return the robots that have a container now: all, or those of a user, or those that use a map also as a mask."""
-    containers = services.cloud.containers(user)
+    containers = await services.cloud.containers(user)
     return [c.robot for c in containers if c.robot is not None and map_id in (None, c.map.id, *c.masks)]

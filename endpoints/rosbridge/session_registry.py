@@ -4,18 +4,18 @@ A socket that names an attached session takes it over: the client knows best whe
 """
 
 import asyncio
-from collections.abc import Iterable
+from collections.abc import Awaitable, Callable, Iterable
 from functools import partial
 
 from endpoints.rosbridge.attachment import Attachment, Caller
 from endpoints.rosbridge.connect_request import ConnectRequest
+from endpoints.services.robot_places import RobotPlaces
 from engine.processes.background import Background
 from engine.protocols.session_frames import SessionOptions
 from engine.rights.access import Access
 from engine.service.links.carried_session import CarriedSession
 from engine.service.links.place_link import PlaceLink
-from engine.service.plan_rate import PlanRate
-from engine.service.robot_sessions import LINGER, RobotSessions
+from engine.service.robot_sessions import LINGER
 from ppaas.errors import Conflict, Unavailable
 from ppaas.wire.operations import Level
 
@@ -25,30 +25,44 @@ READY_TIMEOUT = 15.0
 POSITION_PERIOD = 0.5
 """Interval of checks of a robot's position in the queue [s]."""
 
+CountPaths = Callable[[str, int], Awaitable[None]]
+"""Counts paths that a user requests; raises ``QuotaExceeded`` if they are too many."""
+
 
 class SessionRegistry:
     """Attaches sockets to sessions.
 
     Parameters
     ----------
-    robots : RobotSessions
+    robots : RobotPlaces
         Opens the places.
-    plan_rate : PlanRate
-        Limits the path requests of clients.
+    count_paths : callable
+        Counts paths that a user requests; raises if they exceed the quota.
     linger : float
         Time for which a detached session is retained [s].
     """
 
-    def __init__(self, robots: RobotSessions, plan_rate: PlanRate, linger: float = LINGER) -> None:
+    def __init__(self, robots: RobotPlaces, count_paths: CountPaths, linger: float = LINGER) -> None:
         self._robots = robots
-        self._plan_rate = plan_rate
+        self._count_paths = count_paths
         self._linger = linger
         self._attachments: set[Attachment] = set()
+        self._counted: dict[Attachment, int] = {}
+        self._counted_at = 0.0
         self._background = Background()
 
     def attachments(self) -> Iterable[Attachment]:
         """Return the attachments of all connected sockets."""
         return tuple(self._attachments)
+
+    def load(self) -> tuple[int, float]:
+        """Return the number of sockets, and the frames of clients since the last call [1/s]."""
+        now = asyncio.get_running_loop().time()
+        taken = {attachment: attachment.session.taken for attachment in self._attachments}
+        fresh = sum(count - self._counted.get(attachment, 0) for attachment, count in taken.items())
+        rate = max(fresh, 0) / max(now - self._counted_at, 1e-3)
+        self._counted, self._counted_at = taken, now
+        return len(taken), rate
 
     # -- attaching ----------------------------------------------------------------------------------------------------
 
@@ -73,22 +87,23 @@ class SessionRegistry:
         """
         owner = request.owner or caller.user
         if request.role == "robot":
-            await self._displace(owner, request)
+            await self.displace(owner, request.robot, request.session)
         place = await self._robots.join(
-            owner, request.robot, as_robot=request.role == "robot", hold=request.hold, queue=request.queue
-        )
+            owner, request.robot, as_robot=request.role == "robot", hold=request.hold, queue=request.queue,
+            session=request.session,
+        )  # fmt: skip
         try:
             await self._wait_ready(request, place)
             attachment = await self._attach(caller, request, place, access)
         except BaseException:
             self._leave_place(place, request)
             raise
-        if self._robots.position(place) is not None:
+        if await self._robots.position(place) is not None:
             self._background.run(self._report_position(attachment))
         return attachment
 
     async def _wait_ready(self, request: ConnectRequest, place: PlaceLink) -> None:
-        position = self._robots.position(place)
+        position = await self._robots.position(place)
         if position is None:
             await place.ready(READY_TIMEOUT)
         elif not request.queue:
@@ -96,7 +111,7 @@ class SessionRegistry:
 
     async def _report_position(self, attachment: Attachment) -> None:
         reported = None
-        while not attachment.has_left and (position := self._robots.position(attachment.place)) is not None:
+        while not attachment.has_left and (position := await self._robots.position(attachment.place)) is not None:
             if position != reported:
                 attachment.session.inform("queued", f"position {position} in the queue")
                 reported = position
@@ -104,12 +119,12 @@ class SessionRegistry:
         if not attachment.has_left:
             attachment.session.inform("queued", "the robot left the queue: its container starts")
 
-    async def _displace(self, owner: str, request: ConnectRequest) -> None:
+    async def displace(self, owner: str, robot: str, session: str | None) -> None:
         """Displace a robot's socket of the same session, or one that is dead."""
         for attachment in self.attachments():
-            if (attachment.owner, attachment.request.robot, attachment.request.role) != (owner, request.robot, "robot"):
+            if (attachment.owner, attachment.request.robot, attachment.request.role) != (owner, robot, "robot"):
                 continue
-            if request.session is not None and request.session == attachment.request.session:
+            if session is not None and session == attachment.request.session:
                 await attachment.take_over(Conflict("another connection of the same session took over"))
             elif not await attachment.answers():
                 await attachment.take_over(
@@ -120,12 +135,12 @@ class SessionRegistry:
         await self._take_over(caller.user, request)
         session = CarriedSession(
             place, request.client(caller.user), self._options_of(request), access, request.resume,
-            count_plan=partial(self._plan_rate.take, caller.user),
+            count_plan=partial(self._count_paths, caller.user, 1),
         )  # fmt: skip
         attachment = Attachment(session, place, request, caller)
         self._attachments.add(attachment)
         try:
-            if self._robots.position(place) is None:
+            if await self._robots.position(place) is None:
                 session.attach()
                 await session.attached(READY_TIMEOUT)
             else:
@@ -162,4 +177,4 @@ class SessionRegistry:
 
     def _leave_place(self, place: PlaceLink, request: ConnectRequest) -> None:
         if request.hold:
-            self._robots.leave(place, as_robot=request.role == "robot")
+            self._robots.leave(place.key, as_robot=request.role == "robot")

@@ -4,13 +4,21 @@ from typing import Protocol
 
 from engine.master.quotas import Quotas
 from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
-from engine.service.plan_rate import PlanRate
-from engine.service.robot_navigation import RobotNavigation
-from engine.service.views import ContainerView, LifelongRobot, MachineView, MappingRobot, PeopleGroupView
+from engine.service.views import (
+    ContainerView,
+    GoalView,
+    LifelongRobot,
+    MachineView,
+    MappingRobot,
+    PeopleGroupView,
+    RobotState,
+    UserUsage,
+)
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.diagnosis.observations.facts import Observations
 from ppaas.errors import PPaaSError
+from ppaas.geometry import Pose2D
 from ppaas.messages.base.message import Message
 from ppaas.messages.health.recorder import RecorderState
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
@@ -22,32 +30,82 @@ from storage.records import Limits, MapRecord, User
 
 
 class ControlPlane(Protocol):
-    """The engine, as the endpoints use it. Its views are in memory and do not block."""
+    """The engine, as the endpoints use it."""
 
     @property
     def quotas(self) -> Quotas:
-        """Quotas of the users."""
+        """Limits of the users."""
         ...
 
-    @property
-    def plan_rate(self) -> PlanRate:
-        """Rate limits of the users' path requests."""
+    async def count_paths(self, user: str, paths: int) -> None:
+        """Count paths that a user requests.
+
+        Raises
+        ------
+        QuotaExceeded
+            They exceed the quota; see ``PlanRate.take``.
+        """
         ...
 
-    @property
-    def navigation(self) -> RobotNavigation:
-        """Poses and goals of robots."""
+    async def check_container(self, user: str, cores: float) -> None:
+        """Raise ``QuotaExceeded`` if the quota of a user allows no other container of this size [cores]."""
         ...
 
-    def machines(self) -> list[MachineView]:
+    async def usage(self, user: str) -> UserUsage:
+        """Return what counts against the quotas of a user, beside what is stored."""
+        ...
+
+    async def robot_state(self, user: str, robot: str) -> RobotState:
+        """Return the pose and the active goals of a robot, connected or not."""
+        ...
+
+    async def send_goal(self, user: str, robot: str, pose: Pose2D) -> GoalView:
+        """Send a robot to a pose in the frame ``map``.
+
+        Raises
+        ------
+        Unavailable
+            The robot is not connected.
+        QuotaExceeded
+            The robot has too many active goals.
+        """
+        ...
+
+    async def goals(self, user: str, robot: str) -> list[GoalView]:
+        """Return the goals that REST sent to a robot since it last connected, oldest first."""
+        ...
+
+    async def goal(self, user: str, robot: str, goal_id: str) -> GoalView:
+        """Return a goal; ``NotFound`` if it is unknown or forgotten."""
+        ...
+
+    async def cancel_goal(self, user: str, robot: str, goal_id: str) -> GoalView:
+        """Cancel a goal.
+
+        Raises
+        ------
+        NotFound
+            It is unknown or forgotten.
+        Conflict
+            It has ended.
+        Unavailable
+            The robot is not connected.
+        """
+        ...
+
+    async def cancel_goals(self, user: str, robot: str) -> None:
+        """Cancel all goals of a robot, also those of other clients; ``Unavailable`` if it is not connected."""
+        ...
+
+    async def machines(self) -> list[MachineView]:
         """Return all machines."""
         ...
 
-    def machine_settings(self, machine: str) -> MachineSettings:
+    async def machine_settings(self, machine: str) -> MachineSettings:
         """Return the settings of a machine; ``NotFound`` if it does not exist."""
         ...
 
-    def configure_machine(self, machine: str, settings: MachineSettings) -> None:
+    async def configure_machine(self, machine: str, settings: MachineSettings) -> None:
         """Change the settings of a machine.
 
         Raises
@@ -59,7 +117,7 @@ class ControlPlane(Protocol):
         """
         ...
 
-    def remove_machine(self, machine: str, *, force: bool = False) -> None:
+    async def remove_machine(self, machine: str, *, force: bool = False) -> None:
         """Disconnect a machine and refuse it until it is admitted.
 
         Raises
@@ -71,11 +129,11 @@ class ControlPlane(Protocol):
         """
         ...
 
-    def admit_machine(self, machine: str) -> None:
+    async def admit_machine(self, machine: str) -> None:
         """Allow a removed machine to join again."""
         ...
 
-    def containers(self, user: str | None) -> list[ContainerView]:
+    async def containers(self, user: str | None) -> list[ContainerView]:
         """Return the containers of a user, or all containers with None."""
         ...
 
@@ -83,7 +141,7 @@ class ControlPlane(Protocol):
         """Close all places of a user, and notify their clients of the reason."""
         ...
 
-    def give_up_container(self, container: str) -> None:
+    async def give_up_container(self, container: str) -> None:
         """End a container as if it had died; its place gets another one.
 
         Raises
@@ -109,7 +167,7 @@ class ControlPlane(Protocol):
         """
         ...
 
-    def resize_container(self, container: str, cores: float) -> None:
+    async def resize_container(self, container: str, cores: float) -> None:
         """Resize a running container [cores]; its place keeps the size while it is open.
 
         Raises
@@ -177,11 +235,11 @@ class ControlPlane(Protocol):
         """
         ...
 
-    def mapping_robots(self) -> list[MappingRobot]:
+    async def mapping_robots(self) -> list[MappingRobot]:
         """Return the robots that make new maps now, except those that continue a published one."""
         ...
 
-    def lifelong_robots(self) -> list[LifelongRobot]:
+    async def lifelong_robots(self) -> list[LifelongRobot]:
         """Return the robots that continue a published map for life now."""
         ...
 
@@ -197,7 +255,7 @@ class ControlPlane(Protocol):
         """
         ...
 
-    def people_groups(self) -> list[PeopleGroupView]:
+    async def people_groups(self) -> list[PeopleGroupView]:
         """Return the groups of robots that track people now, and the states of their coordinators."""
         ...
 

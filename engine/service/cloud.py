@@ -1,18 +1,31 @@
 """Facade of the engine for the endpoints: passes each request to the part of the engine that answers it."""
 
+from engine.master.places import robot_key
 from engine.master.quotas import Quotas
+from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import MasterDriver
 from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from engine.service.people_groups import PeopleGroups
 from engine.service.plan_rate import PlanRate
 from engine.service.planning import Planning
+from engine.service.planning_places import PlanningPlaces
 from engine.service.robot_navigation import RobotNavigation
 from engine.service.robot_nodes import RobotNodes
-from engine.service.views import ContainerView, LifelongRobot, MachineView, MappingRobot, PeopleGroupView
+from engine.service.views import (
+    ContainerView,
+    GoalView,
+    LifelongRobot,
+    MachineView,
+    MappingRobot,
+    PeopleGroupView,
+    RobotState,
+    UserUsage,
+)
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.diagnosis.observations.facts import Observations
 from ppaas.errors import PPaaSError
+from ppaas.geometry import Pose2D
 from ppaas.messages.base.message import Message
 from ppaas.messages.health.recorder import RecorderState
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
@@ -33,53 +46,49 @@ class Cloud:
         Driver of the master.
     quotas : Quotas
         Quotas of the users.
-
-    Attributes
-    ----------
-    navigation : RobotNavigation
-        Poses and goals of robots.
     """
 
     def __init__(self, driver: MasterDriver, quotas: Quotas) -> None:
         self.quotas = quotas
-        self.plan_rate = PlanRate(quotas)
+        self._plan_rate = PlanRate(quotas)
         self._driver = driver
-        self._planning = Planning(driver)
-        self._nodes = RobotNodes(driver)
+        self._planning_places = PlanningPlaces(driver)
+        self._planning = Planning(self._use)
+        self._nodes = RobotNodes(self._place_of)
         self._people = PeopleGroups(driver)
-        self.navigation = RobotNavigation(driver)
+        self._navigation = RobotNavigation(driver)
 
     def close(self) -> None:
         """Cancel all timers."""
-        self._planning.close()
+        self._planning_places.close()
         self._people.close()
-        self.navigation.close()
+        self._navigation.close()
 
     def place_opened(self, key: str) -> None:
         """Give the robot of a place a people coordinator, if it tracks people; called for adopted places, too."""
         self._people.place_opened(key)
 
-    def machines(self) -> list[MachineView]:
+    async def machines(self) -> list[MachineView]:
         """Return all machines."""
         return self._driver.machines()
 
-    def machine_settings(self, machine: str) -> MachineSettings:
+    async def machine_settings(self, machine: str) -> MachineSettings:
         """Return the settings of a machine."""
         return self._driver.administration.settings(machine)
 
-    def configure_machine(self, machine: str, settings: MachineSettings) -> None:
+    async def configure_machine(self, machine: str, settings: MachineSettings) -> None:
         """Apply and store settings of a machine."""
         self._driver.administration.configure(machine, settings)
 
-    def remove_machine(self, machine: str, *, force: bool = False) -> None:
+    async def remove_machine(self, machine: str, *, force: bool = False) -> None:
         """Disconnect a machine and refuse it until it is admitted again."""
         self._driver.administration.remove(machine, force=force)
 
-    def admit_machine(self, machine: str) -> None:
+    async def admit_machine(self, machine: str) -> None:
         """Accept a removed machine again."""
         self._driver.administration.admit(machine)
 
-    def containers(self, user: str | None) -> list[ContainerView]:
+    async def containers(self, user: str | None) -> list[ContainerView]:
         """Return the containers of a user, or of all users if None."""
         return self._driver.containers(user)
 
@@ -87,7 +96,7 @@ class Cloud:
         """Close all places of a user, and notify their clients of the reason."""
         await self._driver.close_places(user, reason)
 
-    def give_up_container(self, container: str) -> None:
+    async def give_up_container(self, container: str) -> None:
         """End a container; its place gets another."""
         self._driver.give_up_container(container)
 
@@ -105,9 +114,67 @@ class Cloud:
         if YAML in files:
             self._driver.map_changed(MapVersion(head.id, head.version), head.present.number, in_space=OCTOMAP in files)
 
-    def resize_container(self, container: str, cores: float) -> None:
+    async def count_paths(self, user: str, paths: int) -> None:
+        """Count paths that a user requests; ``QuotaExceeded`` if they are too many."""
+        self._plan_rate.take(user, paths)
+
+    async def check_container(self, user: str, cores: float) -> None:
+        """Raise ``QuotaExceeded`` if the quota of a user allows no other container of this size [cores]."""
+        self.quotas.check_container(user, cores)
+
+    async def usage(self, user: str) -> UserUsage:
+        """Return what counts against the quotas of a user, beside what is stored."""
+        used = self.quotas.used(user)
+        return UserUsage(used.containers, used.cores, self._plan_rate.used(user))
+
+    async def resize_container(self, container: str, cores: float) -> None:
         """Change the size of a running container [cores]."""
         self._driver.resize_container(container, cores)
+
+    async def robot_state(self, user: str, robot: str) -> RobotState:
+        """Return the pose and the active goals of a robot, connected or not."""
+        return await self._navigation.state(user, robot)
+
+    async def send_goal(self, user: str, robot: str, pose: Pose2D) -> GoalView:
+        """Send a robot to a pose in the frame ``map``."""
+        return self._navigation.send_goal(user, robot, pose)
+
+    async def goals(self, user: str, robot: str) -> list[GoalView]:
+        """Return the goals that REST sent to a robot since it last connected, oldest first."""
+        return self._navigation.goals(user, robot)
+
+    async def goal(self, user: str, robot: str, goal_id: str) -> GoalView:
+        """Return a goal."""
+        return self._navigation.goal(user, robot, goal_id)
+
+    async def cancel_goal(self, user: str, robot: str, goal_id: str) -> GoalView:
+        """Cancel a goal."""
+        return self._navigation.cancel_goal(user, robot, goal_id)
+
+    async def cancel_goals(self, user: str, robot: str) -> None:
+        """Cancel all goals of a robot, also those of other clients."""
+        self._navigation.cancel_goals(user, robot)
+
+    def place(self, user: str, robot: str) -> PlaceLink | None:
+        """Return the link of a robot's place; None if it has none."""
+        return self._driver.place(robot_key(user, robot))
+
+    def planning_place(self, user: str, version: MapVersion, labels: dict[str, str], *, queue: bool) -> PlaceLink:
+        """Open the place of a planning container, or use it; see ``PlanningPlaces.use``."""
+        return self._planning_places.use(user, version, labels, queue=queue)
+
+    def position(self, key: str) -> int | None:
+        """Return the position of a place in the queue, from 1; None if it is not queued."""
+        return self._driver.position(key)
+
+    async def _place_of(self, user: str, robot: str) -> PlaceLink | None:
+        return self.place(user, robot)
+
+    async def _use(
+        self, user: str, version: MapVersion, labels: dict[str, str], queue: bool
+    ) -> tuple[PlaceLink, int | None]:
+        place = self.planning_place(user, version, labels, queue=queue)
+        return place, self.position(place.key)
 
     async def node_homes(self, user: str, robot: str) -> list[NodeHome]:
         """Return the home of each node of a robot, and the reason for it."""
@@ -129,11 +196,11 @@ class Cloud:
         """Return a page of the pose graph of the map that a robot makes; −1 returns its numbers."""
         return await self._nodes.map(user, robot, offset)
 
-    def mapping_robots(self) -> list[MappingRobot]:
+    async def mapping_robots(self) -> list[MappingRobot]:
         """Return the robots that make new maps now, except those that continue a published one."""
         return self._driver.mapping_robots()
 
-    def lifelong_robots(self) -> list[LifelongRobot]:
+    async def lifelong_robots(self) -> list[LifelongRobot]:
         """Return the robots that continue a published map for life now."""
         return self._driver.lifelong_robots()
 
@@ -145,7 +212,7 @@ class Cloud:
         """Return a page of the octomap that a robot makes; an empty one if it makes none."""
         return await self._nodes.octomap(user, robot, request)
 
-    def people_groups(self) -> list[PeopleGroupView]:
+    async def people_groups(self) -> list[PeopleGroupView]:
         """Return the groups of robots that track people now, and the states of their coordinators."""
         return self._people.views()
 

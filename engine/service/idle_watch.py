@@ -1,8 +1,5 @@
-"""Idle watch: disconnects idle robots, so that their containers are free for others."""
+"""Idle watch: closes the places of idle robots, so that their containers are free for others."""
 
-from collections import Counter
-
-from endpoints.rosbridge.session_registry import SessionRegistry
 from engine.processes.background import repeat
 from engine.service.links.place_link import PlaceLink
 from engine.service.robot_sessions import RobotSessions
@@ -23,20 +20,15 @@ class IdleWatch:
 
     Parameters
     ----------
-    sessions : SessionRegistry
-        Counts the frames received.
     robots : RobotSessions
-        Closes the places.
+        Has the places, and closes them.
     idle : float
         Time after which a place is closed [s]; 0 disables the watch.
     clock : callable
         Returns monotonic time [s].
     """
 
-    def __init__(
-        self, sessions: SessionRegistry, robots: RobotSessions, idle: float = IDLE, clock: Clock = monotonic
-    ) -> None:
-        self._sessions = sessions
+    def __init__(self, robots: RobotSessions, idle: float = IDLE, clock: Clock = monotonic) -> None:
         self._robots = robots
         self._idle = idle
         self._clock = clock
@@ -50,13 +42,11 @@ class IdleWatch:
     async def check(self) -> None:
         """Close places that have been idle for too long."""
         now = self._clock()
-        received: Counter[PlaceLink] = Counter()
-        for attachment in self._sessions.attachments():
-            received[attachment.place] += 1 + attachment.session.taken
         before, self._known = self._known, {}
-        for place, count in received.items():
+        for place in self._robots.held():
+            taken = place.beat.frames + place.beat.sockets
             counted, since = before.get(place, (-1, now))
-            self._known[place] = (count, now if place.busy or count != counted else since)
+            self._known[place] = (taken, now if place.busy or taken != counted else since)
         for place, (_, since) in self._known.items():
             if now - since >= self._idle:
                 text = f"no frames for {self._idle:g} s: connect again when you have something to send"

@@ -1,11 +1,11 @@
 """Calls of the clones of robots for REST: homes of their nodes, and the maps that they make."""
 
+from collections.abc import Awaitable, Callable
+
 import msgspec
 
-from engine.master.places import robot_key
 from engine.protocols.robot_link import LINK_FACTS
 from engine.service.links.place_link import PlaceLink
-from engine.service.master_driver import MasterDriver
 from ppaas.diagnosis.observations.facts import LinkFacts, Observations
 from ppaas.diagnosis.observations.serialization import observations_from_json
 from ppaas.errors import Conflict, NotFound, Unavailable
@@ -25,6 +25,8 @@ from ppaas.messages.slam_toolbox import (
 ANSWER_TIMEOUT = 10.0
 """Time limit of a call of the node monitor [s], which normally answers within milliseconds."""
 
+PlaceOf = Callable[[str, str], Awaitable[PlaceLink | None]]
+"""Returns the link of the place of a user's robot; None if it has none."""
 
 MAP_TIMEOUT = 60.0
 """Time limit of a call for a page of a map [s]; the first one packs the whole map."""
@@ -35,12 +37,12 @@ class RobotNodes:
 
     Parameters
     ----------
-    service : MasterDriver
-        Has the links of the places.
+    place_of : callable
+        Returns the link of the place of a robot; None if it has none.
     """
 
-    def __init__(self, service: MasterDriver) -> None:
-        self._service = service
+    def __init__(self, place_of: PlaceOf) -> None:
+        self._place_of = place_of
 
     async def homes(self, user: str, robot: str) -> list[NodeHome]:
         """Return the home of each node of a robot, and the reason for it.
@@ -83,7 +85,7 @@ class RobotNodes:
         Conflict
             The robot does not make a map.
         """
-        place = self._place(user, robot)
+        place = await self._place(user, robot)
         try:
             answer = await place.call("pose_graph", encode(GetPoseGraphRequest(offset)), MAP_TIMEOUT)
         except NotFound as error:
@@ -102,7 +104,7 @@ class RobotNodes:
         Conflict
             The joint map does not contain the robot's own map.
         """
-        place = self._place(user, robot)
+        place = await self._place(user, robot)
         answer = await place.call("grid_slam/use_joint_map", encode(page), MAP_TIMEOUT)
         return decode(UseJointMapResponse, answer)
 
@@ -114,7 +116,7 @@ class RobotNodes:
         Unavailable
             The robot has no container now.
         """
-        place = self._place(user, robot)
+        place = await self._place(user, robot)
         try:
             answer = await place.call("octomap_server/file", encode(request), MAP_TIMEOUT)
         except NotFound:
@@ -131,7 +133,7 @@ class RobotNodes:
         Unavailable
             The robot has no container now.
         """
-        place = self._place(user, robot)
+        place = await self._place(user, robot)
         link = await self._link_facts(place)
         if not link.robots:
             return Observations(seconds=0.0, link=link)
@@ -156,14 +158,14 @@ class RobotNodes:
         Unavailable
             The robot has no container now.
         """
-        place = self._place(user, robot)
+        place = await self._place(user, robot)
         return decode(RecorderState, await place.call(f"recorder/{service}", encode(request), ANSWER_TIMEOUT))
 
     async def _ask(self, user: str, robot: str, service: str, request: Message) -> bytes:
-        return await self._place(user, robot).call(f"node_monitor/{service}", encode(request), ANSWER_TIMEOUT)
+        return await (await self._place(user, robot)).call(f"node_monitor/{service}", encode(request), ANSWER_TIMEOUT)
 
-    def _place(self, user: str, robot: str) -> PlaceLink:
-        place = self._service.place(robot_key(user, robot))
+    async def _place(self, user: str, robot: str) -> PlaceLink:
+        place = await self._place_of(user, robot)
         if place is None:
             raise Unavailable(f"robot {robot!r} has no container now: its nodes run while it is connected")
         return place

@@ -67,7 +67,16 @@ class RobotSessions:
         self._robots: set[str] = set()
         self._closing: dict[str, asyncio.Task[None]] = {}
 
-    async def join(self, user: str, robot: str, *, as_robot: bool, hold: bool = True, queue: bool = False) -> PlaceLink:
+    async def join(
+        self,
+        user: str,
+        robot: str,
+        *,
+        as_robot: bool,
+        hold: bool = True,
+        queue: bool = False,
+        session: str | None = None,
+    ) -> PlaceLink:
         """Add a client to the place of a robot and return the place; the client must ``leave`` it later.
 
         An operator joins the place that is there, also if the robot's file or map was changed since it was opened: it
@@ -85,6 +94,8 @@ class RobotSessions:
             client is not counted, and it must not ``leave``.
         queue : bool
             Whether the place may wait for its turn if no container is available now.
+        session : str, optional
+            Name of the client's session; of no use within one process.
 
         Raises
         ------
@@ -170,7 +181,7 @@ class RobotSessions:
             robot = replace(robot, continued=begun.continued)
         return dataclasses.replace(request, robot=replace(robot, map_owner=begun.map_owner))
 
-    def position(self, place: PlaceLink) -> int | None:
+    async def position(self, place: PlaceLink) -> int | None:
         """Return the position of a place in the queue, from 1; None if it is not queued."""
         return self._service.position(place.key)
 
@@ -200,9 +211,8 @@ class RobotSessions:
         except NotFound:
             return None
 
-    def leave(self, place: PlaceLink, *, as_robot: bool) -> None:
+    def leave(self, key: str, *, as_robot: bool) -> None:
         """Remove a client from a place."""
-        key = place.key
         if as_robot:
             self._robots.discard(key)
         self._clients[key] -= 1
@@ -215,6 +225,15 @@ class RobotSessions:
         """Keep an adopted place for the time of ``linger``, as if its last client had left now."""
         if key not in self._clients and key not in self._closing:
             self._closing[key] = asyncio.create_task(self._close_later(key, self._linger))
+
+    def held(self) -> list[PlaceLink]:
+        """Return the places that have clients."""
+        return [place for key in self._clients if (place := self._service.place(key)) is not None]
+
+    def owner(self, place: PlaceLink) -> str:
+        """Return the user whose robot a place is for; empty if it is closed."""
+        request = self._service.request_of(place.key)
+        return "" if request is None else request.user
 
     def map_ids(self, place: PlaceLink) -> tuple[str, ...]:
         """Return the ids of the map and the masks of a place; empty if it is closed, or makes a new map."""

@@ -220,3 +220,21 @@ class RobotState(msgspec.Struct, frozen=True):
     pose_at: float | None = None
     localization: str = ""
     goals: tuple[GoalView, ...] = ()
+
+
+class UserUsage(msgspec.Struct, frozen=True):
+    """What counts against the quotas of a user, beside what is stored.
+
+    Parameters
+    ----------
+    containers : int
+        Number of containers.
+    cores : float
+        Sum of their sizes [cores].
+    paths : int
+        Number of requested paths that count now.
+    """
+
+    containers: int
+    cores: float
+    paths: int

@@ -33,7 +33,7 @@ class ContainerChange(RequestBody):
 async def list_containers(services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
     """List the caller's containers and those of shared robots, or all for an administrator, oldest first."""
     after = _age(paging.key(str, ""))
-    visible = await run_in_threadpool(_visible, services, user)
+    visible = await _visible(services, user)
     containers = sorted(visible, key=lambda container: _age(container.id))
     return paging.page([one for one in containers if _age(one.id) > after], lambda container: container.id)
 
@@ -52,7 +52,7 @@ async def give_up_container(container_id: ContainerId, services: Provided, user:
     containers die too often is closed. To disconnect a robot, close its sockets instead.
     """
     await _found(services, user, container_id, "administer")
-    services.cloud.give_up_container(container_id)
+    await services.cloud.give_up_container(container_id)
 
 
 @router.patch("/{container_id}", response_model=ContainerAnswer, responses=KNOWN | BODY | problems(403, 404, 429))
@@ -69,7 +69,7 @@ async def resize_container(
     """
     container = await _found(services, user, container_id, "administer")
     if change.cores != container.cores:
-        services.cloud.resize_container(container_id, change.cores)
+        await services.cloud.resize_container(container_id, change.cores)
     return await show_container(container_id, services, user)
 
 
@@ -81,7 +81,7 @@ async def _found(services: Services, user: User, container_id: str, role: ShareR
     NotPermitted
         The caller may see it, and has a lesser role on its robot.
     """
-    for container in await run_in_threadpool(_visible, services, user):
+    for container in await _visible(services, user):
         if container.id == container_id:
             if role != "look" and container.user != user.id and user.role != "admin":
                 robot = await run_in_threadpool(reach, services.store, user, f"{container.user}:{container.robot}")
@@ -90,15 +90,16 @@ async def _found(services: Services, user: User, container_id: str, role: ShareR
     raise NotFound("container", container_id)
 
 
-def _visible(services: Services, user: User) -> list[ContainerView]:
-    """Return the containers that a caller may see; may block."""
+async def _visible(services: Services, user: User) -> list[ContainerView]:
+    """Return the containers that a caller may see."""
     if user.role == "admin":
-        return services.cloud.containers(None)
-    found = list(services.cloud.containers(user.id))
+        return await services.cloud.containers(None)
+    found = list(await services.cloud.containers(user.id))
     with suppress(Unavailable):  # the caller's own are shown without the store
-        shared = {(robot.user, robot.id) for robot in robots_shared_with(services.store, user)}
+        robots = await run_in_threadpool(robots_shared_with, services.store, user)
+        shared = {(robot.user, robot.id) for robot in robots}
         for owner in {owner for owner, _ in shared}:
-            found += [one for one in services.cloud.containers(owner) if (owner, one.robot) in shared]
+            found += [one for one in await services.cloud.containers(owner) if (owner, one.robot) in shared]
     return found
 
 

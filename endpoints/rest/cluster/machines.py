@@ -24,14 +24,14 @@ router = APIRouter(prefix="/machines", tags=["machines"], route_class=StrictRout
 async def list_machines(services: Provided, _admin: Admin, paging: Paged) -> dict[str, object]:
     """List all machines by id."""
     after = paging.key(str, "")
-    machines = sorted(services.cloud.machines(), key=lambda machine: machine.id)
+    machines = sorted(await services.cloud.machines(), key=lambda machine: machine.id)
     return paging.page([machine for machine in machines if machine.id > after], lambda machine: machine.id)
 
 
 @router.get("/{machine_id}", response_model=MachineAnswer, responses=ADMIN | problems(404))
 async def show_machine(machine_id: MachineId, services: Provided, _admin: Admin) -> MachineView:
     """Show a machine."""
-    return _machine(services, machine_id)
+    return await _machine(services, machine_id)
 
 
 @router.patch("/{machine_id}", response_model=MachineAnswer, responses=ADMIN | BODY | problems(404))
@@ -47,9 +47,9 @@ async def change_machine(
     machines with free capacity; their robots stay connected. The settings are stored, also while the machine is
     disconnected.
     """
-    before = services.cloud.machine_settings(machine_id)
-    services.cloud.configure_machine(machine_id, _merge_settings(before, change.model_dump(exclude_unset=True)))
-    return _machine(services, machine_id)
+    before = await services.cloud.machine_settings(machine_id)
+    await services.cloud.configure_machine(machine_id, _merge_settings(before, change.model_dump(exclude_unset=True)))
+    return await _machine(services, machine_id)
 
 
 @router.delete("/{machine_id}", status_code=204, responses=ADMIN | problems(404, 409))
@@ -65,18 +65,18 @@ async def remove_machine(
 
     Its settings are forgotten.
     """
-    services.cloud.remove_machine(machine_id, force=force)
+    await services.cloud.remove_machine(machine_id, force=force)
 
 
 @router.post("/{machine_id}/admit", response_model=AdmittedMachine, responses=ADMIN)
 async def admit_machine(machine_id: MachineId, services: Provided, _admin: Admin) -> AdmittedMachine:
     """Admit a removed machine: it joins again when its agent is started."""
-    services.cloud.admit_machine(machine_id)
+    await services.cloud.admit_machine(machine_id)
     return AdmittedMachine(id=machine_id)
 
 
-def _machine(services: Services, machine_id: str) -> MachineView:
-    known = {machine.id: machine for machine in services.cloud.machines()}
+async def _machine(services: Services, machine_id: str) -> MachineView:
+    known = {machine.id: machine for machine in await services.cloud.machines()}
     if machine_id not in known:
         raise NotFound("machine", machine_id, list(known))
     return known[machine_id]

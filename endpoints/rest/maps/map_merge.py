@@ -16,6 +16,7 @@ from endpoints.rest.names import MapId
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.services.services import Services
+from endpoints.services.version_removal import follow_publication
 from ppaas.errors import Conflict
 from ppaas.maps.formats.map_files import read_info
 from storage.opened_maps import OpenMap
@@ -55,7 +56,7 @@ async def merge_map(
     with invalidated(services, wanted.into):
         async with services.heavy_work.turn(user.id):
             merged, record = await run_in_threadpool(_merge, services, user, map_id, wanted, if_match)
-    services.cloud.map_changed(record)
+    await follow_publication(services, record)
     note_details(request.scope, version=merged.version, merged=[map_id, wanted.with_])
     return merged
 

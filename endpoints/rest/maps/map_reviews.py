@@ -16,7 +16,7 @@ from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.paging import Page
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.services.services import Services
-from endpoints.services.version_removal import expire_versions
+from endpoints.services.version_removal import follow_publication
 from ppaas.clock import epoch
 from ppaas.errors import InvalidParameter, NotFound, NotPermitted
 from ppaas.maps.formats.difference import difference
@@ -69,8 +69,7 @@ async def approve_review(
         services.map_cache.forget(map_id)
         services.usage.stored.forget_map(head.owner, map_id)
     note_details(request.scope, version=record.version, before=head.version, author=record.present.author)
-    await run_in_threadpool(expire_versions, services, head.owner, map_id)
-    services.cloud.map_changed(record)
+    await follow_publication(services, record)
     return MapSummary.of(record)
 
 

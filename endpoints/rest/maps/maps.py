@@ -20,7 +20,7 @@ from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
 from endpoints.rest.paging import Page
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.services.services import Services
-from endpoints.services.version_removal import expire_versions
+from endpoints.services.version_removal import follow_publication
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, NotFound
 from ppaas.people.group_names import coordinator_checkpoint
@@ -64,7 +64,7 @@ async def publish_map(request: Request, services: Provided, user: Caller, if_mat
         with invalidated(services, form.id):
             async with services.heavy_work.turn(user.id):
                 published, record = await run_in_threadpool(publish_upload, services, user, form, upload, if_match)
-    services.cloud.map_changed(record)
+    await follow_publication(services, record)
     note_details(request.scope, version=published.version, readers=published.readers)
     return published
 
@@ -126,7 +126,7 @@ async def roll_back_map(
 async def remove_map(map_id: MapId, services: Provided, user: Caller) -> None:
     """Remove a map with its versions, stored paths and counts of people; refused (409) while robots use it."""
     await owned_head(services, user, map_id)
-    if robots_in(services, map_id=map_id):
+    if await robots_in(services, map_id=map_id):
         raise Conflict(f"map {map_id!r} is in use by robots: disconnect them first")
     await services.plan_writer.settled()
     await services.cloud.end_people(map_id)
@@ -178,7 +178,6 @@ def publish_upload(
     )
     with services.usage.new_map(services, owner, form.id, upload):
         record = services.map_store.publish(upload, publication)
-    expire_versions(services, owner, form.id)
     return MapAnswer.of(record, **info), record
 
 

@@ -33,7 +33,7 @@ router = APIRouter(prefix="/maps/{map_id}/people", tags=["people"], route_class=
 async def show_people(map_id: MapId, services: Provided, user: Caller) -> PeopleAnswer:
     """Show the people whom the caller's robots see on a map, and which robot follows whom and why."""
     await readable_head(services, user, map_id)
-    group = _group(services, user.id, map_id)
+    group = await _group(services, user.id, map_id)
     reason = ""
     if group is not None and group.state == "ready":
         try:
@@ -87,8 +87,8 @@ async def follow_people(map_id: MapId, request: FollowRequest, services: Provide
     return await change_settings(services, user.id, map_id, follow(people))
 
 
-def _group(services: Services, user: str, map_id: str) -> PeopleGroupView | None:
-    groups = services.cloud.people_groups()
+async def _group(services: Services, user: str, map_id: str) -> PeopleGroupView | None:
+    groups = await services.cloud.people_groups()
     return next((group for group in groups if (group.user, group.map) == (user, map_id)), None)
 
 

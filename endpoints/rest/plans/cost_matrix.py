@@ -25,7 +25,7 @@ async def compute_costs(map_id: MapId, file: CostFile, services: Provided, user:
     """Return the cost of the cheapest path from each start to each goal; at most 50000 costs per request."""
     request = msgspec.convert(file.model_dump(exclude_none=True), CostRequest)
     check_timeout(request.timeout, services.limits)
-    services.cloud.plan_rate.take(user.id, max(len(request.starts), 1))
+    await services.cloud.count_paths(user.id, max(len(request.starts), 1))
     head = await readable_head(services, user, map_id)
     answer = await services.cloud.compute_costs(user, MapVersion(head.id, head.version), request)
     return Response(msgspec.json.encode(answer), media_type="application/json")

@@ -65,7 +65,7 @@ async def plan_and_store(services: Services, user: User, map_id: str, request: P
         As ``ControlPlane.compute_path``.
     """
     check_timeout(request.timeout, services.limits)
-    services.cloud.plan_rate.take(user.id)
+    await services.cloud.count_paths(user.id, 1)
     head = await readable_head(services, user, map_id)
     answer = await services.cloud.compute_path(user, MapVersion(head.id, head.version), request)
     store = None

@@ -10,17 +10,16 @@ from storage.records import RobotRecord, User
 
 async def absence_facts(services: Services, owner: User, record: RobotRecord) -> AbsenceFacts:
     """Return what would stop a robot of a user from connecting now."""
+    machines = await services.cloud.machines()
     refused = services.refused_connects.last(record.user, record.id)
     return AbsenceFacts(
         robot=record.id,
         refusal="" if refused is None else refused.reason,
         refused_ago=0.0 if refused is None else refused.ago,
         map_problem=await _map_problem(services, owner, record),
-        quota_problem=_quota_problem(services, record),
+        quota_problem=await _quota_problem(services, record),
         cores=record.cores,
-        free=tuple(
-            machine.capacity - machine.given for machine in services.cloud.machines() if machine.state == "ready"
-        ),
+        free=tuple(machine.capacity - machine.given for machine in machines if machine.state == "ready"),
     )
 
 
@@ -34,9 +33,9 @@ async def _map_problem(services: Services, owner: User, record: RobotRecord) -> 
     return ""
 
 
-def _quota_problem(services: Services, record: RobotRecord) -> str:
+async def _quota_problem(services: Services, record: RobotRecord) -> str:
     try:
-        services.cloud.quotas.check_container(record.user, record.cores)
+        await services.cloud.check_container(record.user, record.cores)
     except QuotaExceeded as error:
         return str(error)
     return ""

@@ -106,7 +106,7 @@ async def diagnose_robot(robot: Looked, services: Provided, seconds: Seconds = D
 async def _without_clone(services: Services, record: RobotRecord, reason: Unavailable) -> dict[str, object]:
     """Return the diagnosis of a robot without a container: it waits for one, or is not connected at all."""
     findings = await _absence(services, record)
-    if any(one.robot == record.id and one.user == record.user for one in services.cloud.containers(record.user)):
+    if any(one.robot == record.id and one.user == record.user for one in await services.cloud.containers(record.user)):
         findings = [error("clone-not-ready", f"The clone of the robot does not answer: {reason}", "Try again.")]
     return _answer(record.id, findings, Observations(seconds=0.0))
 

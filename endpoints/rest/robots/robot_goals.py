@@ -56,7 +56,7 @@ class GoalRequest(RequestBody):
 async def show_state(robot: Looked, services: Provided) -> RobotState:
     """Show the pose and the active goals of a robot."""
     robot.access.check_subscribe(AMCL_POSE.name)
-    return await services.cloud.navigation.state(robot.user, robot.id)
+    return await services.cloud.robot_state(robot.user, robot.id)
 
 
 @router.post(
@@ -65,21 +65,21 @@ async def show_state(robot: Looked, services: Provided) -> RobotState:
 async def send_goal(robot: Driven, request: GoalRequest, services: Provided) -> GoalView:
     """Send a connected robot to a pose; its earlier goal is cancelled, as in ROS."""
     robot.access.check_goal(MOVE_BASE)
-    return services.cloud.navigation.send_goal(robot.user, robot.id, Pose2D(*triple(request.pose)))
+    return await services.cloud.send_goal(robot.user, robot.id, Pose2D(*triple(request.pose)))
 
 
 @router.get("/goals", response_model=Page[GoalAnswer], responses=KNOWN | problems(403, 404))
 async def list_goals(robot: Looked, services: Provided, paging: Paged) -> dict[str, object]:
     """List the goals that were sent by REST since the robot connected, by time; ended goals are kept for a while."""
     after = paging.key(float, 0.0)
-    goals = [goal for goal in services.cloud.navigation.goals(robot.user, robot.id) if goal.sent > after]
+    goals = [goal for goal in await services.cloud.goals(robot.user, robot.id) if goal.sent > after]
     return paging.page(goals, lambda goal: goal.sent)
 
 
 @router.get("/goals/{goal_id}", response_model=GoalAnswer, responses=KNOWN | problems(403, 404))
 async def show_goal(robot: Looked, goal_id: GoalId, services: Provided) -> GoalView:
     """Show a goal."""
-    return services.cloud.navigation.goal(robot.user, robot.id, goal_id)
+    return await services.cloud.goal(robot.user, robot.id, goal_id)
 
 
 @router.delete(
@@ -88,11 +88,11 @@ async def show_goal(robot: Looked, goal_id: GoalId, services: Provided) -> GoalV
 async def cancel_goal(robot: Driven, goal_id: GoalId, services: Provided) -> GoalView:
     """Cancel a goal; it ends as `canceled` once the robot's clone has stopped it."""
     robot.access.check_goal(MOVE_BASE)
-    return services.cloud.navigation.cancel_goal(robot.user, robot.id, goal_id)
+    return await services.cloud.cancel_goal(robot.user, robot.id, goal_id)
 
 
 @router.delete("/goals", status_code=202, responses=KNOWN | problems(403, 404, 503))
 async def cancel_goals(robot: Driven, services: Provided) -> None:
     """Cancel all goals of a robot, also those that were not sent by REST: the robot stops."""
     robot.access.check_goal(MOVE_BASE)
-    services.cloud.navigation.cancel_goals(robot.user, robot.id)
+    await services.cloud.cancel_goals(robot.user, robot.id)

@@ -24,6 +24,7 @@ from endpoints.rest.strict_json import StrictRoute
 from endpoints.services.publications import ProgressFile, Publication, Stage
 from endpoints.services.robot_files import whole_file
 from endpoints.services.services import Services
+from endpoints.services.version_removal import follow_publication
 from endpoints.sharing.shared_robots import MAP_TOPIC, ReachedRobot
 from ppaas.errors import Conflict, Unavailable
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
@@ -120,7 +121,7 @@ async def publish_robot_map(
     await run_in_threadpool(check_may_publish, services, user, wanted.publish)
     with services.publications.begin(robot.user, robot.id) as publication:
         published, record = await _publish(services, user, robot, wanted, publication)
-    services.cloud.map_changed(record)
+    await follow_publication(services, record)
     note_details(request.scope, map=wanted.publish, version=published.version)
     return published
 

@@ -108,7 +108,7 @@ async def change_robot(
 @router.delete("/{robot_id}", status_code=204, responses=KNOWN | problems(403, 404, 409))
 async def remove_robot(robot: Administered, services: Provided) -> None:
     """Remove a robot with its URDF, recordings and checkpoints; refused (409) while it is connected."""
-    if robot.id in robots_in(services, robot.user):
+    if robot.id in await robots_in(services, robot.user):
         raise Conflict(f"robot {robot.id!r} is connected: disconnect it first")
     await run_in_threadpool(services.store.remove_robot, robot.user, robot.id)
     services.shares.forget_robot(robot.user, robot.id)

@@ -26,6 +26,7 @@ from endpoints.rest.users.schemas import (
 from endpoints.services.services import Services
 from endpoints.sharing.shared_robots import end_shares
 from engine.master.quotas import NO_LIMITS, QUOTAS
+from engine.service.views import UserUsage
 from ppaas.errors import Conflict, InvalidParameter, NotAuthenticated, NotPermitted
 from storage.records import User
 
@@ -51,7 +52,7 @@ async def show_user(user_id: UserId, services: Provided, user: Caller) -> UserDe
     """Show a user with limits, quota and usage; administrators may show other users too."""
     found = await run_in_threadpool(services.store.user, _target_user(user_id, user))
     services.cloud.set_limits(found.id, found.limits)
-    return await run_in_threadpool(_detail, services, found)
+    return await _detail(services, found)
 
 
 @router.patch("/{user_id}", response_model=UserDetail, responses=ADMIN | BODY | problems(404, 409, 429))
@@ -82,7 +83,7 @@ async def change_user(
     if "rapyuta_password" in change.model_fields_set:
         changed = await services.accounts.rapyuta.set(target, change.rapyuta_password)
     services.cloud.set_limits(changed.id, changed.limits)
-    return await run_in_threadpool(_detail, services, changed)
+    return await _detail(services, changed)
 
 
 @router.delete("/{user_id}/sessions", status_code=204, responses=KNOWN | problems(403, 404))
@@ -109,7 +110,7 @@ async def remove_user(
     owned = await run_in_threadpool(owned_maps, services.map_store, user_id)
     if owned:
         raise Conflict(f"user {user_id!r} owns maps; remove them first: {', '.join(owned)}")
-    connected = robots_in(services, user_id)
+    connected = await robots_in(services, user_id)
     if connected and not force:
         raise Conflict(
             f"user {user_id!r} has connected robots; disconnect them first, or force the removal: "
@@ -128,27 +129,30 @@ async def remove_user(
     services.cloud.set_limits(user_id, NO_LIMITS)
 
 
-def _detail(services: Services, user: User) -> UserDetail:
-    quotas, rate = services.cloud.quotas, services.cloud.plan_rate
-    runs = quotas.used(user.id)
-    maps = services.usage.stored.maps_of(services.map_store, user.id)
-    used = QuotaAnswer(
-        containers=runs.containers,
-        cores=runs.cores,
-        robots=robot_count(services.store, user.id),
-        maps=len(maps),
-        plans_per_minute=rate.used(user.id),
-        stored_bytes=services.usage.stored.of_user(services.store, services.map_store, user.id),
-        versions_per_map=max((len(one.versions) for one in maps), default=0),
-    )
+async def _detail(services: Services, user: User) -> UserDetail:
+    runs = await services.cloud.usage(user.id)
+    used = await run_in_threadpool(_used, services, user, runs)
     return UserDetail(
         id=user.id,
         role=user.role,
         groups=list(user.groups),
         limits=LimitsAnswer.model_validate(user.limits),
         rapyuta=bool(user.rapyuta_hash),
-        quota=QuotaAnswer.model_validate(quotas.of(user.id)),
+        quota=QuotaAnswer.model_validate(services.cloud.quotas.of(user.id)),
         used=used,
+    )
+
+
+def _used(services: Services, user: User, runs: UserUsage) -> QuotaAnswer:
+    maps = services.usage.stored.maps_of(services.map_store, user.id)
+    return QuotaAnswer(
+        containers=runs.containers,
+        cores=runs.cores,
+        robots=robot_count(services.store, user.id),
+        maps=len(maps),
+        plans_per_minute=runs.paths,
+        stored_bytes=services.usage.stored.of_user(services.store, services.map_store, user.id),
+        versions_per_map=max((len(one.versions) for one in maps), default=0),
     )
 
 

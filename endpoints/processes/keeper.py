@@ -1,0 +1,126 @@
+"""Keeper of the endpoint processes of a host: starts them, restarts those that exit, and adopts earlier ones."""
+
+import asyncio
+import logging
+import os
+import signal
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+import msgspec
+
+from endpoints.processes import serving
+from endpoints.processes.config import EndpointConfig
+from endpoints.processes.records import EndpointRecord, left_endpoints
+from engine.local.kept_process import KeptProcess
+from engine.processes.background import Background
+from engine.processes.instances import is_dead, name_of, pid_of
+from engine.processes.private_files import write_private
+from engine.runtimes.memory_tuning import lean_python
+from engine.service.endpoints.server import EndpointServer
+from engine.service.liveness import watch
+from ppaas.errors import Unavailable
+
+logger = logging.getLogger(__name__)
+
+COMMAND = (*lean_python.PYTHON, "-m", serving.__name__)
+
+START_TIMEOUT, LOOK = 60.0, 0.02
+"""Time limit until all endpoints serve, and the period of checks [s]."""
+
+HOPELESS = 3
+"""Number of exits in a row after which the start fails."""
+
+END_GRACE = 5.0
+"""Time for an endpoint of an earlier cloud process to exit after SIGTERM [s]."""
+
+
+class EndpointKeeper:
+    """Keeps the endpoint processes of this host running.
+
+    Parameters
+    ----------
+    configs : sequence of EndpointConfig
+        Settings of each.
+    server : EndpointServer
+        Knows which of them have registered.
+    file : Path
+        File that records them for the next cloud process.
+    """
+
+    def __init__(self, configs: Sequence[EndpointConfig], server: EndpointServer, file: Path) -> None:
+        self._configs = {config.name: config for config in configs}
+        self._server = server
+        self._file = file
+        self._pids: dict[str, int] = {}
+        self._watching = Background()
+        self._kept = {
+            config.name: KeptProcess(config.name, config, COMMAND, started=partial(self._record, config.name))
+            for config in configs
+        }
+
+    async def start(self) -> None:
+        """Start or adopt all endpoints, and wait until they serve.
+
+        Raises
+        ------
+        Unavailable
+            They do not serve in time.
+        """
+        for left in left_endpoints(self._file):
+            if self._configs.get(left.config.name) == left.config:
+                self._kept[left.config.name].adopt(pid_of(left.process))
+                self._record(left.config.name, pid_of(left.process))
+            else:
+                await _end(left)
+        for kept in self._kept.values():
+            await kept.start()
+        await self._until_registered()
+        self._watching.run(watch((self._server.endpoints.beats, self._kill_frozen)))
+
+    async def _until_registered(self) -> None:
+        until = asyncio.get_running_loop().time() + START_TIMEOUT
+        while asyncio.get_running_loop().time() < until:
+            known = {one.registration.endpoint for one in self._server.endpoints if one.registration is not None}
+            if known >= self._kept.keys():
+                return
+            if any(kept.deaths >= HOPELESS for kept in self._kept.values()):
+                break
+            await asyncio.sleep(LOOK)
+        raise Unavailable("an endpoint process does not serve; see its messages above")
+
+    def _kill_frozen(self, name: str) -> None:
+        kept = self._kept.get(name)
+        if kept is not None:
+            logger.error("endpoint %s does not report any more: it is frozen, and replaced", name)
+            kept.kill()
+
+    def _record(self, name: str, pid: int) -> None:
+        self._pids[name] = pid
+        records = [
+            EndpointRecord(process, self._configs[name])
+            for name, pid in self._pids.items()
+            if (process := name_of(pid)) is not None
+        ]
+        try:
+            write_private(self._file, msgspec.json.encode(records))
+        except OSError as error:
+            logger.warning("the endpoints cannot be recorded, so a restarted cloud cannot adopt them: %s", error)
+
+    async def stop(self) -> None:
+        """Stop all endpoints."""
+        await self._watching.cancel()
+        await asyncio.gather(*(kept.stop() for kept in self._kept.values()))
+        self._file.unlink(missing_ok=True)
+
+
+async def _end(left: EndpointRecord) -> None:
+    logger.warning("endpoint %s of an earlier cloud process is stopped: the settings have changed", left.config.name)
+    os.kill(pid_of(left.process), signal.SIGTERM)
+    try:
+        async with asyncio.timeout(END_GRACE):
+            while not is_dead(left.process):  # noqa: ASYNC110 - it is not our child
+                await asyncio.sleep(LOOK)
+    except TimeoutError:
+        os.kill(pid_of(left.process), signal.SIGKILL)

@@ -1,0 +1,117 @@
+"""Ports of a cloud on this host, reserved for its endpoint processes, and the settings of these."""
+
+import argparse
+import contextlib
+import logging
+import socket
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from endpoints.listeners import listen, url_of
+from endpoints.processes.config import EndpointConfig
+from endpoints.processes.records import ENDPOINTS_HERE, left_endpoints
+from engine.bootstrap import Engine
+from engine.leadership.holder import holder_of
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Ports:
+    """Sockets that reserve the ports of REST and robots, of Rapyuta's robots, and of Foxglove's viewers."""
+
+    web: Sequence[socket.socket]
+    rapyuta: Sequence[socket.socket]
+    foxglove: Sequence[socket.socket]
+
+    @classmethod
+    def reserve(cls, arguments: argparse.Namespace, stack: contextlib.ExitStack | contextlib.AsyncExitStack) -> "Ports":
+        """Reserve the ports that the command line names, until ``stack`` is closed.
+
+        Endpoints of a killed cloud process, which this one adopts, may listen there.
+
+        Raises
+        ------
+        Unavailable
+            A port is in use.
+        """
+        left = left_endpoints(arguments.data / ENDPOINTS_HERE)
+
+        def reserved(port: int | None, before: int | None) -> list[socket.socket]:
+            if port is None:
+                return []
+            port = port or before or 0
+            found = _reserved(arguments.host, port, in_use=port != 0 and port == before)
+            for each in found:
+                stack.enter_context(each)
+            return found
+
+        port, rapyuta, foxglove = _ports(left[0].config) if left else (None, None, None)
+        return cls(
+            reserved(arguments.port, port),
+            reserved(arguments.rapyuta, rapyuta),
+            reserved(arguments.foxglove, foxglove),
+        )
+
+    def log(self, *, tls: bool) -> None:
+        """Log the addresses beside that of REST and robots."""
+        if self.rapyuta:
+            logger.info("serving robots of Rapyuta at %s", url_of(self.rapyuta[0], "https" if tls else "http"))
+        if self.foxglove:
+            logger.info("serving viewers of Foxglove at %s", url_of(self.foxglove[0], "wss" if tls else "ws"))
+
+
+def _reserved(host: str, port: int, *, in_use: bool) -> list[socket.socket]:
+    """Return sockets that hold a port at which only processes of this cloud listen."""
+    if not in_use:
+        for listener in listen(host, port):
+            port = listener.getsockname()[1]
+            listener.close()
+    return listen(host, port, shared=True, accept=False)
+
+
+def _ports(config: EndpointConfig) -> tuple[int, int | None, int | None]:
+    return config.port, config.rapyuta, config.foxglove
+
+
+def _port_of(sockets: Sequence[socket.socket]) -> int | None:
+    return int(sockets[0].getsockname()[1]) if sockets else None
+
+
+def endpoint_configs(arguments: argparse.Namespace, engine: Engine, ports: Ports) -> list[EndpointConfig]:
+    """Return the settings of the endpoint processes of this host."""
+    cloud, port = engine.config, _port_of(ports.web)
+    assert port is not None
+    return [
+        EndpointConfig(
+            name=f"{cloud.machine}-{number}",
+            run_dir=str(engine.run_dir),
+            secret=engine.secret,
+            store=cloud.store,
+            map_store=cloud.map_store,
+            outbox=cloud.outbox,
+            reserve=cloud.reserve,
+            recordings=cloud.recordings,
+            data=str(arguments.data.resolve()),
+            keep_versions=cloud.keep_versions,
+            quota=cloud.quota,
+            host=arguments.host,
+            port=port,
+            rapyuta=_port_of(ports.rapyuta),
+            foxglove=_port_of(ports.foxglove),
+            linger=arguments.linger,
+            dead=arguments.dead,
+            holder=holder_of(arguments.data),
+            orphaned=arguments.adopt_within,
+            log_level=arguments.log_level,
+            root_path=arguments.root_path,
+            tls_cert=str(arguments.tls_cert or ""),
+            tls_key=str(arguments.tls_key or ""),
+            trusted_proxy=tuple(arguments.trusted_proxy),
+            allow_origin=tuple(arguments.allow_origin),
+            max_connections=arguments.max_connections,
+            max_connections_per_address=arguments.max_connections_per_address,
+            allowed=tuple(arguments.allow),
+        )
+        for number in range(1, arguments.endpoints + 1)
+    ]

@@ -1,0 +1,163 @@
+"""Main function of an endpoint process: ``python -m endpoints.processes.serving``, with its settings on standard input.
+
+It serves robots, operators and REST until it is stopped, or until there was no master for some time.
+"""
+
+import asyncio
+import contextlib
+import logging
+import signal
+import sys
+from pathlib import Path
+
+import msgspec
+import uvloop
+
+from endpoints.accounts.accounts import Accounts
+from endpoints.audit.file_log import FileAuditLog
+from endpoints.http.front_settings import FrontSettings
+from endpoints.http.open_files import connection_table, raise_file_limit
+from endpoints.http.tls import ServerTls
+from endpoints.listeners import listen
+from endpoints.processes.config import EndpointConfig
+from endpoints.services.services import Services
+from endpoints.web import Web
+from engine.endpoint.endpoint import Endpoint, MasterAddress
+from engine.leadership.leadership import MASTER
+from engine.processes.private_files import keep_new_files_private
+from engine.processes.run_dir import add_owner
+from engine.protocols.address import UnixAddress
+from engine.service.endpoints.server import SOCKET
+from ppaas.errors import PPaaSError
+from ppaas.plugins import permit_only
+from storage.disk_space.reserve import DiskReserve
+from storage.ports import Store
+from storage.recordings.folder import RecordingsFolder
+from storage.urls.opening import open_map_store, open_store
+
+logger = logging.getLogger(__name__)
+
+AUDIT = "audit.jsonl"
+"""File in the data folder with the latest events."""
+
+REFUSED = 3
+"""Exit status of an endpoint that the master refuses."""
+
+
+def main() -> int:
+    """Serve; return the exit status."""
+    keep_new_files_private()
+    config = msgspec.json.decode(sys.stdin.buffer.read(), type=EndpointConfig)
+    logging.basicConfig(
+        level=config.log_level.upper(),
+        format=f"%(asctime)s %(levelname)s {config.name} %(name)s: %(message)s",
+        datefmt="%H:%M:%S",
+    )
+    permit_only(config.allowed)
+    add_owner(Path(config.run_dir))
+    try:
+        uvloop.run(serve(config))
+    except PPaaSError as error:
+        logger.error("%s: %s", error.slug, error)
+        return REFUSED
+    return 0
+
+
+async def serve(config: EndpointConfig) -> None:
+    """Serve until SIGTERM, or until there was no master for some time."""
+    stop = asyncio.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        asyncio.get_running_loop().add_signal_handler(number, stop.set)
+    async with contextlib.AsyncExitStack() as stack:
+        web, endpoint, store = await _composed(config, stack)
+
+        async def replaced() -> bool:
+            return await _is_led_by_another(store, config.holder)
+
+        works = [
+            asyncio.create_task(_listen(config, web, stack)),
+            asyncio.create_task(endpoint.run(config.orphaned, replaced)),
+            asyncio.create_task(_until(stop)),
+        ]
+        try:
+            done, _ = await asyncio.wait(works, return_when=asyncio.FIRST_COMPLETED)
+            for work in done:
+                work.result()
+        finally:
+            web.stop()
+            for work in works[1:]:
+                work.cancel()
+            await asyncio.gather(*works, return_exceptions=True)
+
+
+async def _is_led_by_another(store: Store, holder: str) -> bool:
+    try:
+        leader = (await asyncio.to_thread(store.lease, MASTER)).holder
+    except PPaaSError as error:
+        logger.debug("the lease of the master cannot be read: %s", error)
+        return False
+    return leader not in ("", holder)
+
+
+async def _until(stop: asyncio.Event) -> None:
+    await stop.wait()
+
+
+async def _composed(config: EndpointConfig, stack: contextlib.AsyncExitStack) -> tuple[Web, Endpoint, Store]:
+    """Return the web server, the engine's part and the store, which ``stack`` closes."""
+    run_dir = Path(config.run_dir)
+    outbox, reserve = (Path(path) if path else None for path in (config.outbox, config.reserve))
+    store = open_store(config.store, outbox=outbox, reserve=reserve)
+    stack.callback(store.close)
+    audit = FileAuditLog(Path(config.data) / AUDIT)
+    stack.push_async_callback(asyncio.to_thread, audit.close)
+
+    async def displace(user: str, robot: str, session: str | None) -> None:
+        await web.sessions.displace(user, robot, session)
+
+    def load() -> tuple[int, float]:
+        return web.sessions.load()
+
+    master = MasterAddress(lambda: UnixAddress(run_dir / SOCKET), config.secret)
+    endpoint = Endpoint(config.name, master, config.quota, run_dir, displace=displace, load=load)
+    stack.push_async_callback(endpoint.close)
+    await endpoint.start()
+    services = Services(
+        store,
+        open_map_store(config.map_store, reserve=reserve),
+        Accounts(store),
+        endpoint.cloud,
+        disk=DiskReserve(reserve) if reserve is not None else None,
+        recordings=RecordingsFolder(Path(config.recordings)) if config.recordings else None,
+        keep_versions=config.keep_versions,
+        audit=audit,
+    )
+    web = Web(
+        services,
+        endpoint.sessions,
+        linger=config.linger,
+        dead=config.dead,
+        log_level=config.log_level,
+        connections=connection_table(raise_file_limit(), config.max_connections, config.max_connections_per_address),
+        settings=FrontSettings(config.root_path, config.trusted_proxy, config.allow_origin),
+        tls=ServerTls(Path(config.tls_cert), Path(config.tls_key)) if config.tls_cert else None,
+    )
+    stack.push_async_callback(web.close)
+    return web, endpoint, store
+
+
+async def _listen(config: EndpointConfig, web: Web, stack: contextlib.AsyncExitStack) -> None:
+    listeners = listen(config.host, config.port, shared=True)
+    rapyuta = [] if config.rapyuta is None else listen(config.host, config.rapyuta, shared=True)
+    foxglove = [] if config.foxglove is None else listen(config.host, config.foxglove, shared=True)
+    for listener in (*listeners, *rapyuta, *foxglove):
+        stack.enter_context(listener)
+    if rapyuta:
+        web.serve_rapyuta(rapyuta)
+    if foxglove:
+        web.serve_foxglove(foxglove)
+    await web.serve(listeners)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

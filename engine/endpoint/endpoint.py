@@ -1,0 +1,176 @@
+"""Endpoint: connects the link to the master, the links to containers, and what answers the requests of clients."""
+
+import asyncio
+import contextlib
+import logging
+import os
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+import psutil
+
+from engine.endpoint.cloud import EndpointCloud
+from engine.endpoint.link_listener import LinkListener
+from engine.endpoint.master_link import MasterLink
+from engine.endpoint.places import EndpointPlaces
+from engine.endpoint.sessions import EndpointSessions
+from engine.master.quotas import Quota, Quotas
+from engine.processes.background import Background, repeat
+from engine.protocols.address import Address
+from engine.protocols.refusals import Refusal, error_of
+from engine.service.endpoints.interface import EndpointState, MasterCalls, Registration
+from ppaas.errors import Unavailable
+
+logger = logging.getLogger(__name__)
+
+PERIOD = 1.0
+"""Interval of reports to the master [s]."""
+
+START_PATIENCE = 60.0
+"""Time within which a new endpoint reaches the master [s]."""
+
+SILENCE = 1.0
+"""Time within which the master answers a report [s]."""
+
+Displace = Callable[[str, str, str | None], Awaitable[None]]
+"""Displaces the socket of a user's robot, if it is dead or of the named session."""
+
+Load = Callable[[], tuple[int, float]]
+"""Returns the number of sockets, and the frames of clients since the last call [1/s]."""
+
+Replaced = Callable[[], Awaitable[bool]]
+"""Returns whether another master leads."""
+
+
+@dataclass(frozen=True, slots=True)
+class MasterAddress:
+    """Address of the master, and the secret of the cloud's own processes."""
+
+    where: Callable[[], Address]
+    secret: str
+
+
+class Endpoint:
+    """The engine's part of an endpoint process.
+
+    Parameters
+    ----------
+    name : str
+        Name of the endpoint, unique in the cloud.
+    master : MasterAddress
+    quota : Quota
+        Quota of users without own limits.
+    run_dir : Path
+        Folder for the socket that containers dial.
+    displace : callable
+        Displaces the socket of a robot that connects at another endpoint.
+    load : callable
+        Returns the number of sockets, and the frames of clients since the last call [1/s].
+
+    Attributes
+    ----------
+    cloud : EndpointCloud
+    sessions : EndpointSessions
+    """
+
+    def __init__(
+        self, name: str, master: MasterAddress, quota: Quota, run_dir: Path, *, displace: Displace, load: Load
+    ) -> None:
+        self._places = EndpointPlaces()
+        self._listener = LinkListener(run_dir / f"{name}.sock", self._places.link)
+        here = Registration(
+            name, master.secret, version("ppaas"), os.getpid(), self._listener.address, self._listener.secret
+        )
+        self._displace = displace
+        self._load = load
+        self._ends = Unavailable("the cloud is shutting down")
+        self._master = MasterLink(master.where, here, self, self._tell_clients)
+        self.cloud = EndpointCloud(self._master, self._places, Quotas(quota))
+        self.sessions = EndpointSessions(self._master, self._places)
+        self._background = Background()
+        self._process = psutil.Process()
+
+    async def _tell_clients(self) -> None:
+        await self.sessions.tell_clients()
+
+    async def start(self) -> None:
+        """Listen for containers."""
+        await self._listener.start()
+        self._background.run(repeat(self._forget_idle, PERIOD))
+
+    async def run(self, orphaned: float, replaced: Replaced) -> None:
+        """Keep the link to the master up; return once this endpoint is of no use any more.
+
+        Parameters
+        ----------
+        orphaned : float
+            Time without a master after which it is [s].
+        replaced : callable
+            Returns whether another master leads, which this endpoint does not reach; asked while its own is silent.
+
+        Raises
+        ------
+        Conflict, NotPermitted
+            The master refuses this endpoint.
+        """
+        running = asyncio.create_task(self._master.run())
+        waiting = asyncio.create_task(self._until_orphaned(orphaned, replaced))
+        try:
+            done, _ = await asyncio.wait((running, waiting), return_when=asyncio.FIRST_COMPLETED)
+            for task in done:
+                task.result()
+        finally:
+            for task in (running, waiting):
+                task.cancel()
+            await asyncio.gather(running, waiting, return_exceptions=True)
+
+    async def _until_orphaned(self, orphaned: float, replaced: Replaced) -> None:
+        loop = asyncio.get_running_loop()
+        until = loop.time() + START_PATIENCE
+        while True:
+            await asyncio.sleep(PERIOD)
+            if await self._report():
+                until = loop.time() + orphaned
+            elif loop.time() >= until:
+                break
+            elif await replaced():
+                self._ends = Unavailable("another process leads this cloud now: connect again")
+                break
+        logger.warning("this endpoint ends: %s", self._ends)
+
+    async def _report(self) -> bool:
+        """Report the load of this process to the master; return whether it answers."""
+        cpu = self._process.cpu_percent() / 100.0
+        sockets, frames = self._load()
+        state = EndpointState(sockets, frames, cpu, self._process.memory_info().rss)
+        try:
+            async with asyncio.timeout(SILENCE):
+                await self._master.call_now(MasterCalls.report, state)
+        except (TimeoutError, Unavailable):
+            return False
+        return True
+
+    async def _forget_idle(self) -> None:
+        for key in self._places.idle():
+            with contextlib.suppress(Unavailable):
+                await self._master.call(MasterCalls.forget_place, key)
+                self._places.close(key, Unavailable("nobody used the place at this endpoint"))
+
+    async def close(self) -> None:
+        """End all links; the clients are notified."""
+        self._places.close_all(self._ends)
+        await self._background.cancel()
+        await self.sessions.close()
+        await self._listener.close()
+
+    # -- calls of the master -------------------------------------------------------------------------------------------
+
+    async def place_closed(self, key: str, reason: Refusal) -> None:
+        """Handle that a place was closed: its clients here are notified of the reason."""
+        self._places.close(key, error_of(reason))
+
+    async def displace(self, user: str, robot: str, session: str | None) -> None:
+        """Displace the socket of a robot that connects at another endpoint."""
+        await self._displace(user, robot, session)

@@ -1,0 +1,124 @@
+"""Link of an endpoint to its master, which reconnects when the master was lost, and registers again."""
+
+import asyncio
+import logging
+from collections.abc import Awaitable, Callable, Coroutine
+from typing import Any, Concatenate, ParamSpec, TypeVar
+
+from engine.calls.caller import Caller
+from engine.calls.frames import Frame
+from engine.protocols.address import Address
+from engine.protocols.framing import FrameStream
+from engine.protocols.sockets import dial
+from engine.service.endpoints.interface import EndpointCalls, MasterCalls, Registration
+from ppaas.errors import Unavailable
+
+logger = logging.getLogger(__name__)
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+RETRY = 0.2
+"""Time between two attempts to reach the master [s]."""
+
+PATIENCE = 15.0
+"""Time for which a call waits for a master [s]."""
+
+
+class MasterLink:
+    """Calls the master, whichever process that is.
+
+    Parameters
+    ----------
+    where : callable
+        Returns the address of the master.
+    registration : Registration
+        First call on each connection.
+    served : EndpointCalls
+        Serves the calls of the master.
+    found : callable
+        Awaited after each registration, before other calls go on: tells the master what this endpoint has.
+    """
+
+    def __init__(
+        self,
+        where: Callable[[], Address],
+        registration: Registration,
+        served: EndpointCalls,
+        found: Callable[[], Awaitable[None]],
+    ) -> None:
+        self._where = where
+        self._registration = registration
+        self._served = served
+        self._found = found
+        self._caller: Caller | None = None
+        self._up = asyncio.Event()
+
+    async def run(self) -> None:
+        """Keep the link up until cancelled.
+
+        Raises
+        ------
+        Conflict, NotPermitted
+            The master refuses this endpoint.
+        """
+        while True:
+            try:
+                stream: FrameStream[Frame] = FrameStream(*await dial(self._where()), Frame)
+            except Unavailable as error:
+                logger.debug("the master is not reachable yet: %s", error)
+            else:
+                await self._serve(stream)
+            await asyncio.sleep(RETRY)
+
+    async def _serve(self, stream: FrameStream[Frame]) -> None:
+        caller = self._caller = Caller(stream, EndpointCalls, self._served)
+        serving = asyncio.create_task(caller.serve())
+        try:
+            await caller.call(MasterCalls.register, self._registration)
+            await self._found()
+            self._up.set()
+            await serving
+        except Unavailable:
+            logger.info("the master was lost; robots drive on, and new ones wait for it")
+        finally:
+            self._up.clear()
+            serving.cancel()
+            await asyncio.gather(serving, return_exceptions=True)
+            await stream.close()
+
+    async def call(
+        self, method: Callable[Concatenate[Any, P], Coroutine[Any, Any, R]], *args: P.args, **named: P.kwargs
+    ) -> R:
+        """Call a method of the master, once it is reachable; raises the errors of the method.
+
+        Raises
+        ------
+        Unavailable
+            The master is not reachable, or was lost before it answered.
+        """
+        if not self._up.is_set():
+            await self._wait()
+        return await self.call_now(method, *args, **named)
+
+    async def call_now(
+        self, method: Callable[Concatenate[Any, P], Coroutine[Any, Any, R]], *args: P.args, **named: P.kwargs
+    ) -> R:
+        """Call a method of the master, also before it knows what this endpoint has."""
+        if self._caller is None:
+            raise Unavailable("the master is not reachable at the moment; try again")
+        return await self._caller.call(method, *args, **named)
+
+    def tell(
+        self, method: Callable[Concatenate[Any, P], Coroutine[Any, Any, None]], *args: P.args, **named: P.kwargs
+    ) -> None:
+        """Call a method of the master without waiting; lost while it is not reachable."""
+        if self._caller is not None:
+            self._caller.tell(method, *args, **named)
+
+    async def _wait(self) -> None:
+        try:
+            async with asyncio.timeout(PATIENCE):
+                await self._up.wait()
+        except TimeoutError as error:
+            raise Unavailable(f"no master was reachable within {PATIENCE:g} s; try again") from error

@@ -1,0 +1,1 @@
+"""Endpoints as the master serves them: their registration, their clients, and their calls."""

@@ -1,0 +1,300 @@
+"""Calls between the master and the endpoints of a cloud: what each may ask of the other.
+
+An endpoint serves sockets and REST. The master decides about places, machines and quotas. The endpoint registers once
+it is connected, and says again which clients it has when it finds another master.
+"""
+
+from typing import Protocol
+
+import msgspec
+
+from engine.protocols.refusals import Refusal
+from engine.service.views import (
+    ContainerView,
+    GoalView,
+    LifelongRobot,
+    MachineView,
+    MappingRobot,
+    PeopleGroupView,
+    RobotState,
+    UserUsage,
+)
+from engine.specs.containers import MapVersion
+from engine.specs.machine_settings import MachineSettings
+from ppaas.geometry import Pose2D
+from ppaas.messages.people_coordination import PeopleState, ZoneCount
+from ppaas.people.settings import PeopleSettings
+from storage.records import Limits, MapRecord
+
+
+class EndpointState(msgspec.Struct, frozen=True):
+    """Load of an endpoint.
+
+    Parameters
+    ----------
+    sockets : int
+        Number of sockets of robots and operators.
+    frames : float
+        Frames that clients sent [1/s].
+    cpu : float
+        CPU in use [cores].
+    memory : int
+        Memory in use [bytes].
+    """
+
+    sockets: int
+    frames: float
+    cpu: float
+    memory: int
+
+
+class Registration(msgspec.Struct, frozen=True):
+    """First call of an endpoint.
+
+    Parameters
+    ----------
+    endpoint : str
+        Name of the endpoint, unique in the cloud.
+    secret : str
+        Secret of the cloud's own processes.
+    release : str
+        Release of its software.
+    pid : int
+    address : str
+        Address that containers dial.
+    container_secret : str
+        Secret from which those of the containers are derived (``place_secret``).
+    url : str
+        Address at which clients reach it; empty if that is not known.
+    """
+
+    endpoint: str
+    secret: str
+    release: str
+    pid: int
+    address: str
+    container_secret: str
+    url: str = ""
+
+
+class Join(msgspec.Struct, frozen=True):
+    """Client of an endpoint that joins the place of a robot; see ``RobotSessions.join``.
+
+    Parameters
+    ----------
+    user, robot : str
+    as_robot, hold, queue : bool
+    session : str, optional
+        Name of the session of a robot, by which it takes over from its own earlier socket.
+    """
+
+    user: str
+    robot: str
+    as_robot: bool
+    hold: bool
+    queue: bool
+    session: str | None = None
+
+
+class JoinedPlace(msgspec.Struct, frozen=True):
+    """Place that a client has joined.
+
+    Parameters
+    ----------
+    key : str
+        Name of the place.
+    base_frame : str
+        Frame in which the robot is driven.
+    position : int, optional
+        Position in the queue, from 1; None if it is not queued.
+    """
+
+    key: str
+    base_frame: str
+    position: int | None
+
+
+class CloudCalls(Protocol):
+    """Methods of the master that do not depend on the endpoint; see ``endpoints.services.control_plane``."""
+
+    async def count_paths(self, user: str, paths: int) -> None:
+        """Count paths that a user requests; ``QuotaExceeded`` if they are too many."""
+        ...
+
+    async def check_container(self, user: str, cores: float) -> None:
+        """Raise ``QuotaExceeded`` if the quota of a user allows no other container of this size [cores]."""
+        ...
+
+    async def usage(self, user: str) -> UserUsage:
+        """Return what counts against the quotas of a user."""
+        ...
+
+    async def machines(self) -> list[MachineView]:
+        """Return all machines."""
+        ...
+
+    async def machine_settings(self, machine: str) -> MachineSettings:
+        """Return the settings of a machine."""
+        ...
+
+    async def configure_machine(self, machine: str, settings: MachineSettings) -> None:
+        """Change the settings of a machine."""
+        ...
+
+    async def admit_machine(self, machine: str) -> None:
+        """Allow a removed machine to join again."""
+        ...
+
+    async def containers(self, user: str | None) -> list[ContainerView]:
+        """Return the containers of a user, or all containers with None."""
+        ...
+
+    async def give_up_container(self, container: str) -> None:
+        """End a container as if it had died."""
+        ...
+
+    async def resize_container(self, container: str, cores: float) -> None:
+        """Resize a running container [cores]."""
+        ...
+
+    async def robot_state(self, user: str, robot: str) -> RobotState:
+        """Return the pose and the active goals of a robot."""
+        ...
+
+    async def send_goal(self, user: str, robot: str, pose: Pose2D) -> GoalView:
+        """Send a robot to a pose in the frame ``map``."""
+        ...
+
+    async def goals(self, user: str, robot: str) -> list[GoalView]:
+        """Return the goals that REST sent to a robot, oldest first."""
+        ...
+
+    async def goal(self, user: str, robot: str, goal_id: str) -> GoalView:
+        """Return a goal."""
+        ...
+
+    async def cancel_goal(self, user: str, robot: str, goal_id: str) -> GoalView:
+        """Cancel a goal."""
+        ...
+
+    async def cancel_goals(self, user: str, robot: str) -> None:
+        """Cancel all goals of a robot."""
+        ...
+
+    async def mapping_robots(self) -> list[MappingRobot]:
+        """Return the robots that make new maps now."""
+        ...
+
+    async def lifelong_robots(self) -> list[LifelongRobot]:
+        """Return the robots that continue a published map for life now."""
+        ...
+
+    async def people_groups(self) -> list[PeopleGroupView]:
+        """Return the groups of robots that track people now."""
+        ...
+
+    async def people(self, user: str, map: str) -> PeopleState:  # noqa: A002
+        """Return the people whom the robots of a user see on a map."""
+        ...
+
+    async def people_counts(self, user: str, map: str, since: int) -> list[ZoneCount]:  # noqa: A002
+        """Return the numbers of different people by hour and zone."""
+        ...
+
+    async def configure_people(self, user: str, map: str, settings: PeopleSettings) -> None:  # noqa: A002
+        """Make the coordinator of a user's robots on a map use settings."""
+        ...
+
+    async def end_people(self, map: str) -> None:  # noqa: A002
+        """End the people coordinators of a map."""
+        ...
+
+
+class MasterCalls(CloudCalls, Protocol):
+    """Methods of the master that endpoints call."""
+
+    async def register(self, registration: Registration) -> None:
+        """Register an endpoint; the first call on its link.
+
+        Raises
+        ------
+        Conflict
+            It is of another release.
+        NotPermitted
+            The secret is wrong.
+        """
+        ...
+
+    async def report(self, state: EndpointState) -> None:
+        """Report the load of the endpoint."""
+        ...
+
+    # -- places --------------------------------------------------------------------------------------------------------
+
+    async def join(self, join: Join) -> JoinedPlace:
+        """Add a client to the place of a robot, and let its containers dial the endpoint; see ``RobotSessions.join``.
+
+        Raises
+        ------
+        Conflict
+            The robot is connected already, at this endpoint or another, and its socket answers.
+        """
+        ...
+
+    async def leave(self, key: str, as_robot: bool) -> None:
+        """Remove a client from a place."""
+        ...
+
+    async def let_go(self, key: str, reason: Refusal) -> None:
+        """Close a place although clients are connected, and notify them of the reason."""
+        ...
+
+    async def position(self, key: str) -> int | None:
+        """Return the position of a place in the queue, from 1; None if it is not queued."""
+        ...
+
+    async def visit(self, user: str, robot: str) -> JoinedPlace:
+        """Let the containers of a robot's place dial the endpoint, which calls services there.
+
+        Raises
+        ------
+        Unavailable
+            The robot has no container now.
+        """
+        ...
+
+    async def open_planning(self, user: str, version: MapVersion, labels: dict[str, str], queue: bool) -> JoinedPlace:
+        """Open the place of a planning container, or use it; see ``Planning.place``."""
+        ...
+
+    async def forget_place(self, key: str) -> None:
+        """Let the containers of a place leave the endpoint."""
+        ...
+
+    async def set_limits(self, user: str, limits: Limits) -> None:
+        """Apply a user's own limits."""
+        ...
+
+    async def end_places(self, user: str, reason: Refusal) -> None:
+        """Close all places of a user, and notify their clients of the reason."""
+        ...
+
+    async def remove_machine(self, machine: str, force: bool) -> None:
+        """Disconnect a machine and refuse it until it is admitted."""
+        ...
+
+    async def map_changed(self, head: MapRecord) -> None:
+        """Let the robots that drive on a map, or have it as a mask, go on with its current version."""
+        ...
+
+
+class EndpointCalls(Protocol):
+    """Methods of an endpoint that the master calls."""
+
+    async def place_closed(self, key: str, reason: Refusal) -> None:
+        """Handle that a place was closed: its clients here are notified of the reason."""
+        ...
+
+    async def displace(self, user: str, robot: str, session: str | None) -> None:
+        """Displace the socket of a robot that connects at another endpoint, if it is dead or of the same session."""
+        ...

@@ -1,0 +1,57 @@
+"""All endpoints of a cloud, for what one of them needs of another."""
+
+from collections.abc import Iterator
+from typing import Protocol
+
+from engine.master.places import robot_key
+from engine.service.endpoints.interface import EndpointState, Join, Registration
+
+DISPLACE_TIMEOUT = 4.0
+"""Time limit of an endpoint to find out whether the socket of a robot is dead [s]."""
+
+
+class Neighbour(Protocol):
+    """Endpoint, as others see it."""
+
+    registration: Registration | None
+    state: EndpointState | None
+    beats: int
+
+    def has_robot(self, key: str) -> bool:
+        """Return whether the endpoint has the socket of the robot of a place."""
+        ...
+
+    async def displace(self, user: str, robot: str, session: str | None, timeout: float) -> None:
+        """Let the endpoint displace the socket of a robot, if it is dead or of the same session."""
+        ...
+
+
+class Neighbours:
+    """The registered endpoints."""
+
+    def __init__(self) -> None:
+        self._endpoints: list[Neighbour] = []
+
+    def __iter__(self) -> Iterator[Neighbour]:
+        """Iterate over a copy, so that endpoints may come and go meanwhile."""
+        return iter(tuple(self._endpoints))
+
+    def beats(self) -> dict[str, int]:
+        """Return the number of reports of each endpoint, by name."""
+        return {one.registration.endpoint: one.beats for one in self if one.registration is not None}
+
+    def add(self, endpoint: Neighbour) -> None:
+        """Add an endpoint that has registered."""
+        self._endpoints.append(endpoint)
+
+    def remove(self, endpoint: Neighbour) -> None:
+        """Remove an endpoint, if it was added."""
+        if endpoint in self._endpoints:
+            self._endpoints.remove(endpoint)
+
+    async def displace(self, endpoint: Neighbour, join: Join) -> None:
+        """Let the other endpoint that has the socket of a robot displace it, if it is dead or of the same session."""
+        key = robot_key(join.user, join.robot)
+        for other in self:
+            if other is not endpoint and other.has_robot(key):
+                await other.displace(join.user, join.robot, join.session, DISPLACE_TIMEOUT)

@@ -1,0 +1,214 @@
+"""Endpoint as the master serves it: its clients, the places that it reaches, and its calls."""
+
+import asyncio
+import logging
+from collections import Counter
+from importlib.metadata import version as release_of
+
+from engine.calls.caller import Caller
+from engine.protocols.pending_handshakes import is_same
+from engine.protocols.place_secret import place_secret
+from engine.protocols.refusals import Refusal, error_of, refusal_of
+from engine.protocols.robot_link import DialEndpoint
+from engine.service.cloud import Cloud
+from engine.service.endpoints.interface import EndpointCalls, EndpointState, Join, JoinedPlace, Registration
+from engine.service.endpoints.neighbours import Neighbours
+from engine.service.links.place_link import PlaceLink
+from engine.service.robot_sessions import RobotSessions
+from engine.specs.containers import MapVersion
+from ppaas.errors import Conflict, NotPermitted, PPaaSError, Unavailable
+from storage.records import Limits, MapRecord
+
+logger = logging.getLogger(__name__)
+
+
+class ServedEndpoint:
+    """One endpoint; implements the part of ``MasterCalls`` that depends on the endpoint.
+
+    Parameters
+    ----------
+    cloud : Cloud
+    sessions : RobotSessions
+    neighbours : Neighbours
+        All endpoints.
+    secret : str
+        Secret of the cloud's own processes.
+    """
+
+    def __init__(self, cloud: Cloud, sessions: RobotSessions, neighbours: Neighbours, secret: str) -> None:
+        self._cloud = cloud
+        self._sessions = sessions
+        self._neighbours = neighbours
+        self._secret = secret
+        self.registration: Registration | None = None
+        self.state: EndpointState | None = None
+        self.beats = 0
+        self.caller: Caller | None = None
+        self._joined: Counter[tuple[str, bool]] = Counter()
+        self._reached: dict[str, tuple[PlaceLink, int]] = {}
+
+    @property
+    def name(self) -> str:
+        """Name of the endpoint; empty before it has registered."""
+        return "" if self.registration is None else self.registration.endpoint
+
+    async def register(self, registration: Registration) -> None:
+        """Register the endpoint."""
+        if not is_same(self._secret, registration.secret):
+            raise NotPermitted("an endpoint without the secret of this cloud tried to register")
+        here = release_of("ppaas")
+        if registration.release != here:
+            raise Conflict(f"the endpoint is of release {registration.release[:32]}, and the master of {here}")
+        self.registration = registration
+        self._neighbours.add(self)
+        logger.info("endpoint %s serves, as process %d", registration.endpoint, registration.pid)
+
+    async def report(self, state: EndpointState) -> None:
+        """Note the load of the endpoint."""
+        self.state = state
+        self.beats += 1
+
+    def gone(self) -> None:
+        """Remove all clients of the endpoint, which has ended or is not reachable."""
+        self._neighbours.remove(self)
+        for (key, as_robot), count in self._joined.items():
+            for _ in range(count):
+                self._sessions.leave(key, as_robot=as_robot)
+        for key in tuple(self._reached):
+            self._forget(key)
+        self._joined.clear()
+
+    # -- places --------------------------------------------------------------------------------------------------------
+
+    async def join(self, join: Join) -> JoinedPlace:
+        """Add a client to the place of a robot, and let its containers dial the endpoint."""
+        self._check_registered()
+        if join.as_robot:
+            await self._neighbours.displace(self, join)
+        place = await self._sessions.join(
+            join.user, join.robot, as_robot=join.as_robot, hold=join.hold, queue=join.queue
+        )
+        if join.hold:
+            self._joined[place.key, join.as_robot] += 1
+        return self._reach(place)
+
+    async def leave(self, key: str, as_robot: bool) -> None:
+        """Remove a client from a place."""
+        if self._joined[key, as_robot] > 0:
+            self._joined[key, as_robot] -= 1
+            self._sessions.leave(key, as_robot=as_robot)
+
+    def has_robot(self, key: str) -> bool:
+        """Return whether the endpoint has the socket of the robot of a place."""
+        return self._joined[key, True] > 0
+
+    async def let_go(self, key: str, reason: Refusal) -> None:
+        """Close a place although clients are connected, and notify them of the reason."""
+        reached = self._reached.get(key)
+        if reached is not None:
+            await self._sessions.let_go(reached[0], error_of(reason))
+
+    async def position(self, key: str) -> int | None:
+        """Return the position of a place in the queue, from 1; None if it is not queued."""
+        reached = self._reached.get(key)
+        return None if reached is None else await self._sessions.position(reached[0])
+
+    async def visit(self, user: str, robot: str) -> JoinedPlace:
+        """Let the containers of a robot's place dial the endpoint, which calls services there."""
+        self._check_registered()
+        place = self._cloud.place(user, robot)
+        if place is None:
+            raise Unavailable(f"robot {robot!r} has no container now: its nodes run while it is connected")
+        return self._reach(place)
+
+    async def open_planning(self, user: str, version: MapVersion, labels: dict[str, str], queue: bool) -> JoinedPlace:
+        """Open the place of a planning container, or use it."""
+        self._check_registered()
+        place = self._cloud.planning_place(user, version, labels, queue=queue)
+        return self._reach(place)
+
+    async def forget_place(self, key: str) -> None:
+        """Let the containers of a place leave the endpoint, unless a client of it is there."""
+        if not any(self._joined[key, as_robot] > 0 for as_robot in (True, False)):
+            self._forget(key)
+
+    # -- the cloud -----------------------------------------------------------------------------------------------------
+
+    async def set_limits(self, user: str, limits: Limits) -> None:
+        """Apply a user's own limits."""
+        self._cloud.set_limits(user, limits)
+
+    async def end_places(self, user: str, reason: Refusal) -> None:
+        """Close all places of a user, and notify their clients of the reason."""
+        await self._cloud.end_places(user, error_of(reason))
+
+    async def remove_machine(self, machine: str, force: bool) -> None:
+        """Disconnect a machine and refuse it until it is admitted."""
+        await self._cloud.remove_machine(machine, force=force)
+
+    async def map_changed(self, head: MapRecord) -> None:
+        """Let the robots that drive on a map, or have it as a mask, go on with its current version."""
+        self._cloud.map_changed(head)
+
+    # -- ends ----------------------------------------------------------------------------------------------------------
+
+    def _check_registered(self) -> None:
+        if self.registration is None:
+            raise NotPermitted("an endpoint has to register first")
+
+    def _reach(self, place: PlaceLink) -> JoinedPlace:
+        """Let the containers of a place dial the endpoint, and tell the endpoint when the place is closed."""
+        known = self._reached.get(place.key)
+        if known is None or known[0] is not place:
+            if known is not None:
+                self._forget(place.key)
+            self._reached[place.key] = place, place.join(_Closing(self, place.key))
+        here = self.registration
+        assert here is not None
+        secret = place_secret(here.container_secret, place.key)
+        place.add_endpoint(DialEndpoint(here.endpoint, here.address, place.key, secret))
+        return JoinedPlace(place.key, place.base_frame, self._cloud.position(place.key))
+
+    def _forget(self, key: str) -> None:
+        reached = self._reached.pop(key, None)
+        if reached is not None:
+            place, client = reached
+            place.leave(client)
+            place.drop_endpoint(self.name)
+
+    def place_closed(self, key: str, reason: PPaaSError) -> None:
+        """Tell the endpoint that a place was closed."""
+        self._reached.pop(key, None)
+        if self.caller is not None:
+            self.caller.tell(EndpointCalls.place_closed, key, refusal_of(reason))
+
+    async def displace(self, user: str, robot: str, session: str | None, timeout: float) -> None:
+        """Let the endpoint displace the socket of a robot, if it is dead or of the same session."""
+        if self.caller is None:
+            return
+        try:
+            async with asyncio.timeout(timeout):
+                await self.caller.call(EndpointCalls.displace, user, robot, session)
+        except TimeoutError:
+            logger.warning("endpoint %s did not answer for the socket of robot %r in %g s", self.name, robot, timeout)
+
+
+class _Closing:
+    """Client of a place that waits for its end only."""
+
+    def __init__(self, endpoint: ServedEndpoint, key: str) -> None:
+        self._endpoint = endpoint
+        self._key = key
+
+    def published(self, topic: str, payload: bytes) -> None:
+        """Ignore a message: this client subscribes to none."""
+
+    def refused(self, topic: str, error: PPaaSError, sequence: int) -> None:
+        """Ignore a refusal: this client sends nothing."""
+
+    def acknowledged(self, sequence: int) -> None:
+        """Ignore that messages are in a checkpoint."""
+
+    def closed(self, reason: PPaaSError) -> None:
+        """Tell the endpoint."""
+        self._endpoint.place_closed(self._key, reason)

@@ -1,0 +1,89 @@
+"""Server of the endpoints: each connects, registers and calls the master."""
+
+import asyncio
+import contextlib
+import logging
+from pathlib import Path
+
+from engine.calls.caller import Caller
+from engine.calls.frames import Frame
+from engine.protocols.address import UnixAddress
+from engine.protocols.framing import FrameStream
+from engine.protocols.sockets import listen
+from engine.service.cloud import Cloud
+from engine.service.endpoints.interface import CloudCalls, MasterCalls
+from engine.service.endpoints.neighbours import Neighbours
+from engine.service.endpoints.served_endpoint import ServedEndpoint
+from engine.service.robot_sessions import RobotSessions
+from ppaas.errors import PPaaSError
+
+logger = logging.getLogger(__name__)
+
+SOCKET = "endpoints.sock"
+"""Name of the socket in the folder of the cloud."""
+
+REGISTER_TIMEOUT = 5.0
+"""Time within which a connected endpoint must register [s]."""
+
+
+class EndpointServer:
+    """Listens for endpoints.
+
+    Parameters
+    ----------
+    path : Path
+        Path of the Unix socket; only this user may connect to it.
+    secret : str
+        Secret of the cloud's own processes.
+    cloud : Cloud
+    sessions : RobotSessions
+
+    Attributes
+    ----------
+    endpoints : Neighbours
+        The registered endpoints.
+    """
+
+    def __init__(self, path: Path, secret: str, cloud: Cloud, sessions: RobotSessions) -> None:
+        self.path = path
+        self.endpoints = Neighbours()
+        self._secret = secret
+        self._cloud = cloud
+        self._sessions = sessions
+        self._server: asyncio.Server | None = None
+        self._streams: set[FrameStream[Frame]] = set()
+
+    async def start(self) -> None:
+        """Start to listen on the socket."""
+        self._server = await listen(UnixAddress(self.path), self._connected)
+
+    async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        stream: FrameStream[Frame] = FrameStream(reader, writer, Frame)
+        endpoint = ServedEndpoint(self._cloud, self._sessions, self.endpoints, self._secret)
+        of_cloud: CloudCalls = self._cloud
+        endpoint.caller = Caller(stream, MasterCalls, endpoint, of_cloud)
+        self._streams.add(stream)
+        late = asyncio.get_running_loop().call_later(REGISTER_TIMEOUT, self._check_registered, endpoint, stream)
+        try:
+            await endpoint.caller.serve()
+        except PPaaSError as error:
+            logger.warning("closed the link of endpoint %s: %s", endpoint.name or "without a name", error)
+        finally:
+            late.cancel()
+            endpoint.gone()
+            self._streams.discard(stream)
+            await stream.close()
+
+    @staticmethod
+    def _check_registered(endpoint: ServedEndpoint, stream: FrameStream[Frame]) -> None:
+        if endpoint.registration is None:
+            logger.warning("closed the link of an endpoint that did not register in time")
+            stream.abort()
+
+    async def close(self) -> None:
+        """Stop listening, and close all links."""
+        if self._server is not None:
+            self._server.close()
+        await asyncio.gather(*(stream.close() for stream in self._streams))
+        with contextlib.suppress(OSError):
+            self.path.unlink(missing_ok=True)
