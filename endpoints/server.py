@@ -25,6 +25,8 @@ from endpoints.listeners import url_of
 from endpoints.processes.keeper import EndpointKeeper
 from endpoints.processes.ports import Ports, endpoint_configs
 from endpoints.processes.records import ENDPOINTS_HERE
+from endpoints.services.caches import Caches
+from endpoints.services.robot_facts import RobotFacts
 from endpoints.services.services import Services
 from engine.bootstrap import CloudConfig, Engine
 from engine.master.quotas import Quota
@@ -246,6 +248,8 @@ async def _start(
             audit=await stack.enter_async_context(cloud_audit(arguments.data)),
         )  # fmt: skip
         stack.callback(services.accounts.close)
+        engine.cloud.news.listen(Caches(services).hear)
+        engine.cloud.fact_sources.add(RobotFacts(services).here)
         await _ensure_admin(services.accounts, arguments, stack)
         await engine.listening()
         keeper = EndpointKeeper(

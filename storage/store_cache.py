@@ -40,6 +40,11 @@ class StoreCache(Generic[V]):
         Time for which an entry is valid [s].
     patience : float
         Time for which an entry is used while the store is unreachable [s].
+
+    Attributes
+    ----------
+    announce : callable
+        Called with each key whose value this process has changed, so that caches of other processes drop it.
     """
 
     def __init__(self, size: int = SIZE, lifetime: float = LIFETIME, patience: float = PATIENCE) -> None:
@@ -47,6 +52,7 @@ class StoreCache(Generic[V]):
         self._lifetime = lifetime
         self._patience = patience
         self._forgotten = 0
+        self.announce: Callable[[str], None] = lambda _: None
 
     async def read(self, key: str, now: float, load: Callable[[], Awaitable[tuple[V, float]]]) -> V:
         """Return a value from the cache, else from the store; the last known one while the store is unreachable.
@@ -82,11 +88,24 @@ class StoreCache(Generic[V]):
         return value
 
     def forget(self, *keys: str) -> None:
-        """Drop the values of these keys, because they were changed or removed; also those that are being read now."""
+        """Drop the values of these keys, because this process changed or removed them; announce it to other processes.
+
+        Values that are being read now are dropped, too.
+        """
+        self.drop(*keys)
+        for key in keys:
+            self.announce(key)
+
+    def drop(self, *keys: str) -> None:
+        """Drop the values of these keys, because another process changed or removed them."""
         self._forgotten += 1
         for key in keys:
             self._entries.pop(key, None)
 
     def forget_where(self, dropped: Callable[[V], bool]) -> None:
-        """Drop the values for which a function returns true; as ``forget``."""
-        self.forget(*[key for key, entry in self._entries.items() if dropped(entry.value)])
+        """Drop the values for which a function returns true; other processes are not told."""
+        self.drop(*[key for key, entry in self._entries.items() if dropped(entry.value)])
+
+    def drop_all(self) -> None:
+        """Drop all values, as news of other processes may have been missed."""
+        self.drop(*tuple(self._entries))

@@ -20,12 +20,14 @@ from endpoints.http.open_files import connection_table, raise_file_limit
 from endpoints.http.tls import ServerTls
 from endpoints.listeners import listen
 from endpoints.processes.config import EndpointConfig
+from endpoints.services.caches import Caches
+from endpoints.services.robot_facts import RobotFacts
 from endpoints.services.services import Services
 from endpoints.web import Web
 from engine.endpoint.endpoint import Endpoint, MasterAddress
 from engine.leadership.leadership import MASTER
 from engine.processes.private_files import keep_new_files_private
-from engine.processes.run_dir import add_owner
+from engine.processes.run_dir import add_owner, remove_unless_owned
 from engine.protocols.address import UnixAddress
 from engine.service.endpoints.server import SOCKET
 from ppaas.errors import PPaaSError
@@ -60,6 +62,8 @@ def main() -> int:
     except PPaaSError as error:
         logger.error("%s: %s", error.slug, error)
         return REFUSED
+    finally:
+        remove_unless_owned(Path(config.run_dir))
     return 0
 
 
@@ -132,6 +136,9 @@ async def _composed(config: EndpointConfig, stack: contextlib.AsyncExitStack) ->
         keep_versions=config.keep_versions,
         audit=audit,
     )
+    caches = Caches(services)
+    endpoint.connect_caches(caches.hear, caches.drop_all)
+    endpoint.answer_by(RobotFacts(services).here)
     web = Web(
         services,
         endpoint.sessions,

@@ -3,7 +3,9 @@
 from typing import Protocol
 
 from engine.master.quotas import Quotas
+from engine.service.news import NewsKind
 from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
+from engine.service.robot_facts import FactKind
 from engine.service.views import (
     ContainerView,
     GoalView,
@@ -158,6 +160,14 @@ class ControlPlane(Protocol):
 
         Every request of a user begins with it, since another process may have changed the limits.
         """
+        ...
+
+    def announce(self, kind: NewsKind, key: str) -> None:
+        """Tell the other processes of the cloud that this one has changed a record, so that their caches drop it."""
+        ...
+
+    async def facts(self, kind: FactKind, user: str, robot: str) -> list[bytes]:
+        """Return what the other processes of the cloud know of a robot, as JSON."""
         ...
 
     def map_changed(self, head: MapRecord) -> None:

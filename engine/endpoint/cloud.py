@@ -1,13 +1,17 @@
 """Engine as an endpoint has it: asks the master, and calls containers itself."""
 
+from collections import deque
+
 from engine.endpoint.master_link import MasterLink
 from engine.endpoint.places import EndpointPlaces
 from engine.master.quotas import Quotas
 from engine.protocols.refusals import refusal_of
 from engine.service.endpoints.interface import CloudCalls, MasterCalls
 from engine.service.links.place_link import PlaceLink
+from engine.service.news import NewsKind
 from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from engine.service.planning import Planning
+from engine.service.robot_facts import FactKind
 from engine.service.robot_nodes import RobotNodes
 from engine.service.views import (
     ContainerView,
@@ -21,6 +25,7 @@ from engine.service.views import (
 )
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
+from ppaas.bounded_dict import BoundedDict
 from ppaas.diagnosis.observations.facts import Observations
 from ppaas.errors import PPaaSError, Unavailable
 from ppaas.geometry import Pose2D
@@ -32,6 +37,12 @@ from ppaas.messages.ppaas_msgs import NodeHome
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse, UseJointMapRequest, UseJointMapResponse
 from ppaas.people.settings import PeopleSettings
 from storage.records import Limits, MapRecord, User
+
+MAX_LIMITS = 10_000
+"""Number of users whose limits are known here; those whose requests are oldest are forgotten first."""
+
+MAX_UNTOLD = 1000
+"""Number of changes that wait for a master; the oldest are dropped first."""
 
 CONTAINER_TIMEOUT = 5.0
 """Time to wait until the container of a robot has dialled this endpoint [s]."""
@@ -54,6 +65,8 @@ class EndpointCloud:
         self._places = places
         self._nodes = RobotNodes(self._place_of)
         self._planning = Planning(self._use_planning)
+        self._limits: BoundedDict[str, Limits] = BoundedDict(MAX_LIMITS)
+        self._untold: deque[tuple[NewsKind, str]] = deque(maxlen=MAX_UNTOLD)
 
     async def _place_of(self, user: str, robot: str) -> PlaceLink | None:
         try:
@@ -73,8 +86,9 @@ class EndpointCloud:
 
     def set_limits(self, user: str, limits: Limits) -> None:
         """Apply a user's own limits, as they are stored, here and in the master."""
-        if limits != self.quotas.limits(user):
+        if limits != self._limits.get(user):
             self.quotas.set_limits(user, limits)
+            self._limits[user] = limits
             self._master.tell(MasterCalls.set_limits, user, limits)
 
     async def count_paths(self, user: str, paths: int) -> None:
@@ -126,6 +140,26 @@ class EndpointCloud:
     async def resize_container(self, container: str, cores: float) -> None:
         """Change the size of a running container [cores]."""
         await self._master.call(CloudCalls.resize_container, container, cores)
+
+    def announce(self, kind: NewsKind, key: str) -> None:
+        """Tell the other processes of the cloud that this one has changed a record, now or once there is a master."""
+        if not self._master.tell(MasterCalls.announce, kind, key):
+            self._untold.append((kind, key))
+
+    def master_found(self) -> None:
+        """Tell a master that was found the limits of users, and what it missed."""
+        for user, limits in self._limits.items():
+            self._master.tell(MasterCalls.set_limits, user, limits)
+        untold, self._untold = [*self._untold], deque(maxlen=MAX_UNTOLD)
+        for kind, key in untold:
+            self.announce(kind, key)
+
+    async def facts(self, kind: FactKind, user: str, robot: str) -> list[bytes]:
+        """Return what the other processes of the cloud know of a robot, as JSON; nothing without a master."""
+        try:
+            return await self._master.call(MasterCalls.facts, kind, user, robot)
+        except Unavailable:
+            return []
 
     def map_changed(self, head: MapRecord) -> None:
         """Let the robots on a map, or with it as a mask, go on with its current version."""

@@ -21,6 +21,8 @@ from engine.processes.background import Background, repeat
 from engine.protocols.address import Address
 from engine.protocols.refusals import Refusal, error_of
 from engine.service.endpoints.interface import EndpointState, MasterCalls, Registration
+from engine.service.news import Hear, NewsKind
+from engine.service.robot_facts import AskFact, FactKind
 from ppaas.errors import Unavailable
 
 logger = logging.getLogger(__name__)
@@ -50,6 +52,10 @@ class MasterAddress:
 
     where: Callable[[], Address]
     secret: str
+
+
+async def _knows_nothing(_kind: FactKind, _user: str, _robot: str) -> bytes | None:
+    return None
 
 
 class Endpoint:
@@ -85,15 +91,29 @@ class Endpoint:
         )
         self._displace = displace
         self._load = load
+        self._hear: Hear = lambda _kind, _key: None
+        self._fact: AskFact = _knows_nothing
+        self._missed: Callable[[], None] = lambda: None
         self._ends = Unavailable("the cloud is shutting down")
-        self._master = MasterLink(master.where, here, self, self._tell_clients)
+        self._master = MasterLink(master.where, here, self, self._greet)
         self.cloud = EndpointCloud(self._master, self._places, Quotas(quota))
         self.sessions = EndpointSessions(self._master, self._places)
         self._background = Background()
         self._process = psutil.Process()
 
-    async def _tell_clients(self) -> None:
-        await self.sessions.tell_clients()
+    def _greet(self) -> None:
+        """Tell a master that was found what this endpoint has, and drop from caches what may have changed meanwhile."""
+        self._missed()
+        self.cloud.master_found()
+        self.sessions.master_found()
+
+    def connect_caches(self, hear: Hear, missed: Callable[[], None]) -> None:
+        """Pass news of other processes to a function; call another one when news may have been missed."""
+        self._hear, self._missed = hear, missed
+
+    def answer_by(self, fact: AskFact) -> None:
+        """Answer other processes that ask for facts about robots by a function."""
+        self._fact = fact
 
     async def start(self) -> None:
         """Listen for containers."""
@@ -134,6 +154,7 @@ class Endpoint:
             if await self._report():
                 until = loop.time() + orphaned
             elif loop.time() >= until:
+                self._ends = Unavailable("no master was reachable for a while: connect again")
                 break
             elif await replaced():
                 self._ends = Unavailable("another process leads this cloud now: connect again")
@@ -147,7 +168,7 @@ class Endpoint:
         state = EndpointState(sockets, frames, cpu, self._process.memory_info().rss)
         try:
             async with asyncio.timeout(SILENCE):
-                await self._master.call_now(MasterCalls.report, state)
+                await self._master.call(MasterCalls.report, state)
         except (TimeoutError, Unavailable):
             return False
         return True
@@ -156,7 +177,8 @@ class Endpoint:
         for key in self._places.idle():
             with contextlib.suppress(Unavailable):
                 await self._master.call(MasterCalls.forget_place, key)
-                self._places.close(key, Unavailable("nobody used the place at this endpoint"))
+                if key in self._places.idle():  # else it was used meanwhile
+                    self._places.close(key, Unavailable("nobody used the place at this endpoint"))
 
     async def close(self) -> None:
         """End all links; the clients are notified."""
@@ -170,6 +192,14 @@ class Endpoint:
     async def place_closed(self, key: str, reason: Refusal) -> None:
         """Handle that a place was closed: its clients here are notified of the reason."""
         self._places.close(key, error_of(reason))
+
+    async def hear(self, kind: NewsKind, key: str) -> None:
+        """Drop a record from caches, as another process has changed it."""
+        self._hear(kind, key)
+
+    async def fact(self, kind: FactKind, user: str, robot: str) -> bytes | None:
+        """Return what this endpoint knows of a robot, as JSON; None if it does not know it."""
+        return await self._fact(kind, user, robot)
 
     async def displace(self, user: str, robot: str, session: str | None) -> None:
         """Displace the socket of a robot that connects at another endpoint."""

@@ -2,7 +2,7 @@
 
 import asyncio
 import logging
-from collections.abc import Awaitable, Callable, Coroutine
+from collections.abc import Callable, Coroutine
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
 from engine.calls.caller import Caller
@@ -37,7 +37,7 @@ class MasterLink:
     served : EndpointCalls
         Serves the calls of the master.
     found : callable
-        Awaited after each registration, before other calls go on: tells the master what this endpoint has.
+        Called after each registration, before other calls go on: tells the master what this endpoint has.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class MasterLink:
         where: Callable[[], Address],
         registration: Registration,
         served: EndpointCalls,
-        found: Callable[[], Awaitable[None]],
+        found: Callable[[], None],
     ) -> None:
         self._where = where
         self._registration = registration
@@ -76,8 +76,8 @@ class MasterLink:
         serving = asyncio.create_task(caller.serve())
         try:
             await caller.call(MasterCalls.register, self._registration)
-            await self._found()
             self._up.set()
+            self._found()
             await serving
         except Unavailable:
             logger.info("the master was lost; robots drive on, and new ones wait for it")
@@ -99,22 +99,19 @@ class MasterLink:
         """
         if not self._up.is_set():
             await self._wait()
-        return await self.call_now(method, *args, **named)
-
-    async def call_now(
-        self, method: Callable[Concatenate[Any, P], Coroutine[Any, Any, R]], *args: P.args, **named: P.kwargs
-    ) -> R:
-        """Call a method of the master, also before it knows what this endpoint has."""
-        if self._caller is None:
+        caller = self._caller
+        if caller is None:
             raise Unavailable("the master is not reachable at the moment; try again")
-        return await self._caller.call(method, *args, **named)
+        return await caller.call(method, *args, **named)
 
     def tell(
         self, method: Callable[Concatenate[Any, P], Coroutine[Any, Any, None]], *args: P.args, **named: P.kwargs
-    ) -> None:
-        """Call a method of the master without waiting; lost while it is not reachable."""
-        if self._caller is not None:
-            self._caller.tell(method, *args, **named)
+    ) -> bool:
+        """Call a method of the master without waiting; return false if it is not reachable."""
+        if self._caller is None or not self._up.is_set():
+            return False
+        self._caller.tell(method, *args, **named)
+        return True
 
     async def _wait(self) -> None:
         try:

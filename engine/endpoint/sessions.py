@@ -1,22 +1,28 @@
 """Robot sessions as an endpoint has them: the clients of places, which the master counts."""
 
+import asyncio
+import logging
 from collections import Counter
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from engine.endpoint.master_link import MasterLink
 from engine.endpoint.places import EndpointPlaces
-from engine.master.places import robot_key
 from engine.processes.background import Background
 from engine.protocols.refusals import refusal_of
-from engine.service.endpoints.interface import Join, JoinedPlace, MasterCalls
+from engine.service.endpoints.interface import Join, MasterCalls
 from engine.service.links.place_link import PlaceLink
 from ppaas.errors import PPaaSError, Unavailable
 
+logger = logging.getLogger(__name__)
 
-@dataclass(frozen=True, slots=True)
-class _Client:
-    user: str
-    robot: str
+RETRY = 1.0
+"""Time after which a client that cannot join the place again tries once more [s]."""
+
+
+class _Kind(NamedTuple):
+    """Clients of one place: the robot itself, or operators."""
+
+    key: str
     as_robot: bool
 
 
@@ -32,7 +38,12 @@ class EndpointSessions:
     def __init__(self, master: MasterLink, places: EndpointPlaces) -> None:
         self._master = master
         self._places = places
-        self._clients: Counter[_Client] = Counter()
+        self._clients: Counter[_Kind] = Counter()
+        self._told: Counter[_Kind] = Counter()
+        """Number of clients that the master knows of."""
+        self._robots: dict[str, tuple[str, str]] = {}
+        """User and id of the robots of places that have clients here."""
+        self._masters = 0
         self._background = Background()
 
     async def join(
@@ -45,24 +56,48 @@ class EndpointSessions:
         queue: bool = False,
         session: str | None = None,
     ) -> PlaceLink:
-        """Add a client to the place of a robot and return the place; see ``RobotSessions.join``."""
-        joined = await self._join(Join(user, robot, as_robot, hold, queue, session))
-        if hold:
-            self._clients[_Client(user, robot, as_robot)] += 1
+        """Add a client to the place of a robot and return the place; see ``RobotSessions.join``.
+
+        The master goes on if the client gives up meanwhile; it is then told that the client has left.
+        """
+        joining = asyncio.create_task(self._join(Join(user, robot, as_robot, hold, queue, session)))
+        try:
+            return await asyncio.shield(joining)
+        except asyncio.CancelledError:
+            if hold:
+                joining.add_done_callback(lambda joined: self._leave_again(joined, as_robot=as_robot))
+            raise
+
+    async def _join(self, join: Join) -> PlaceLink:
+        joined = await self._master.call(MasterCalls.join, join)
+        if join.hold:
+            kind = _Kind(joined.key, join.as_robot)
+            self._robots[joined.key] = join.user, join.robot
+            self._clients[kind] += 1
+            self._told[kind] += 1
         return self._places.joined(joined)
 
-    async def _join(self, join: Join) -> JoinedPlace:
-        return await self._master.call(MasterCalls.join, join)
+    def _leave_again(self, joined: asyncio.Task[PlaceLink], *, as_robot: bool) -> None:
+        if not joined.cancelled() and joined.exception() is None:
+            self.leave(joined.result().key, as_robot=as_robot)
 
     def leave(self, key: str, *, as_robot: bool) -> None:
         """Remove a client from a place."""
-        client = next((one for one in self._clients if (_key(one), one.as_robot) == (key, as_robot)), None)
-        if client is None:
-            return
-        self._clients[client] -= 1
-        if not self._clients[client]:
-            del self._clients[client]
-        self._master.tell(MasterCalls.leave, key, as_robot)
+        kind = _Kind(key, as_robot)
+        if self._clients[kind] > 0:
+            self._clients[kind] -= 1
+            self._settle(kind)
+
+    def _settle(self, kind: _Kind) -> None:
+        """Tell the master of clients that have left."""
+        while self._told[kind] > self._clients[kind]:
+            self._told[kind] -= 1
+            self._master.tell(MasterCalls.leave, kind.key, kind.as_robot)
+        for counts in (self._told, self._clients):
+            if not counts[kind]:
+                del counts[kind]
+        if not any(_Kind(kind.key, as_robot) in self._clients for as_robot in (True, False)):
+            self._robots.pop(kind.key, None)
 
     async def position(self, place: PlaceLink) -> int | None:
         """Return the position of a place in the queue, from 1; None if it is not queued."""
@@ -72,25 +107,35 @@ class EndpointSessions:
         """Close a place although clients are connected, and notify them of the reason."""
         await self._master.call(MasterCalls.let_go, place.key, refusal_of(reason))
 
-    async def tell_clients(self) -> None:
-        """Tell a master that this endpoint has found which clients it has; those that it refuses are notified."""
-        for client, count in tuple(self._clients.items()):
-            self._background.run(self._join_again(client, count))
+    def master_found(self) -> None:
+        """Tell a master that was found which clients this endpoint has; those that it refuses are notified."""
+        self._told.clear()
+        self._masters += 1
+        for kind in tuple(self._clients):
+            self._background.run(self._join_again(kind, self._masters))
 
-    async def _join_again(self, client: _Client, count: int) -> None:
-        join = Join(client.user, client.robot, client.as_robot, True, True)
+    async def _join_again(self, kind: _Kind, master: int) -> None:
+        user, robot = self._robots[kind.key]
+        join = Join(user, robot, kind.as_robot, hold=True, queue=True)
         try:
-            for _ in range(count):
-                self._places.joined(await self._master.call_now(MasterCalls.join, join))
-        except Unavailable:
-            return  # the master was lost again
+            while self._masters == master and self._told[kind] < self._clients[kind]:
+                await self._try_again(kind, join)
         except PPaaSError as error:
-            self._places.close(_key(client), error)
+            self._places.close(kind.key, error)
+        finally:
+            self._settle(kind)
+
+    async def _try_again(self, kind: _Kind, join: Join) -> None:
+        """Join once; if that is not possible now, the clients drive on with the container they have."""
+        try:
+            joined = await self._master.call(MasterCalls.join, join)
+        except Unavailable as error:
+            logger.info("a client cannot join %s again yet: %s", kind.key, error)
+            await asyncio.sleep(RETRY)
+        else:
+            self._told[kind] += 1
+            self._places.joined(joined)
 
     async def close(self) -> None:
         """End what runs in the background."""
         await self._background.cancel()
-
-
-def _key(client: _Client) -> str:
-    return robot_key(client.user, client.robot)

@@ -4,11 +4,13 @@ from engine.master.places import robot_key
 from engine.master.quotas import Quotas
 from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import MasterDriver
+from engine.service.news import News, NewsKind
 from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from engine.service.people_groups import PeopleGroups
 from engine.service.plan_rate import PlanRate
 from engine.service.planning import Planning
 from engine.service.planning_places import PlanningPlaces
+from engine.service.robot_facts import FactKind, FactSources
 from engine.service.robot_navigation import RobotNavigation
 from engine.service.robot_nodes import RobotNodes
 from engine.service.views import (
@@ -50,6 +52,8 @@ class Cloud:
 
     def __init__(self, driver: MasterDriver, quotas: Quotas) -> None:
         self.quotas = quotas
+        self.news = News()
+        self.fact_sources = FactSources()
         self._plan_rate = PlanRate(quotas)
         self._driver = driver
         self._planning_places = PlanningPlaces(driver)
@@ -104,6 +108,14 @@ class Cloud:
         """Apply a user's own limits, as they are stored; opens the queued places that they allow."""
         if limits != self.quotas.limits(user):
             self._driver.set_limits(user, limits)
+
+    def announce(self, kind: NewsKind, key: str) -> None:
+        """Tell the endpoints that this process has changed a record in the stores."""
+        self.news.tell(kind, key)
+
+    async def facts(self, kind: FactKind, user: str, robot: str) -> list[bytes]:
+        """Return what the endpoints know of a robot, as JSON."""
+        return await self.fact_sources.ask(kind, user, robot)
 
     def map_changed(self, head: MapRecord) -> None:
         """Let the robots on a map, or with it as a mask, go on with its current version.

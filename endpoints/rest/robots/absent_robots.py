@@ -1,6 +1,7 @@
 """Facts about robots that are not connected, from the stores, the quotas and the machines."""
 
 from endpoints.rest.dependencies import readable_head
+from endpoints.services.robot_facts import RobotFacts
 from endpoints.services.services import Services
 from ppaas.diagnosis.observations.absence import AbsenceFacts
 from ppaas.errors import PPaaSError, QuotaExceeded
@@ -11,7 +12,7 @@ from storage.records import RobotRecord, User
 async def absence_facts(services: Services, owner: User, record: RobotRecord) -> AbsenceFacts:
     """Return what would stop a robot of a user from connecting now."""
     machines = await services.cloud.machines()
-    refused = services.refused_connects.last(record.user, record.id)
+    refused = await RobotFacts(services).last_refusal(record.user, record.id)
     return AbsenceFacts(
         robot=record.id,
         refusal="" if refused is None else refused.reason,

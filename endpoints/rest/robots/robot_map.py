@@ -22,6 +22,7 @@ from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.schemas import MAX_DESCRIPTION, RequestBody, ResponseBody
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.services.publications import ProgressFile, Publication, Stage
+from endpoints.services.robot_facts import RobotFacts
 from endpoints.services.robot_files import whole_file
 from endpoints.services.services import Services
 from endpoints.services.version_removal import follow_publication
@@ -85,8 +86,9 @@ class PublishRequest(RequestBody):
 async def show_robot_map(robot: Looked, services: Provided) -> RobotMapAnswer:
     """Show the size of the map that a connected robot makes, and the robots with which it makes it."""
     numbers = await services.cloud.robot_map(robot.user, robot.id, -1)
-    sharing = services.joint_maps.sharing(robot.user, robot.id)
-    progress = await run_in_threadpool(services.publications.progress, robot.user, robot.id)
+    facts = RobotFacts(services)
+    sharing = await facts.sharing(robot.user, robot.id)
+    progress = await facts.progress(robot.user, robot.id)
     return RobotMapAnswer(
         key_frames=numbers.key_frames,
         edges=numbers.edges,

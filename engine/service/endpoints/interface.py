@@ -9,6 +9,8 @@ from typing import Protocol
 import msgspec
 
 from engine.protocols.refusals import Refusal
+from engine.service.news import NewsKind
+from engine.service.robot_facts import FactKind
 from engine.service.views import (
     ContainerView,
     GoalView,
@@ -267,6 +269,14 @@ class MasterCalls(CloudCalls, Protocol):
         """Open the place of a planning container, or use it; see ``Planning.place``."""
         ...
 
+    async def announce(self, kind: NewsKind, key: str) -> None:
+        """Tell the other processes of the cloud that this endpoint has changed a record."""
+        ...
+
+    async def facts(self, kind: FactKind, user: str, robot: str) -> list[bytes]:
+        """Return what the other processes of the cloud know of a robot, as JSON."""
+        ...
+
     async def forget_place(self, key: str) -> None:
         """Let the containers of a place leave the endpoint."""
         ...
@@ -293,6 +303,14 @@ class EndpointCalls(Protocol):
 
     async def place_closed(self, key: str, reason: Refusal) -> None:
         """Handle that a place was closed: its clients here are notified of the reason."""
+        ...
+
+    async def hear(self, kind: NewsKind, key: str) -> None:
+        """Drop a record from caches, as another process has changed it."""
+        ...
+
+    async def fact(self, kind: FactKind, user: str, robot: str) -> bytes | None:
+        """Return what the endpoint knows of a robot, as JSON; None if it does not know it."""
         ...
 
     async def displace(self, user: str, robot: str, session: str | None) -> None:

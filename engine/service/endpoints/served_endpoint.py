@@ -14,6 +14,8 @@ from engine.service.cloud import Cloud
 from engine.service.endpoints.interface import EndpointCalls, EndpointState, Join, JoinedPlace, Registration
 from engine.service.endpoints.neighbours import Neighbours
 from engine.service.links.place_link import PlaceLink
+from engine.service.news import NewsKind
+from engine.service.robot_facts import FactKind
 from engine.service.robot_sessions import RobotSessions
 from engine.specs.containers import MapVersion
 from ppaas.errors import Conflict, NotPermitted, PPaaSError, Unavailable
@@ -61,6 +63,8 @@ class ServedEndpoint:
             raise Conflict(f"the endpoint is of release {registration.release[:32]}, and the master of {here}")
         self.registration = registration
         self._neighbours.add(self)
+        self._cloud.news.listen(self._hear)
+        self._cloud.fact_sources.add(self._fact)
         logger.info("endpoint %s serves, as process %d", registration.endpoint, registration.pid)
 
     async def report(self, state: EndpointState) -> None:
@@ -71,6 +75,8 @@ class ServedEndpoint:
     def gone(self) -> None:
         """Remove all clients of the endpoint, which has ended or is not reachable."""
         self._neighbours.remove(self)
+        self._cloud.news.leave(self._hear)
+        self._cloud.fact_sources.remove(self._fact)
         for (key, as_robot), count in self._joined.items():
             for _ in range(count):
                 self._sessions.leave(key, as_robot=as_robot)
@@ -149,6 +155,21 @@ class ServedEndpoint:
     async def map_changed(self, head: MapRecord) -> None:
         """Let the robots that drive on a map, or have it as a mask, go on with its current version."""
         self._cloud.map_changed(head)
+
+    async def announce(self, kind: NewsKind, key: str) -> None:
+        """Tell the other processes of the cloud that this endpoint has changed a record."""
+        self._cloud.news.tell(kind, key, source=self._hear)
+
+    def _hear(self, kind: NewsKind, key: str) -> None:
+        if self.caller is not None:
+            self.caller.tell(EndpointCalls.hear, kind, key)
+
+    async def facts(self, kind: FactKind, user: str, robot: str) -> list[bytes]:
+        """Return what the other processes of the cloud know of a robot, as JSON."""
+        return await self._cloud.fact_sources.ask(kind, user, robot, but=self._fact)
+
+    async def _fact(self, kind: FactKind, user: str, robot: str) -> bytes | None:
+        return None if self.caller is None else await self.caller.call(EndpointCalls.fact, kind, user, robot)
 
     # -- ends ----------------------------------------------------------------------------------------------------------
 

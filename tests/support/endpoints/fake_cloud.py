@@ -16,7 +16,16 @@ from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, Pa
 from engine.service.plan_rate import PlanRate
 from engine.service.robot_navigation import RobotNavigation
 from engine.service.view_building import machine_view
-from engine.service.views import ContainerView, LifelongRobot, MachineView, MappingRobot, PeopleGroupView
+from engine.service.views import (
+    ContainerView,
+    GoalView,
+    LifelongRobot,
+    MachineView,
+    MappingRobot,
+    PeopleGroupView,
+    RobotState,
+    UserUsage,
+)
 from engine.specs.containers import ContainerSpec, MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.diagnosis.observations.facts import Observations
@@ -66,6 +75,9 @@ class FakeCloud:
         self.plan_rate = PlanRate(self.quotas)
         self.places: dict[str, PlaceLink] = {}
         self.navigation = RobotNavigation(self)  # type: ignore[arg-type]  # it has the places that a driver has
+        self.announced: list[tuple[str, str]] = []
+        self.known_facts: dict[tuple[str, str, str], bytes] = {}
+        """What other processes know of robots."""
         self.asked: list[tuple[str, MapVersion, PathRequest]] = []
         self.costs_asked: list[tuple[str, MapVersion, CostRequest]] = []
         self.error: Exception | None = None
@@ -94,21 +106,21 @@ class FakeCloud:
         self.reused = ""
         """If set, id of the stored plan that every request returns."""
 
-    def machines(self) -> list[MachineView]:
+    async def machines(self) -> list[MachineView]:
         return [machine_view(machine) for machine in self.known.values()]
 
-    def machine_settings(self, machine: str) -> MachineSettings:
+    async def machine_settings(self, machine: str) -> MachineSettings:
         return self._machine(machine).settings
 
-    def configure_machine(self, machine: str, settings: MachineSettings) -> None:
+    async def configure_machine(self, machine: str, settings: MachineSettings) -> None:
         self._machine(machine).settings = settings
 
-    def remove_machine(self, machine: str, *, force: bool = False) -> None:
+    async def remove_machine(self, machine: str, *, force: bool = False) -> None:
         if self._machine(machine).containers and not force:
             raise Conflict(f"machine {machine!r} runs 1 containers: drain it first, or force its removal")
         del self.known[machine]
 
-    def admit_machine(self, machine: str) -> None:
+    async def admit_machine(self, machine: str) -> None:
         self.known.setdefault(machine, Machine(machine, 2, 1 << 30, 1000))
 
     def _machine(self, machine: str) -> Machine:
@@ -116,13 +128,41 @@ class FakeCloud:
             raise NotFound("machine", machine, list(self.known))
         return self.known[machine]
 
-    def containers(self, user: str | None) -> list[ContainerView]:
+    async def containers(self, user: str | None) -> list[ContainerView]:
         return [c for c in self.running if user in (None, c.user)]
 
-    def give_up_container(self, container: str) -> None:
+    async def give_up_container(self, container: str) -> None:
         [gone] = [one for one in self.running if one.id == container]
         self.running.remove(gone)
         self.given_up.append(container)
+
+    async def count_paths(self, user: str, paths: int) -> None:
+        self.plan_rate.take(user, paths)
+
+    async def check_container(self, user: str, cores: float) -> None:
+        self.quotas.check_container(user, cores)
+
+    async def usage(self, user: str) -> UserUsage:
+        used = self.quotas.used(user)
+        return UserUsage(used.containers, used.cores, self.plan_rate.used(user))
+
+    async def robot_state(self, user: str, robot: str) -> RobotState:
+        return await self.navigation.state(user, robot)
+
+    async def send_goal(self, user: str, robot: str, pose: Pose2D) -> GoalView:
+        return self.navigation.send_goal(user, robot, pose)
+
+    async def goals(self, user: str, robot: str) -> list[GoalView]:
+        return self.navigation.goals(user, robot)
+
+    async def goal(self, user: str, robot: str, goal_id: str) -> GoalView:
+        return self.navigation.goal(user, robot, goal_id)
+
+    async def cancel_goal(self, user: str, robot: str, goal_id: str) -> GoalView:
+        return self.navigation.cancel_goal(user, robot, goal_id)
+
+    async def cancel_goals(self, user: str, robot: str) -> None:
+        self.navigation.cancel_goals(user, robot)
 
     async def end_places(self, user: str, reason: PPaaSError) -> None:
         self.running = [one for one in self.running if one.user != user]
@@ -133,10 +173,16 @@ class FakeCloud:
     def set_limits(self, user: str, limits: Limits) -> None:
         self.quotas.set_limits(user, limits)
 
+    def announce(self, kind: str, key: str) -> None:
+        self.announced.append((kind, key))
+
+    async def facts(self, kind: str, user: str, robot: str) -> list[bytes]:
+        return [self.known_facts[kind, user, robot]] if (kind, user, robot) in self.known_facts else []
+
     def map_changed(self, head: MapRecord) -> None:
         self.changed_maps.append((head.id, head.version))
 
-    def resize_container(self, container: str, cores: float) -> None:
+    async def resize_container(self, container: str, cores: float) -> None:
         if self.error is not None:
             raise self.error
         self.running = [
@@ -172,10 +218,10 @@ class FakeCloud:
         page = self.map_file[max(offset, 0) : offset + MAP_PAGE] if offset >= 0 else b""
         return GetPoseGraphResponse(base64.b64encode(page).decode(), len(self.map_file), 3, 2, 0)
 
-    def mapping_robots(self) -> list[MappingRobot]:
+    async def mapping_robots(self) -> list[MappingRobot]:
         return self.mapping
 
-    def lifelong_robots(self) -> list[LifelongRobot]:
+    async def lifelong_robots(self) -> list[LifelongRobot]:
         return self.lifelong
 
     async def use_joint_map(self, user: str, robot: str, page: UseJointMapRequest) -> UseJointMapResponse:
@@ -184,7 +230,7 @@ class FakeCloud:
         self.joint_maps[robot] = self.joint_maps.get(robot, b"")[: page.offset] + base64.b64decode(page.data)
         return UseJointMapResponse(9 if len(self.joint_maps[robot]) == page.size else 0)
 
-    def people_groups(self) -> list[PeopleGroupView]:
+    async def people_groups(self) -> list[PeopleGroupView]:
         return self.groups
 
     async def people(self, user: str, map: str) -> PeopleState:  # noqa: A002

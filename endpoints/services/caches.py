@@ -1,0 +1,34 @@
+"""Caches of a process of a cloud: what another process changed is dropped, and what this one changes is announced."""
+
+from functools import partial
+from typing import Any
+
+from endpoints.services.services import Services
+from engine.service.news import NewsKind
+from storage.store_cache import StoreCache
+
+
+class Caches:
+    """Connects the caches of this process with those of others.
+
+    Parameters
+    ----------
+    services : Services
+        Services with the caches.
+    """
+
+    def __init__(self, services: Services) -> None:
+        self._caches: dict[NewsKind, StoreCache[Any]] = {"map": services.map_cache, "robot": services.shares}
+        for kind, cache in self._caches.items():
+            cache.announce = partial(services.cloud.announce, kind)
+
+    def hear(self, kind: NewsKind, key: str) -> None:
+        """Drop a record that another process has changed."""
+        cache = self._caches.get(kind)
+        if cache is not None:
+            cache.drop(key)
+
+    def drop_all(self) -> None:
+        """Drop everything, as news may have been missed."""
+        for cache in self._caches.values():
+            cache.drop_all()

@@ -1,0 +1,59 @@
+"""Facts about robots, known here or by other processes of the cloud."""
+
+import asyncio
+from typing import TypeVar
+
+import msgspec
+
+from endpoints.services.joint_maps import ALONE, Sharing
+from endpoints.services.publications import Progress
+from endpoints.services.refused_connects import RefusedConnect
+from endpoints.services.services import Services
+from engine.service.robot_facts import FactKind
+
+F = TypeVar("F")
+
+
+class RobotFacts:
+    """Asks this process, and the others for what it does not know.
+
+    Parameters
+    ----------
+    services : Services
+        Services of this process.
+    """
+
+    def __init__(self, services: Services) -> None:
+        self._services = services
+
+    async def here(self, kind: FactKind, user: str, robot: str) -> bytes | None:
+        """Return a fact that this process knows as JSON; None if it does not know it."""
+        known: Progress | RefusedConnect | Sharing | None
+        match kind:
+            case "publication":
+                known = await asyncio.to_thread(self._services.publications.progress, user, robot)
+            case "refusal":
+                known = self._services.refused_connects.last(user, robot)
+            case "sharing":
+                sharing = self._services.joint_maps.sharing(user, robot)
+                known = None if sharing == ALONE else sharing
+        return None if known is None else msgspec.json.encode(known)
+
+    async def progress(self, user: str, robot: str) -> Progress | None:
+        """Return how far the publication of a robot's map is; None if there is none."""
+        return next(iter(await self._ask("publication", user, robot, Progress)), None)
+
+    async def last_refusal(self, user: str, robot: str) -> RefusedConnect | None:
+        """Return the last refusal of a robot; None if it connected since, or never tried."""
+        found = await self._ask("refusal", user, robot, RefusedConnect)
+        return min(found, key=lambda refused: refused.ago, default=None)
+
+    async def sharing(self, user: str, robot: str) -> Sharing:
+        """Return whether the map of a robot is part of a joint one."""
+        return next(iter(await self._ask("sharing", user, robot, Sharing)), ALONE)
+
+    async def _ask(self, kind: FactKind, user: str, robot: str, fact: type[F]) -> list[F]:
+        here = await self.here(kind, user, robot)
+        others = await self._services.cloud.facts(kind, user, robot) if here is None else []
+        found = others if here is None else [here]
+        return [msgspec.json.decode(each, type=fact) for each in found]
