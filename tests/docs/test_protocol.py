@@ -16,13 +16,13 @@ from endpoints.http.frame_pacing import BURST, BUSY, BYTES, FRAMES, OVERLOAD, ST
 from endpoints.http.problems import STATUS, TYPE, problem_response
 from endpoints.http.websocket_protocol import MESSAGE_TIMEOUT
 from endpoints.rosbridge.attachment import PROBE_TIMEOUT
-from endpoints.rosbridge.idle_watch import IDLE
 from endpoints.rosbridge.robot_socket import TAKEN_OVER
 from endpoints.rosbridge.session_registry import READY_TIMEOUT
 from endpoints.services.request_limits import RequestLimits
 from endpoints.web import MAX_FRAME
 from engine.container.fleet_bridge import SHARE_PERIOD, TELL_PERIOD
 from engine.links.unacknowledged import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
+from engine.service.idle_watch import IDLE
 from engine.service.path_requests import DEFAULT_TIMEOUT
 from engine.service.robot_sessions import LINGER
 from engine.sessions.calls import CALL_TIMEOUT, MAX_CALLS

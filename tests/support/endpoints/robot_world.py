@@ -39,7 +39,7 @@ class World:
         self.machine = machine
         self.token = token
         self.sessions = RobotSessions(service, services.store, services.map_store, linger=0.0)
-        self.clients = SessionRegistry(self.sessions, services.cloud.plan_rate, linger=0.0)
+        self.clients = SessionRegistry(self.sessions, services.cloud.count_paths, linger=0.0)
         self.port = 0
 
     def linger(self, seconds: float) -> None:

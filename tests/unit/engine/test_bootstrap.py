@@ -7,7 +7,7 @@ import pytest
 
 from engine import bootstrap
 from engine.bootstrap import CloudConfig, Engine
-from engine.local.agent_process import AgentProcess
+from engine.local.kept_process import KeptProcess
 from engine.processes.instances import folder_of
 from ppaas.errors import InvalidParameter, Unavailable
 
@@ -19,7 +19,7 @@ async def test_slow_start_is_explained_in_the_log(tmp_path, short_path, monkeypa
     engine = Engine(CloudConfig(f"sqlite:///{tmp_path / 'store.sqlite'}", f"file:///{tmp_path / 'maps'}"))
     try:
         await engine.start()
-        assert [machine.id for machine in engine.cloud.machines()] == ["local"]
+        assert [machine.id for machine in await engine.cloud.machines()] == ["local"]
     finally:
         await engine.close()
     assert (bootstrap.STILL_STARTING in caplog.text) is explained
@@ -27,8 +27,8 @@ async def test_slow_start_is_explained_in_the_log(tmp_path, short_path, monkeypa
 
 
 async def test_start_fails_if_the_agent_keeps_exiting(short_path, monkeypatch):
-    dies = functools.partial(AgentProcess, command=(sys.executable, "-c", "raise SystemExit(3)"))
-    monkeypatch.setattr("engine.local.machine.AgentProcess", dies)
+    dies = functools.partial(KeptProcess, command=(sys.executable, "-c", "raise SystemExit(3)"))
+    monkeypatch.setattr("engine.local.machine.KeptProcess", dies)
     monkeypatch.setattr(bootstrap, "LOOK", 0.05)
     engine = Engine(CloudConfig("memory:", "memory:"))
     try:

@@ -1,7 +1,7 @@
 """Sessions end when the rights that they began with end.
 
 Members of the kind: a token that is revoked, expires or goes with a changed password; a user who is removed or logged
-out by an administrator; a map, or a mask, that is no longer shared.
+out by an administrator.
 """
 
 import pytest
@@ -11,12 +11,11 @@ from endpoints.rosbridge.rights_watch import RightsWatch
 from ppaas.clock import ManualClock
 from ppaas.errors import NotAuthenticated, Unavailable
 from tests.support.endpoints.robot_world import PASSWORD, World, closed
-from tests.support.storage import records
 
 
 @pytest.fixture
 def watch(world: World) -> RightsWatch:
-    return RightsWatch(world.clients, world.sessions, world.services)
+    return RightsWatch(world.clients, world.services)
 
 
 async def test_sockets_of_a_revoked_token_are_closed_and_others_are_not(world: World, watch: RightsWatch) -> None:
@@ -65,42 +64,6 @@ async def test_the_places_of_a_user_who_is_logged_out_are_closed(world: World) -
         await world.service.close_places("ann", NotAuthenticated("logged out"))
         assert await closed(robot) == (1008, "not-authenticated: logged out")
         assert world.service.containers(None) == []
-
-
-async def test_robots_on_a_map_that_is_no_longer_shared_are_disconnected(world: World, watch: RightsWatch) -> None:
-    async with world.robot() as (robot, _):
-        await watch.check()
-        store = world.services.map_store
-        store.remove_map("house")
-        records.put_map(store, records.house(owner="bob"))
-        world.services.map_cache.forget("house")
-        await watch.check()
-        code, reason = await closed(robot)
-        assert code == 1008
-        assert reason.startswith("not-permitted: map 'house' is no longer shared with 'ann'")
-
-
-async def test_robot_that_makes_a_joint_map_with_others_maps_apart_when_it_is_no_longer_shared(
-    world: World, watch: RightsWatch
-) -> None:
-    store = world.services.map_store
-    records.put_map(store, records.house("office", owner="bob", readers=("ann",)))
-    world.services.store.put_robot(records.robot("tb1", user="ann", map="new:office"))
-    async with world.robot() as (robot, container):
-        await watch.check()
-        await robot.ping()
-        store.change_map("office", readers=())
-        world.services.map_cache.forget("office")
-        await watch.check()
-        code, reason = await closed(robot)
-        assert code != 1008, "it may connect again"
-        assert reason == "unavailable: map 'office' of 'bob' is no longer shared with 'ann': connect again"
-        assert await world.machine.stopped() == container.spec.id
-        await world.machine.kill(container, 0)
-    async with world.robot():
-        [place] = world.service._master.places.values()
-        assert place.request.robot is not None
-        assert place.request.robot.map_owner == "ann"
 
 
 async def test_clients_stay_while_the_store_is_unreachable(

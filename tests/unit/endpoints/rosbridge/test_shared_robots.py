@@ -17,7 +17,7 @@ DRIVE = Share("bob", "drive", ("cmd_vel", "move_base"), ("odom", "map"))
 
 @pytest.fixture
 def watch(world: World) -> RightsWatch:
-    return RightsWatch(world.clients, world.sessions, world.services)
+    return RightsWatch(world.clients, world.services)
 
 
 def share(world: World, *shares: Share) -> None:

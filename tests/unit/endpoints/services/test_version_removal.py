@@ -27,7 +27,7 @@ def robot_on(cloud: FakeCloud, monkeypatch: pytest.MonkeyPatch, version: str, ma
         id="c1", kind="robot", user="ann", robot="tb1", map=pinned, machine="local", cores=1.0, state="ready",
         pid=None, pss=None, ready_seconds=None, cpu=None, age=0.0, clients=1, round_trip=None, masks=masks,
     )  # fmt: skip
-    monkeypatch.setattr(cloud, "containers", lambda _user: [view])
+    monkeypatch.setattr(cloud, "running", [view])
 
 
 async def listed(client: httpx.AsyncClient, headers: dict[str, str]) -> list[str]:

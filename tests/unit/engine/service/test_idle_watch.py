@@ -4,69 +4,87 @@ import asyncio
 
 import pytest
 
-from endpoints.rosbridge.idle_watch import IdleWatch
-from engine.protocols import robot_link
+from engine.protocols.robot_link import ContainerBeat
+from engine.service.idle_watch import IdleWatch
+from engine.service.links.place_link import PlaceLink
 from ppaas.clock import ManualClock
-from tests.support.endpoints.robot_world import World, closed, next_of, say
-from tests.support.waiting import until
+from ppaas.errors import PPaaSError
 
 IDLE = 100.0
 
 
+class Robots:
+    """Places that have clients, without a cloud."""
+
+    def __init__(self) -> None:
+        self.place = PlaceLink("robot:ann/tb1")
+        self.reasons: list[PPaaSError] = []
+
+    def held(self) -> list[PlaceLink]:
+        return [] if self.reasons else [self.place]
+
+    async def let_go(self, place: PlaceLink, reason: PPaaSError) -> None:
+        assert place is self.place
+        self.reasons.append(reason)
+
+    def beat(self, *, busy: bool = False, sockets: int = 2, frames: int = 0) -> None:
+        self.place.take(ContainerBeat(busy, sockets, frames))
+
+
 @pytest.fixture
-def watch(world: World, clock: ManualClock) -> IdleWatch:
-    return IdleWatch(world.clients, world.sessions, IDLE, clock)
+async def robots() -> Robots:
+    return Robots()
 
 
-async def test_idle_clients_are_disconnected_and_the_container_is_stopped(
-    world: World, watch: IdleWatch, clock: ManualClock
+@pytest.fixture
+def clock() -> ManualClock:
+    return ManualClock(0.0)
+
+
+@pytest.fixture
+def watch(robots: Robots, clock: ManualClock) -> IdleWatch:
+    return IdleWatch(robots, IDLE, clock)  # type: ignore[arg-type]
+
+
+async def test_the_place_of_idle_clients_is_closed(robots: Robots, watch: IdleWatch, clock: ManualClock) -> None:
+    robots.beat()
+    await watch.check()
+    clock.advance(IDLE - 1.0)
+    await watch.check()
+    assert not robots.reasons
+    clock.advance(1.0)
+    await watch.check()
+    [reason] = robots.reasons
+    assert reason.slug == "idle"
+    assert str(reason).startswith("no frames for 100 s: connect again when")
+
+
+@pytest.mark.parametrize("change", [{"frames": 1}, {"sockets": 3}])
+async def test_a_frame_or_a_client_at_any_endpoint_keeps_it_open(
+    robots: Robots, watch: IdleWatch, clock: ManualClock, change: dict[str, int]
 ) -> None:
-    async with world.robot() as (robot, container), world.connected("operator") as operator:
-        await watch.check()
-        clock.advance(IDLE - 1.0)
-        await watch.check()
-        assert len(world.service.containers(None)) == 1
-        clock.advance(1.0)
-        await watch.check()
-        for client in (robot, operator):
-            code, reason = await closed(client)
-            assert code == 1011
-            assert reason.startswith("idle: no frames for 100 s: connect again when")
-        assert world.service.containers(None) == []
-        assert await next_of(container, robot_link.Shutdown)
+    robots.beat()
+    await watch.check()
+    clock.advance(IDLE - 1.0)
+    robots.beat(**change)
+    await watch.check()
+    clock.advance(IDLE - 1.0)
+    await watch.check()
+    assert not robots.reasons
 
 
-async def test_a_frame_of_one_client_keeps_all_clients_connected(
-    world: World, watch: IdleWatch, clock: ManualClock
-) -> None:
-    async with world.robot() as (_, container), world.connected("operator") as operator:
-        for number in range(3):
-            await watch.check()
-            clock.advance(IDLE - 1.0)
-            await say(operator, op="publish", topic="/goal", msg={"data": str(number)})
-            await next_of(container, robot_link.Deliver)
-        await watch.check()
-        assert len(world.service.containers(None)) == 1
-
-
-async def test_a_robot_with_a_goal_is_not_idle(world: World, watch: IdleWatch, clock: ManualClock) -> None:
-    async with world.robot() as (robot, container):
-        place = world.service.place("robot:ann/tb1")
-        assert place is not None
-        container.stream.write(robot_link.ContainerBeat(busy=True))
-        await until(lambda: place.busy)
-        for _ in range(3):
-            clock.advance(IDLE)
-            await watch.check()
-        container.stream.write(robot_link.ContainerBeat(busy=False))
-        await until(lambda: not place.busy)
-        await watch.check()
-        assert len(world.service.containers(None)) == 1, "its time begins when the goal is done"
+async def test_a_robot_with_a_goal_is_not_idle(robots: Robots, watch: IdleWatch, clock: ManualClock) -> None:
+    robots.beat(busy=True)
+    for _ in range(3):
         clock.advance(IDLE)
         await watch.check()
-        assert (await closed(robot))[1].startswith("idle: ")
+    robots.beat(busy=False)
+    await watch.check()
+    assert not robots.reasons, "its time begins when the goal is done"
+    clock.advance(IDLE)
+    await watch.check()
+    assert robots.reasons
 
 
-async def test_an_idle_time_of_zero_disables_the_watch(world: World, clock: ManualClock) -> None:
-    async with world.robot():
-        await asyncio.wait_for(IdleWatch(world.clients, world.sessions, 0.0, clock).run(), 5)
+async def test_an_idle_time_of_zero_disables_the_watch(robots: Robots, clock: ManualClock) -> None:
+    await asyncio.wait_for(IdleWatch(robots, 0.0, clock).run(), 5)  # type: ignore[arg-type]

@@ -7,7 +7,7 @@ import pytest
 
 from engine.master.balancers.first_fit import FirstFit
 from engine.master.master import Master
-from engine.protocols import control_link, robot_link
+from engine.protocols import control_link, robot_link, session_frames
 from engine.service.master_driver import MasterDriver
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import SESSION_STATE
@@ -139,9 +139,12 @@ async def test_measured_round_trips_and_network_load_are_listed(
 ) -> None:
     monkeypatch.setattr("engine.service.liveness.BEAT_PERIOD", 0.01)
     place = service.open_place(robot_request())
-    await machines[0].boot(await machines[0].started())
+    container = await machines[0].boot(await machines[0].started())
     await place.ready(10)
     place.note_round_trip(0.04)
+    assert await container.next() == session_frames.RoundTrip(0.04)
+    container.stream.write(robot_link.ContainerBeat(busy=False, round_trip=0.04))
+    await until(lambda: service.containers("ann")[0].round_trip is not None)
     machines[0].tell(control_link.Heartbeat(0.5, 1 << 20, [], 3e6, {"m2": 0.02}))
     await until(lambda: service.machines()[0].round_trips and service._master.machines["m1"].served)
     machines[0].tell(control_link.Heartbeat(0.5, 1 << 20, [], 3e6, {"m2": 0.02}))

@@ -1,6 +1,6 @@
 """Tests of queued path requests."""
 
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 
 import pytest
@@ -8,19 +8,21 @@ import pytest
 from engine.master.balancers.first_fit import FirstFit
 from engine.master.master import Master
 from engine.master.quotas import Quota, Quotas
-from engine.service import planning
+from engine.service import planning_places
+from engine.service.cloud import Cloud
 from engine.service.master_driver import MasterDriver
 from engine.service.path_requests import PathRequest
-from engine.service.planning import Planning
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import MapVersion
 from ppaas.errors import Queued, QuotaExceeded, Unavailable
 from storage.memory.store import MemoryStore
+from storage.records import User
 from tests.support.engine.specs import robot_request
 from tests.support.waiting import until
 
 MAP = MapVersion("house", "v")
 KEY = "planning:ann/house@v"
+ANN = User("ann", "")
 
 
 def path(*, queue: bool) -> PathRequest:
@@ -28,46 +30,50 @@ def path(*, queue: bool) -> PathRequest:
 
 
 @pytest.fixture
-async def service(tmp_path: Path) -> AsyncIterator[MasterDriver]:
-    """Return a cloud in which user ann has used up the quota of one container."""
-    made = MasterDriver(
-        Master(FirstFit(), Quotas(Quota(containers=1))), CheckpointSelection(MemoryStore()), tmp_path, "secret"
-    )
+def quotas() -> Quotas:
+    return Quotas(Quota(containers=1))
+
+
+@pytest.fixture
+async def service(tmp_path: Path, quotas: Quotas) -> AsyncIterator[MasterDriver]:
+    """Return the driver of a cloud in which user ann has used up the quota of one container."""
+    made = MasterDriver(Master(FirstFit(), quotas), CheckpointSelection(MemoryStore()), tmp_path, "secret")
     await made.start()
     made.open_place(robot_request("tb1"))
     yield made
     await made.close()
 
 
+@pytest.fixture
+def paths(service: MasterDriver, quotas: Quotas) -> Iterator[Cloud]:
+    made = Cloud(service, quotas)
+    yield made
+    made.close()
+
+
 async def test_queued_request_gets_its_position_and_expires(
-    service: MasterDriver, monkeypatch: pytest.MonkeyPatch
+    service: MasterDriver, paths: Cloud, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(planning, "PATIENCE", 0.05)
-    paths = Planning(service)
+    monkeypatch.setattr(planning_places, "PATIENCE", 0.05)
     for _ in range(2):
         with pytest.raises(Queued) as raised:
-            await paths.compute_path("ann", MAP, path(queue=True))
+            await paths.compute_path(ANN, MAP, path(queue=True))
         assert raised.value.position == service.position(KEY) == 1
     await until(lambda: service.position(KEY) is None)
     assert service.place(KEY) is None
-    paths.close()
 
 
-async def test_request_without_queueing_is_refused(service: MasterDriver) -> None:
-    paths = Planning(service)
+async def test_request_without_queueing_is_refused(paths: Cloud) -> None:
     with pytest.raises(QuotaExceeded):
-        await paths.compute_path("ann", MAP, path(queue=False))
+        await paths.compute_path(ANN, MAP, path(queue=False))
     with pytest.raises(Queued):
-        await paths.compute_path("ann", MAP, path(queue=True))
+        await paths.compute_path(ANN, MAP, path(queue=True))
     with pytest.raises(Unavailable, match="position 1 of the queue"):
-        await paths.compute_path("ann", MAP, path(queue=False))
-    paths.close()
+        await paths.compute_path(ANN, MAP, path(queue=False))
 
 
-async def test_closed_place_admits_a_waiting_request(service: MasterDriver) -> None:
-    paths = Planning(service)
+async def test_closed_place_admits_a_waiting_request(service: MasterDriver, paths: Cloud) -> None:
     with pytest.raises(Queued):
-        await paths.compute_path("ann", MAP, path(queue=True))
+        await paths.compute_path(ANN, MAP, path(queue=True))
     await service.close_place("robot:ann/tb1", Unavailable("gone"))
     assert service.position(KEY) is None and KEY in service._master.places
-    paths.close()

@@ -3,7 +3,6 @@
 import msgspec
 import pytest
 
-from engine.master.places import robot_key
 from engine.protocols.robot_link import LINK_FACTS
 from engine.service.robot_nodes import RobotNodes
 from ppaas.diagnosis.observations.facts import LinkFacts, Observations
@@ -34,8 +33,8 @@ class FakeService:
     def __init__(self) -> None:
         self.known = FakePlace()
 
-    def place(self, key: str) -> FakePlace | None:
-        return self.known if key == robot_key("ann", "tb1") else None
+    async def place_of(self, user: str, robot: str) -> FakePlace | None:
+        return self.known if (user, robot) == ("ann", "tb1") else None
 
 
 async def test_a_page_of_a_joint_map_is_sent_to_the_robot(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -47,12 +46,12 @@ async def test_a_page_of_a_joint_map_is_sent_to_the_robot(monkeypatch: pytest.Mo
 
     monkeypatch.setattr(service.known, "call", call)
     page = UseJointMapRequest(0, 3, "AAAA", ["tb2"])
-    assert (await RobotNodes(service).use_joint_map("ann", "tb1", page)).key_frames == 7  # type: ignore[arg-type]
+    assert (await RobotNodes(service.place_of).use_joint_map("ann", "tb1", page)).key_frames == 7  # type: ignore[arg-type]
 
 
 async def test_requests_are_sent_to_the_robots_node_monitor() -> None:
     service = FakeService()
-    nodes = RobotNodes(service)  # type: ignore[arg-type]
+    nodes = RobotNodes(service.place_of)  # type: ignore[arg-type]
     assert await nodes.homes("ann", "tb1") == [AMCL]
     assert await nodes.run("ann", "tb1", "amcl", "robot") == AMCL
     assert service.known.calls == [
@@ -62,7 +61,7 @@ async def test_requests_are_sent_to_the_robots_node_monitor() -> None:
 
 async def test_robot_without_a_container_raises_unavailable() -> None:
     with pytest.raises(Unavailable, match="robot 'tb2' has no container now"):
-        await RobotNodes(FakeService()).homes("ann", "tb2")  # type: ignore[arg-type]
+        await RobotNodes(FakeService().place_of).homes("ann", "tb2")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("page", [GetOctomapFileResponse(), GetOctomapFileResponse("AA==", 8)])
@@ -78,12 +77,12 @@ async def test_a_robot_without_a_3d_map_has_an_empty_octomap(
         return encode(page)
 
     monkeypatch.setattr(service.known, "call", call)
-    assert await RobotNodes(service).octomap("ann", "tb1", GetOctomapFileRequest(7)) == page  # type: ignore[arg-type]
+    assert await RobotNodes(service.place_of).octomap("ann", "tb1", GetOctomapFileRequest(7)) == page  # type: ignore[arg-type]
 
 
 async def test_a_robot_on_a_published_map_makes_none(monkeypatch: pytest.MonkeyPatch) -> None:
     service = FakeService()
-    maps = RobotNodes(service)  # type: ignore[arg-type]
+    maps = RobotNodes(service.place_of)  # type: ignore[arg-type]
     answers: list[GetPoseGraphResponse] = [GetPoseGraphResponse("AA==", 1, 3)]
 
     async def call(called: str, payload: bytes, timeout: float) -> bytes:
@@ -120,6 +119,6 @@ async def test_a_connected_robot_is_watched_and_its_connection_is_added(
 ) -> None:
     service, place = FakeService(), WatchedPlace(robots)
     service.known = place
-    seen = await RobotNodes(service).observe("ann", "tb1", 2.0)  # type: ignore[arg-type]
+    seen = await RobotNodes(service.place_of).observe("ann", "tb1", 2.0)  # type: ignore[arg-type]
     assert (seen.seconds, seen.link) == (seconds, LinkFacts(robots=robots))
     assert place.calls == [("diagnostics/observe", b'{"seconds":2.0}')][:calls]

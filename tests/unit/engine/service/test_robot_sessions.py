@@ -88,7 +88,7 @@ async def test_a_second_robot_is_refused_until_the_first_has_left(sessions: Robo
     first = await sessions.join("ann", "tb1", as_robot=True)
     with pytest.raises(Conflict, match="connected already"):
         await sessions.join("ann", "tb1", as_robot=True)
-    sessions.leave(first, as_robot=True)
+    sessions.leave(first.key, as_robot=True)
     assert await sessions.join("ann", "tb1", as_robot=True) is first
 
 
@@ -105,10 +105,10 @@ async def test_place_closes_after_its_last_client_left(
     sessions = RobotSessions(service, store, map_store, SHORT)
     place = await sessions.join("ann", "tb1", as_robot=True)
     await sessions.join("ann", "tb1", as_robot=False)
-    sessions.leave(place, as_robot=robot_leaves_first)
+    sessions.leave(place.key, as_robot=robot_leaves_first)
     await asyncio.sleep(3 * SHORT)
     assert is_open(service, place)
-    sessions.leave(place, as_robot=not robot_leaves_first)
+    sessions.leave(place.key, as_robot=not robot_leaves_first)
     await until(lambda: not is_open(service, place))
     with pytest.raises(Unavailable, match="no client was connected"):
         await place.ready(1)
@@ -119,7 +119,7 @@ async def test_client_that_returns_in_time_keeps_the_place(
 ) -> None:
     sessions = RobotSessions(service, store, map_store, SHORT)
     place = await sessions.join("ann", "tb1", as_robot=True)
-    sessions.leave(place, as_robot=True)
+    sessions.leave(place.key, as_robot=True)
     assert await sessions.join("ann", "tb1", as_robot=True) is place
     await asyncio.sleep(3 * SHORT)
     assert is_open(service, place)
@@ -130,7 +130,7 @@ async def test_client_that_returns_too_late_gets_a_new_place(
 ) -> None:
     sessions = RobotSessions(service, store, map_store, 0.0)
     place = await sessions.join("ann", "tb1", as_robot=True)
-    sessions.leave(place, as_robot=True)
+    sessions.leave(place.key, as_robot=True)
     await until(lambda: not is_open(service, place))
     new_place = await sessions.join("ann", "tb1", as_robot=True)
     assert new_place is not place
@@ -142,12 +142,12 @@ async def test_robot_that_returns_keeps_its_place_on_the_new_version_of_its_map(
 ) -> None:
     place = await sessions.join("ann", "tb1", as_robot=True)
     head = records.put_map(map_store, records.house(image=records.pgm(value=205)))
-    sessions.leave(place, as_robot=True)
+    sessions.leave(place.key, as_robot=True)
     assert await sessions.join("ann", "tb1", as_robot=True) is place
     request = service.request_of(place.key)
     assert request is not None
     assert request.map.version == head.version
-    sessions.leave(place, as_robot=True)
+    sessions.leave(place.key, as_robot=True)
 
 
 def change_file(store: MemoryStore, map_store: MemoryMapStore) -> None:
@@ -183,7 +183,7 @@ async def test_operator_joins_a_lingering_place_with_earlier_settings(
     service: MasterDriver, sessions: RobotSessions, store: MemoryStore, map_store: MemoryMapStore
 ) -> None:
     place = await sessions.join("ann", "tb1", as_robot=True)
-    sessions.leave(place, as_robot=True)
+    sessions.leave(place.key, as_robot=True)
     change_file(store, map_store)
     assert await sessions.join("ann", "tb1", as_robot=False) is place
 
@@ -193,7 +193,7 @@ async def test_robot_gets_a_place_with_the_changes_although_operators_are_connec
 ) -> None:
     place = await sessions.join("ann", "tb1", as_robot=True)
     await sessions.join("ann", "tb1", as_robot=False)
-    sessions.leave(place, as_robot=True)
+    sessions.leave(place.key, as_robot=True)
     change_file(store, map_store)
     joins = [sessions.join("ann", "tb1", as_robot=True) for _ in range(3)]
     results = await asyncio.gather(*joins, return_exceptions=True)
@@ -201,7 +201,7 @@ async def test_robot_gets_a_place_with_the_changes_although_operators_are_connec
     assert new_place is not place and is_open(service, new_place)
     with pytest.raises(Unavailable, match="its robot or map was changed"):
         await place.ready(1)
-    sessions.leave(place, as_robot=False)  # the operator, whose socket was closed
+    sessions.leave(place.key, as_robot=False)  # the operator, whose socket was closed
     assert sessions._clients == {"robot:ann/tb1": 1}
 
 
@@ -233,7 +233,7 @@ async def test_place_has_the_mask_versions_of_its_opening(
         assert request.robot is not None
         present = map_store.map_head("kept").version
         assert request.robot.masks == {"keepout_filter": MapVersion("kept", present)}
-        sessions.leave(place, as_robot=True)
+        sessions.leave(place.key, as_robot=True)
 
 
 async def test_place_states_whether_its_map_has_an_octomap(
@@ -245,7 +245,7 @@ async def test_place_states_whether_its_map_has_an_octomap(
         request = service._master.places[place.key].request
         assert request.robot is not None
         assert request.robot.in_space == (octomap is not None)
-        sessions.leave(place, as_robot=True)
+        sessions.leave(place.key, as_robot=True)
 
 
 @pytest.mark.parametrize("owner", ["ann", "bob"])
@@ -290,7 +290,7 @@ async def test_a_refused_robot_does_not_keep_a_lingering_place_alive(
 ) -> None:
     sessions = RobotSessions(service, store, map_store, SHORT)
     place = await sessions.join("ann", "tb1", as_robot=True)
-    sessions.leave(place, as_robot=True)
+    sessions.leave(place.key, as_robot=True)
     store.remove_robot("ann", "tb1")
     with pytest.raises(NotFound):
         await sessions.join("ann", "tb1", as_robot=True)
@@ -301,9 +301,9 @@ async def test_leaving_a_closed_place_does_not_affect_the_next(service: MasterDr
     old = await sessions.join("ann", "tb1", as_robot=True)
     await sessions.join("ann", "tb1", as_robot=False)
     await service.close_place(old.key, Unavailable("it crashed"))
-    sessions.leave(old, as_robot=True)
+    sessions.leave(old.key, as_robot=True)
     new = await sessions.join("ann", "tb1", as_robot=True)
-    sessions.leave(old, as_robot=False)
+    sessions.leave(old.key, as_robot=False)
     assert new is not old
     assert is_open(service, new)
     assert sessions._closing == {}
@@ -312,7 +312,7 @@ async def test_leaving_a_closed_place_does_not_affect_the_next(service: MasterDr
 async def test_closing_cancels_lingering(service: MasterDriver, store: MemoryStore, map_store: MemoryMapStore) -> None:
     sessions = RobotSessions(service, store, map_store, SHORT)
     place = await sessions.join("ann", "tb1", as_robot=True)
-    sessions.leave(place, as_robot=True)
+    sessions.leave(place.key, as_robot=True)
     await sessions.close()
     await asyncio.sleep(3 * SHORT)
     assert is_open(service, place)
@@ -326,7 +326,7 @@ async def test_join_without_hold_needs_an_open_place_and_does_not_keep_it(
         await sessions.join("ann", "tb1", as_robot=False, hold=False)
     place = await sessions.join("ann", "tb1", as_robot=True)
     assert await sessions.join("ann", "tb1", as_robot=False, hold=False) is place
-    sessions.leave(place, as_robot=True)
+    sessions.leave(place.key, as_robot=True)
     assert await sessions.join("ann", "tb1", as_robot=False, hold=False) is place, "the lingering place is open"
     await until(lambda: not is_open(service, place))
 
@@ -337,11 +337,11 @@ async def test_let_go_closes_the_place_although_clients_are_connected(
     place = await sessions.join("ann", "tb1", as_robot=True)
     await sessions.let_go(place, Idle("nothing was said"))
     assert not is_open(service, place)
-    sessions.leave(place, as_robot=True)
+    sessions.leave(place.key, as_robot=True)
     new_place = await sessions.join("ann", "tb1", as_robot=True)
     await sessions.let_go(place, Idle("nothing was said"))
     assert is_open(service, new_place), "the place that was let go has been replaced"
-    sessions.leave(new_place, as_robot=True)
+    sessions.leave(new_place.key, as_robot=True)
 
 
 async def test_place_has_the_description_of_the_robots_urdf(
@@ -410,7 +410,7 @@ async def test_a_robot_gets_another_place_after_its_new_map_is_published(
     for name in ("new:house", "house", "new:house"):
         store.put_robot(records.robot("tb1", user="ann", map=name))
         place = await sessions.join("ann", "tb1", as_robot=True)
-        sessions.leave(place, as_robot=True)
+        sessions.leave(place.key, as_robot=True)
         places.append((place, service._master.places[place.key].request.map.id))
     assert [name for _, name in places] == ["new:house", "house", "new:house"]
     assert len({id(place) for place, _ in places}) == 3
@@ -424,12 +424,12 @@ async def test_a_robot_keeps_its_place_although_the_map_that_it_continues_is_pub
     store.put_robot(continuing("office"))
     place = await sessions.join("ann", "tb1", as_robot=True)
     records.put_map(map_store, records.house("office", posegraph=b"grown"))
-    sessions.leave(place, as_robot=True)
+    sessions.leave(place.key, as_robot=True)
     assert await sessions.join("ann", "tb1", as_robot=True) is place
     request = service.request_of(place.key)
     assert request is not None and request.robot is not None
     assert request.robot.continued == MapVersion("office", begun.version)
-    sessions.leave(place, as_robot=True)
+    sessions.leave(place.key, as_robot=True)
     store.put_robot(continuing("other"))
     assert await sessions.join("ann", "tb1", as_robot=True) is not place
 
@@ -440,12 +440,12 @@ async def test_a_robot_keeps_its_place_although_others_may_join_its_new_map_by_n
     store.put_robot(records.robot("tb1", user="bob", map="new:office-2"))
     place = await sessions.join("bob", "tb1", as_robot=True)
     records.put_map(map_store, records.house("office-2", readers=("bob",)))
-    sessions.leave(place, as_robot=True)
+    sessions.leave(place.key, as_robot=True)
     assert await sessions.join("bob", "tb1", as_robot=True) is place
     request = service.request_of(place.key)
     assert request is not None and request.robot is not None
     assert request.robot.map_owner == "bob"
-    sessions.leave(place, as_robot=True)
+    sessions.leave(place.key, as_robot=True)
     await service.close_place(place.key, Unavailable("gone"))
     place = await sessions.join("bob", "tb1", as_robot=True)
     request = service.request_of(place.key)

@@ -100,7 +100,7 @@ class Client:
         self.session.connect(self)
         self.session.attach()
 
-    def count(self) -> None:
+    async def count(self) -> None:
         self.counted += 1
         if self.refusal is not None:
             raise self.refusal
@@ -335,6 +335,7 @@ async def test_a_path_is_counted_by_the_endpoint(first: Container, link: PlaceLi
     client = Client(link)
     client.refusal = QuotaExceeded("too many paths") if refused else None
     client.say({**CALL, "service": "move_base/make_plan"})
+    await until(lambda: client.frames)
     assert client.counted == 1
     answers = client.received()
     if refused:
