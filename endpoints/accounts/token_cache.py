@@ -5,11 +5,20 @@ from storage.store_cache import StoreCache
 
 
 class TokenCache(StoreCache[User]):
-    """Users of recently verified tokens, by the hashes of the tokens.
+    """Users of recently verified tokens, by the hashes of the tokens; of one endpoint.
 
-    A user whom another process removes stays authenticated for the lifetime of an entry.
+    Each endpoint is told when another one changes a user (``SharedLogins.forget``). One that cannot be told accepts a
+    revoked token for the lifetime of an entry.
     """
 
     def forget_user(self, user_id: str) -> None:
         """Drop all tokens of a user from the cache."""
         self.forget_where(lambda user: user.id == user_id)
+
+    def forget_all(self) -> None:
+        """Drop all tokens from the cache."""
+        self.forget_where(lambda _: True)
+
+    def drop(self, token_hash: str) -> None:
+        """Drop a token that is not in the store any more, so that it is not accepted while the store is unreachable."""
+        self._entries.pop(token_hash, None)
