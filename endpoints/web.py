@@ -14,6 +14,8 @@ from starlette.types import ASGIApp
 from starlette.websockets import WebSocket
 
 from endpoints.accounts.accounts import Accounts
+from endpoints.accounts.usage import Usage
+from endpoints.accounts.user_turns import LocalTurns
 from endpoints.app import create_app
 from endpoints.audit.event import AuditLog
 from endpoints.http.connection_table import ConnectionTable
@@ -109,7 +111,8 @@ class Web:
         audit: AuditLog,
         tls: ServerTls | None = None,
     ) -> None:
-        self.accounts = Accounts(engine.store)
+        turns = LocalTurns()
+        self.accounts = Accounts(engine.store, turns=turns)
         self._sessions = SessionRegistry(engine.sessions, engine.cloud.plan_rate, linger)
         self._idle = IdleWatch(self._sessions, engine.sessions, idle)
         self._background = Background()
@@ -118,6 +121,7 @@ class Web:
             engine.map_store,
             self.accounts,
             engine.cloud,
+            usage=Usage(turns),
             disk=engine.reserve,
             recordings=engine.recordings,
             keep_versions=engine.keep_versions,

@@ -9,7 +9,7 @@ logger = logging.getLogger(__name__)
 
 
 def remove_version(services: Services, owner: str, map_id: str, version: str) -> None:
-    """Remove a version of a map; blocks.
+    """Remove a version of a map, in a turn of its owner; blocks.
 
     Raises
     ------
@@ -29,7 +29,8 @@ def remove_version(services: Services, owner: str, map_id: str, version: str) ->
 def expire_versions(services: Services, owner: str, map_id: str) -> None:
     """Remove the oldest versions of a map beyond the number to keep, except those that robots use; blocks.
 
-    A failure is logged: the publication before it has succeeded, and the next one tries again.
+    It is called in a turn of the owner. A failure is logged: the publication before it has succeeded, and the next one
+    tries again.
     """
     keep = services.keep_versions
     if keep is None:

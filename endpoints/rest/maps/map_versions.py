@@ -63,7 +63,7 @@ async def delete_version(map_id: MapId, version: VersionId, services: Provided, 
     Paths that are stored for this version stay.
     """
     head = await owned_head(services, user, map_id)
-    await run_in_threadpool(remove_version, services, head.owner, map_id, version)
+    await services.usage.in_turn(head.owner, remove_version, services, head.owner, map_id, version)
 
 
 @router.get("/difference", response_model=MapDifference, responses=KNOWN | problems(404))

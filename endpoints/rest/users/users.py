@@ -131,6 +131,7 @@ async def remove_user(
 def _detail(services: Services, user: User) -> UserDetail:
     quotas, rate = services.cloud.quotas, services.cloud.plan_rate
     runs = quotas.used(user.id)
+    services.usage.stored.refresh(user.id)
     maps = services.usage.stored.maps_of(services.map_store, user.id)
     used = QuotaAnswer(
         containers=runs.containers,
