@@ -111,7 +111,10 @@ class Accounts:
         """Return the user ``admin``, created with this password if missing; an existing user keeps its password."""
         admin = await find_user(self._store, ADMIN)
         if admin is None:
-            return await self.register(ADMIN, password, "admin")
+            try:
+                return await self.register(ADMIN, password, "admin")
+            except Conflict:  # another endpoint, started at the same time, was first
+                admin = await run_in_threadpool(self._store.user, ADMIN)
         if admin.role != "admin":
             raise Conflict(f"user {ADMIN!r} exists but is not an administrator: remove it first")
         return admin

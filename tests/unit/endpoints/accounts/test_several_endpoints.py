@@ -5,6 +5,7 @@ Faults: the process that keeps the logins cannot be reached, from one endpoint o
 
 import asyncio
 import contextlib
+import time
 from collections.abc import Awaitable, Callable
 from typing import Any, NoReturn, cast
 
@@ -41,7 +42,14 @@ class Link:
 
 
 class FullStore(MemoryStore):
+    """A store that takes no token while it is full, and takes its time, so that two changes overlap if they can."""
+
     is_full = False
+
+    def user(self, user_id: str) -> User:
+        found = super().user(user_id)
+        time.sleep(0.002)
+        return found
 
     def add_token(self, token: Token) -> None:
         if self.is_full:
@@ -120,6 +128,12 @@ async def test_new_roles_groups_limits_and_passwords_of_robots_are_followed_at_o
     assert (await seen()).rapyuta_hash
     await first.change("ann", role="admin")
     assert (await seen()).role == "admin"
+
+
+async def test_endpoints_that_start_at_once_create_one_administrator(both: list[Accounts]) -> None:
+    first, second = await asyncio.gather(*(accounts.ensure_admin(PASSWORD) for accounts in both))
+    assert first == second
+    assert (await both[0].authenticate(await both[1].login("admin", PASSWORD))).role == "admin"
 
 
 async def test_concurrent_changes_by_two_endpoints_are_all_kept(both: list[Accounts]) -> None:
