@@ -16,6 +16,9 @@ import msgspec
 import uvloop
 
 from endpoints.accounts.accounts import Accounts
+from endpoints.accounts.shared_logins import LocalLogins, SharedLogins
+from endpoints.accounts.usage import Usage
+from endpoints.accounts.user_turns import LocalTurns, UserTurns
 from endpoints.audit.cloud_audit import cloud_audit
 from endpoints.cloud_jobs import CloudJobs
 from endpoints.http.open_files import raise_file_limit
@@ -25,6 +28,7 @@ from endpoints.listeners import url_of
 from endpoints.processes.keeper import EndpointKeeper
 from endpoints.processes.ports import Ports, endpoint_configs
 from endpoints.processes.records import ENDPOINTS_HERE
+from endpoints.processes.shared_turns import ServedTurns, TurnCalls
 from endpoints.services.caches import Caches
 from endpoints.services.robot_facts import RobotFacts
 from endpoints.services.services import Services
@@ -35,6 +39,7 @@ from engine.processes.exclusive_owner import LOCK, sole_owner
 from engine.processes.private_files import keep_new_files_private, make_private_folder, warn_if_open, write_private
 from engine.remote.replica import MACHINES
 from engine.runtimes.compilation import store_kernels
+from engine.service.endpoints.server import Extra
 from ppaas.errors import InvalidInput
 from ppaas.plugins import permit_only
 from ppaas.wire.foxglove.installed import check_installed
@@ -242,8 +247,13 @@ async def _start(
     """Start the local machine, and meanwhile the endpoints."""
     machine = asyncio.create_task(engine.start())
     try:
+        logins, turns = LocalLogins(), LocalTurns()
+        logins.on_forget(partial(engine.cloud.announce, "user"))
+        engine.endpoints.serve_also(lambda: Extra(SharedLogins, logins))
+        engine.endpoints.serve_also(partial(_served_turns, turns))
         services = Services(
-            engine.store, engine.map_store, Accounts(engine.store), engine.cloud, disk=engine.reserve,
+            engine.store, engine.map_store, Accounts(engine.store, logins=logins, turns=turns), engine.cloud,
+            usage=Usage(turns), disk=engine.reserve,
             recordings=engine.recordings, keep_versions=engine.keep_versions,
             audit=await stack.enter_async_context(cloud_audit(arguments.data)),
         )  # fmt: skip
@@ -265,6 +275,11 @@ async def _start(
         machine.cancel()
         await asyncio.gather(machine, return_exceptions=True)
     return keeper
+
+
+def _served_turns(turns: UserTurns) -> Extra:
+    served = ServedTurns(turns)
+    return Extra(TurnCalls, served, served.close)
 
 
 async def _ensure_admin(accounts: Accounts, arguments: argparse.Namespace, stack: contextlib.AsyncExitStack) -> None:

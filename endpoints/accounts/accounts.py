@@ -1,31 +1,25 @@
 """Accounts: users, their passwords and their tokens."""
 
-import contextlib
-import hashlib
 import logging
-import secrets
-import threading
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import msgspec
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.accounts.fair_queue import Origin
-from endpoints.accounts.login_throttle import LoginThrottle
 from endpoints.accounts.passwords import Passwords
 from endpoints.accounts.rapyuta_passwords import RapyutaPasswords
-from endpoints.accounts.scoped_user import user_of_token
-from endpoints.accounts.socket_tickets import SocketTickets
+from endpoints.accounts.shared_logins import LocalLogins, SharedLogins
 from endpoints.accounts.token_cache import TokenCache
-from endpoints.accounts.unsaved_tokens import UNSAVED_LIFETIME, UnsavedTokens
-from endpoints.accounts.user_lookup import find_user
+from endpoints.accounts.tokens import TOKEN_LIFETIME, IssuedToken, Tokens, received_token_id
+from endpoints.accounts.user_lookup import counted_name, find_user
+from endpoints.accounts.user_turns import LocalTurns, UserTurns, in_turn
 from ppaas.clock import Clock, epoch
 from ppaas.errors import Conflict, InvalidInput, NotAuthenticated, NotFound, NotPermitted, Unavailable
 from storage.names import check_name
 from storage.ports import UserStore
-from storage.records import Role, Token, User
+from storage.records import Role, User
 from storage.sharing_records import TokenScope
 
 logger = logging.getLogger(__name__)
@@ -34,37 +28,18 @@ ADMIN = "admin"
 ME = "me"
 """Alias of the calling user; no user may have this id."""
 
-TOKEN_LIFETIME = 30 * 24 * 3600.0
-"""Lifetime of a token [s]."""
-
 MIN_PASSWORD = 8
 MAX_PASSWORD = 1024
-MAX_TOKEN = 256
-TOKEN_PREFIX = "ppaas_"
-"""Prefix of tokens: none starts with a dash like an option of a command, and leaked tokens can be found."""
 
 Regroup = Callable[[tuple[str, ...]], tuple[str, ...]]
 """Takes the groups of a user, and returns the new ones."""
 
 
-@dataclass(frozen=True, slots=True)
-class IssuedToken:
-    """New token and its expiry [s since the epoch]."""
-
-    token: str
-    expires: float
-
-    @property
-    def id(self) -> str:
-        """Hash of the token, under which it is stored and revoked."""
-        return token_id(self.token)
-
-
 class Accounts:
-    """Registers users, logs them in and authenticates their tokens.
+    """Registers users, logs them in and authenticates their tokens; of one endpoint.
 
-    A token is random and only its hash is stored, so that a reader of the store cannot impersonate a user. Its text is
-    returned only once.
+    Endpoints of one cloud share the store, ``logins`` and ``turns``. When another endpoint has changed a user,
+    ``forget_user`` is called.
 
     Parameters
     ----------
@@ -78,13 +53,13 @@ class Accounts:
         Lifetime of a token [s].
     cache : TokenCache, optional
         Cache of verified tokens.
-    throttle : LoginThrottle, optional
-        Throttle of logins.
+    logins : SharedLogins, optional
+        Throttles, tickets and tokens that are not stored; by default in this process.
+    turns : UserTurns, optional
+        Turns in which a user is read and changed; by default of this process.
 
     Attributes
     ----------
-    tickets : SocketTickets
-        Tickets for the WebSockets of browsers.
     rapyuta : RapyutaPasswords
         Passwords of users for robots that log in by the protocol of Rapyuta.
     """
@@ -97,23 +72,16 @@ class Accounts:
         passwords: Passwords | None = None,
         lifetime: float = TOKEN_LIFETIME,
         cache: TokenCache | None = None,
-        throttle: LoginThrottle | None = None,
+        logins: SharedLogins | None = None,
+        turns: UserTurns | None = None,
     ) -> None:
         self._store = store
-        self._clock = clock
         self._passwords = passwords or Passwords()
-        self._lifetime = lifetime
-        self._cache = cache or TokenCache()
-        self._throttle = throttle or LoginThrottle()
-        self.tickets = SocketTickets()
-        self._changing = threading.Lock()
-        self._unsaved = UnsavedTokens()
+        self._logins = logins or LocalLogins()
+        self._turns = turns or LocalTurns()
+        self._tokens = Tokens(store, clock, lifetime=lifetime, cache=cache or TokenCache(), logins=self._logins)
         self.rapyuta = RapyutaPasswords(
-            store,
-            self._passwords,
-            lambda user: self._issue(user, clock()),
-            self._cache.forget_user,
-            lock=self._changing,
+            store, self._passwords, tokens=self._tokens, logins=self._logins, turns=self._turns
         )
 
     def close(self) -> None:
@@ -143,7 +111,10 @@ class Accounts:
         """Return the user ``admin``, created with this password if missing; an existing user keeps its password."""
         admin = await find_user(self._store, ADMIN)
         if admin is None:
-            return await self.register(ADMIN, password, "admin")
+            try:
+                return await self.register(ADMIN, password, "admin")
+            except Conflict:  # another endpoint, started at the same time, was first
+                admin = await run_in_threadpool(self._store.user, ADMIN)
         if admin.role != "admin":
             raise Conflict(f"user {ADMIN!r} exists but is not an administrator: remove it first")
         return admin
@@ -171,13 +142,12 @@ class Accounts:
         Unavailable
             Too many passwords are being hashed.
         """
-        origin = self._throttle.admit(user_id, address)
+        origin = await self._logins.admit(counted_name(user_id), address)
         user = await find_user(self._store, user_id)
         if not await self._matches(user, password, origin) or user is None:
             raise NotAuthenticated("wrong user or password")
-        now = self._clock()
         try:
-            return await run_in_threadpool(self._issue, user.id, now)
+            return await self._tokens.issue(user.id)
         except NotFound as error:
             raise NotAuthenticated("wrong user or password") from error
 
@@ -199,25 +169,7 @@ class Accounts:
         Unavailable
             The store takes nothing now.
         """
-        now = self._clock()
-        issued = IssuedToken(_new_text(), now + lifetime)
-        await run_in_threadpool(self._store.add_token, Token(issued.id, user_id, issued.expires, now, scope, name))
-        return issued
-
-    def _issue(self, user_id: str, now: float) -> IssuedToken:
-        """Return a new token, stored, or kept in memory for a while if the store takes nothing, as on a full disk."""
-        text = _new_text()
-        try:
-            login = IssuedToken(text, now + self._lifetime)
-            self._store.add_token(Token(login.id, user_id, login.expires, now))
-        except Unavailable as error:
-            login = IssuedToken(text, now + min(self._lifetime, UNSAVED_LIFETIME))
-            self._unsaved.add(Token(login.id, user_id, login.expires, now))
-            logger.warning("the token of user %r is kept in memory for %g s: %s", user_id, login.expires - now, error)
-            return login
-        with contextlib.suppress(Unavailable):  # a later login removes them
-            self._store.remove_tokens(expired_before=now)
-        return login
+        return await self._tokens.issue_scoped(user_id, scope, lifetime, name)
 
     async def login(self, user_id: str, password: str) -> str:
         """Return the text of a new token; raises as ``sign_in`` does."""
@@ -232,10 +184,15 @@ class Accounts:
 
     async def user_of(self, token_hash: str) -> User:
         """Return the user of a token, given by its id; raises as ``authenticate`` does."""
-        now = self._clock()
-        return await self._cache.read(
-            token_hash, now, lambda: run_in_threadpool(self._user_and_expiry, token_hash, now)
-        )
+        return await self._tokens.user_of(token_hash)
+
+    async def issue_ticket(self, user_id: str, token_hash: str) -> str:
+        """Return a new ticket of a user, which stands for a token in the handshake of one WebSocket."""
+        return await self._logins.issue_ticket(user_id, token_hash)
+
+    async def redeem_ticket(self, ticket: str) -> str:
+        """Return the id of the token that a ticket stands for; ``NotAuthenticated`` if it is unknown, used or old."""
+        return await self._logins.redeem_ticket(ticket)
 
     async def change(
         self,
@@ -266,59 +223,54 @@ class Accounts:
             await self.rapyuta.check_other(user_id, password)
             changes["password_hash"] = await self._passwords.hash(password)
         try:
-            return await run_in_threadpool(self._change, user_id, changes, limits or {}, keep_token, regroup)
+            if password is not None:
+                await self._tokens.drop_kept(user_id, keep=keep_token)
+            return await in_turn(
+                self._turns, user_id, lambda _: self._change(user_id, changes, limits or {}, keep_token, regroup)
+            )
         finally:
-            self._cache.forget_user(user_id)
+            await self._tokens.forget(user_id)
 
     async def check_password(self, user_id: str, password: str, address: str = "") -> None:
         """Raise ``NotPermitted`` unless this is the user's password, ``TooManyAttempts`` as ``sign_in`` does."""
-        origin = self._throttle.admit(user_id, address)
+        origin = await self._logins.admit(counted_name(user_id), address)
         if not await self._matches(await run_in_threadpool(self._store.user, user_id), password, origin):
             raise NotPermitted("old_password is not the current password of this user")
 
     async def _matches(self, user: User | None, password: str, origin: Origin) -> bool:
         """Return whether the password is right, and count the attempt."""
         if await self._passwords.verify(user.password_hash if user else None, password, origin):
-            self._throttle.succeeded(origin)
+            await self._logins.succeeded(origin)
             return True
-        failures = self._throttle.failed(origin)
+        failures = await self._logins.failed(origin)
         logger.warning("login of %.64r from %s failed (%d in a row)", origin.user, origin.address or "here", failures)
         return False
 
     async def revoke(self, user_id: str, token: str) -> None:
         """Revoke a token of a user by its id; ``NotFound`` if the user has no such token."""
-        stored = self._unsaved.find(token)
-        if stored is None:
-            stored = await run_in_threadpool(self._store.token, token)
-        if stored.user != user_id:
-            raise NotFound("token", token)
-        try:
-            if not self._unsaved.remove(token):
-                await run_in_threadpool(self._store.remove_token, token)
-        finally:
-            self._cache.forget_user(user_id)
+        await self._tokens.revoke(user_id, token)
 
     async def revoke_all(self, user_id: str) -> None:
         """Revoke all tokens of a user; ``NotFound`` if the user does not exist."""
         await run_in_threadpool(self._store.user, user_id)
-        try:
-            await run_in_threadpool(self._remove_tokens, user_id)
-        finally:
-            self._cache.forget_user(user_id)
-
-    def _remove_tokens(self, user_id: str) -> None:
-        self._unsaved.remove_all(user_id)
-        for token in self._store.tokens(user_id):
-            with contextlib.suppress(NotFound):  # revoked or expired meanwhile
-                self._store.remove_token(token.hash)
+        await self._tokens.revoke_all(user_id)
 
     async def remove(self, user_id: str) -> None:
         """Remove a user with tokens and robots; ``NotFound`` if the user does not exist."""
         try:
-            await run_in_threadpool(self._store.remove_user, user_id)
-            self._unsaved.remove_all(user_id)
+            await self._tokens.drop_kept(user_id)
+            await in_turn(self._turns, user_id, lambda _: self._store.remove_user(user_id))
+            await self._tokens.drop_kept(user_id)  # of logins meanwhile
         finally:
-            self._cache.forget_user(user_id)
+            await self._tokens.forget(user_id)
+
+    def forget_user(self, user_id: str) -> None:
+        """Read a user and the user's tokens again, because another endpoint has changed them."""
+        self._tokens.forget_user(user_id)
+
+    def forget_all(self) -> None:
+        """Read all users again, because another endpoint may have changed them without this one being told."""
+        self._tokens.forget_all()
 
     async def is_known(self, user_id: str) -> bool:
         """Return whether a user exists; False also if the store is unreachable."""
@@ -335,45 +287,12 @@ class Accounts:
         keep_token: str | None,
         regroup: Regroup | None,
     ) -> User:
-        with self._changing:  # serialises concurrent changes, so that none is lost
-            user = self._store.user(user_id)
-            own = msgspec.structs.replace(user.limits, **limits)
-            groups = user.groups if regroup is None else regroup(user.groups)
-            changed = msgspec.structs.replace(user, limits=own, groups=groups, **changes)
-            self._store.change_user(changed, keep_token=keep_token)
-        if changed.password_hash != user.password_hash:
-            self._unsaved.remove_all(user_id, keep=keep_token)
+        user = self._store.user(user_id)
+        own = msgspec.structs.replace(user.limits, **limits)
+        groups = user.groups if regroup is None else regroup(user.groups)
+        changed = msgspec.structs.replace(user, limits=own, groups=groups, **changes)
+        self._store.change_user(changed, keep_token=keep_token)
         return changed
-
-    def _user_and_expiry(self, token_hash: str, now: float) -> tuple[User, float]:
-        try:
-            token = self._unsaved.find(token_hash) or self._store.token(token_hash)
-            user = self._store.user(token.user)
-        except NotFound as error:
-            raise _unknown_token() from error
-        if token.expires <= now:
-            raise _unknown_token()
-        return user_of_token(user, token), token.expires
-
-
-def _new_text() -> str:
-    return f"{TOKEN_PREFIX}{secrets.token_urlsafe(32)}"
-
-
-def token_id(token: str) -> str:
-    """Return the SHA-256 hash of a token, under which it is stored."""
-    return hashlib.sha256(token.encode("utf-8", "surrogatepass")).hexdigest()
-
-
-def received_token_id(token: str) -> str:
-    """Return the id of a token that a client sent; ``NotAuthenticated`` if no token is this short or long."""
-    if not 0 < len(token) <= MAX_TOKEN:
-        raise _unknown_token()
-    return token_id(token)
-
-
-def _unknown_token() -> NotAuthenticated:
-    return NotAuthenticated("the token is unknown or expired: log in again ('ppaas login', or POST /v1/tokens)")
 
 
 def _check_password(password: str) -> None:

@@ -12,8 +12,9 @@ from typing import NamedTuple
 from starlette.requests import HTTPConnection
 from starlette.websockets import WebSocket
 
-from endpoints.accounts.accounts import Accounts, received_token_id
+from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.caller import note_caller
+from endpoints.accounts.tokens import received_token_id
 from ppaas.errors import NotAuthenticated
 from storage.records import User
 
@@ -123,7 +124,7 @@ async def authenticate_socket(socket: WebSocket, accounts: Accounts) -> tuple[Us
     query, authorization = socket.query_params, socket.headers.get("authorization", "")
     token = bearer_of(authorization)
     if token is None and query.get("ticket"):
-        used = accounts.tickets.redeem(query["ticket"])
+        used = await accounts.redeem_ticket(query["ticket"])
         user = await accounts.user_of(used)
         note_caller(socket.scope, user.id, used)
         return user, used

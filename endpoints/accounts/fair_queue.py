@@ -5,9 +5,12 @@ newest request of the address that has most of them.
 """
 
 from collections import OrderedDict, deque
-from typing import Generic, NamedTuple, TypeVar
+from typing import Generic, Literal, NamedTuple, TypeVar
 
 T = TypeVar("T")
+
+LoginKind = Literal["password", "rapyuta"]
+"""Kind of a login: with the password of a user, or with that for the robots of a user, by the protocol of Rapyuta."""
 
 
 class Origin(NamedTuple):
@@ -21,11 +24,14 @@ class Origin(NamedTuple):
         Address of the client; empty for requests of this process.
     known : bool
         Whether the user has logged in from this address before; such requests are served first.
+    kind : {"password", "rapyuta"}
+        Kind of the login.
     """
 
     user: str = ""
     address: str = ""
     known: bool = False
+    kind: LoginKind = "password"
 
 
 class FairQueue(Generic[T]):

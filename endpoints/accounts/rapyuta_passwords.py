@@ -7,30 +7,20 @@ this protocol, and it is stored as the argon2id hash of the SHA-256 hash.
 
 import hashlib
 import logging
-import threading
-from collections.abc import Callable
-from typing import Protocol
 
 import msgspec
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.accounts.login_throttle import LoginThrottle
 from endpoints.accounts.passwords import Passwords
-from endpoints.accounts.user_lookup import find_user
+from endpoints.accounts.shared_logins import SharedLogins
+from endpoints.accounts.tokens import Tokens
+from endpoints.accounts.user_lookup import counted_name, find_user
+from endpoints.accounts.user_turns import UserTurns, in_turn
 from ppaas.errors import Conflict, InvalidInput, NotAuthenticated, NotFound
 from storage.ports import UserStore
 from storage.records import User
 
 logger = logging.getLogger(__name__)
-
-
-class Issued(Protocol):
-    """New token."""
-
-    @property
-    def id(self) -> str:
-        """Hash of the token, under which it is stored."""
-        ...
 
 
 class RapyutaPasswords:
@@ -42,33 +32,23 @@ class RapyutaPasswords:
         Store of users.
     passwords : Passwords
         Password hashing.
-    issue : callable
-        Returns a new token of a user; may block.
-    changed : callable
-        Called with the id of a user whose password for robots was changed.
-    lock : Lock
-        Held while a user is read and changed.
-    throttle : LoginThrottle, optional
-        Throttle of these logins. It is not that of the other logins: a success here, with a hash that was read on the
-        network, must not end the wait of somebody who guesses the user's own password.
+    tokens : Tokens
+        Tokens of the users.
+    logins : SharedLogins
+        Throttle of these logins. They are counted apart from the others: a success here, with a hash that was read on
+        the network, must not end the wait of somebody who guesses the user's own password.
+    turns : UserTurns
+        Turns in which a user is read and changed.
     """
 
     def __init__(
-        self,
-        store: UserStore,
-        passwords: Passwords,
-        issue: Callable[[str], Issued],
-        changed: Callable[[str], None],
-        *,
-        lock: threading.Lock,
-        throttle: LoginThrottle | None = None,
+        self, store: UserStore, passwords: Passwords, *, tokens: Tokens, logins: SharedLogins, turns: UserTurns
     ) -> None:
         self._store = store
         self._passwords = passwords
-        self._issue = issue
-        self._changed = changed
-        self._lock = lock
-        self._throttle = throttle or LoginThrottle()
+        self._tokens = tokens
+        self._logins = logins
+        self._turns = turns
 
     async def sign_in(self, user_id: str, digest: str, address: str = "") -> tuple[User, str]:
         """Return a user, and the id of a new token.
@@ -91,18 +71,18 @@ class RapyutaPasswords:
         Unavailable
             Too many passwords are being hashed.
         """
-        origin = self._throttle.admit(user_id, address)
+        origin = await self._logins.admit(counted_name(user_id), address, "rapyuta")
         user = await find_user(self._store, user_id)
         stored = user.rapyuta_hash if user is not None and user.role != "admin" else ""
         if not await self._passwords.verify(stored or None, digest.lower(), origin) or user is None:
-            failures = self._throttle.failed(origin)
+            failures = await self._logins.failed(origin)
             logger.warning(
                 "login of a robot of %.64r from %s failed (%d in a row)", user_id, address or "here", failures
             )
             raise NotAuthenticated("wrong user or password")
-        self._throttle.succeeded(origin)
+        await self._logins.succeeded(origin)
         try:
-            return user, (await run_in_threadpool(self._issue, user.id)).id
+            return user, (await self._tokens.issue(user.id)).id
         except NotFound as error:
             raise NotAuthenticated("wrong user or password") from error
 
@@ -129,9 +109,9 @@ class RapyutaPasswords:
                 )
             stored = await self._passwords.hash(_digest(password))
         try:
-            return await run_in_threadpool(self._replace, user_id, stored)
+            return await in_turn(self._turns, user_id, lambda _: self._replace(user_id, stored))
         finally:
-            self._changed(user_id)
+            await self._tokens.forget(user_id)
 
     async def check_other(self, user_id: str, password: str) -> None:
         """Raise ``InvalidInput`` if a new password of a user is the one for the user's robots."""
@@ -142,9 +122,8 @@ class RapyutaPasswords:
             raise InvalidInput("this is the password for robots of this user, whose hash crosses the network")
 
     def _replace(self, user_id: str, stored: str) -> User:
-        with self._lock:
-            changed = msgspec.structs.replace(self._store.user(user_id), rapyuta_hash=stored)
-            self._store.change_user(changed)
+        changed = msgspec.structs.replace(self._store.user(user_id), rapyuta_hash=stored)
+        self._store.change_user(changed)
         return changed
 
 

@@ -5,9 +5,10 @@ from storage.store_cache import StoreCache
 
 
 class TokenCache(StoreCache[User]):
-    """Users of recently verified tokens, by the hashes of the tokens.
+    """Users of recently verified tokens, by the hashes of the tokens; of one endpoint.
 
-    A user whom another process removes stays authenticated for the lifetime of an entry.
+    Each endpoint is told when another one changes a user (``SharedLogins.forget``). One that cannot be told accepts a
+    revoked token for the lifetime of an entry.
     """
 
     def forget_user(self, user_id: str) -> None:

@@ -13,7 +13,7 @@ MAX_UNSAVED = 256
 
 
 class UnsavedTokens:
-    """Tokens that this process alone knows. Thread-safe."""
+    """Tokens that are in the memory of one process alone. Thread-safe."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()

@@ -1,16 +1,18 @@
 """Usage of stored resources per user, checked against the quota before one is added."""
 
-import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Protocol
-from weakref import WeakValueDictionary
+from typing import ParamSpec, Protocol, TypeVar
 
 from endpoints.accounts.stored_bytes import MapContent, StoredBytes
+from endpoints.accounts.user_turns import LocalTurns, Turn, UserTurns, in_turn
 from engine.master.quotas import Quotas, check_quota
 from ppaas.errors import NotFound
 from storage.ports import MapStore, Store
 from storage.staged_uploads import StagedUpload
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
 class HasQuotas(Protocol):
@@ -47,9 +49,15 @@ class Stores(Protocol):
 
 
 class Usage:
-    """Quota checks of what users store, serialised per user so that two requests cannot both use the last place.
+    """Quota checks of what users store.
 
-    Processes that share a store do not wait for each other: each of them may exceed the quota by one.
+    A check and the change that it allows are made in one turn of the user (``in_turn``), and so are removals. Endpoints
+    that share the turns therefore never use the last place twice.
+
+    Parameters
+    ----------
+    turns : UserTurns, optional
+        Turns of the users; by default of this process alone.
 
     Attributes
     ----------
@@ -57,30 +65,45 @@ class Usage:
         Stored bytes of the users.
     """
 
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._adding: WeakValueDictionary[str, threading.Lock] = WeakValueDictionary()
+    def __init__(self, turns: UserTurns | None = None) -> None:
+        self._turns = turns or LocalTurns()
         self.stored = StoredBytes()
+
+    async def in_turn(self, user: str, work: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
+        """Return the result of blocking work on what a user stores, done in a thread during a turn of the user.
+
+        Its errors are raised. It must be short, and must not wait for another turn of the user.
+
+        Raises
+        ------
+        Unavailable
+            There is no turn now.
+        """
+
+        def do(turn: Turn) -> T:
+            self.stored.follow(user, turn)
+            return work(*args, **kwargs)
+
+        return await in_turn(self._turns, user, do)
 
     @contextmanager
     def new_robot(self, store: Store, quotas: Quotas, user: str, robot: str) -> Iterator[None]:
-        """Check the quota, then store a robot, new or existing, in the ``with`` block; blocks the thread.
+        """Check the quota, then store a robot, new or existing, in the ``with`` block; blocks. In a turn of the user.
 
         Raises
         ------
         QuotaExceeded
             The robot is new and the user already has the maximum.
         """
-        with self._of(user):
-            try:
-                store.robot(user, robot)
-            except NotFound:
-                check_quota(user, "robots", quotas.of(user).robots, robot_count(store, user))
-            yield
+        try:
+            store.robot(user, robot)
+        except NotFound:
+            check_quota(user, "robots", quotas.of(user).robots, robot_count(store, user))
+        yield
 
     @contextmanager
     def new_map(self, stores: Stores, user: str, map_id: str, upload: StagedUpload) -> Iterator[None]:
-        """Check the quota, then publish a map, new or existing, in the ``with`` block; blocks the thread.
+        """Check the quota, then publish a map, new or existing, in the ``with`` block; blocks. In a turn of the user.
 
         Raises
         ------
@@ -88,46 +111,51 @@ class Usage:
             The map is new and the user already has the maximum, the version is new and the map has the maximum, or
             the user would have too many bytes.
         """
-        with self._of(user):
-            quota = stores.cloud.quotas.of(user)
-            try:
-                known = self.stored.of_map(stores.map_store, stores.map_store.map_head(map_id))
-            except NotFound:
-                check_quota(user, "maps", quota.maps, len(owned_maps(stores.map_store, user)))
-                known = MapContent()
-            if upload.version not in known.versions:
-                count = len(known.versions)
-                kept = count if stores.keep_versions is None else min(count, stores.keep_versions - 1)
-                check_quota(user, "versions_per_map", quota.versions_per_map, kept)
-            more = sum(file.size for file in upload.files.values() if file.sha256 not in known.files)
-            self._check_bytes(stores, user, more)
+        quota = stores.cloud.quotas.of(user)
+        try:
+            known = self.stored.of_map(stores.map_store, stores.map_store.map_head(map_id))
+        except NotFound:
+            check_quota(user, "maps", quota.maps, len(owned_maps(stores.map_store, user)))
+            known = MapContent()
+        if upload.version not in known.versions:
+            count = len(known.versions)
+            kept = count if stores.keep_versions is None else min(count, stores.keep_versions - 1)
+            check_quota(user, "versions_per_map", quota.versions_per_map, kept)
+        more = sum(file.size for file in upload.files.values() if file.sha256 not in known.files)
+        self._check_bytes(stores, user, more)
+        with self._forgotten_on_error(user):
             yield
-            self.stored.add(user, more)
+        self.stored.add(user, more)
 
     @contextmanager
     def new_urdf(self, stores: Stores, user: str, robot: str, size: int) -> Iterator[None]:
-        """Check the quota, then store a URDF of ``size`` bytes in the ``with`` block; blocks the thread.
+        """Check the quota, then store a URDF of ``size`` bytes in the ``with`` block; blocks. In a turn of the user.
 
         Raises
         ------
         QuotaExceeded
             The user would have too many bytes.
         """
-        with self._of(user):
-            more = size - self.stored.of_urdf(stores.store, user, robot)
-            self._check_bytes(stores, user, more)
+        more = size - self.stored.of_urdf(stores.store, user, robot)
+        self._check_bytes(stores, user, more)
+        with self._forgotten_on_error(user):
             yield
-            self.stored.set_urdf(user, robot, size)
-            self.stored.add(user, more)
+        self.stored.set_urdf(user, robot, size)
+        self.stored.add(user, more)
+
+    @contextmanager
+    def _forgotten_on_error(self, user: str) -> Iterator[None]:
+        """Count what a user has stored again if the block fails: nobody knows what it has stored by then."""
+        try:
+            yield
+        except BaseException:
+            self.stored.forget_user(user)
+            raise
 
     def _check_bytes(self, stores: Stores, user: str, more: int) -> None:
         if more > 0:
             has = self.stored.of_user(stores.store, stores.map_store, user)
             check_quota(user, "stored_bytes", stores.cloud.quotas.of(user).stored_bytes, has, more)
-
-    def _of(self, user: str) -> threading.Lock:
-        with self._lock:
-            return self._adding.setdefault(user, threading.Lock())
 
 
 def robot_count(store: Store, user: str) -> int:

@@ -1,4 +1,4 @@
-"""Audit log of a data folder: of a running cloud, from its start to its stop, and of commands on its host."""
+"""Audit log of a data folder: of the processes of a cloud, and of commands on its host."""
 
 import asyncio
 import getpass
@@ -21,14 +21,24 @@ AUDIT = "audit.jsonl"
 
 
 @asynccontextmanager
-async def cloud_audit(data: Path) -> AsyncIterator[FileAuditLog]:
-    """Open the audit log in a data folder, from the start of a cloud to its stop; raises as ``FileAuditLog`` does."""
+async def cloud_audit(data: Path, *, is_cloud: bool = True) -> AsyncIterator[FileAuditLog]:
+    """Open the audit log in a data folder; raises as ``FileAuditLog`` does.
+
+    Parameters
+    ----------
+    data : Path
+        Data folder.
+    is_cloud : bool
+        Whether this process is the cloud, whose start and stop are recorded, and not one of several endpoints of it.
+    """
     log = await asyncio.to_thread(FileAuditLog, data / AUDIT)
-    log.record(AuditEvent(action="start_cloud", user=host_user(), details={"version": version("ppaas")}))
+    if is_cloud:
+        log.record(AuditEvent(action="start_cloud", user=host_user(), details={"version": version("ppaas")}))
     try:
         yield log
     finally:
-        log.record(AuditEvent(action="stop_cloud"))
+        if is_cloud:
+            log.record(AuditEvent(action="stop_cloud"))
         await asyncio.to_thread(log.close)
 
 

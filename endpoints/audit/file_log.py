@@ -32,7 +32,7 @@ CLOSE_TIMEOUT = 5.0
 
 
 class FileAuditLog:
-    """Append-only log of events in the files of a data folder.
+    """Append-only log of events in the files of a data folder, which several processes may have open.
 
     Events that cannot be stored, because the disk is full for example, wait in memory and are stored when they can be.
 

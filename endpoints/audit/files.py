@@ -1,4 +1,4 @@
-"""Files of the audit log: lines of JSON, appended by one process at a time and rotated by size."""
+"""Files of the audit log: lines of JSON, which several processes append one after the other; rotated by size."""
 
 import contextlib
 import fcntl
@@ -29,7 +29,8 @@ _decoder = msgspec.json.Decoder(AuditEvent)
 class AuditFiles:
     """Files ``audit.jsonl``, the current one, ``audit.jsonl.1``, the one before, and so on.
 
-    A damaged line is skipped; it affects no other line. Several processes may append: each locks the current file.
+    A damaged line is skipped; it affects no other line. Several processes may append: each opens the current file and
+    locks it, reads the last number, and rotates the files before it lets go.
 
     Parameters
     ----------
@@ -45,7 +46,6 @@ class AuditFiles:
         self._path = path
         self._max_size = max_size
         self._rotated = [path.with_name(f"{path.name}.{number}") for number in range(1, files)]
-        self._known = (0, 0, 0)  # inode, size and last number after the last append
 
     def append(self, events: Sequence[AuditEvent]) -> None:
         """Append events in this order, all or none; they get the next numbers.
@@ -82,7 +82,7 @@ class AuditFiles:
 
     def _append(self, file: int, events: Sequence[AuditEvent]) -> None:
         state = os.fstat(file)
-        number = self._last_number(file, state)
+        number = self._last_number(file, state.st_size)
         numbered = [msgspec.structs.replace(event, number=number + at) for at, event in enumerate(events, 1)]
         lines = b"".join(map(_line, numbered))
         if state.st_size and os.pread(file, 1, state.st_size - 1) != b"\n":
@@ -92,8 +92,7 @@ class AuditFiles:
         except OSError:
             os.ftruncate(file, state.st_size)
             raise
-        self._known = (state.st_ino, state.st_size + len(lines), number + len(events))
-        if self._known[1] >= self._max_size:
+        if state.st_size + len(lines) >= self._max_size:
             self._rotate()
 
     def _rotate(self) -> None:
@@ -104,10 +103,8 @@ class AuditFiles:
         if not self._rotated:
             self._path.unlink()
 
-    def _last_number(self, file: int, state: os.stat_result) -> int:
-        if self._known[:2] == (state.st_ino, state.st_size):
-            return self._known[2]
-        for event in _events(_lines(file, state.st_size)):
+    def _last_number(self, file: int, size: int) -> int:
+        for event in _events(_lines(file, size)):
             return event.number
         with contextlib.ExitStack() as stack:
             for path in filter(Path.exists, self._rotated[:1]):

@@ -34,7 +34,8 @@ class FloodGuard:
     """Passes events on; of similar ones beyond a number per minute, only the last, with their number.
 
     Events are similar if user, action, outcome and reason are the same, and also the object if the action was
-    performed. Unknown callers count by their address instead of their user, and all together.
+    performed. Unknown callers count by their address instead of their user, and all together. Each process counts those
+    that it records itself.
 
     Parameters
     ----------

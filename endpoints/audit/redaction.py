@@ -5,8 +5,9 @@ from typing import Any
 
 from starlette.types import Scope
 
-from endpoints.accounts.accounts import ME, TOKEN_PREFIX
+from endpoints.accounts.accounts import ME
 from endpoints.accounts.caller import caller_of
+from endpoints.accounts.tokens import TOKEN_PREFIX
 from endpoints.audit.notes import noted_object
 
 PREFIX = "/v1/"

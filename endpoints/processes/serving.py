@@ -14,12 +14,15 @@ import msgspec
 import uvloop
 
 from endpoints.accounts.accounts import Accounts
-from endpoints.audit.file_log import FileAuditLog
+from endpoints.accounts.usage import Usage
+from endpoints.audit.cloud_audit import cloud_audit
 from endpoints.http.front_settings import FrontSettings
 from endpoints.http.open_files import connection_table, raise_file_limit
 from endpoints.http.tls import ServerTls
 from endpoints.listeners import listen
 from endpoints.processes.config import EndpointConfig
+from endpoints.processes.shared_logins import MasterLogins
+from endpoints.processes.shared_turns import MasterTurns
 from endpoints.services.caches import Caches
 from endpoints.services.robot_facts import RobotFacts
 from endpoints.services.services import Services
@@ -38,9 +41,6 @@ from storage.recordings.folder import RecordingsFolder
 from storage.urls.opening import open_map_store, open_store
 
 logger = logging.getLogger(__name__)
-
-AUDIT = "audit.jsonl"
-"""File in the data folder with the latest events."""
 
 REFUSED = 3
 """Exit status of an endpoint that the master refuses."""
@@ -113,8 +113,7 @@ async def _composed(config: EndpointConfig, stack: contextlib.AsyncExitStack) ->
     outbox, reserve = (Path(path) if path else None for path in (config.outbox, config.reserve))
     store = open_store(config.store, outbox=outbox, reserve=reserve)
     stack.callback(store.close)
-    audit = FileAuditLog(Path(config.data) / AUDIT)
-    stack.push_async_callback(asyncio.to_thread, audit.close)
+    audit = await stack.enter_async_context(cloud_audit(Path(config.data), is_cloud=False))
 
     async def displace(user: str, robot: str, session: str | None) -> None:
         await web.sessions.displace(user, robot, session)
@@ -126,11 +125,15 @@ async def _composed(config: EndpointConfig, stack: contextlib.AsyncExitStack) ->
     endpoint = Endpoint(config.name, master, config.quota, run_dir, displace=displace, load=load)
     stack.push_async_callback(endpoint.close)
     await endpoint.start()
+    turns = MasterTurns(endpoint.master)
+    accounts = Accounts(store, logins=MasterLogins(endpoint.master), turns=turns)
+    stack.callback(accounts.close)
     services = Services(
         store,
         open_map_store(config.map_store, reserve=reserve),
-        Accounts(store),
+        accounts,
         endpoint.cloud,
+        usage=Usage(turns),
         disk=DiskReserve(reserve) if reserve is not None else None,
         recordings=RecordingsFolder(Path(config.recordings)) if config.recordings else None,
         keep_versions=config.keep_versions,

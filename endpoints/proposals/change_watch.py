@@ -3,7 +3,9 @@
 import contextlib
 import json
 import logging
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +19,7 @@ from endpoints.rest.maps.map_programs import MAKE_SECONDS, run_program
 from endpoints.rest.maps.map_reviews import check_may_propose, propose
 from endpoints.rest.maps.review_schemas import MapReviewAnswer
 from endpoints.services.services import Services
+from endpoints.services.thread_calls import callable_in_thread
 from engine.processes.background import repeat
 from engine.service.views import LifelongRobot
 from ppaas.clock import epoch
@@ -24,7 +27,7 @@ from ppaas.errors import PPaaSError
 from ppaas.mapping.lifelong.changes import NOTHING, ChangedPlace, KnownChanges, centres, is_among
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse
 from storage.disk_errors import disk_errors
-from storage.records import MapRecord, MapReview, Publication
+from storage.records import ConfirmedPlaces, MapRecord, MapReview, Publication, User
 from storage.staged_uploads import StagedUpload, blocks, mapped, temporary_folder
 from storage.versions import POSEGRAPH
 
@@ -99,13 +102,19 @@ class ChangeWatch:
         file, first = await self._services.posegraphs.fetch(self._cloud, robot.user, robot.robot)
         known = known_changes(reviews)
         self._seen[robot] = state
+        store = callable_in_thread(partial(propose, self._services))
         async with self._services.heavy_work.turn(robot.user):
-            found = await run_in_threadpool(self._propose, robot, head, _Taken(file, first), known)
+            found = await run_in_threadpool(self._propose, robot, head, _Taken(file, first), known, store)
         if found is not None:
             self._record(robot, found)
 
     def _propose(
-        self, robot: LifelongRobot, head: MapRecord, taken: _Taken, known: KnownChanges
+        self,
+        robot: LifelongRobot,
+        head: MapRecord,
+        taken: _Taken,
+        known: KnownChanges,
+        store: Callable[[User, StagedUpload, Publication, ConfirmedPlaces], MapReviewAnswer],
     ) -> MapReviewAnswer | None:
         """Propose the changes of a map; None if there are none. Blocks."""
         services = self._services
@@ -120,7 +129,7 @@ class ChangeWatch:
             message = reason_of(robot.robot, left, new)
             publication = Publication(head.id, robot.user, epoch(), message, if_match=head.version)
             confirmed = confirmed_places(robot.robot, left, new)
-            return propose(services, services.store.user(robot.user), upload, publication, confirmed)
+            return store(services.store.user(robot.user), upload, publication, confirmed)
 
     def _twice_found(
         self, robot: LifelongRobot, folder: Path, numbers: GetPoseGraphResponse, known: KnownChanges

@@ -18,12 +18,15 @@ class Caches:
     """
 
     def __init__(self, services: Services) -> None:
+        self._accounts = services.accounts
         self._caches: dict[NewsKind, StoreCache[Any]] = {"map": services.map_cache, "robot": services.shares}
         for kind, cache in self._caches.items():
             cache.announce = partial(services.cloud.announce, kind)
 
     def hear(self, kind: NewsKind, key: str) -> None:
         """Drop a record that another process has changed."""
+        if kind == "user":
+            self._accounts.forget_user(key)
         cache = self._caches.get(kind)
         if cache is not None:
             cache.drop(key)
@@ -32,3 +35,4 @@ class Caches:
         """Drop everything, as news may have been missed."""
         for cache in self._caches.values():
             cache.drop_all()
+        self._accounts.forget_all()

@@ -3,8 +3,6 @@
 import logging
 from collections.abc import Sequence
 
-from starlette.concurrency import run_in_threadpool
-
 from endpoints.services.services import Services
 from engine.service.views import ContainerView
 from ppaas.errors import Conflict, PPaaSError
@@ -25,8 +23,12 @@ async def remove_version(services: Services, owner: str, map_id: str, version: s
     """
     if version in _in_use(await services.cloud.containers(None), map_id, {version}):
         raise Conflict(f"version {version} of map {map_id!r} is in use by robots: disconnect them first")
+    await services.usage.in_turn(owner, _remove, services, owner, map_id, version)
+
+
+def _remove(services: Services, owner: str, map_id: str, version: str) -> None:
     try:
-        await run_in_threadpool(services.map_store.remove_versions, map_id, [version])
+        services.map_store.remove_versions(map_id, [version])
     finally:
         services.usage.stored.forget_map(owner, map_id)
 
@@ -35,14 +37,15 @@ async def follow_publication(services: Services, record: MapRecord) -> None:
     """Remove the oldest versions of a map after a publication, and let robots go on with its current version."""
     if services.keep_versions is not None:
         containers = await services.cloud.containers(None)
-        await run_in_threadpool(expire_versions, services, record, containers)
+        await services.usage.in_turn(record.owner, expire_versions, services, record, containers)
     services.cloud.map_changed(record)
 
 
 def expire_versions(services: Services, record: MapRecord, containers: Sequence[ContainerView]) -> None:
     """Remove the oldest versions of a map beyond the number to keep, except those that containers use; blocks.
 
-    A failure is logged: the publication before it has succeeded, and the next one tries again.
+    It is called in a turn of the owner. A failure is logged: the publication before it has succeeded, and the next one
+    tries again.
     """
     keep, map_id = services.keep_versions, record.id
     if keep is None:

@@ -3,7 +3,7 @@
 import asyncio
 import itertools
 import logging
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Sequence
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import msgspec
@@ -32,15 +32,15 @@ class Caller:
     ----------
     stream : FrameStream
         The link.
-    interface : type
-        Methods that the other end may call.
+    interfaces : sequence of type
+        Interfaces with the methods that the other end may call.
     served : object
         Objects that have them; the first that has a method runs it.
     """
 
-    def __init__(self, stream: FrameStream[Frame], interface: type, *served: object) -> None:
+    def __init__(self, stream: FrameStream[Frame], interfaces: Sequence[type], *served: object) -> None:
         self._stream = stream
-        self._methods = methods_of(interface)
+        self._methods = {name: method for interface in interfaces for name, method in methods_of(interface).items()}
         self._served = served
         self._numbers = itertools.count(1)
         self._waiting: dict[int, asyncio.Future[msgspec.Raw]] = {}

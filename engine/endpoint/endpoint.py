@@ -77,6 +77,7 @@ class Endpoint:
 
     Attributes
     ----------
+    master : MasterLink
     cloud : EndpointCloud
     sessions : EndpointSessions
     """
@@ -95,9 +96,9 @@ class Endpoint:
         self._fact: AskFact = _knows_nothing
         self._missed: Callable[[], None] = lambda: None
         self._ends = Unavailable("the cloud is shutting down")
-        self._master = MasterLink(master.where, here, self, self._greet)
-        self.cloud = EndpointCloud(self._master, self._places, Quotas(quota))
-        self.sessions = EndpointSessions(self._master, self._places)
+        self.master = MasterLink(master.where, here, self, self._greet)
+        self.cloud = EndpointCloud(self.master, self._places, Quotas(quota))
+        self.sessions = EndpointSessions(self.master, self._places)
         self._background = Background()
         self._process = psutil.Process()
 
@@ -135,7 +136,7 @@ class Endpoint:
         Conflict, NotPermitted
             The master refuses this endpoint.
         """
-        running = asyncio.create_task(self._master.run())
+        running = asyncio.create_task(self.master.run())
         waiting = asyncio.create_task(self._until_orphaned(orphaned, replaced))
         try:
             done, _ = await asyncio.wait((running, waiting), return_when=asyncio.FIRST_COMPLETED)
@@ -168,7 +169,7 @@ class Endpoint:
         state = EndpointState(sockets, frames, cpu, self._process.memory_info().rss)
         try:
             async with asyncio.timeout(SILENCE):
-                await self._master.call(MasterCalls.report, state)
+                await self.master.call(MasterCalls.report, state)
         except (TimeoutError, Unavailable):
             return False
         return True
@@ -176,7 +177,7 @@ class Endpoint:
     async def _forget_idle(self) -> None:
         for key in self._places.idle():
             with contextlib.suppress(Unavailable):
-                await self._master.call(MasterCalls.forget_place, key)
+                await self.master.call(MasterCalls.forget_place, key)
                 if key in self._places.idle():  # else it was used meanwhile
                     self._places.close(key, Unavailable("nobody used the place at this endpoint"))
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from endpoints.accounts.accounts import TOKEN_LIFETIME
+from endpoints.accounts.tokens import TOKEN_LIFETIME
 from engine.service.planning import IDLE
 from engine.service.robot_sessions import LINGER
 from ppaas.localization.parameters import AmclParameters

@@ -15,8 +15,9 @@ import pytest
 from argon2 import PasswordHasher, profiles
 from fastapi import FastAPI
 
-from endpoints.accounts.accounts import Accounts, token_id
+from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.passwords import Passwords
+from endpoints.accounts.tokens import token_id
 from endpoints.app import create_app
 from endpoints.audit.files import FILES, MAX_SIZE
 from endpoints.audit.flood_guard import PER_KEY

@@ -9,7 +9,8 @@ import httpx
 import pytest
 from fastapi import FastAPI
 
-from endpoints.accounts.accounts import Accounts, token_id
+from endpoints.accounts.accounts import Accounts
+from endpoints.accounts.tokens import token_id
 from endpoints.app import create_app
 from endpoints.rest.robots.robot_shares import MAX_SHARES
 from endpoints.rest.users.schemas import MAX_GROUPS, MAX_LIFETIME

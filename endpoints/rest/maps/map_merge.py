@@ -1,5 +1,7 @@
 """Route of merges of maps: two maps of one place, made without a common start, become one."""
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,17 +13,19 @@ from endpoints.rest.dependencies import Caller, Provided
 from endpoints.rest.maps.map_programs import MAKE_SECONDS, run_program
 from endpoints.rest.maps.maps import IfMatch, check_may_publish, invalidated, opened_map, publish_upload
 from endpoints.rest.maps.merge_schemas import MapMerge, MergedMapAnswer
+from endpoints.rest.maps.schemas import MapAnswer
 from endpoints.rest.maps.upload_form import MapForm
 from endpoints.rest.names import MapId
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.services.services import Services
+from endpoints.services.thread_calls import callable_in_thread
 from endpoints.services.version_removal import follow_publication
 from ppaas.errors import Conflict
 from ppaas.maps.formats.map_files import read_info
 from storage.opened_maps import OpenMap
 from storage.records import MapRecord, User
-from storage.staged_uploads import blocks, mapped, temporary_folder
+from storage.staged_uploads import StagedUpload, blocks, mapped, temporary_folder
 from storage.versions import IMAGE, POSEGRAPH, YAML
 
 if TYPE_CHECKING:
@@ -55,16 +59,21 @@ async def merge_map(
     note_object(request.scope, f"maps/{wanted.into}")
     with invalidated(services, wanted.into):
         async with services.heavy_work.turn(user.id):
-            merged, record = await run_in_threadpool(_merge, services, user, map_id, wanted, if_match)
+            publish = callable_in_thread(partial(publish_upload, services, user, if_match=if_match))
+            await run_in_threadpool(check_may_publish, services, user, wanted.into, if_match)
+            merged, record = await run_in_threadpool(_merge, services, user, map_id, wanted, publish)
     await follow_publication(services, record)
     note_details(request.scope, version=merged.version, merged=[map_id, wanted.with_])
     return merged
 
 
 def _merge(
-    services: Services, user: User, map_id: str, wanted: MapMerge, if_match: str | None
+    services: Services,
+    user: User,
+    map_id: str,
+    wanted: MapMerge,
+    publish: Callable[[MapForm, StagedUpload], tuple[MapAnswer, MapRecord]],
 ) -> tuple[MergedMapAnswer, MapRecord]:
-    check_may_publish(services, user, wanted.into, if_match)
     with temporary_folder() as folder, services.map_store.stage() as upload:
         kept, moved = folder / "first", folder / "second"
         with opened_map(services, user, map_id) as first:
@@ -77,7 +86,7 @@ def _merge(
             upload.add(part, blocks(mapped(folder / part)))
         message = wanted.message or f"merge of {map_id} and {wanted.with_}"
         form = MapForm(wanted.into, None, None, message)
-        published, record = publish_upload(services, user, form, upload, if_match)
+        published, record = publish(form, upload)
         answer: dict[str, Any] = published.model_dump() | found
         return MergedMapAnswer(**answer), record
 

@@ -64,10 +64,11 @@ async def approve_review(
     head = await owned_head(services, user, map_id)
     decision = Publication(map_id, user.id, epoch(), approval.why, head.owner)
     try:
-        record = await run_in_threadpool(services.map_store.approve, number, decision, force=approval.force)
+        record = await services.usage.in_turn(
+            head.owner, _approve, services, head, number, decision, force=approval.force
+        )
     finally:
         services.map_cache.forget(map_id)
-        services.usage.stored.forget_map(head.owner, map_id)
     note_details(request.scope, version=record.version, before=head.version, author=record.present.author)
     await follow_publication(services, record)
     return MapSummary.of(record)
@@ -86,12 +87,23 @@ async def refuse_review(
     """Refuse a version that waits; its files are removed."""
     head = await owned_head(services, user, map_id)
     decision = Publication(map_id, user.id, epoch(), refusal.why, head.owner)
-    try:
-        review = await run_in_threadpool(services.map_store.refuse, number, decision)
-    finally:
-        services.usage.stored.forget_map(head.owner, map_id)
+    review = await services.usage.in_turn(head.owner, _refuse, services, head, number, decision)
     note_details(request.scope, version=review.version, author=review.author)
     return MapReviewAnswer.of(review, head.version)
+
+
+def _approve(services: Services, head: MapRecord, number: int, decision: Publication, *, force: bool) -> MapRecord:
+    try:
+        return services.map_store.approve(number, decision, force=force)
+    finally:
+        services.usage.stored.forget_map(head.owner, head.id)
+
+
+def _refuse(services: Services, head: MapRecord, number: int, decision: Publication) -> MapReview:
+    try:
+        return services.map_store.refuse(number, decision)
+    finally:
+        services.usage.stored.forget_map(head.owner, head.id)
 
 
 def _reviews(services: Services, map_id: str) -> tuple[MapRecord, list[MapReview]]:
@@ -109,14 +121,14 @@ def check_may_propose(services: Services, user: User, head: MapRecord) -> None:
         raise NotPermitted(f"only the owner of map {head.id!r} and the readers named by the owner may propose versions")
 
 
-def propose(
+async def propose(
     services: Services,
     user: User,
     upload: StagedUpload,
     publication: Publication,
     confirmed: ConfirmedPlaces | None = None,
 ) -> MapReviewAnswer:
-    """Store an upload as a version that waits for a review; blocks.
+    """Store an upload as a version that waits for a review.
 
     The owner, administrators and the readers that the owner has named may propose versions. ``confirmed`` are the
     places that a robot has found, if it is a robot's proposal.
@@ -130,15 +142,28 @@ def propose(
     Conflict, QuotaExceeded
         As ``MapStore.propose`` raises them.
     """
-    maps, map_id = services.map_store, publication.map
-    head = maps.map_head(map_id)
-    check_may_propose(services, user, head)
+    map_id = publication.map
+    head, change = await run_in_threadpool(_proposable, services, user, upload, map_id)
     proposal = Publication(map_id, user.id, epoch(), publication.message, head.owner, if_match=publication.if_match)
-    change = replace(_change(services, upload, head), confirmed=confirmed)
-    with services.usage.new_map(services, head.owner, map_id, upload):
-        review = maps.propose(upload, proposal, base=head.version, change=change)
-    services.usage.stored.forget_map(head.owner, map_id)
+    change = replace(change, confirmed=confirmed)
+    review = await services.usage.in_turn(head.owner, _propose, services, upload, proposal, head, change)
     return MapReviewAnswer.of(review, head.version)
+
+
+def _proposable(services: Services, user: User, upload: StagedUpload, map_id: str) -> tuple[MapRecord, MapChange]:
+    """Return a map of which the user may propose versions, and how an upload differs from its current version."""
+    head = services.map_store.map_head(map_id)
+    check_may_propose(services, user, head)
+    return head, _change(services, upload, head)
+
+
+def _propose(
+    services: Services, upload: StagedUpload, proposal: Publication, head: MapRecord, change: MapChange
+) -> MapReview:
+    with services.usage.new_map(services, head.owner, head.id, upload):
+        review = services.map_store.propose(upload, proposal, base=head.version, change=change)
+    services.usage.stored.forget_map(head.owner, head.id)
+    return review
 
 
 def _change(services: Services, upload: StagedUpload, head: MapRecord) -> MapChange:

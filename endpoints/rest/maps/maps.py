@@ -63,7 +63,7 @@ async def publish_map(request: Request, services: Provided, user: Caller, if_mat
             return await _propose(request, services, user, upload, publication)
         with invalidated(services, form.id):
             async with services.heavy_work.turn(user.id):
-                published, record = await run_in_threadpool(publish_upload, services, user, form, upload, if_match)
+                published, record = await publish_upload(services, user, form, upload, if_match)
     await follow_publication(services, record)
     note_details(request.scope, version=published.version, readers=published.readers)
     return published
@@ -74,7 +74,7 @@ async def _propose(
 ) -> Response:
     async with services.heavy_work.turn(user.id):
         await run_in_threadpool(check_contents, upload)
-        review = await run_in_threadpool(propose, services, user, upload, publication)
+        review = await propose(services, user, upload, publication)
     note_details(request.scope, review=review.number, version=review.version, base=review.base)
     return Response(review.model_dump_json(), 202, media_type="application/json")
 
@@ -125,22 +125,23 @@ async def roll_back_map(
 @router.delete("/{map_id}", status_code=204, responses=KNOWN | problems(403, 404, 409))
 async def remove_map(map_id: MapId, services: Provided, user: Caller) -> None:
     """Remove a map with its versions, stored paths and counts of people; refused (409) while robots use it."""
-    await owned_head(services, user, map_id)
+    head = await owned_head(services, user, map_id)
     if await robots_in(services, map_id=map_id):
         raise Conflict(f"map {map_id!r} is in use by robots: disconnect them first")
     await services.plan_writer.settled()
     await services.cloud.end_people(map_id)
     with invalidated(services, map_id):
-        await run_in_threadpool(_remove, services, map_id)
+        # What belongs to the map, the map, then what was added meanwhile: it can be repeated if it is interrupted.
+        await run_in_threadpool(_forget_map, services.store, map_id)
+        await services.usage.in_turn(head.owner, _remove, services, head.owner, map_id)
+        await run_in_threadpool(_forget_map, services.store, map_id)
 
 
-def _remove(services: Services, map_id: str) -> None:
-    """Remove what belongs to the map, the map, then what was added meanwhile; it can be repeated if interrupted."""
-    _forget_map(services.store, map_id)
-    owner = services.map_store.map_head(map_id).owner
-    services.map_store.remove_map(map_id)
-    services.usage.stored.forget_map(owner, map_id)
-    _forget_map(services.store, map_id)
+def _remove(services: Services, owner: str, map_id: str) -> None:
+    try:
+        services.map_store.remove_map(map_id)
+    finally:
+        services.usage.stored.forget_map(owner, map_id)
 
 
 def _forget_map(store: Store, map_id: str) -> None:
@@ -160,12 +161,12 @@ def invalidated(services: Services, map_id: str) -> Iterator[None]:
         services.map_cache.forget(map_id)
 
 
-def publish_upload(
+async def publish_upload(
     services: Services, user: User, form: MapForm, upload: StagedUpload, if_match: str | None
 ) -> tuple[MapAnswer, MapRecord]:
-    """Check an upload and make it the current version of a map; blocks. Raises as `MapStore.publish` does."""
-    info = check_contents(upload)
-    owner = _owner(services, user, form.id)
+    """Check an upload and make it the current version of a map. Raises as `MapStore.publish` does."""
+    info = await run_in_threadpool(check_contents, upload)
+    owner = await run_in_threadpool(_owner, services, user, form.id)
     publication = Publication(
         form.id,
         user.id,
@@ -176,9 +177,13 @@ def publish_upload(
         form.description,
         _version(if_match),
     )
-    with services.usage.new_map(services, owner, form.id, upload):
-        record = services.map_store.publish(upload, publication)
+    record = await services.usage.in_turn(owner, _publish, services, upload, owner, publication)
     return MapAnswer.of(record, **info), record
+
+
+def _publish(services: Services, upload: StagedUpload, owner: str, publication: Publication) -> MapRecord:
+    with services.usage.new_map(services, owner, publication.map, upload):
+        return services.map_store.publish(upload, publication)
 
 
 def _owner(services: Services, user: User, map_id: str) -> str:

@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import json
 from collections.abc import Awaitable, Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -25,6 +26,7 @@ from endpoints.services.publications import ProgressFile, Publication, Stage
 from endpoints.services.robot_facts import RobotFacts
 from endpoints.services.robot_files import whole_file
 from endpoints.services.services import Services
+from endpoints.services.thread_calls import callable_in_thread
 from endpoints.services.version_removal import follow_publication
 from endpoints.sharing.shared_robots import MAP_TOPIC, ReachedRobot
 from ppaas.errors import Conflict, Unavailable
@@ -32,7 +34,7 @@ from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileRes
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse
 from storage.disk_errors import disk_errors
 from storage.records import MapRecord, User
-from storage.staged_uploads import blocks, mapped, temporary_folder
+from storage.staged_uploads import StagedUpload, blocks, mapped, temporary_folder
 from storage.versions import IMAGE, OCTOMAP, POSEGRAPH, YAML
 
 if TYPE_CHECKING:
@@ -144,7 +146,8 @@ async def _publish(
                 fetched = _moved_octomap(services, robot, octomap, motion)
                 return asyncio.run_coroutine_threadsafe(fetched, loop).result(2.0 * OCTOMAP_TIMEOUT)
 
-            work = _Drawing(services, user, wanted, numbers, publication, moved)
+            store = callable_in_thread(partial(publish_upload, services, user, if_match=None))
+            work = _Drawing(services, wanted, numbers, publication, moved, store)
             return await run_in_threadpool(work.publish, file)
 
 
@@ -172,11 +175,11 @@ class _Drawing(NamedTuple):
     """Work that draws a map and publishes it; blocks."""
 
     services: Services
-    user: User
     wanted: PublishRequest
     numbers: GetPoseGraphResponse
     publication: Publication
     octomap: Callable[[Motion], bytes]
+    store: Callable[[MapForm, StagedUpload], tuple[MapAnswer, MapRecord]]
 
     def publish(self, posegraph: bytes) -> tuple[MapAnswer, MapRecord]:
         """Draw the grid of a pose graph in a process of its own, and publish both, with the octomap if there is one."""
@@ -191,7 +194,7 @@ class _Drawing(NamedTuple):
             for part in (YAML, IMAGE, POSEGRAPH, *([OCTOMAP] if octomap else [])):
                 upload.add(part, blocks(mapped(folder / part)))
             form = MapForm(wanted.publish, None, None, wanted.message)
-            return publish_upload(services, self.user, form, upload, None)
+            return self.store(form, upload)
 
     def _draw(self, folder: Path) -> Motion:
         numbers, publication = self.numbers, self.publication

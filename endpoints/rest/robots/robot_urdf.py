@@ -41,7 +41,7 @@ async def put_urdf(robot: Administered, request: Request, services: Provided, re
         raise HTTPException(415, f"send XML with the header 'Content-Type: {XML}'")
     urdf = await request.body()
     described = await run_in_threadpool(describe, urdf)
-    if await run_in_threadpool(_put, services, robot.user, robot.id, urdf):
+    if await services.usage.in_turn(robot.user, _put, services, robot.user, robot.id, urdf):
         response.status_code = 201
     return described
 
@@ -57,10 +57,14 @@ async def fetch_urdf(robot: Looked, services: Provided) -> Response:
 @router.delete("", status_code=204, responses=KNOWN | problems(403, 404))
 async def remove_urdf(robot: Administered, services: Provided) -> None:
     """Remove the URDF of a robot; the robot then has the properties of its model."""
-    await run_in_threadpool(services.store.remove_urdf, robot.user, robot.id)
-    services.usage.stored.forget_urdf(robot.user, robot.id)
+    await services.usage.in_turn(robot.user, _remove, services, robot.user, robot.id)
 
 
 def _put(services: Services, user: str, robot_id: str, urdf: bytes) -> bool:
     with services.usage.new_urdf(services, user, robot_id, len(urdf)):
         return services.store.put_urdf(user, robot_id, urdf)
+
+
+def _remove(services: Services, user: str, robot_id: str) -> None:
+    services.store.remove_urdf(user, robot_id)
+    services.usage.stored.forget_urdf(user, robot_id)

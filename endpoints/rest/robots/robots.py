@@ -54,7 +54,7 @@ async def put_robot(
     await _check_map(services, user, owner, file)
     await _check_masks(services, user, owner, file, {} if before is None else before.parameters)
     record = _record(name, owner, file)
-    if await run_in_threadpool(_put, services, record):
+    if await services.usage.in_turn(owner, _put, services, record):
         response.status_code = 201
     services.shares.forget_robot(owner, name)
     return record
@@ -110,9 +110,8 @@ async def remove_robot(robot: Administered, services: Provided) -> None:
     """Remove a robot with its URDF, recordings and checkpoints; refused (409) while it is connected."""
     if robot.id in await robots_in(services, robot.user):
         raise Conflict(f"robot {robot.id!r} is connected: disconnect it first")
-    await run_in_threadpool(services.store.remove_robot, robot.user, robot.id)
+    await services.usage.in_turn(robot.user, _remove, services, robot)
     services.shares.forget_robot(robot.user, robot.id)
-    services.usage.stored.forget_urdf(robot.user, robot.id)
     if services.recordings is not None:
         await run_in_threadpool(services.recordings.remove_robot, robot.user, robot.id)
 
@@ -169,6 +168,11 @@ def _put(services: Services, record: RobotRecord) -> bool:
                 return services.store.put_robot(record)
             with suppress(Conflict):  # it was changed meanwhile
                 return services.store.put_robot(replace(record, shares=before.shares), instead_of=before)
+
+
+def _remove(services: Services, robot: ReachedRobot) -> None:
+    services.store.remove_robot(robot.user, robot.id)
+    services.usage.stored.forget_urdf(robot.user, robot.id)
 
 
 def _detail(services: Services, robot: ReachedRobot) -> RobotDetail:

@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from contextlib import suppress
+from functools import partial
 
 from fastapi import APIRouter, Response
 from pydantic import Field
@@ -69,10 +70,9 @@ async def put_group(
     members, before = distinct(file.members), set(groups.get(group_id, ()))
     for member in set(members) - before:
         user = await run_in_threadpool(services.store.user, member)  # raises before any of them is changed
-        if len(user.groups) >= MAX_GROUPS:
-            raise InvalidParameter(f"user {member!r} is in {MAX_GROUPS} groups, the largest number")
+        _joined(user.groups, member, group_id)
     for member in sorted(set(members) - before):
-        await services.accounts.change(member, regroup=lambda known: distinct([*known, group_id]))
+        await services.accounts.change(member, regroup=partial(_joined, user=member, group=group_id))
     await _leave(services, group_id, before - set(members))
     response.status_code = 200 if before else 201
     return GroupAnswer(id=group_id, members=list(members))
@@ -85,6 +85,14 @@ async def remove_group(group_id: GroupId, services: Provided, _admin: Admin) -> 
     for robot in await run_in_threadpool(end_shares, services.store, GROUP + group_id):
         services.shares.forget_robot(robot.user, robot.id)
     await _leave(services, group_id, set(members))
+
+
+def _joined(known: tuple[str, ...], user: str, group: str) -> tuple[str, ...]:
+    """Return the groups of a user who joins one; ``InvalidParameter`` if these are too many."""
+    groups = distinct([*known, group])
+    if len(groups) > MAX_GROUPS:
+        raise InvalidParameter(f"user {user!r} is in {MAX_GROUPS} groups, the largest number")
+    return groups
 
 
 async def _leave(services: Services, group: str, members: set[str]) -> None:

@@ -4,7 +4,7 @@ from typing import Annotated, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
-from endpoints.accounts.accounts import TOKEN_LIFETIME
+from endpoints.accounts.tokens import TOKEN_LIFETIME
 from endpoints.rest.names import Name
 from endpoints.rest.schemas import Number, RequestBody, ResponseBody, TopicGlobs
 from engine.rights.globs import MAX_GLOBS, ROBOT_GLOB

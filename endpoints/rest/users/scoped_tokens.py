@@ -2,7 +2,7 @@
 
 from fastapi import APIRouter, Request, Response
 
-from endpoints.accounts.accounts import IssuedToken
+from endpoints.accounts.tokens import IssuedToken
 from endpoints.audit.notes import note_object
 from endpoints.audit.redaction import TOKEN_SHOWN
 from endpoints.rest.dependencies import Caller, Provided

@@ -14,5 +14,5 @@ router = APIRouter(prefix="/tickets", tags=["tokens"], route_class=StrictRoute)
 @router.post("", status_code=201, response_model=TicketAnswer, responses=KNOWN)
 async def issue_ticket(request: Request, services: Provided, user: AnyCaller) -> dict[str, object]:
     """Create a ticket, which stands for the token of this request in one handshake of a WebSocket (`?ticket=`)."""
-    ticket = services.accounts.tickets.issue(user.id, used_token(request))
+    ticket = await services.accounts.issue_ticket(user.id, used_token(request))
     return {"ticket": ticket, "expires_in": LIFETIME}

@@ -3,9 +3,9 @@
 from fastapi import APIRouter, Request, Response
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.accounts.accounts import IssuedToken
 from endpoints.accounts.authentication import address_of
 from endpoints.accounts.caller import note_caller
+from endpoints.accounts.tokens import IssuedToken
 from endpoints.audit.notes import note_object
 from endpoints.rest.dependencies import AnyCaller, Caller, Paged, Provided, check_unscoped, used_token
 from endpoints.rest.names import TokenId

@@ -3,7 +3,9 @@
 import asyncio
 import contextlib
 import logging
+from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 from engine.calls.caller import Caller
 from engine.calls.frames import Frame
@@ -24,6 +26,24 @@ SOCKET = "endpoints.sock"
 
 REGISTER_TIMEOUT = 5.0
 """Time within which a connected endpoint must register [s]."""
+
+
+class Extra(NamedTuple):
+    """Methods that an endpoint may call beside those of ``MasterCalls``.
+
+    Parameters
+    ----------
+    interface : type
+        Interface with the methods.
+    served : object
+        Object that has them.
+    close : callable
+        Called when the endpoint is lost.
+    """
+
+    interface: type
+    served: object
+    close: Callable[[], object] = lambda: None
 
 
 class EndpointServer:
@@ -50,8 +70,13 @@ class EndpointServer:
         self._secret = secret
         self._cloud = cloud
         self._sessions = sessions
+        self._extras: list[Callable[[], Extra]] = []
         self._server: asyncio.Server | None = None
         self._streams: set[FrameStream[Frame]] = set()
+
+    def serve_also(self, make: Callable[[], Extra]) -> None:
+        """Let endpoints call other methods, too; ``make`` is called for each endpoint that connects from now on."""
+        self._extras.append(make)
 
     async def start(self) -> None:
         """Start to listen on the socket."""
@@ -61,7 +86,9 @@ class EndpointServer:
         stream: FrameStream[Frame] = FrameStream(reader, writer, Frame)
         endpoint = ServedEndpoint(self._cloud, self._sessions, self.endpoints, self._secret)
         of_cloud: CloudCalls = self._cloud
-        endpoint.caller = Caller(stream, MasterCalls, endpoint, of_cloud)
+        extras = [make() for make in self._extras]
+        interfaces = [MasterCalls, *(extra.interface for extra in extras)]
+        endpoint.caller = Caller(stream, interfaces, endpoint, of_cloud, *(extra.served for extra in extras))
         self._streams.add(stream)
         late = asyncio.get_running_loop().call_later(REGISTER_TIMEOUT, self._check_registered, endpoint, stream)
         try:
@@ -71,6 +98,8 @@ class EndpointServer:
         finally:
             late.cancel()
             endpoint.gone()
+            for extra in extras:
+                extra.close()
             self._streams.discard(stream)
             await stream.close()
 

@@ -11,8 +11,9 @@ from typing import Any
 
 from argon2 import PasswordHasher, profiles
 
-from endpoints.accounts.accounts import Accounts, token_id
+from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.passwords import Passwords
+from endpoints.accounts.tokens import token_id
 from endpoints.app import create_app
 from endpoints.services.services import Services
 from engine.master.places import robot_key

@@ -5,9 +5,10 @@ import hashlib
 import pytest
 from argon2 import PasswordHasher
 
-from endpoints.accounts.accounts import MAX_PASSWORD, TOKEN_LIFETIME, Accounts
+from endpoints.accounts.accounts import MAX_PASSWORD, Accounts
 from endpoints.accounts.passwords import Passwords
 from endpoints.accounts.token_cache import TokenCache
+from endpoints.accounts.tokens import TOKEN_LIFETIME
 from ppaas.clock import ManualClock
 from ppaas.errors import Conflict, InvalidInput, NotAuthenticated, NotFound, Unavailable
 from storage.memory.store import MemoryStore

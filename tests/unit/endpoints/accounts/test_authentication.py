@@ -13,9 +13,10 @@ import pytest
 from starlette.requests import HTTPConnection
 from starlette.websockets import WebSocket
 
-from endpoints.accounts.accounts import Accounts, token_id
+from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.authentication import authenticate, authenticate_socket, credentials_of, subprotocol_of
 from endpoints.accounts.passwords import Passwords
+from endpoints.accounts.tokens import token_id
 from ppaas.clock import ManualClock
 from ppaas.errors import NotAuthenticated
 from storage.memory.store import MemoryStore
@@ -51,7 +52,7 @@ async def token(accounts: Accounts) -> str:
 
 
 async def test_a_handshake_may_carry_its_token_in_four_ways(accounts: Accounts, token: str) -> None:
-    ticket = accounts.tickets.issue("ann", token_id(token))
+    ticket = await accounts.issue_ticket("ann", token_id(token))
     for socket in (
         handshake(headers={"authorization": f"Bearer {token}"}),
         handshake(offered=("ppaas", f"ppaas.bearer.{token}")),
@@ -112,7 +113,7 @@ async def test_basic_credentials_without_user_or_token_are_refused_with_their_fo
 
 async def test_basic_credentials_for_a_proxy_do_not_hide_the_token(accounts: Accounts, token: str) -> None:
     """nginx with ``auth_basic``, for example: the browser sends the proxy's password with each request behind it."""
-    ticket = accounts.tickets.issue("ann", token_id(token))
+    ticket = await accounts.issue_ticket("ann", token_id(token))
     for password in ("gate:open sesame", "gate", f"ann:{token[:-1]}"):
         for query, offered in ((f"token={token}", ()), ("", ("ppaas", f"ppaas.bearer.{token}"))):
             user, _ = await authenticate_socket(handshake(query, offered, basic(password)), accounts)
@@ -128,7 +129,7 @@ async def test_credentials_of_another_scheme_count_as_none(accounts: Accounts, t
 
 
 async def test_a_ticket_is_good_for_one_handshake(accounts: Accounts, token: str) -> None:
-    ticket = accounts.tickets.issue("ann", token_id(token))
+    ticket = await accounts.issue_ticket("ann", token_id(token))
     await authenticate_socket(handshake(f"ticket={ticket}"), accounts)
     with pytest.raises(NotAuthenticated, match="was used before"):
         await authenticate_socket(handshake(f"ticket={ticket}"), accounts)
@@ -141,7 +142,7 @@ async def test_a_ticket_that_is_none_is_refused_whatever_else_is_offered(account
 
 
 async def test_a_ticket_of_a_revoked_token_is_refused(accounts: Accounts, token: str) -> None:
-    ticket = accounts.tickets.issue("ann", token_id(token))
+    ticket = await accounts.issue_ticket("ann", token_id(token))
     await accounts.revoke("ann", token_id(token))
     with pytest.raises(NotAuthenticated, match="log in again"):
         await authenticate_socket(handshake(f"ticket={ticket}"), accounts)

@@ -20,6 +20,12 @@ async def test_start_and_stop_of_a_cloud_are_recorded(tmp_path: Path) -> None:
     assert actions(tmp_path) == ["start_cloud", "put_robot", "stop_cloud"]
 
 
+async def test_the_start_and_stop_of_an_endpoint_are_not_those_of_the_cloud(tmp_path: Path) -> None:
+    async with cloud_audit(tmp_path), cloud_audit(tmp_path, is_cloud=False) as log:
+        log.record(AuditEvent(action="put_robot", user="ann"))
+    assert actions(tmp_path) == ["start_cloud", "put_robot", "stop_cloud"]
+
+
 async def test_a_command_on_the_host_is_recorded_while_the_cloud_runs(tmp_path: Path) -> None:
     async with cloud_audit(tmp_path) as log:
         await asyncio.to_thread(log.read, AuditQuery())

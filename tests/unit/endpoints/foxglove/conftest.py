@@ -2,7 +2,7 @@
 
 import pytest
 
-from endpoints.accounts.accounts import token_id
+from endpoints.accounts.tokens import token_id
 from endpoints.services.services import Services
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.foxglove import StillViewer

@@ -108,7 +108,7 @@ async def test_a_refused_websocket_is_logged_with_the_address_of_the_client(
 
 
 async def test_a_page_connects_with_a_ticket_once(world: World) -> None:
-    ticket = world.services.accounts.tickets.issue("ann", await token_hash(world))
+    ticket = await world.services.accounts.issue_ticket("ann", await token_hash(world))
     async with world.robot():
         async with world.connected("operator", token="", ticket=ticket) as operator:
             assert operator.subprotocol is None
@@ -143,7 +143,7 @@ async def test_a_websocket_of_a_page_of_another_host_is_refused(world: World) ->
         url = world.url("operator", token="")
         async with connect(url, origin=PAGE, additional_headers=header):  # type: ignore[arg-type]
             pass  # browsers cannot send the header
-        ticket = world.services.accounts.tickets.issue("ann", await token_hash(world))
+        ticket = await world.services.accounts.issue_ticket("ann", await token_hash(world))
         async with connect(world.url("operator", token="", ticket=ticket), origin=PAGE):  # type: ignore[arg-type]
             pass  # pages of other hosts cannot get one, and a proxy may have changed the Host
 

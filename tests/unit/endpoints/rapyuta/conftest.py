@@ -2,7 +2,7 @@
 
 import pytest
 
-from endpoints.accounts.accounts import token_id
+from endpoints.accounts.tokens import token_id
 from endpoints.rapyuta.endpoints import EndpointTable
 from endpoints.services.services import Services
 from tests.support.endpoints.rapyuta import ClonePlace, StillRobot, StillSessions

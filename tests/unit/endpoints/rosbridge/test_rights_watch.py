@@ -6,7 +6,7 @@ out by an administrator.
 
 import pytest
 
-from endpoints.accounts.accounts import TOKEN_LIFETIME, token_id
+from endpoints.accounts.tokens import TOKEN_LIFETIME, token_id
 from endpoints.rosbridge.rights_watch import RightsWatch
 from ppaas.clock import ManualClock
 from ppaas.errors import NotAuthenticated, Unavailable

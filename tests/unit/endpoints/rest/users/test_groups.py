@@ -1,8 +1,11 @@
 """Groups of users over REST."""
 
+import asyncio
+
 import httpx
 import pytest
 
+from endpoints.rest.users.schemas import MAX_GROUPS
 from endpoints.services.services import Services
 from storage.sharing_records import Share
 from tests.support.endpoints.problems import problem_of
@@ -84,3 +87,14 @@ async def test_a_user_is_created_in_groups(client: httpx.AsyncClient, admin: Hea
     new = {"id": "dora", "password": PASSWORD, "groups": ["night", "hall"]}
     assert (await client.post("/v1/users", headers=admin, json=new)).json()["groups"] == ["hall", "night"]
     assert await members(client, admin) == ["dora"]
+
+
+async def test_racing_requests_put_a_user_in_no_more_groups_than_allowed(
+    client: httpx.AsyncClient, admin: Header, services: Services
+) -> None:
+    most = [f"g{number}" for number in range(MAX_GROUPS - 1)]
+    await services.accounts.change("ann", regroup=lambda _: tuple(most))
+    puts = [client.put(f"/v1/groups/new{number}", headers=admin, json={"members": ["ann"]}) for number in range(6)]
+    answers = await asyncio.gather(*puts)
+    assert sorted(answer.status_code for answer in answers) == [201, 422, 422, 422, 422, 422]
+    assert len(services.store.user("ann").groups) == MAX_GROUPS

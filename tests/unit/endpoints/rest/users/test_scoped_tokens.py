@@ -107,7 +107,7 @@ async def test_a_token_reads_the_maps_that_its_robots_show(client: httpx.AsyncCl
 async def test_a_ticket_of_a_token_has_its_scope(client: httpx.AsyncClient, ann: Header, services: Services) -> None:
     wall = await created(client, ann)
     ticket = (await client.post("/v1/tickets", headers=wall)).json()["ticket"]
-    user = await services.accounts.user_of(services.accounts.tickets.redeem(ticket))
+    user = await services.accounts.user_of(await services.accounts.redeem_ticket(ticket))
     assert (user.id, user.scope.role) == ("ann", "look")  # type: ignore[attr-defined]
 
 

@@ -2,7 +2,7 @@
 
 import httpx
 
-from endpoints.accounts.accounts import token_id
+from endpoints.accounts.tokens import token_id
 from endpoints.services.services import Services
 from tests.support.endpoints.problems import problem_of
 from tests.unit.endpoints.conftest import LogIn
@@ -17,7 +17,7 @@ async def test_a_ticket_stands_for_the_token_of_the_request(
     assert answer.headers["cache-control"] == "no-store"
     assert answer.json()["expires_in"] == 30.0
     token = header["Authorization"].split()[1]
-    assert services.accounts.tickets.redeem(answer.json()["ticket"]) == token_id(token)
+    assert await services.accounts.redeem_ticket(answer.json()["ticket"]) == token_id(token)
 
 
 async def test_a_ticket_needs_a_token(client: httpx.AsyncClient) -> None:

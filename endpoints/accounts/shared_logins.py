@@ -1,0 +1,126 @@
+"""Logins that all endpoints of a cloud share: throttles, tickets, tokens that are not stored, and changes of users."""
+
+from collections.abc import Callable
+from typing import Protocol
+
+from endpoints.accounts.fair_queue import LoginKind, Origin
+from endpoints.accounts.login_throttle import LoginThrottle
+from endpoints.accounts.socket_tickets import SocketTickets
+from endpoints.accounts.unsaved_tokens import UnsavedTokens
+from ppaas.clock import Clock, monotonic
+from storage.records import Token
+
+
+class SharedLogins(Protocol):
+    """Logins of all endpoints of a cloud.
+
+    All arguments, results and errors can be sent between processes: texts are valid Unicode. Every method raises
+    ``Unavailable`` if the process that keeps the logins cannot be reached.
+    """
+
+    async def admit(self, user: str, address: str, kind: LoginKind = "password") -> Origin:
+        """Return the origin of an attempt to log in; raises ``TooManyAttempts`` as ``LoginThrottle.admit`` does.
+
+        Attempts of each kind are counted on their own.
+        """
+        ...
+
+    async def failed(self, origin: Origin) -> int:
+        """Count a failed attempt; return the number of failures of this user at this address."""
+        ...
+
+    async def succeeded(self, origin: Origin) -> None:
+        """Note that a user has logged in from an address."""
+        ...
+
+    async def issue_ticket(self, user: str, token_hash: str) -> str:
+        """Return a new ticket for a token of a user, given by its id."""
+        ...
+
+    async def redeem_ticket(self, ticket: str) -> str:
+        """Return the id of the token that a ticket stands for; raises as ``SocketTickets.redeem`` does."""
+        ...
+
+    async def forget(self, user: str) -> None:
+        """Make all endpoints drop what they remember of a user, whose account or tokens were changed in the store."""
+        ...
+
+    async def keep_token(self, token: Token) -> None:
+        """Keep a token that cannot be stored."""
+        ...
+
+    async def kept_token(self, token_hash: str) -> Token | None:
+        """Return a token that is kept, expired or not; None if it is not one of these."""
+        ...
+
+    async def drop_token(self, token_hash: str) -> bool:
+        """Drop a token that is kept; return whether it was one of these."""
+        ...
+
+    async def drop_tokens(self, user: str, keep: str | None) -> None:
+        """Drop the tokens of a user that are kept, except the one with the hash ``keep``."""
+        ...
+
+
+class LocalLogins:
+    """Logins in the memory of this process, which is the only endpoint, or keeps them for all endpoints.
+
+    Parameters
+    ----------
+    clock : callable
+        Returns monotonic time [s].
+    """
+
+    def __init__(self, clock: Clock = monotonic) -> None:
+        self._throttles: dict[LoginKind, LoginThrottle] = {
+            "password": LoginThrottle(clock),
+            "rapyuta": LoginThrottle(clock),
+        }
+        self._tickets = SocketTickets(clock)
+        self._unsaved = UnsavedTokens()
+        self._listeners: list[Callable[[str], None]] = []
+
+    def on_forget(self, listener: Callable[[str], None]) -> None:
+        """Call a function with the id of each user who is changed; it must neither block nor raise."""
+        self._listeners.append(listener)
+
+    async def admit(self, user: str, address: str, kind: LoginKind = "password") -> Origin:
+        """Return the origin of an attempt to log in."""
+        return self._throttles[kind].admit(user, address)._replace(kind=kind)
+
+    async def failed(self, origin: Origin) -> int:
+        """Count a failed attempt; return the number of failures of this user at this address."""
+        return self._throttles[origin.kind].failed(origin)
+
+    async def succeeded(self, origin: Origin) -> None:
+        """Note that a user has logged in from an address."""
+        self._throttles[origin.kind].succeeded(origin)
+
+    async def issue_ticket(self, user: str, token_hash: str) -> str:
+        """Return a new ticket for a token of a user, given by its id."""
+        return self._tickets.issue(user, token_hash)
+
+    async def redeem_ticket(self, ticket: str) -> str:
+        """Return the id of the token that a ticket stands for; the ticket is used up."""
+        return self._tickets.redeem(ticket)
+
+    async def forget(self, user: str) -> None:
+        """Call all listeners."""
+        for listener in self._listeners:
+            listener(user)
+
+    async def keep_token(self, token: Token) -> None:
+        """Keep a token that cannot be stored."""
+        self._unsaved.add(token)
+
+    async def kept_token(self, token_hash: str) -> Token | None:
+        """Return a token that is kept, expired or not; None if it is not one of these."""
+        return self._unsaved.find(token_hash)
+
+    async def drop_token(self, token_hash: str) -> bool:
+        """Drop a token that is kept; return whether it was one of these."""
+        return self._unsaved.remove(token_hash)
+
+    async def drop_tokens(self, user: str, keep: str | None) -> None:
+        """Drop the tokens of a user that are kept, except one."""
+        self._unsaved.remove_all(user, keep=keep)

@@ -1,0 +1,198 @@
+"""Tokens of users: issued, found and revoked, over all endpoints of a cloud."""
+
+import contextlib
+import hashlib
+import logging
+import secrets
+from dataclasses import dataclass
+
+from starlette.concurrency import run_in_threadpool
+
+from endpoints.accounts.scoped_user import user_of_token
+from endpoints.accounts.shared_logins import SharedLogins
+from endpoints.accounts.token_cache import TokenCache
+from endpoints.accounts.unsaved_tokens import UNSAVED_LIFETIME
+from ppaas.clock import Clock
+from ppaas.errors import NotAuthenticated, NotFound, Unavailable
+from storage.ports import UserStore
+from storage.records import Token, User
+from storage.sharing_records import TokenScope
+
+logger = logging.getLogger(__name__)
+
+TOKEN_LIFETIME = 30 * 24 * 3600.0
+"""Lifetime of a token [s]."""
+
+MAX_TOKEN = 256
+TOKEN_PREFIX = "ppaas_"
+"""Prefix of tokens: none starts with a dash like an option of a command, and leaked tokens can be found."""
+
+
+@dataclass(frozen=True, slots=True)
+class IssuedToken:
+    """New token and its expiry [s since the epoch]."""
+
+    token: str
+    expires: float
+
+    @property
+    def id(self) -> str:
+        """Hash of the token, under which it is stored and revoked."""
+        return token_id(self.token)
+
+
+class Tokens:
+    """Tokens of users, of which only the hashes are stored, so that a reader of the store cannot impersonate a user.
+
+    Parameters
+    ----------
+    store : UserStore
+        Store of users and tokens.
+    clock : callable
+        Returns the time [s since the epoch].
+    lifetime : float
+        Lifetime of a token [s].
+    cache : TokenCache
+        Cache of verified tokens, of this process.
+    logins : SharedLogins
+        Where tokens are kept that cannot be stored.
+    """
+
+    def __init__(
+        self, store: UserStore, clock: Clock, *, lifetime: float, cache: TokenCache, logins: SharedLogins
+    ) -> None:
+        self._store = store
+        self._clock = clock
+        self._lifetime = lifetime
+        self._cache = cache
+        self._logins = logins
+
+    async def issue(self, user_id: str) -> IssuedToken:
+        """Return a new token, stored, or kept in memory for a while if the store takes nothing, as on a full disk."""
+        now, text = self._clock(), _new_text()
+        try:
+            return await run_in_threadpool(self._store_new, text, user_id, now)
+        except Unavailable as error:
+            login = IssuedToken(text, now + min(self._lifetime, UNSAVED_LIFETIME))
+            await self._logins.keep_token(Token(login.id, user_id, login.expires, now))
+            logger.warning("the token of user %r is kept in memory for %g s: %s", user_id, login.expires - now, error)
+            return login
+
+    async def issue_scoped(self, user_id: str, scope: TokenScope, lifetime: float, name: str) -> IssuedToken:
+        """Return a new token for some robots only; ``NotFound`` if the user does not exist."""
+        now = self._clock()
+        issued = IssuedToken(_new_text(), now + lifetime)
+        await run_in_threadpool(self._store.add_token, Token(issued.id, user_id, issued.expires, now, scope, name))
+        return issued
+
+    async def user_of(self, token_hash: str) -> User:
+        """Return the user of a token, given by its id; ``NotAuthenticated`` if the token is unknown or expired."""
+        now = self._clock()
+        return await self._cache.read(token_hash, now, lambda: self._user_and_expiry(token_hash, now))
+
+    async def revoke(self, user_id: str, token_hash: str) -> None:
+        """Revoke a token of a user; ``NotFound`` if the user has no such token."""
+        kept = None
+        try:
+            token = await run_in_threadpool(self._store.token, token_hash)
+        except NotFound:
+            token = kept = await self._kept(token_hash)
+        if token.user != user_id:
+            raise NotFound("token", token_hash)
+        try:
+            if kept is None:
+                await run_in_threadpool(self._store.remove_token, token_hash)
+            elif not await self._logins.drop_token(token_hash):
+                raise NotFound("token", token_hash)
+        finally:
+            await self.forget(user_id)
+
+    async def revoke_all(self, user_id: str) -> None:
+        """Revoke all tokens of a user."""
+        try:
+            await self._logins.drop_tokens(user_id, None)
+            await run_in_threadpool(self._remove_all, user_id)
+        finally:
+            await self.forget(user_id)
+
+    async def drop_kept(self, user_id: str, *, keep: str | None = None) -> None:
+        """Drop the tokens of a user that could not be stored, except one.
+
+        It is done before the user is changed: if it fails, nothing is changed, and the caller can try again.
+        """
+        await self._logins.drop_tokens(user_id, keep)
+
+    async def forget(self, user_id: str) -> None:
+        """Make all endpoints read a user and the user's tokens again.
+
+        If the others cannot be told now, they accept the tokens for the lifetime of an entry of their cache.
+        """
+        self.forget_user(user_id)
+        try:
+            await self._logins.forget(user_id)
+        except Unavailable as error:
+            logger.warning("other endpoints follow the changes of user %r later: %s", user_id, error)
+
+    def forget_user(self, user_id: str) -> None:
+        """Drop a user from the cache of this process."""
+        self._cache.forget_user(user_id)
+
+    def forget_all(self) -> None:
+        """Drop all users from the cache of this process."""
+        self._cache.drop_all()
+
+    def _store_new(self, text: str, user_id: str, now: float) -> IssuedToken:
+        login = IssuedToken(text, now + self._lifetime)
+        self._store.add_token(Token(login.id, user_id, login.expires, now))
+        with contextlib.suppress(Unavailable):  # a later login removes them
+            self._store.remove_tokens(expired_before=now)
+        return login
+
+    def _remove_all(self, user_id: str) -> None:
+        for token in self._store.tokens(user_id):
+            with contextlib.suppress(NotFound):  # revoked or expired meanwhile
+                self._store.remove_token(token.hash)
+
+    async def _user_and_expiry(self, token_hash: str, now: float) -> tuple[User, float]:
+        try:
+            try:
+                user, token = await run_in_threadpool(self._stored, token_hash)
+            except NotFound:
+                self._cache.drop(token_hash)
+                token = await self._kept(token_hash)
+                user = await run_in_threadpool(self._store.user, token.user)
+        except NotFound as error:
+            raise _unknown_token() from error
+        if token.expires <= now:
+            raise _unknown_token()
+        return user_of_token(user, token), token.expires
+
+    def _stored(self, token_hash: str) -> tuple[User, Token]:
+        token = self._store.token(token_hash)
+        return self._store.user(token.user), token
+
+    async def _kept(self, token_hash: str) -> Token:
+        token = await self._logins.kept_token(token_hash)
+        if token is None:
+            raise NotFound("token", token_hash)
+        return token
+
+
+def token_id(token: str) -> str:
+    """Return the SHA-256 hash of a token, under which it is stored."""
+    return hashlib.sha256(token.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+def received_token_id(token: str) -> str:
+    """Return the id of a token that a client sent; ``NotAuthenticated`` if no token is this short or long."""
+    if not 0 < len(token) <= MAX_TOKEN:
+        raise _unknown_token()
+    return token_id(token)
+
+
+def _new_text() -> str:
+    return f"{TOKEN_PREFIX}{secrets.token_urlsafe(32)}"
+
+
+def _unknown_token() -> NotAuthenticated:
+    return NotAuthenticated("the token is unknown or expired: log in again ('ppaas login', or POST /v1/tokens)")
