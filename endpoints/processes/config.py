@@ -20,6 +20,8 @@ class EndpointConfig(msgspec.Struct, frozen=True, kw_only=True):
         URLs of the stores.
     outbox, reserve, recordings : str, optional
         As in ``engine.bootstrap.CloudConfig``.
+    machines, listen_machines : str, optional
+        Folder of the cloud's certificates, and address for machines of other hosts; None for none.
     data : str
         Folder of the audit log.
     keep_versions : int, optional
@@ -56,6 +58,8 @@ class EndpointConfig(msgspec.Struct, frozen=True, kw_only=True):
     outbox: str | None
     reserve: str | None
     recordings: str | None
+    machines: str | None
+    listen_machines: str | None
     data: str
     keep_versions: int | None
     quota: Quota

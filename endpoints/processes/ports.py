@@ -92,6 +92,8 @@ def endpoint_configs(arguments: argparse.Namespace, engine: Engine, ports: Ports
             outbox=cloud.outbox,
             reserve=cloud.reserve,
             recordings=cloud.recordings,
+            machines=cloud.machines if cloud.listen_machines is not None else None,
+            listen_machines=cloud.listen_machines,
             data=str(arguments.data.resolve()),
             keep_versions=cloud.keep_versions,
             quota=cloud.quota,

@@ -28,10 +28,12 @@ from endpoints.services.robot_facts import RobotFacts
 from endpoints.services.services import Services
 from endpoints.web import Web
 from engine.endpoint.endpoint import Endpoint, MasterAddress
+from engine.endpoint.link_listener import MachineAccess
 from engine.leadership.leadership import MASTER
 from engine.processes.private_files import keep_new_files_private
 from engine.processes.run_dir import add_owner, remove_unless_owned
-from engine.protocols.address import UnixAddress
+from engine.protocols.address import UnixAddress, parse_host_port
+from engine.remote.authority import Authority
 from engine.service.endpoints.server import SOCKET
 from ppaas.errors import PPaaSError
 from ppaas.plugins import permit_only
@@ -122,7 +124,9 @@ async def _composed(config: EndpointConfig, stack: contextlib.AsyncExitStack) ->
         return web.sessions.load()
 
     master = MasterAddress(lambda: UnixAddress(run_dir / SOCKET), config.secret)
-    endpoint = Endpoint(config.name, master, config.quota, run_dir, displace=displace, load=load)
+    endpoint = Endpoint(
+        config.name, master, config.quota, run_dir, displace=displace, load=load, machines=_machine_access(config)
+    )
     stack.push_async_callback(endpoint.close)
     await endpoint.start()
     turns = MasterTurns(endpoint.master)
@@ -154,6 +158,13 @@ async def _composed(config: EndpointConfig, stack: contextlib.AsyncExitStack) ->
     )
     stack.push_async_callback(web.close)
     return web, endpoint, store
+
+
+def _machine_access(config: EndpointConfig) -> MachineAccess | None:
+    if config.machines is None or config.listen_machines is None:
+        return None
+    context = Authority(Path(config.machines)).identity.server_context()
+    return MachineAccess(parse_host_port(config.listen_machines), context)
 
 
 async def _listen(config: EndpointConfig, web: Web, stack: contextlib.AsyncExitStack) -> None:

@@ -3,12 +3,14 @@
 import asyncio
 import contextlib
 import os
+from collections.abc import Awaitable
 from dataclasses import dataclass
 from pathlib import Path
 
 from engine.agent.config import AgentConfig
 from engine.agent.container_gateway import ContainerGateway
 from engine.agent.container_supervisor import ContainerSupervisor
+from engine.agent.endpoint_relay import EndpointRelay
 from engine.agent.entries import ENTRIES
 from engine.agent.host_load import HostLoad
 from engine.agent.layer_builder import LayerBuilder
@@ -22,7 +24,8 @@ from engine.fabric.router import RouterProcess
 from engine.fabric.session import Fabric
 from engine.processes.instances import folder_of, instance_name
 from engine.protocols import control_link
-from engine.protocols.address import parse_address
+from engine.protocols.address import parse_address, reached_as
+from engine.protocols.endpoint_sockets import RELAY
 from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import Streams, dial
 from engine.protocols.tls_identity import Purpose, TlsIdentity
@@ -97,6 +100,7 @@ async def open_components(
     stack.push_async_callback(gateway.close)
     await gateway.start()
     relay = await _relay(config, stack, masters) if config.identity is not None else None
+    await _endpoint_relay(config, stack, masters)
     hosting = ContainerSupervisor(
         runtime=runtime,
         gateway=gateway,
@@ -164,6 +168,20 @@ async def _fabric(router: RouterProcess, stack: contextlib.AsyncExitStack) -> Fa
     fabric = await Fabric.open(router.endpoint, router.credentials)
     stack.push_async_callback(fabric.close)
     return fabric
+
+
+async def _endpoint_relay(config: AgentConfig, stack: contextlib.AsyncExitStack, masters: MasterDirectory) -> None:
+    """Start the relay to endpoints, if the containers of this machine cannot dial them."""
+    is_far = config.identity is not None
+    if not (is_far or RUNTIMES.load(config.runtime).isolates):
+        return
+
+    def dial_endpoint(address: str) -> Awaitable[Streams]:
+        return dial_cloud(config, "robot", reached_as(address, masters.current))
+
+    relay = EndpointRelay(Path(config.run_dir) / RELAY, dial_endpoint, is_far=is_far)
+    stack.push_async_callback(relay.close)
+    await relay.start()
 
 
 async def _relay(config: AgentConfig, stack: contextlib.AsyncExitStack, masters: MasterDirectory) -> Relay:

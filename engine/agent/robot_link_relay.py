@@ -54,16 +54,11 @@ class Relay:
             return
         both = dict.fromkeys((writer, far_writer), address)
         self._open |= both
-        ways = [asyncio.create_task(_carry(reader, far_writer)), asyncio.create_task(_carry(far_reader, writer))]
         try:
-            await asyncio.wait(ways, return_when=asyncio.FIRST_COMPLETED)
+            await carry_both_ways((reader, writer), (far_reader, far_writer))
         finally:
             for end in both:
                 del self._open[end]
-                end.close()  # what was written is still sent
-            for way in ways:
-                way.cancel()
-            await asyncio.gather(*ways, return_exceptions=True)
 
     def leave_others(self) -> None:
         """Abort the connections to other addresses than the current one: a stopped endpoint never closes them."""
@@ -78,6 +73,19 @@ class Relay:
         for writer in tuple(self._open):
             writer.transport.abort()
         self.path.unlink(missing_ok=True)
+
+
+async def carry_both_ways(near: Streams, far: Streams) -> None:
+    """Forward bytes between two connections until one of them ends; then close both."""
+    ways = [asyncio.create_task(_carry(near[0], far[1])), asyncio.create_task(_carry(far[0], near[1]))]
+    try:
+        await asyncio.wait(ways, return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for end in (near[1], far[1]):
+            end.close()  # what was written is still sent
+        for way in ways:
+            way.cancel()
+        await asyncio.gather(*ways, return_exceptions=True)
 
 
 async def _carry(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:

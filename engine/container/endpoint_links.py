@@ -10,9 +10,9 @@ import msgspec
 
 from engine.container.endpoint_link import Stream, dial
 from engine.container.served_link import ServedLink
-from engine.processes.background import Background
 from engine.protocols import robot_link
 from engine.protocols.address import UnixAddress, parse_address
+from engine.protocols.framing import FrameStream
 from engine.sessions.host import SessionHost
 
 logger = logging.getLogger(__name__)
@@ -68,17 +68,17 @@ class EndpointLinks:
         The container.
     sessions : SessionHost, optional
         Sessions of the clients of a clone.
-    relays : Path
-        Folder of the sockets by which the machine relays to endpoints of other hosts.
+    relay : Path
+        Socket by which the machine relays to endpoints; it exists if the container cannot dial them itself.
     """
 
-    def __init__(self, container: Serving, sessions: SessionHost | None, relays: Path) -> None:
+    def __init__(self, container: Serving, sessions: SessionHost | None, relay: Path) -> None:
         self._container = container
         self._sessions = sessions
-        self._relays = relays
+        self._relay = relay
         self._dialled: dict[str, asyncio.Task[None]] = {}
+        self._orders: dict[str, robot_link.DialEndpoint] = {}
         self._up: set[str] = set()
-        self._background = Background()
 
     @property
     def any_up(self) -> bool:
@@ -87,12 +87,14 @@ class EndpointLinks:
 
     def dial(self, order: robot_link.DialEndpoint) -> None:
         """Dial an endpoint, unless it is dialled already."""
-        running = self._dialled.get(order.endpoint)
-        if running is None or running.done():
+        if order != self._orders.get(order.endpoint) or self._dialled[order.endpoint].done():
+            self.leave(order.endpoint)
+            self._orders[order.endpoint] = order
             self._dialled[order.endpoint] = asyncio.create_task(self._serve(order))
 
     def leave(self, endpoint: str) -> None:
         """Dial an endpoint no more, and close its link."""
+        self._orders.pop(endpoint, None)
         running = self._dialled.pop(endpoint, None)
         if running is not None:
             running.cancel()
@@ -105,8 +107,8 @@ class EndpointLinks:
         await asyncio.gather(*running, return_exceptions=True)
 
     async def _serve(self, order: robot_link.DialEndpoint) -> None:
-        path, end = self._path(order), _End()
-        while (stream := await self._dial(path)) is not None:
+        end = _End()
+        while (stream := await self._dial(order)) is not None:
             end.stream = stream
             try:
                 if await self._serve_stream(order, end, stream):
@@ -114,6 +116,7 @@ class EndpointLinks:
             finally:
                 end.stream = None
                 await stream.close()
+            await asyncio.sleep(RETRY)
         logger.warning("endpoint %s does not answer any more", order.endpoint)
 
     async def _serve_stream(self, order: robot_link.DialEndpoint, end: _End, stream: Stream) -> bool:
@@ -137,21 +140,20 @@ class EndpointLinks:
             return False
         return self._container.take(link, frame)
 
-    def _path(self, order: robot_link.DialEndpoint) -> str:
-        address = parse_address(order.address)
-        return str(address.path if isinstance(address, UnixAddress) else self._relays / relay_name(order.endpoint))
-
-    @staticmethod
-    async def _dial(path: str) -> Stream | None:
+    async def _dial(self, order: robot_link.DialEndpoint) -> Stream | None:
+        """Dial an endpoint until it answers; return None if it does not for a while."""
         for _ in range(ATTEMPTS):
             try:
-                return await dial(path)
+                return await self._dial_once(order)
             except OSError as error:
                 logger.debug("an endpoint is not reachable yet: %s", error)
             await asyncio.sleep(RETRY)
         return None
 
-
-def relay_name(endpoint: str) -> str:
-    """Return the name of the socket by which a machine relays to an endpoint of another host."""
-    return f"endpoint-{endpoint}.sock"
+    async def _dial_once(self, order: robot_link.DialEndpoint) -> Stream:
+        address = parse_address(order.address)
+        if isinstance(address, UnixAddress) and not self._relay.exists():
+            return await dial(str(address.path))
+        stream = await asyncio.open_unix_connection(self._relay)
+        stream[1].write(f"{order.address} {order.far_address}\n".encode())
+        return FrameStream(*stream, robot_link.ToContainer)

@@ -21,6 +21,7 @@ from engine.container.shared_plans import PlanningNotes
 from engine.processes.heartbeats import BEAT_PERIOD
 from engine.processes.occasional_log import OccasionalLog
 from engine.protocols import robot_link
+from engine.protocols.endpoint_sockets import RELAY
 from engine.protocols.refusals import refusal_of
 from engine.sessions.host import SessionHost
 from engine.specs.containers import LINK_STATE, SESSIONS_STATE, Launch
@@ -101,7 +102,7 @@ class Container:
         self._machine = machine
         self._remote = ServedLink(endpoint, int(launch.spec.checkpoint.get(LINK_STATE, b"0")))
         self._links = [self._remote]
-        self.endpoints = EndpointLinks(self, sessions, Path(launch.link).parent)
+        self.endpoints = EndpointLinks(self, sessions, Path(launch.link).with_name(RELAY))
         self._taps: dict[str, Callable[[], None]] = {}
         self._dirty = asyncio.Event()
         self._unsaved = OccasionalLog(logger)
@@ -145,6 +146,7 @@ class Container:
             services=offers.services,
             nodes=offers.nodes,
             place="" if endpoint is None else endpoint.place,
+            generation=0 if endpoint is None else endpoint.generation,
         )
 
     async def serve(self) -> None:

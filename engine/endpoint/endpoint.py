@@ -12,13 +12,14 @@ from pathlib import Path
 import psutil
 
 from engine.endpoint.cloud import EndpointCloud
-from engine.endpoint.link_listener import LinkListener
+from engine.endpoint.link_listener import LinkListener, MachineAccess
 from engine.endpoint.master_link import MasterLink
 from engine.endpoint.places import EndpointPlaces
 from engine.endpoint.sessions import EndpointSessions
 from engine.master.quotas import Quota, Quotas
 from engine.processes.background import Background, repeat
 from engine.protocols.address import Address
+from engine.protocols.endpoint_sockets import endpoint_socket
 from engine.protocols.refusals import Refusal, error_of
 from engine.service.endpoints.interface import EndpointState, MasterCalls, Registration
 from engine.service.news import Hear, NewsKind
@@ -74,6 +75,8 @@ class Endpoint:
         Displaces the socket of a robot that connects at another endpoint.
     load : callable
         Returns the number of sockets, and the frames of clients since the last call [1/s].
+    machines : MachineAccess, optional
+        Access for containers of other hosts; None for none.
 
     Attributes
     ----------
@@ -83,24 +86,36 @@ class Endpoint:
     """
 
     def __init__(
-        self, name: str, master: MasterAddress, quota: Quota, run_dir: Path, *, displace: Displace, load: Load
+        self,
+        name: str,
+        master: MasterAddress,
+        quota: Quota,
+        run_dir: Path,
+        *,
+        displace: Displace,
+        load: Load,
+        machines: MachineAccess | None = None,
     ) -> None:
         self._places = EndpointPlaces()
-        self._listener = LinkListener(run_dir / f"{name}.sock", self._places.link)
-        here = Registration(
-            name, master.secret, version("ppaas"), os.getpid(), self._listener.address, self._listener.secret
-        )
+        self._listener = LinkListener(endpoint_socket(run_dir, name), self._places.link, machines)
+        self._name, self._secret = name, master.secret
         self._displace = displace
         self._load = load
         self._hear: Hear = lambda _kind, _key: None
         self._fact: AskFact = _knows_nothing
         self._missed: Callable[[], None] = lambda: None
         self._ends = Unavailable("the cloud is shutting down")
-        self.master = MasterLink(master.where, here, self, self._greet)
+        self.master = MasterLink(master.where, self._registration, self, self._greet)
         self.cloud = EndpointCloud(self.master, self._places, Quotas(quota))
         self.sessions = EndpointSessions(self.master, self._places)
         self._background = Background()
         self._process = psutil.Process()
+
+    def _registration(self) -> Registration:
+        here = self._listener
+        return Registration(
+            self._name, self._secret, version("ppaas"), os.getpid(), here.address, here.far_address, here.secret
+        )
 
     def _greet(self) -> None:
         """Tell a master that was found what this endpoint has, and drop from caches what may have changed meanwhile."""

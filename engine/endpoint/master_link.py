@@ -32,8 +32,8 @@ class MasterLink:
     ----------
     where : callable
         Returns the address of the master.
-    registration : Registration
-        First call on each connection.
+    registration : callable
+        Returns the argument of the first call on each connection.
     served : EndpointCalls
         Serves the calls of the master.
     found : callable
@@ -43,7 +43,7 @@ class MasterLink:
     def __init__(
         self,
         where: Callable[[], Address],
-        registration: Registration,
+        registration: Callable[[], Registration],
         served: EndpointCalls,
         found: Callable[[], None],
     ) -> None:
@@ -75,7 +75,7 @@ class MasterLink:
         caller = self._caller = Caller(stream, [EndpointCalls], self._served)
         serving = asyncio.create_task(caller.serve())
         try:
-            await caller.call(MasterCalls.register, self._registration)
+            await caller.call(MasterCalls.register, self._registration())
             self._up.set()
             self._found()
             await serving

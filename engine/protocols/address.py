@@ -52,6 +52,31 @@ def parse_address(text: str) -> Address:
     raise InvalidInput(f"{text!r} is not an address: write unix:/path or tls://host:port")
 
 
+EVERYWHERE = ("0.0.0.0", "::")
+"""Hosts that stand for all addresses of a host."""
+
+
+def reached_as(address: str, other: str) -> str:
+    """Return an address as a host reaches it which reaches another port of the same host.
+
+    Parameters
+    ----------
+    address : str
+        Address; if its host is all addresses, that of ``other`` is the result's.
+    other : str
+        Address of another port.
+
+    Raises
+    ------
+    InvalidInput
+        One of the texts is not an address.
+    """
+    here, known = parse_address(address), parse_address(other)
+    if isinstance(here, TlsAddress) and isinstance(known, TlsAddress) and here.host in EVERYWHERE:
+        return str(here._replace(host=known.host))
+    return address
+
+
 def parse_host_port(text: str) -> TlsAddress:
     """Parse ``host:port``, with an IPv6 address in brackets.
 

@@ -3,8 +3,8 @@
 import hmac
 
 
-def place_secret(secret: str, place: str) -> str:
-    """Return the secret for the containers of a place.
+def place_secret(secret: str, place: str, generation: int) -> str:
+    """Return the secret for a container of a place.
 
     Parameters
     ----------
@@ -12,5 +12,7 @@ def place_secret(secret: str, place: str) -> str:
         Secret of the endpoint, which the endpoint and the master know.
     place : str
         Name of the place.
+    generation : int
+        Number of the container among those of the place.
     """
-    return hmac.digest(secret.encode(), place.encode(), "sha256").hex()
+    return hmac.digest(secret.encode(), f"{generation} {place}".encode(), "sha256").hex()

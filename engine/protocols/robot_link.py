@@ -43,7 +43,7 @@ class NodeInfo(msgspec.Struct, frozen=True):
 class Hello(msgspec.Struct, tag="hello"):
     """The container is ready; ``applied`` is the last sequence number in its checkpoint.
 
-    ``place`` is that of `DialEndpoint`; empty on the link to the master.
+    ``place`` and ``generation`` are those of `DialEndpoint`; empty and 0 on the link to the master.
     """
 
     container: str
@@ -54,6 +54,7 @@ class Hello(msgspec.Struct, tag="hello"):
     services: list[ServiceInfo]
     nodes: list[NodeInfo]
     place: str = ""
+    generation: int = 0
 
 
 class ContainerFailed(msgspec.Struct, tag="failed"):
@@ -199,17 +200,21 @@ class DialEndpoint(msgspec.Struct, tag="dial"):
     ----------
     endpoint : str
         Name of the endpoint.
-    address : str
-        Its address for containers.
+    address, far_address : str
+        Its addresses for containers of its own host, and of other hosts; the second is empty if it has none.
     place : str
         Name of the place, for the hello.
+    generation : int
+        Number of the container among those of the place, for the hello: an endpoint serves none of an earlier one.
     secret : str
-        Secret for the hello, by which the endpoint knows that the container is of this place.
+        Secret for the hello, by which the endpoint knows that place and generation are right.
     """
 
     endpoint: str
     address: str
+    far_address: str
     place: str
+    generation: int
     secret: str
 
 

@@ -9,7 +9,7 @@ import msgspec
 
 from engine.fabric.zenoh_config import Peering, RouterCredentials
 from engine.processes.private_files import write_private
-from engine.protocols.address import TlsAddress, parse_address
+from engine.protocols.address import EVERYWHERE, TlsAddress, parse_address
 from engine.protocols.control_link import MastersChanged
 from engine.protocols.framing import FrameStream
 from engine.remote.authority import Authority
@@ -29,8 +29,6 @@ ADDRESS = "address"
 
 FABRIC = "fabric.json"
 """File with the credentials of the cloud's routers, so that routers of machines reconnect to a restarted cloud."""
-
-EVERYWHERE = ("0.0.0.0", "::")
 
 
 class RemoteMachines:

@@ -71,7 +71,15 @@ class ContainerProcess(Protocol):
 
 
 class Runtime(ABC):
-    """Starts containers on this machine."""
+    """Starts containers on this machine.
+
+    Attributes
+    ----------
+    isolates : bool
+        Whether a container sees no sockets of the machine but those that it is given.
+    """
+
+    isolates = False
 
     @classmethod
     @abstractmethod

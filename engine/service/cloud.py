@@ -175,6 +175,12 @@ class Cloud:
         """Open the place of a planning container, or use it; see ``PlanningPlaces.use``."""
         return self._planning_places.use(user, version, labels, queue=queue)
 
+    @property
+    def epoch(self) -> int:
+        """Epoch of this master."""
+        control, _ = self._driver.servers
+        return control.mandate.epoch
+
     def position(self, key: str) -> int | None:
         """Return the position of a place in the queue, from 1; None if it is not queued."""
         return self._driver.position(key)

@@ -13,6 +13,7 @@ from typing import Any
 
 import msgspec
 
+from engine.protocols.endpoint_sockets import RELAY
 from engine.runtimes.docker.engine import DockerEngine
 from engine.runtimes.docker.entry import FOLDER, LAYERS, LINK, MACHINE, START
 from engine.runtimes.docker.limits import cpu_limits, launch_limits
@@ -52,6 +53,9 @@ class ContainerFolders:
         self._endpoint = launch.link
         link, machine = _shown(launch.link, self.sockets, LINK), _shown(launch.machine, self.sockets, MACHINE)
         seen = {"link": link, "machine": machine}
+        relay = Path(launch.machine).with_name(RELAY)
+        if relay.exists():
+            _shown(str(relay), self.sockets, RELAY)
         if launch.layers:
             self.link_layers(Path(launch.layers))
             seen["layers"] = LAYERS

@@ -48,6 +48,8 @@ class DockerRuntime(Runtime):
         Number of spares.
     """
 
+    isolates = True
+
     def __init__(self, premises: Premises, entry: Entry | None = None, spares: int = SPARES) -> None:
         self._premises = premises
         function, preload, _ = entry or premises.entries.container

@@ -62,8 +62,8 @@ class Registration(msgspec.Struct, frozen=True):
     release : str
         Release of its software.
     pid : int
-    address : str
-        Address that containers dial.
+    address, far_address : str
+        Addresses that containers of its host and of other hosts dial; the second is empty if there is none.
     container_secret : str
         Secret from which those of the containers are derived (``place_secret``).
     url : str
@@ -75,6 +75,7 @@ class Registration(msgspec.Struct, frozen=True):
     release: str
     pid: int
     address: str
+    far_address: str
     container_secret: str
     url: str = ""
 

@@ -3,6 +3,7 @@
 import asyncio
 import logging
 from collections import Counter
+from functools import partial
 from importlib.metadata import version as release_of
 
 from engine.calls.caller import Caller
@@ -22,6 +23,9 @@ from ppaas.errors import Conflict, NotPermitted, PPaaSError, Unavailable
 from storage.records import Limits, MapRecord
 
 logger = logging.getLogger(__name__)
+
+EPOCH_SHIFT = 32
+"""Bits of the number of a container within its generation; the epoch of the master is above them."""
 
 
 class ServedEndpoint:
@@ -186,9 +190,13 @@ class ServedEndpoint:
             self._reached[place.key] = place, place.join(_Closing(self, place.key))
         here = self.registration
         assert here is not None
-        secret = place_secret(here.container_secret, place.key)
-        place.add_endpoint(DialEndpoint(here.endpoint, here.address, place.key, secret))
+        place.add_endpoint(here.endpoint, partial(self._dial_order, here, place.key))
         return JoinedPlace(place.key, place.base_frame, self._cloud.position(place.key))
+
+    def _dial_order(self, here: Registration, place: str, container: int) -> DialEndpoint:
+        generation = self._cloud.epoch << EPOCH_SHIFT | container
+        secret = place_secret(here.container_secret, place, generation)
+        return DialEndpoint(here.endpoint, here.address, here.far_address, place, generation, secret)
 
     def _forget(self, key: str) -> None:
         reached = self._reached.pop(key, None)

@@ -5,6 +5,7 @@ container (`engine.sessions`).
 """
 
 import itertools
+from collections.abc import Callable
 
 from engine.links.container_link import Stream
 from engine.links.shared_link import SharedLink
@@ -13,6 +14,9 @@ from engine.protocols.session_frames import ClientOffers, SessionToContainer
 from engine.service.links.carried_session import CarriedSession
 from ppaas.errors import PPaaSError
 from ppaas.nodes.frames import BASE_LINK
+
+EndpointOrder = Callable[[int], robot_link.DialEndpoint]
+"""Returns the order to dial an endpoint for a container, given its number among those of the place."""
 
 
 class PlaceLink(SharedLink):
@@ -29,6 +33,8 @@ class PlaceLink(SharedLink):
     ----------
     offers : ClientOffers
         What the clients of the place offer, as the container told last.
+    generation : int
+        Number of the latest container that has dialled this endpoint; 0 in the process of the master.
     """
 
     def __init__(self, key: str, base_frame: str = BASE_LINK) -> None:
@@ -37,16 +43,19 @@ class PlaceLink(SharedLink):
         self.base_frame = base_frame
         self.offers = ClientOffers({}, {}, {}, [])
         self._carried: dict[int, CarriedSession] = {}
-        self._endpoints: dict[str, robot_link.DialEndpoint] = {}
+        self._endpoints: dict[str, EndpointOrder] = {}
+        self.generation = 0
         self._numbers = itertools.count(1)
+        self._count = 0
 
     # -- frames of the container ---------------------------------------------------------------------------------------
 
     def begin(self, hello: robot_link.Hello, stream: Stream) -> None:
         """Serve a container: attach the sockets there, and let it dial the endpoints of the place."""
         super().begin(hello, stream)
-        for endpoint in self._endpoints.values():
-            self._write(endpoint)
+        self._count += 1
+        for order in self._endpoints.values():
+            self._write(order(self._count))
         for session in tuple(self._carried.values()):
             session.attach()
 
@@ -79,11 +88,11 @@ class PlaceLink(SharedLink):
 
     # -- endpoints -----------------------------------------------------------------------------------------------------
 
-    def add_endpoint(self, endpoint: robot_link.DialEndpoint) -> None:
-        """Let the containers of the place dial an endpoint."""
-        if self._endpoints.get(endpoint.endpoint) != endpoint:
-            self._endpoints[endpoint.endpoint] = endpoint
-            self._write(endpoint)
+    def add_endpoint(self, name: str, order: EndpointOrder) -> None:
+        """Let the containers of the place dial an endpoint; ``order`` is called for each with its number."""
+        if name not in self._endpoints:
+            self._endpoints[name] = order
+            self._write(order(self._count))
 
     def drop_endpoint(self, endpoint: str) -> None:
         """Let the containers of the place leave an endpoint."""
