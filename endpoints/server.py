@@ -10,7 +10,7 @@ import signal
 from collections.abc import Callable, Coroutine, Iterator
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import msgspec
 import uvloop
@@ -20,7 +20,6 @@ from endpoints.accounts.shared_logins import LocalLogins, SharedLogins
 from endpoints.accounts.usage import Usage
 from endpoints.accounts.user_turns import LocalTurns, UserTurns
 from endpoints.audit.cloud_audit import cloud_audit
-from endpoints.cloud_jobs import CloudJobs
 from endpoints.http.open_files import raise_file_limit
 from endpoints.http.tls import ServerTls, warn_if_open_to_others
 from endpoints.leading import take_the_lead
@@ -45,6 +44,9 @@ from ppaas.plugins import permit_only
 from ppaas.wire.foxglove.installed import check_installed
 from storage.urls.opening import local_path
 from storage.urls.passwords import chosen_url
+
+if TYPE_CHECKING:
+    from endpoints.cloud_jobs import CloudJobs
 
 logger = logging.getLogger(__name__)
 
@@ -268,13 +270,19 @@ async def _start(
         stack.push_async_callback(keeper.stop)
         await asyncio.gather(keeper.start(), asyncio.to_thread(store_kernels.prepare))
         await machine
-        jobs = CloudJobs(services, engine.sessions, arguments.idle)
+        jobs = (await asyncio.to_thread(_import_jobs))(services, engine.sessions, arguments.idle)
         stack.push_async_callback(jobs.close)
         jobs.start()
     finally:
         machine.cancel()
         await asyncio.gather(machine, return_exceptions=True)
     return keeper
+
+
+def _import_jobs() -> "type[CloudJobs]":
+    from endpoints.cloud_jobs import CloudJobs  # noqa: PLC0415 - takes half a second, while the machine starts
+
+    return CloudJobs
 
 
 def _served_turns(turns: UserTurns) -> Extra:

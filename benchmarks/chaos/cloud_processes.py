@@ -5,6 +5,7 @@ from pathlib import Path
 
 import psutil
 
+from endpoints.processes.config import MODULE as ENDPOINT
 from engine.agent import main as agent
 from engine.fabric import router
 from engine.remote import agent as joined_agent
@@ -21,7 +22,8 @@ OWN = "local"
 """Name of the cloud's local machine."""
 
 _BY_COMMAND = {
-    f"{cli.__name__} up": "web",
+    f"{cli.__name__} up": "master",
+    ENDPOINT: "endpoint",
     joined_agent.__name__: "joined machine",
     agent.__name__: "agent",
     router.__name__: "router",
@@ -40,8 +42,8 @@ class CloudProcessInfo:
     process : psutil.Process
         The process.
     kind : str
-        ``web``, ``agent``, ``joined machine``, ``router``, ``fork server``, ``forked`` (a container, or a process that
-        builds the layers of a map), ``compiler``, ``resource tracker`` or ``other``.
+        ``master``, ``endpoint``, ``agent``, ``joined machine``, ``router``, ``fork server``, ``forked`` (a container,
+        or a process that builds the layers of a map), ``compiler``, ``resource tracker`` or ``other``.
     home : str
         Name of its machine.
     """

@@ -27,14 +27,15 @@ OF_ONE_MACHINE = (
     FaultKind("router", "kill"), FaultKind("router", "stop"),
     FaultKind("agent", "kill"), FaultKind("agent", "stop"),
     FaultKind("helper", "kill"),
-    FaultKind("web", "kill"), FaultKind("web", "stop"),
+    FaultKind("master", "kill"), FaultKind("master", "stop"),
+    FaultKind("endpoint", "kill"), FaultKind("endpoint", "stop"),
 )  # fmt: skip
 """Faults of a cloud with one machine; containers are killed twice as often as other processes."""
 
 OF_MORE = (FaultKind("joined machine", "kill"), FaultKind("joined machine", "stop"), FaultKind("machine", "drain"))
 """Additional faults of a cloud with joined machines."""
 
-PAUSE = {"web": 3.0, "joined machine": 8.0}
+PAUSE = {"master": 3.0, "joined machine": 8.0}
 """Times after which stopped processes continue, for processes that the cloud itself cannot kill [s]."""
 
 LONGEST_STOP = 25.0

@@ -17,7 +17,7 @@ ZOMBIE_GRACE = 10.0
 KEPT = frozenset(("data", "password", "ready.json", "log", MACHINES))
 """Entries of a cloud's folder that are meant to stay."""
 
-COUNTED = frozenset(("web", "agent", "joined machine", "router"))
+COUNTED = frozenset(("master", "endpoint", "agent", "joined machine", "router"))
 """Kinds of long-lived processes, whose open files are counted to find leaks."""
 
 

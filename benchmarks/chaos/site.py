@@ -20,6 +20,9 @@ JOIN_TIMEOUT = 60.0
 LINGER = 60.0
 """Time that a clone is kept without its robot [s]: a killed cloud restarts within it, even on a busy computer."""
 
+ENDPOINTS = "2"
+"""Number of endpoint processes."""
+
 
 class ChaosSite:
     """A cloud and its machines.
@@ -32,7 +35,9 @@ class ChaosSite:
 
     def __init__(self, machines: int) -> None:
         listen = ("--listen-machines", f"127.0.0.1:{free_ports(2)[0]}") if machines > 1 else ()
-        self._cloud = CloudProcess(arguments=("--port", str(free_ports(1)[0]), "--linger", f"{LINGER:g}", *listen))
+        self._cloud = CloudProcess(
+            arguments=("--port", str(free_ports(1)[0]), "--linger", f"{LINGER:g}", "--endpoints", ENDPOINTS, *listen)
+        )
         self._names = [f"m{number}" for number in range(2, machines + 1)]
         self._machines: list[JoinedMachine] = []
         self._closing = False

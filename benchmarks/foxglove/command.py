@@ -1,4 +1,4 @@
-"""``ppaas bench foxglove``: CPU time of the web process for a viewer of many robots."""
+"""``ppaas bench foxglove``: CPU time of the endpoint for a viewer of many robots."""
 
 import argparse
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""CPU time of the web process of a cloud whose robots stand and publish, with and without a viewer.
+"""CPU time of the endpoint of a cloud whose robots stand and publish, with and without a viewer.
 
 Each robot publishes a scan of 360 beams and odometry at 10 Hz; its clone answers with its pose and transforms. The
 viewer is a process of its own. The baseline is the server of ``foxglove-sdk``, which publishes as many channels.
@@ -20,7 +20,7 @@ from benchmarks.harness.cloud_under_test import LINGER, Target, logged_in
 from benchmarks.harness.figures import Figure
 from benchmarks.harness.free_ports import free_ports
 from benchmarks.harness.json_process import JsonProcess, json_process
-from benchmarks.harness.process_usage import share_of_core
+from benchmarks.harness.process_usage import endpoint_of, share_of_core
 from ppaas.clock import monotonic
 from ppaas.errors import Unavailable
 from ppaas.geometry import Pose2D
@@ -60,7 +60,7 @@ async def measure(progress: "Progress", robots: int, *, quick: bool) -> list[Fig
 async def _of_cloud(target: Target, port: int, robots: int, seconds: float, talking: asyncio.Event) -> list[Figure]:
     """Return the figures: of a viewer that looks at nothing beside silent robots, and of one that looks."""
     assert target.pid is not None
-    web, url = psutil.Process(target.pid), f"ws://127.0.0.1:{port}/?token={target.token}"
+    web, url = endpoint_of(target.pid), f"ws://127.0.0.1:{port}/?token={target.token}"
     silent = await share_of_core(web, seconds)
     async with _viewer(url, robots):
         await asyncio.sleep(2.0 * SETTLING)
@@ -77,7 +77,7 @@ async def _of_cloud(target: Target, port: int, robots: int, seconds: float, talk
     alone = (before + await share_of_core(web, seconds)) / 2.0
     note = f"{robots} robots, {rate:.0f} messages/s: {', '.join(TOPICS)}"
     return [
-        Figure(PART, "web process without a viewer", round(alone, 2), "%", note="share of a core, before and after"),
+        Figure(PART, "endpoint without a viewer", round(alone, 2), "%", note="share of a core, before and after"),
         Figure(PART, "a viewer that looks", round(looking - alone, 2), "%", limit=MOST_CPU, note=note),
         Figure(PART, "time for each message", round(1e4 * (looking - alone) / rate, 1), "µs"),
         Figure(PART, "a viewer that looks at nothing", round(idle, 2), "%", limit=MOST_IDLE, note="silent robots"),

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import psutil
 
+from endpoints.processes.config import MODULE
 from ppaas.clock import monotonic
 
 
@@ -56,15 +57,29 @@ def cpu_seconds(web: int, containers: set[int]) -> dict[str, float]:
     Parameters
     ----------
     web : int
-        Process id of the cloud's web process.
+        Process id of the cloud's master, whose time counts as ``web`` with that of its endpoints.
     containers : set of int
-        Process ids of the containers; all other descendants of the web process count as ``machine``.
+        Process ids of the containers; all other descendants of the master count as ``machine``.
     """
     used = {"simulator": sum(os.times()[:2]), "web": _cpu(web), "containers": 0.0, "machine": 0.0}
     for process in psutil.Process(web).children(recursive=True):
-        kind = "containers" if process.pid in containers else "machine"
+        kind = "containers" if process.pid in containers else "web" if is_endpoint(process) else "machine"
         used[kind] += _cpu(process.pid)
     return used
+
+
+def is_endpoint(process: psutil.Process) -> bool:
+    """Return whether a process is an endpoint of a cloud."""
+    try:
+        return MODULE in process.cmdline()
+    except psutil.Error:  # it has just exited
+        return False
+
+
+def endpoint_of(cloud: int) -> psutil.Process:
+    """Return the endpoint of a cloud that has one, given the process id of its master."""
+    [found] = filter(is_endpoint, psutil.Process(cloud).children())
+    return found
 
 
 def cpu_of(process: psutil.Process) -> float:

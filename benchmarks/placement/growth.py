@@ -16,17 +16,19 @@ from benchmarks.placement import growth_process
 from benchmarks.placement.simulated_cloud import Sizes
 from benchmarks.placement.timed_master import Cost
 from engine.processes.heartbeats import BEAT_PERIOD
-from engine.service.liveness import LOOKS
 
 if TYPE_CHECKING:
     from rich.progress import Progress
+
+DEAD = 15.0
+"""Time after which a silent connection counts as dead, by default [s]; a robot is pinged three times as often."""
 
 STEPS = (Sizes(100, 2, 10_000), Sizes(1_000, 20, 100_000))
 LARGE = Sizes(10_000, 200, 1_000_000)
 """Sizes of the clouds: of the default run, and one more."""
 
-ROUND_TRIPS = LOOKS / BEAT_PERIOD
-"""Frequency at which the driver of the master reports the round trip of each robot [Hz]."""
+ROUND_TRIPS = 3.0 / DEAD
+"""Frequency at which an endpoint measures the round trip of each robot, and the master is told if it changed [Hz]."""
 
 
 class Grown(msgspec.Struct):

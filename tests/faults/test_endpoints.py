@@ -1,4 +1,4 @@
-"""SIGKILL and SIGSTOP of endpoints under a driving robot: it comes to another one and finds its session and its goal."""
+"""SIGKILL and SIGSTOP of endpoints under a driving robot, which finds its session and its goal at another one."""
 
 import asyncio
 import os
@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import psutil
 import pytest
 
-from endpoints.processes import serving
+from endpoints.processes.config import MODULE
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
@@ -29,7 +29,7 @@ def cloud(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningCloud]:
 
 def endpoints(cloud: RunningCloud) -> list[psutil.Process]:
     """Return the endpoint processes."""
-    return cloud.find(serving.__name__)
+    return cloud.find(MODULE)
 
 
 def served_by(cloud: RunningCloud) -> psutil.Process:
@@ -85,8 +85,8 @@ async def test_a_robot_connects_once_over_all_endpoints(cloud: RunningCloud, off
 
 
 async def _is_refused(cloud: RunningCloud, token: str, robot: str) -> bool:
-    from websockets.asyncio.client import connect  # noqa: PLC0415
-    from websockets.exceptions import InvalidStatus  # noqa: PLC0415
+    from websockets.asyncio.client import connect
+    from websockets.exceptions import InvalidStatus
 
     try:
         async with connect(f"{cloud.ws_url}/?robot={robot}&token={token}"):
