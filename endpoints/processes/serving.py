@@ -122,7 +122,9 @@ async def _composed(config: EndpointConfig, stack: contextlib.AsyncExitStack) ->
         return web.sessions.load()
 
     master = MasterAddress(lambda: UnixAddress(run_dir / SOCKET), config.secret)
-    endpoint = Endpoint(config.name, master, config.quota, run_dir, displace=displace, load=load)
+    endpoint = Endpoint(
+        config.name, master, config.quota, run_dir, machine=config.machine, url=config.url, displace=displace, load=load
+    )
     stack.push_async_callback(endpoint.close)
     await endpoint.start()
     turns = MasterTurns(endpoint.master)
@@ -138,6 +140,7 @@ async def _composed(config: EndpointConfig, stack: contextlib.AsyncExitStack) ->
         recordings=RecordingsFolder(Path(config.recordings)) if config.recordings else None,
         keep_versions=config.keep_versions,
         audit=audit,
+        endpoint=config.name,
     )
     caches = Caches(services)
     endpoint.connect_caches(caches.hear, caches.drop_all)

@@ -70,6 +70,10 @@ class Endpoint:
         Quota of users without own limits.
     run_dir : Path
         Folder for the socket that containers dial.
+    machine : str
+        Machine on which it runs.
+    url : str
+        Address at which clients reach it.
     displace : callable
         Displaces the socket of a robot that connects at another endpoint.
     load : callable
@@ -83,12 +87,28 @@ class Endpoint:
     """
 
     def __init__(
-        self, name: str, master: MasterAddress, quota: Quota, run_dir: Path, *, displace: Displace, load: Load
+        self,
+        name: str,
+        master: MasterAddress,
+        quota: Quota,
+        run_dir: Path,
+        *,
+        machine: str,
+        url: str,
+        displace: Displace,
+        load: Load,
     ) -> None:
         self._places = EndpointPlaces()
         self._listener = LinkListener(run_dir / f"{name}.sock", self._places.link)
         here = Registration(
-            name, master.secret, version("ppaas"), os.getpid(), self._listener.address, self._listener.secret
+            endpoint=name,
+            machine=machine,
+            secret=master.secret,
+            release=version("ppaas"),
+            pid=os.getpid(),
+            address=self._listener.address,
+            container_secret=self._listener.secret,
+            url=url,
         )
         self._displace = displace
         self._load = load
