@@ -14,6 +14,7 @@ from engine.protocols.address import UnixAddress
 from engine.service.endpoints.interface import CloudCalls, EndpointState, MasterCalls, Registration
 from engine.service.endpoints.server import EndpointServer
 from engine.service.news import News
+from engine.service.robot_facts import FactSources
 from engine.service.views import EndpointView
 from ppaas.clock import ManualClock
 from tests.support.endpoints.fake_cloud import FakeCloud
@@ -28,6 +29,7 @@ class MasterCloud(FakeCloud):
     def __init__(self) -> None:
         super().__init__()
         self.news = News()
+        self.fact_sources = FactSources()
 
 
 class NoCalls:
