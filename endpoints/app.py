@@ -13,7 +13,7 @@ from endpoints.http.front import front
 from endpoints.http.front_settings import FrontSettings
 from endpoints.http.head_requests import HeadRequests
 from endpoints.http.problems import add_problem_handlers
-from endpoints.rest.cluster import audit, containers, health, machines
+from endpoints.rest.cluster import audit, containers, endpoints, health, machines
 from endpoints.rest.dependencies import single_query_values
 from endpoints.rest.maps import map_cells, map_merge, map_reviews, map_versions, maps
 from endpoints.rest.openapi import EVERYWHERE, TAGS, describe, operation_id
@@ -78,6 +78,7 @@ RESOURCES = (
     plan_database,
     stored_plans,
     machines,
+    endpoints,
     containers,
     health,
     audit,

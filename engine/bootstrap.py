@@ -227,6 +227,7 @@ class Engine(CloudListener):
         )
         self.cloud = Cloud(self.service, quotas)
         self.endpoints = EndpointServer(self.run_dir / SOCKET, own.secret, self.cloud, self.sessions)
+        self.cloud.endpoints_of = self.endpoints.endpoints.views
         self.secret = own.secret
 
     def _let_lead(self, leadership: Leadership) -> str:

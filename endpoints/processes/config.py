@@ -15,6 +15,10 @@ class EndpointConfig(msgspec.Struct, frozen=True, kw_only=True):
     ----------
     name : str
         Name of the endpoint, unique in the cloud.
+    machine : str
+        Machine on which it runs.
+    url : str
+        Address at which clients reach it.
     run_dir : str
         Folder of the sockets of the cloud; the master's and those of endpoints are in it.
     secret : str
@@ -54,6 +58,8 @@ class EndpointConfig(msgspec.Struct, frozen=True, kw_only=True):
     """
 
     name: str
+    machine: str
+    url: str
     run_dir: str
     secret: str
     store: str

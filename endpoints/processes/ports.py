@@ -82,9 +82,12 @@ def endpoint_configs(arguments: argparse.Namespace, engine: Engine, ports: Ports
     """Return the settings of the endpoint processes of this host."""
     cloud, port = engine.config, _port_of(ports.web)
     assert port is not None
+    url = url_of(ports.web[0], "https" if arguments.tls_cert else "http")
     return [
         EndpointConfig(
             name=f"{cloud.machine}-{number}",
+            machine=cloud.machine,
+            url=url,
             run_dir=str(engine.run_dir),
             secret=engine.secret,
             store=cloud.store,

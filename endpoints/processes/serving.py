@@ -125,7 +125,15 @@ async def _composed(config: EndpointConfig, stack: contextlib.AsyncExitStack) ->
 
     master = MasterAddress(lambda: UnixAddress(run_dir / SOCKET), config.secret)
     endpoint = Endpoint(
-        config.name, master, config.quota, run_dir, displace=displace, load=load, machines=_machine_access(config)
+        config.name,
+        master,
+        config.quota,
+        run_dir,
+        machine=config.machine,
+        url=config.url,
+        displace=displace,
+        load=load,
+        machines=_machine_access(config),
     )
     stack.push_async_callback(endpoint.close)
     await endpoint.start()
@@ -142,6 +150,7 @@ async def _composed(config: EndpointConfig, stack: contextlib.AsyncExitStack) ->
         recordings=RecordingsFolder(Path(config.recordings)) if config.recordings else None,
         keep_versions=config.keep_versions,
         audit=audit,
+        endpoint=config.name,
     )
     caches = Caches(services)
     endpoint.connect_caches(caches.hear, caches.drop_all)

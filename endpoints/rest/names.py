@@ -94,5 +94,6 @@ UserId = Annotated[Name, Path(description="`me` is the calling user", examples=[
 TokenId = Annotated[Name, Path(description="`current` is the token of this request", examples=["current"])]
 PlanId = Annotated[Name, Path(examples=["9f1c0d6f6c1a4d0c8a52ad2d0cf0e6b1"])]
 MachineId = Annotated[Name, Path(examples=["local"])]
+EndpointId = Annotated[Name, Path(examples=["local-1"])]
 ContainerId = Annotated[Name, Path(examples=["c1"])]
 PlannerName = Annotated[Name, Path(description="Name of the planner, not its ROS name", examples=["dijkstra"])]

@@ -24,7 +24,8 @@ TAGS = [
     {"name": "models", "description": "Robot models that robot files may name."},
     {"name": "planners", "description": "Planners that robot files and path requests may name."},
     {"name": "machines", "description": "Machines of the cloud, for administrators."},
-    {"name": "health", "description": "State of the stores, the disk and the audit log."},
+    {"name": "endpoints", "description": "Processes that serve robots, operators and REST, for administrators."},
+    {"name": "health", "description": "State of this endpoint, the master, the stores, the disk and the audit log."},
     {"name": "audit", "description": "Audit log of changes and refusals, for administrators."},
     {"name": "containers", "description": "Running containers: the caller's own, or all for an administrator."},
 ]

@@ -8,6 +8,7 @@ from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, Pa
 from engine.service.robot_facts import FactKind
 from engine.service.views import (
     ContainerView,
+    EndpointView,
     GoalView,
     LifelongRobot,
     MachineView,
@@ -37,6 +38,11 @@ class ControlPlane(Protocol):
     @property
     def quotas(self) -> Quotas:
         """Limits of the users."""
+        ...
+
+    @property
+    def master_silence(self) -> float:
+        """Time since the master answered [s]; infinite if it never has, and 0 in the process of the master."""
         ...
 
     async def count_paths(self, user: str, paths: int) -> None:
@@ -101,6 +107,10 @@ class ControlPlane(Protocol):
 
     async def machines(self) -> list[MachineView]:
         """Return all machines."""
+        ...
+
+    async def endpoints(self) -> list[EndpointView]:
+        """Return all endpoints that are connected to the master."""
         ...
 
     async def machine_settings(self, machine: str) -> MachineSettings:

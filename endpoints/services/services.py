@@ -46,3 +46,5 @@ class Services:
     recordings: RecordingsFolder | None = None
     keep_versions: int | None = None
     audit: AuditLog = field(default_factory=MemoryAuditLog)
+    endpoint: str = ""
+    """Name of this endpoint; empty in the process of the master, which serves no REST."""

@@ -71,6 +71,12 @@ class StoreHealthCheck:
         self._lock = asyncio.Lock()
         self._known: tuple[StoreState, StoreState] | None = None
         self._until = float("-inf")
+        self._have_answered = False, False
+
+    @property
+    def have_answered(self) -> bool:
+        """Whether both stores have answered at least once."""
+        return all(self._have_answered)
 
     async def stores(self, store: Store, map_store: MapStore) -> tuple[StoreState, StoreState]:
         """Return the states of the main store and of the map store."""
@@ -80,6 +86,8 @@ class StoreHealthCheck:
                     self._check(lambda: store.users(limit=1), store), self._check(lambda: map_store.maps(limit=1))
                 )
                 self._known, self._until = (states[0], states[1]), self._clock() + LIFETIME
+                once, map_once = self._have_answered
+                self._have_answered = once or states[0].answers, map_once or states[1].answers
             return self._known
 
     async def _check(self, query: Callable[[], object], store: Store | None = None) -> StoreState:

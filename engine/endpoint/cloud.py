@@ -15,6 +15,7 @@ from engine.service.robot_facts import FactKind
 from engine.service.robot_nodes import RobotNodes
 from engine.service.views import (
     ContainerView,
+    EndpointView,
     GoalView,
     LifelongRobot,
     MachineView,
@@ -68,6 +69,11 @@ class EndpointCloud:
         self._limits: BoundedDict[str, Limits] = BoundedDict(MAX_LIMITS)
         self._untold: deque[tuple[NewsKind, str]] = deque(maxlen=MAX_UNTOLD)
 
+    @property
+    def master_silence(self) -> float:
+        """Time since the master answered [s]; infinite if it never has."""
+        return self._master.silence
+
     async def _place_of(self, user: str, robot: str) -> PlaceLink | None:
         try:
             place = self._places.joined(await self._master.call(MasterCalls.visit, user, robot))
@@ -112,6 +118,10 @@ class EndpointCloud:
     async def machines(self) -> list[MachineView]:
         """Return all machines."""
         return await self._master.call(CloudCalls.machines)
+
+    async def endpoints(self) -> list[EndpointView]:
+        """Return all endpoints that are connected to the master."""
+        return await self._master.call(CloudCalls.endpoints)
 
     async def machine_settings(self, machine: str) -> MachineSettings:
         """Return the settings of a machine."""

@@ -71,6 +71,10 @@ class Endpoint:
         Quota of users without own limits.
     run_dir : Path
         Folder for the socket that containers dial.
+    machine : str
+        Machine on which it runs.
+    url : str
+        Address at which clients reach it.
     displace : callable
         Displaces the socket of a robot that connects at another endpoint.
     load : callable
@@ -92,13 +96,15 @@ class Endpoint:
         quota: Quota,
         run_dir: Path,
         *,
+        machine: str,
+        url: str,
         displace: Displace,
         load: Load,
         machines: MachineAccess | None = None,
     ) -> None:
         self._places = EndpointPlaces()
         self._listener = LinkListener(endpoint_socket(run_dir, name), self._places.link, machines)
-        self._name, self._secret = name, master.secret
+        self._name, self._secret, self._machine, self._url = name, master.secret, machine, url
         self._displace = displace
         self._load = load
         self._hear: Hear = lambda _kind, _key: None
@@ -114,7 +120,15 @@ class Endpoint:
     def _registration(self) -> Registration:
         here = self._listener
         return Registration(
-            self._name, self._secret, version("ppaas"), os.getpid(), here.address, here.far_address, here.secret
+            endpoint=self._name,
+            machine=self._machine,
+            secret=self._secret,
+            release=version("ppaas"),
+            pid=os.getpid(),
+            address=here.address,
+            far_address=here.far_address,
+            container_secret=here.secret,
+            url=self._url,
         )
 
     def _greet(self) -> None:

@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+import math
 from collections.abc import Callable, Coroutine
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
@@ -11,6 +12,7 @@ from engine.protocols.address import Address
 from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import dial
 from engine.service.endpoints.interface import EndpointCalls, MasterCalls, Registration
+from ppaas.clock import Clock, monotonic
 from ppaas.errors import Unavailable
 
 logger = logging.getLogger(__name__)
@@ -38,6 +40,8 @@ class MasterLink:
         Serves the calls of the master.
     found : callable
         Called after each registration, before other calls go on: tells the master what this endpoint has.
+    clock : callable
+        Returns monotonic seconds.
     """
 
     def __init__(
@@ -46,13 +50,21 @@ class MasterLink:
         registration: Callable[[], Registration],
         served: EndpointCalls,
         found: Callable[[], None],
+        clock: Clock = monotonic,
     ) -> None:
         self._where = where
         self._registration = registration
         self._served = served
         self._found = found
+        self._clock = clock
+        self._answered = -math.inf
         self._caller: Caller | None = None
         self._up = asyncio.Event()
+
+    @property
+    def silence(self) -> float:
+        """Time since the master answered [s]; infinite if it never has."""
+        return self._clock() - self._answered
 
     async def run(self) -> None:
         """Keep the link up until cancelled.
@@ -76,6 +88,7 @@ class MasterLink:
         serving = asyncio.create_task(caller.serve())
         try:
             await caller.call(MasterCalls.register, self._registration())
+            self._answered = self._clock()
             self._up.set()
             self._found()
             await serving
@@ -102,7 +115,9 @@ class MasterLink:
         caller = self._caller
         if caller is None:
             raise Unavailable("the master is not reachable at the moment; try again")
-        return await caller.call(method, *args, **named)
+        result = await caller.call(method, *args, **named)
+        self._answered = self._clock()
+        return result
 
     def tell(
         self, method: Callable[Concatenate[Any, P], Coroutine[Any, Any, None]], *args: P.args, **named: P.kwargs

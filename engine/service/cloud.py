@@ -1,5 +1,7 @@
 """Facade of the engine for the endpoints: passes each request to the part of the engine that answers it."""
 
+from collections.abc import Callable
+
 from engine.master.places import robot_key
 from engine.master.quotas import Quotas
 from engine.service.links.place_link import PlaceLink
@@ -15,6 +17,7 @@ from engine.service.robot_navigation import RobotNavigation
 from engine.service.robot_nodes import RobotNodes
 from engine.service.views import (
     ContainerView,
+    EndpointView,
     GoalView,
     LifelongRobot,
     MachineView,
@@ -48,12 +51,22 @@ class Cloud:
         Driver of the master.
     quotas : Quotas
         Quotas of the users.
+
+    Attributes
+    ----------
+    endpoints_of : callable
+        Returns the endpoints that are connected to this process.
+    master_silence : float
+        Time since the master answered [s]; always 0, because the master is in this process.
     """
+
+    master_silence = 0.0
 
     def __init__(self, driver: MasterDriver, quotas: Quotas) -> None:
         self.quotas = quotas
         self.news = News()
         self.fact_sources = FactSources()
+        self.endpoints_of: Callable[[], list[EndpointView]] = list
         self._plan_rate = PlanRate(quotas)
         self._driver = driver
         self._planning_places = PlanningPlaces(driver)
@@ -75,6 +88,10 @@ class Cloud:
     async def machines(self) -> list[MachineView]:
         """Return all machines."""
         return self._driver.machines()
+
+    async def endpoints(self) -> list[EndpointView]:
+        """Return all endpoints that are connected to the master."""
+        return self.endpoints_of()
 
     async def machine_settings(self, machine: str) -> MachineSettings:
         """Return the settings of a machine."""

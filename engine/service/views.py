@@ -10,6 +10,7 @@ from engine.specs.machine_settings import MAX_CONTAINERS
 
 ContainerState = Literal["starting", "ready"]
 MachineState = Literal["ready", "draining", "drained"]
+EndpointViewState = Literal["ready", "silent"]
 
 
 class MachineView(msgspec.Struct, frozen=True):
@@ -72,6 +73,45 @@ class MachineView(msgspec.Struct, frozen=True):
     network_used: float = 0.0
     round_trip: float = 0.0
     round_trips: dict[str, float] = {}
+
+
+class EndpointView(msgspec.Struct, frozen=True):
+    """State of an endpoint.
+
+    Parameters
+    ----------
+    id : str
+        Name of the endpoint.
+    machine : str
+        Machine on which it runs.
+    pid : int
+        Process id there.
+    url : str
+        Address at which clients reach it.
+    release : str
+        Release of its software.
+    sockets : int
+        Number of sockets of robots and operators.
+    frames : float
+        Frames that clients sent [1/s].
+    cpu : float
+        CPU in use [cores].
+    memory : int
+        Memory in use [bytes].
+    state : {"ready", "silent"}
+        ``silent`` if it is connected, but has not reported its load for a while.
+    """
+
+    id: str
+    machine: str
+    pid: int
+    url: str
+    release: str
+    sockets: int
+    frames: float
+    cpu: float
+    memory: int
+    state: EndpointViewState
 
 
 class ContainerView(msgspec.Struct, frozen=True):

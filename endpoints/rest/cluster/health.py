@@ -1,17 +1,28 @@
-"""Route of the cloud's health, for monitoring."""
+"""Routes of the cloud's health, for monitoring and for load balancers."""
 
 import asyncio
 
 from fastapi import APIRouter, Request
 
 from endpoints.accounts.authentication import authenticate
-from endpoints.rest.cluster.schemas import HealthAnswer
+from endpoints.rest.cluster.schemas import HealthAnswer, ReadyAnswer
 from endpoints.rest.dependencies import Provided
+from endpoints.rest.openapi import problems
 from endpoints.services.services import Services
 from endpoints.services.store_health import DiskState, StoreState, disk_state
+from engine.leadership.leadership import MASTER
 from ppaas import __version__
 from ppaas.clock import epoch
-from ppaas.errors import PPaaSError
+from ppaas.errors import PPaaSError, Unavailable
+
+AWAY = 3.0
+"""Time since the master answered after which it counts as away [s]; it is asked once a second."""
+
+GRACE = 10.0
+"""Time since the master answered after which an endpoint should get no new connections [s].
+
+A master that was killed is restarted, or a standby leads, within less.
+"""
 
 router = APIRouter(prefix="/health", tags=["health"])
 
@@ -23,15 +34,23 @@ async def show_health(request: Request, services: Provided) -> dict[str, object]
     While a store is unreachable, the cloud is `degraded`: robots keep driving and paths are planned on maps that are
     cached, and new paths wait on the disk for the store. It is `degraded` too while the disk of its data folder is
     full, when nothing new is stored, and while the audit log cannot be written; its events wait in memory.
+
+    While the `master` is away, the cloud is `degraded` as well: robots that have a container drive on, with the
+    operators that are connected. Whoever connects, paths, and requests about machines and containers wait for the next
+    master, and are `unavailable` after 15 s.
     """
     store, map_store = await services.health.stores(services.store, services.map_store)
     disk = await asyncio.to_thread(disk_state, services.disk) if services.disk is not None else None
     reasons = await _may_see_reasons(request, services)
     is_full = disk is not None and disk.state == "full"
     audit = StoreState(services.audit.fault is None, services.audit.fault)
-    is_ok = store.answers and map_store.answers and audit.answers and not store.waiting and not is_full
+    is_led = services.cloud.master_silence < AWAY
+    is_stored = store.answers and map_store.answers and audit.answers and not store.waiting and not is_full
     return {
-        "status": "ok" if is_ok else "degraded",
+        "status": "ok" if is_stored and is_led else "degraded",
+        "endpoint": services.endpoint,
+        "master": "ok" if is_led else "away",
+        "leader": await _leader(services) if reasons and store.answers else None,
         "version": __version__,
         "time": epoch(),
         "store": _store_health(store, reasons),
@@ -40,6 +59,31 @@ async def show_health(request: Request, services: Provided) -> dict[str, object]
         "plans_waiting": store.waiting,
         "disk": _disk_health(disk) if reasons and disk is not None else None,
     }
+
+
+@router.get("/ready", response_model=ReadyAnswer, responses=problems(503))
+async def show_ready(services: Provided) -> dict[str, object]:
+    """Tell a load balancer whether this endpoint should get new connections: 200 if so, 503 if not. It needs no token.
+
+    It should not while no master has answered it for 10 s, and as long as a store has never answered it. A store that
+    is away later is no reason, since every endpoint would say the same: robots keep driving then.
+    """
+    silence = services.cloud.master_silence
+    if silence > GRACE:
+        raise Unavailable("this endpoint has no master: connect to another one, or try again")
+    if not services.health.have_answered:
+        await services.health.stores(services.store, services.map_store)
+        if not services.health.have_answered:
+            raise Unavailable("a store has not answered this endpoint yet: connect to another one, or try again")
+    return {"ready": True}
+
+
+async def _leader(services: Services) -> dict[str, object] | None:
+    try:
+        lease = await asyncio.to_thread(services.store.lease, MASTER)
+    except PPaaSError:
+        return None  # the store has just become unreachable
+    return {"holder": lease.holder, "epoch": lease.epoch} if lease.holder else None
 
 
 async def _may_see_reasons(request: Request, services: Services) -> bool:

@@ -1,4 +1,4 @@
-"""JSON schemas of machines, of containers, and of the cloud's health."""
+"""JSON schemas of machines, endpoints and containers, and of the cloud's health."""
 
 from typing import Annotated, Literal
 
@@ -63,6 +63,23 @@ class MachineAnswer(ResponseBody):
     round_trips: dict[str, float] = Field(description="Round trips to other machines [s]")
 
 
+class EndpointAnswer(ResponseBody):
+    """Endpoint of the cloud."""
+
+    id: str
+    machine: str = Field(description="Machine on which it runs")
+    pid: int = Field(description="Process id there")
+    url: str = Field(description="Address at which it serves")
+    release: str = Field(description="Version of ppaas")
+    state: Literal["ready", "silent"] = Field(
+        description="`silent` if it is connected to the master, but has not reported its load for a while"
+    )
+    sockets: int = Field(description="Number of sockets of robots and operators")
+    frames: float = Field(description="Frames that clients sent [1/s]")
+    cpu: float = Field(description="CPU in use [cores]")
+    memory: int = Field(description="Memory in use [bytes]")
+
+
 class PinnedMap(ResponseBody):
     """Map version that a container uses."""
 
@@ -106,10 +123,26 @@ class DiskHealth(ResponseBody):
     total: int = Field(description="Size of the disk [bytes]")
 
 
+class LeaderHealth(ResponseBody):
+    """Process that leads the cloud."""
+
+    holder: str = Field(description="Its name: host, data folder, and a number")
+    epoch: int = Field(description="Number of times that a process has taken the lead")
+
+
+class ReadyAnswer(ResponseBody):
+    """Answer of an endpoint that may get new connections."""
+
+    ready: Literal[True]
+
+
 class HealthAnswer(ResponseBody):
     """Health of the cloud."""
 
     status: Literal["ok", "degraded"]
+    endpoint: str = Field(description="Name of the endpoint that answers")
+    master: Literal["ok", "away"] = Field(description="Whether the master answers this endpoint")
+    leader: LeaderHealth | None = Field(description="Process that holds the lease of the master, for administrators")
     version: str = Field(description="Version of ppaas")
     time: float = Field(description="Clock of the cloud [s since the epoch], for robots whose clock may be wrong")
     store: StoreHealth = Field(description="Store of everything but maps")

@@ -13,6 +13,7 @@ from engine.service.news import NewsKind
 from engine.service.robot_facts import FactKind
 from engine.service.views import (
     ContainerView,
+    EndpointView,
     GoalView,
     LifelongRobot,
     MachineView,
@@ -57,6 +58,8 @@ class Registration(msgspec.Struct, frozen=True):
     ----------
     endpoint : str
         Name of the endpoint, unique in the cloud.
+    machine : str
+        Machine on which it runs.
     secret : str
         Secret of the cloud's own processes.
     release : str
@@ -67,17 +70,18 @@ class Registration(msgspec.Struct, frozen=True):
     container_secret : str
         Secret from which those of the containers are derived (``place_secret``).
     url : str
-        Address at which clients reach it; empty if that is not known.
+        Address at which clients reach it.
     """
 
     endpoint: str
+    machine: str
     secret: str
     release: str
     pid: int
     address: str
     far_address: str
     container_secret: str
-    url: str = ""
+    url: str
 
 
 class Join(msgspec.Struct, frozen=True):
@@ -134,6 +138,10 @@ class CloudCalls(Protocol):
 
     async def machines(self) -> list[MachineView]:
         """Return all machines."""
+        ...
+
+    async def endpoints(self) -> list[EndpointView]:
+        """Return all endpoints that are connected to the master."""
         ...
 
     async def machine_settings(self, machine: str) -> MachineSettings:

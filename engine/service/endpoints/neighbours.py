@@ -5,9 +5,17 @@ from typing import Protocol
 
 from engine.master.places import robot_key
 from engine.service.endpoints.interface import EndpointState, Join, Registration
+from engine.service.views import EndpointView
+from ppaas.clock import Clock, monotonic
 
 DISPLACE_TIMEOUT = 4.0
 """Time limit of an endpoint to find out whether the socket of a robot is dead [s]."""
+
+SILENT = 2.5
+"""Time since its last report after which an endpoint counts as silent [s]; it reports once a second."""
+
+_NOT_MEASURED = EndpointState(0, 0.0, 0.0, 0)
+"""Load of an endpoint that has not reported yet."""
 
 
 class Neighbour(Protocol):
@@ -16,6 +24,7 @@ class Neighbour(Protocol):
     registration: Registration | None
     state: EndpointState | None
     beats: int
+    heard: float
 
     def has_robot(self, key: str) -> bool:
         """Return whether the endpoint has the socket of the robot of a place."""
@@ -27,9 +36,16 @@ class Neighbour(Protocol):
 
 
 class Neighbours:
-    """The registered endpoints."""
+    """The registered endpoints.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    clock : callable
+        Returns monotonic seconds.
+    """
+
+    def __init__(self, clock: Clock = monotonic) -> None:
+        self.clock = clock
         self._endpoints: list[Neighbour] = []
 
     def __iter__(self) -> Iterator[Neighbour]:
@@ -39,6 +55,15 @@ class Neighbours:
     def beats(self) -> dict[str, int]:
         """Return the number of reports of each endpoint, by name."""
         return {one.registration.endpoint: one.beats for one in self if one.registration is not None}
+
+    def views(self) -> list[EndpointView]:
+        """Return the states of the endpoints."""
+        latest = self.clock() - SILENT
+        return [
+            _view(one.registration, one.state or _NOT_MEASURED, is_silent=one.heard < latest)
+            for one in self
+            if one.registration is not None
+        ]
 
     def add(self, endpoint: Neighbour) -> None:
         """Add an endpoint that has registered."""
@@ -55,3 +80,18 @@ class Neighbours:
         for other in self:
             if other is not endpoint and other.has_robot(key):
                 await other.displace(join.user, join.robot, join.session, DISPLACE_TIMEOUT)
+
+
+def _view(here: Registration, state: EndpointState, *, is_silent: bool) -> EndpointView:
+    return EndpointView(
+        id=here.endpoint,
+        machine=here.machine,
+        pid=here.pid,
+        url=here.url,
+        release=here.release,
+        sockets=state.sockets,
+        frames=state.frames,
+        cpu=state.cpu,
+        memory=state.memory,
+        state="silent" if is_silent else "ready",
+    )

@@ -49,6 +49,7 @@ class ServedEndpoint:
         self.registration: Registration | None = None
         self.state: EndpointState | None = None
         self.beats = 0
+        self.heard = neighbours.clock()
         self.caller: Caller | None = None
         self._joined: Counter[tuple[str, bool]] = Counter()
         self._reached: dict[str, tuple[PlaceLink, int]] = {}
@@ -66,6 +67,7 @@ class ServedEndpoint:
         if registration.release != here:
             raise Conflict(f"the endpoint is of release {registration.release[:32]}, and the master of {here}")
         self.registration = registration
+        self.heard = self._neighbours.clock()
         self._neighbours.add(self)
         self._cloud.news.listen(self._hear)
         self._cloud.fact_sources.add(self._fact)
@@ -75,6 +77,7 @@ class ServedEndpoint:
         """Note the load of the endpoint."""
         self.state = state
         self.beats += 1
+        self.heard = self._neighbours.clock()
 
     def gone(self) -> None:
         """Remove all clients of the endpoint, which has ended or is not reachable."""

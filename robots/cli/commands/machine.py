@@ -1,4 +1,4 @@
-"""Command ``ppaas machine``: machines of the cloud and their limits."""
+"""Command ``ppaas machine``: machines of the cloud and their limits, and the endpoints that run on them."""
 
 import argparse
 from collections.abc import Callable
@@ -14,7 +14,7 @@ from robots.cli.session import add_limit_argument, add_session_arguments, logged
 from robots.client.rest_paths import path_of
 
 NAME = "machine"
-HELP = "list, show, drain, label, limit, remove and admit machines; let this one join a cloud (admin)"
+HELP = "list, show, drain, label, limit, remove and admit machines; list endpoints; let this one join a cloud (admin)"
 
 OTHERS = "ppaas.machine_verbs"
 """Group of verbs that other packages add: modules with HELP, configure(parser) and run(arguments)."""
@@ -25,6 +25,11 @@ MACHINES = Resource(
     (*LISTED, "network_used", "network", "round_trip"),
     "no machines are connected; see the log of the cloud",
     LISTED,
+)
+ENDPOINTS = Resource(
+    "endpoints",
+    ("id", "machine", "state", "sockets", "frames", "cpu", "memory", "release", "pid", "url"),
+    "no endpoints are connected; see the log of the cloud",
 )
 LIMITS = ("id", "state", "max_containers", "oversubscription", "max_memory", "labels")
 
@@ -40,6 +45,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     listing = verbs.add_parser("list", help="list the machines")
     add_limit_argument(listing)
+    serving = verbs.add_parser("endpoints", help="list the processes that serve robots, operators and REST")
+    add_limit_argument(serving)
     one = verbs.add_parser("show", help="show one machine")
     drain = verbs.add_parser(
         "drain", help="start no new containers on a machine and move its containers; robots keep driving"
@@ -58,7 +65,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     remove.add_argument(
         "--force", action="store_true", help="even if it has containers; they are replaced on other machines"
     )
-    for verb in (listing, *named):
+    for verb in (listing, serving, *named):
         add_session_arguments(verb)
     for name, module in installed(verbs, entry_points(group=OTHERS), getattr(parser, "words", None) or ()):
         other = verbs.add_parser(name, help=module.HELP, description=module.HELP)
@@ -152,6 +159,7 @@ def _bytes(text: str) -> int:
 
 _VERBS = {
     "list": MACHINES.list,
+    "endpoints": ENDPOINTS.list,
     "show": MACHINES.show,
     "drain": _drain,
     "undrain": _undrain,

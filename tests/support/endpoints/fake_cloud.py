@@ -18,6 +18,7 @@ from engine.service.robot_navigation import RobotNavigation
 from engine.service.view_building import machine_view
 from engine.service.views import (
     ContainerView,
+    EndpointView,
     GoalView,
     LifelongRobot,
     MachineView,
@@ -61,6 +62,13 @@ def machine() -> Machine:
     )
 
 
+def endpoint(name: str, **fields: object) -> EndpointView:
+    """Return an endpoint of machine m1 with three sockets."""
+    given = {"machine": "m1", "pid": 4711, "url": "http://127.0.0.1:8500", "release": "0.2.0", "sockets": 3}
+    given |= {"frames": 60.0, "cpu": 0.25, "memory": 90 << 20, "state": "ready"}
+    return EndpointView(name, **(given | fields))  # type: ignore[arg-type]
+
+
 def container(container_id: str = "c1", **fields: object) -> ContainerView:
     """Return a container of ann's robot tb1 in the map house."""
     given = {"kind": "robot", "user": "ann", "robot": "tb1", "map": MapVersion("house", "v"), "machine": "m1"}
@@ -95,6 +103,8 @@ class FakeCloud:
         """Bytes of the joint maps that robots have received so far."""
         self.running: list[ContainerView] = []
         self.known = {"m1": machine()}
+        self.serving = [endpoint("local-1")]
+        self.master_silence = 0.0
         self.given_up: list[str] = []
         self.changed_maps: list[tuple[str, str]] = []
         self.groups: list[PeopleGroupView] = []
@@ -108,6 +118,9 @@ class FakeCloud:
 
     async def machines(self) -> list[MachineView]:
         return [machine_view(machine) for machine in self.known.values()]
+
+    async def endpoints(self) -> list[EndpointView]:
+        return self.serving
 
     async def machine_settings(self, machine: str) -> MachineSettings:
         return self._machine(machine).settings

@@ -40,6 +40,7 @@ KNOWN = {
     "plan_id": PLAN,
     "token": "current",
     "machine_id": "m1",
+    "endpoint_id": "local-1",
     "container_id": "c1",
     "node": "amcl",
     "goal_id": "rest-1",

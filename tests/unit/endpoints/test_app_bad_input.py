@@ -113,7 +113,9 @@ NAMES = [
 
 
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("resource", ["maps", "robots", "users", "plans", "tokens", "machines", "containers"])
+@pytest.mark.parametrize(
+    "resource", ["maps", "robots", "users", "plans", "tokens", "machines", "endpoints", "containers"]
+)
 async def test_an_invalid_name_in_the_path_is_a_client_error(
     client: httpx.AsyncClient, log_in: LogIn, resource: str, name: str
 ) -> None:
@@ -171,7 +173,7 @@ QUERIES = {
 def with_a_store() -> list[tuple[str, str]]:
     """Return the method and path of every operation that uses a store."""
     # The last one answers all the same.
-    asks_no_store = ("machines", "containers", "models", "planners", "tickets", "audit", "health")
+    asks_no_store = ("machines", "endpoints", "containers", "models", "planners", "tickets", "audit", "health")
     known = {"map_id": "house", "version": "0" * 64, "robot_id": "tb1", "user_id": "bob", "plan_id": "p1", "token": "x"}
     known |= {
         "node": "amcl",

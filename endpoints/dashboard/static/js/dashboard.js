@@ -4,7 +4,7 @@ import { byId, say } from "./dom.js";
 import { Fleet } from "./fleet.js";
 import { isNew } from "./growing_map.js";
 import { LayerPanel } from "./layer_panel.js";
-import { showContainers, showMachines } from "./load_panel.js";
+import { showContainers, showEndpoints, showMachines } from "./load_panel.js";
 import { MapChoice } from "./map_choice.js";
 import { MapPanel, partnersOf } from "./map_panel.js";
 import { People } from "./people.js";
@@ -71,9 +71,10 @@ export class Dashboard {
 
   async #poll() {
     if (!this.#me) await this.#introduce();
-    const machines = this.#me.role === "admin" ? this.#rest.list("v1/machines") : null;
+    const isAdmin = this.#me.role === "admin";
+    const ofCloud = ["v1/machines", "v1/endpoints"].map((path) => (isAdmin ? this.#rest.list(path) : null));
     const asked = ["v1/maps", "v1/robots", "v1/robots?shared=true", "v1/containers"].map((path) => this.#rest.list(path));
-    const [found, listed, mine, shared, containers] = await Promise.all([machines, ...asked]);
+    const [machines, endpoints, listed, mine, shared, containers] = await Promise.all([...ofCloud, ...asked]);
     const robots = withShared(mine, shared, this.#me.id);
     const own = containersOf(containers, robots, this.#me.id);
     const maps = await mapsOf(this.#rest, listed, robots);
@@ -82,8 +83,9 @@ export class Dashboard {
     await this.#showChanges(maps);
     await this.#showSharing();
     this.#fleet.update(robots.filter(({ map }) => map === this.#maps.current), own, this.#radii);
-    showMachines(found);
-    showContainers(containers, this.#me.role === "admin");
+    showMachines(machines);
+    showEndpoints(endpoints);
+    showContainers(containers, isAdmin);
     this.#refresh();
     // Last: a coordinator that is frozen answers late.
     await this.#people.poll(maps.some(({ id }) => id === this.#maps.current) ? this.#mapPath : null);

@@ -1,4 +1,4 @@
-/** Machines and containers with their load. */
+/** Machines, endpoints and containers with their load. */
 
 import { byId, make, say, show } from "./dom.js";
 import { bytes, number, plural } from "./format.js";
@@ -13,6 +13,20 @@ export function machineGauges({ cores, load, memory, memory_used: used }) {
     { what: "CPU", share: load / cores, value: `${number(load)} of ${plural(cores, "core")}`, full: load > HIGH * cores },
     { what: "Memory", share: used / memory, value: `${bytes(used)} of ${bytes(memory)}`, full: used > HIGH * memory },
   ];
+}
+
+/** @param {object} endpoint it uses one core at most @param {number} largest memory of any endpoint @returns {Gauge[]} */
+export function endpointGauges({ cpu, memory }, largest) {
+  return [
+    { what: "CPU", share: cpu, value: `${number(cpu, 2)} of 1 core`, full: cpu > HIGH },
+    { what: "Memory", share: memory / largest, value: bytes(memory) },
+  ];
+}
+
+/** @param {object} endpoint @returns {string} */
+export function endpointNote({ state, sockets, frames }) {
+  const load = `${plural(sockets, "socket")} · ${number(frames, 0)} frames/s`;
+  return state === "ready" ? load : `${state} · ${load}`;
 }
 
 /** @param {object} container @param {number} largest PSS of any container @returns {Gauge[]} */
@@ -68,6 +82,15 @@ export function showMachines(machines) {
   show(byId("machines"), machines ?? [], ({ id }) => id, create, (item, machine) => {
     const given = `${plural(machine.containers, "container")} · ${number(machine.capacity, 0)} cores to give`;
     fill(item, machine.id, machine.state === "ready" ? given : `${machine.state} · ${given}`, machineGauges(machine));
+  });
+}
+
+/** @param {object[] | null} endpoints null where the user may not see them */
+export function showEndpoints(endpoints) {
+  byId("endpoints-load").hidden = endpoints === null;
+  const largest = Math.max(1, ...(endpoints ?? []).map(({ memory }) => memory));
+  show(byId("endpoints"), endpoints ?? [], ({ id }) => id, create, (item, endpoint) => {
+    fill(item, endpoint.id, endpointNote(endpoint), endpointGauges(endpoint, largest));
   });
 }
 

@@ -6,16 +6,20 @@ from pathlib import Path
 from typing import Any
 
 import httpx
+import msgspec
 import pytest
 
 from endpoints.services.services import Services
 from endpoints.services.store_health import StoreHealthCheck
+from engine.leadership.leadership import MASTER
 from ppaas import __version__
-from ppaas.clock import epoch
+from ppaas.clock import ManualClock, epoch
 from ppaas.errors import Unavailable
 from storage.disk_space.reserve import DiskReserve
 from storage.memory.store import MemoryStore
 from storage.urls.opening import open_map_store
+from tests.support.endpoints.fake_cloud import FakeCloud
+from tests.support.endpoints.problems import problem_of
 from tests.unit.endpoints.conftest import LogIn
 
 
@@ -29,6 +33,7 @@ async def test_health_is_public_and_reports_ok(client: httpx.AsyncClient) -> Non
     fine = {"state": "ok", "reason": None}
     stores = {"store": fine, "map_store": fine, "audit": fine}
     said = answer.json()
+    stores |= {"endpoint": "", "master": "ok", "leader": None}
     assert abs(said.pop("time") - epoch()) < 60.0
     assert said == {"status": "ok", "version": __version__, **stores, "plans_waiting": 0, "disk": None}
 
@@ -74,6 +79,54 @@ async def test_an_audit_log_that_cannot_be_written_degrades_the_cloud(
     report = (await client.get("/v1/health", headers=headers)).json()
     assert report["status"] == "degraded"
     assert report["audit"] == {"state": "away", "reason": "the disk is full"}
+
+
+@pytest.mark.parametrize(("silence", "status", "master"), [(2.9, "ok", "ok"), (3.1, "degraded", "away")])
+async def test_a_silent_master_degrades_the_cloud(
+    client: httpx.AsyncClient, cloud: FakeCloud, services: Services, silence: float, status: str, master: str
+) -> None:
+    object.__setattr__(services, "endpoint", "local-2")
+    cloud.master_silence = silence
+    report = (await client.get("/v1/health")).json()
+    assert (report["status"], report["master"], report["endpoint"]) == (status, master, "local-2")
+
+
+async def test_only_administrators_see_which_process_leads(
+    client: httpx.AsyncClient, log_in: LogIn, services: Services
+) -> None:
+    none = services.store.lease(MASTER)
+    services.store.change_lease(msgspec.structs.replace(none, holder="hall:/srv#1", epoch=7), instead_of=none)
+    admin, user = [(await client.get("/v1/health", headers=await log_in(name))).json() for name in ("admin", "ann")]
+    assert (admin["leader"], user["leader"]) == ({"holder": "hall:/srv#1", "epoch": 7}, None)
+
+
+@pytest.mark.parametrize("silence", [10.1, float("inf")], ids=["lost", "never found"])
+async def test_an_endpoint_without_a_master_is_not_ready(
+    client: httpx.AsyncClient, cloud: FakeCloud, silence: float
+) -> None:
+    assert (await client.get("/v1/health/ready")).json() == {"ready": True}
+    cloud.master_silence = silence
+    answer = await client.get("/v1/health/ready")
+    assert "no master" in problem_of(answer, 503, "unavailable")["detail"]
+    cloud.master_silence = 9.9
+    assert (await client.get("/v1/health/ready")).status_code == 200
+
+
+@pytest.mark.parametrize(("kind", "query"), [("store", "users"), ("map_store", "maps")])
+async def test_an_endpoint_is_ready_once_both_stores_have_answered(
+    client: httpx.AsyncClient, services: Services, clock: ManualClock, kind: str, query: str
+) -> None:
+    object.__setattr__(services, "health", StoreHealthCheck(clock))
+    with pytest.MonkeyPatch.context() as away:
+        away.setattr(getattr(services, kind), query, unreachable)
+        problem_of(await client.get("/v1/health/ready"), 503, "unavailable")
+    clock.advance(3.0)
+    assert (await client.get("/v1/health/ready")).status_code == 200
+    with pytest.MonkeyPatch.context() as away:
+        away.setattr(getattr(services, kind), query, unreachable)
+        clock.advance(3.0)
+        assert (await client.get("/v1/health")).json()["status"] == "degraded"
+        assert (await client.get("/v1/health/ready")).status_code == 200
 
 
 async def test_a_store_that_does_not_answer_in_time_is_reported() -> None:

@@ -1,9 +1,11 @@
 import asyncio
+import json
 
 import pytest
 
 from engine.specs.machine_settings import MachineSettings
 from tests.support.cloud.command_line import CommandLine
+from tests.support.endpoints.fake_cloud import endpoint
 from tests.support.waiting import until
 
 
@@ -15,7 +17,9 @@ async def test_an_administrator_lists_the_machines(ppaas: CommandLine) -> None:
     ]
 
 
-@pytest.mark.parametrize("verb", ["list", "show m1", "drain m1", "label m1 a=b", "limit m1 --max-containers 1"])
+@pytest.mark.parametrize(
+    "verb", ["list", "endpoints", "show m1", "drain m1", "label m1 a=b", "limit m1 --max-containers 1"]
+)
 async def test_machine_commands_require_an_administrator(ppaas: CommandLine, verb: str) -> None:
     ended = await ppaas("machine", *verb.split())
     assert (ended.status, ended.out) == (1, "")
@@ -31,6 +35,20 @@ async def test_a_machine_is_shown_by_its_id(ppaas: CommandLine) -> None:
     assert (
         await ppaas("machine", "show", "m2", user="admin")
     ).err == "ppaas: not-found: unknown machine 'm2'; known: m1\n"
+
+
+async def test_an_administrator_lists_the_endpoints(ppaas: CommandLine) -> None:
+    ppaas.cloud.serving = [endpoint("local-2", sockets=0, state="silent"), endpoint("local-1")]
+    ended = await ppaas("machine", "endpoints", user="admin")
+    assert ended.rows == [
+        ["id", "machine", "state", "sockets", "frames", "cpu", "memory", "release", "pid", "url"],
+        ["local-1", "m1", "ready", "3", "60", "25", "%", "90.0", "MiB", "0.2.0", "4711", "http://127.0.0.1:8500"],
+        ["local-2", "m1", "silent", "0", "60", "25", "%", "90.0", "MiB", "0.2.0", "4711", "http://127.0.0.1:8500"],
+    ]
+    listed = json.loads((await ppaas("machine", "endpoints", "--json", "--limit", "1", user="admin")).out)
+    assert [(one["id"], one["memory"]) for one in listed] == [("local-1", 90 << 20)]
+    ppaas.cloud.serving.clear()
+    assert "no endpoints are connected" in (await ppaas("machine", "endpoints", user="admin")).out
 
 
 async def test_a_machine_is_drained_and_undrained(ppaas: CommandLine) -> None:

@@ -1,0 +1,103 @@
+"""An endpoint registers with the master over a Unix socket, and is shown with its load while it is connected."""
+
+import asyncio
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from engine.endpoint.master_link import MasterLink
+from engine.protocols.address import UnixAddress
+from engine.service.endpoints.interface import CloudCalls, EndpointState, MasterCalls, Registration
+from engine.service.endpoints.server import EndpointServer
+from engine.service.news import News
+from engine.service.robot_facts import FactSources
+from engine.service.views import EndpointView
+from ppaas.clock import ManualClock
+from tests.support.endpoints.fake_cloud import FakeCloud
+from tests.support.waiting import until
+
+SECRET = "of the cloud"
+
+
+class MasterCloud(FakeCloud):
+    """Cloud in the process of the master."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.news = News()
+        self.fact_sources = FactSources()
+
+
+class NoCalls:
+    """Endpoint that the master asks nothing."""
+
+
+def nothing() -> None:
+    """Tell the master about no clients."""
+
+
+@pytest.fixture
+def clock() -> ManualClock:
+    return ManualClock(1000.0)
+
+
+@pytest.fixture
+async def server(tmp_path: Path, clock: ManualClock) -> AsyncIterator[EndpointServer]:
+    made = EndpointServer(tmp_path / "e.sock", SECRET, MasterCloud(), None)  # type: ignore[arg-type]
+    made.endpoints.clock = clock
+    await made.start()
+    yield made
+    await made.close()
+
+
+@asynccontextmanager
+async def linked(server: EndpointServer, clock: Callable[[], float]) -> AsyncIterator[MasterLink]:
+    url, release = "http://h:8500", version("ppaas")
+    here = Registration("hall-1", "hall", SECRET, release, 77, "unix:/e", "own", url)
+    link = MasterLink(lambda: UnixAddress(server.path), here, NoCalls(), nothing, clock)  # type: ignore[arg-type]
+    running = asyncio.create_task(link.run())
+    try:
+        yield link
+    finally:
+        running.cancel()
+        await asyncio.gather(running, return_exceptions=True)
+
+
+async def test_an_endpoint_is_ready_while_it_reports_its_load(server: EndpointServer, clock: ManualClock) -> None:
+    assert server.endpoints.views() == []
+    async with linked(server, clock) as link:
+        await until(lambda: bool(server.endpoints.views()))
+        known: dict[str, Any] = {"id": "hall-1", "machine": "hall", "pid": 77, "url": "http://h:8500"}
+        known |= {"release": version("ppaas")}
+        silent = EndpointView(**known, sockets=0, frames=0.0, cpu=0.0, memory=0, state="ready")
+        assert server.endpoints.views() == [silent]
+        await link.call(MasterCalls.report, EndpointState(3, 60.0, 0.25, 90 << 20))
+        ready = EndpointView(**known, sockets=3, frames=60.0, cpu=0.25, memory=90 << 20, state="ready")
+        assert server.endpoints.views() == [ready]
+        clock.advance(2.6)
+        assert [one.state for one in server.endpoints.views()] == ["silent"]
+        await link.call(MasterCalls.report, EndpointState(3, 60.0, 0.25, 90 << 20))
+        assert server.endpoints.views() == [ready]
+    await until(lambda: not server.endpoints.views())
+
+
+async def test_endpoints_are_read_over_the_link(server: EndpointServer, clock: ManualClock) -> None:
+    async with linked(server, clock) as link:
+        assert await link.call(CloudCalls.endpoints) == await FakeCloud().endpoints()
+
+
+async def test_an_endpoint_knows_for_how_long_its_master_is_silent(server: EndpointServer, clock: ManualClock) -> None:
+    async with linked(server, clock) as link:
+        assert link.silence == float("inf")
+        await until(lambda: link.silence == 0.0)
+        clock.advance(4.0)
+        assert link.silence == 4.0
+        await link.call(MasterCalls.report, EndpointState(0, 0.0, 0.0, 0))
+        assert link.silence == 0.0
+        await server.close()
+        clock.advance(20.0)
+        assert link.silence == 20.0
