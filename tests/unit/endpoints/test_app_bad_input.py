@@ -2,16 +2,20 @@
 
 import asyncio
 import errno
-from typing import Any
+from typing import Any, cast
 
 import httpx
 import pytest
 
+from endpoints.accounts.accounts import Accounts
+from endpoints.accounts.passwords import Passwords
+from endpoints.accounts.token_cache import TokenCache
 from endpoints.app import PREFIX, create_app
 from endpoints.services.request_limits import RequestLimits
 from endpoints.services.services import Services
 from ppaas.errors import Unavailable
 from storage import staged_uploads
+from storage.ports import Store
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.fuzzed_rest import operations
 from tests.support.endpoints.problems import problem_of
@@ -217,14 +221,15 @@ BODIES: dict[str, object] = {
 
 @pytest.mark.parametrize(("method", "path"), with_a_store())
 async def test_a_failing_store_is_unavailable_and_not_an_internal_error(
-    client: httpx.AsyncClient, log_in: LogIn, services: Services, method: str, path: str
+    client: httpx.AsyncClient, log_in: LogIn, services: Services, passwords: Passwords, *, method: str, path: str
 ) -> None:
+    cache, dead = TokenCache(), cast(Store, DeadStore())
+    object.__setattr__(services, "accounts", Accounts(services.store, passwords=passwords, cache=cache))
     admin = await log_in("admin")
     await client.get("/v1/users/me", headers=admin)
-    dead = DeadStore()
     object.__setattr__(services, "store", dead)
     object.__setattr__(services, "map_store", dead)
-    services.accounts._store = dead  # type: ignore[assignment]
+    object.__setattr__(services, "accounts", Accounts(dead, passwords=passwords, cache=cache))
     given: dict[str, Any] = {"json": BODIES[path]} if method in ("POST", "PUT", "PATCH") and path in BODIES else {}
     if (method, path) == ("POST", "/v1/maps"):
         given = {"data": {"id": "house"}, "files": {"yaml": ("m.yaml", YAML), "image": ("house.pgm", pgm())}}

@@ -15,7 +15,6 @@ import pytest
 from endpoints.accounts.usage import Usage
 from endpoints.accounts.user_turns import LocalTurns
 from endpoints.services.services import Services
-from endpoints.services.version_removal import remove_version
 from ppaas.errors import QuotaExceeded, Unavailable
 from storage.memory.store import MemoryStore
 from storage.records import Limits, Publication, RobotRecord
@@ -120,7 +119,7 @@ async def test_each_endpoint_counts_what_the_other_has_added_and_removed(both: l
     oldest = first.map_store.versions("house")[-1].version
     changes: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [
         (publish, (second, image(3))),
-        (remove_version, (second, "ann", "house", oldest)),
+        (second.map_store.remove_versions, ("house", [oldest])),
         (propose, (second.map_store, image(4))),
         (put_urdf, (second, "tb1", 5000)),
         (second.store.remove_urdf, ("ann", "tb2")),
@@ -128,8 +127,10 @@ async def test_each_endpoint_counts_what_the_other_has_added_and_removed(both: l
     ]
     for work, arguments in changes:
         assert await counts_like_a_new_one(first)
+        before = first.usage.stored.of_user(first.store, first.map_store, "ann")
         await second.usage.in_turn("ann", work, *arguments)
         assert await counts_like_a_new_one(first)
+        assert first.usage.stored.of_user(first.store, first.map_store, "ann") != before
 
 
 async def test_what_is_known_is_read_again_only_after_a_turn_of_another_endpoint(

@@ -28,7 +28,7 @@ def limit(world: World, containers: int) -> None:
     user: User = world.services.store.user("ann")
     changed = User(user.id, user.password_hash, user.role, Limits(containers=containers))
     world.services.store.change_user(changed)
-    world.services.accounts._cache.forget("ann")
+    world.services.accounts.forget_user("ann")
     world.service.set_limits("ann", changed.limits)
 
 
