@@ -239,7 +239,8 @@ class ContainerGateway:
             await self._serve(await self._admitted(stream))
         except (PPaaSError, TimeoutError) as error:
             logger.warning(
-                "the container gateway closed the connection of a container: %s", error or "it sent nothing in time"
+                "the container gateway closed the connection of a container: %s",
+                str(error) or "it sent nothing in time",
             )
         finally:
             self._streams.discard(stream)

@@ -53,7 +53,7 @@ class EndpointRelay:
                 line = await reader.readline()
             far_reader, far_writer = await self._dial(self._chosen(line))
         except (PPaaSError, TimeoutError, ValueError) as error:
-            logger.warning("a container could not connect to an endpoint: %s", error or "it named none in time")
+            logger.warning("a container could not connect to an endpoint: %s", str(error) or "it named none in time")
             self._open.discard(writer)
             writer.close()
             return

@@ -104,7 +104,7 @@ class LinkListener:
                 raise NotPermitted("a container without the secret of its place dialled this endpoint")
             await self._serve(hello, stream)
         except (PPaaSError, TimeoutError) as error:
-            logger.warning("closed a link of a container: %s", error or "it sent no first frame in time")
+            logger.warning("closed a link of a container: %s", str(error) or "it sent no first frame in time")
         finally:
             self._streams.discard(stream)
             await stream.close()

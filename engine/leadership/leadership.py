@@ -108,7 +108,9 @@ class Leadership:
             async with asyncio.timeout(RELEASE_TIMEOUT):
                 await self._give_back()
         except (Unavailable, TimeoutError) as error:
-            logger.warning("the lease was not released, so a standby waits: %s", error or "the store did not answer")
+            logger.warning(
+                "the lease was not released, so a standby waits: %s", str(error) or "the store did not answer"
+            )
         finally:
             if self._running is not None:
                 self._running.cancel()

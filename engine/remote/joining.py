@@ -74,7 +74,7 @@ class JoinServer:
             if request is not None:
                 await stream.send(await asyncio.to_thread(self._answer, request))
         except (PPaaSError, TimeoutError) as error:
-            logger.warning("a client sent no valid request to join: %s", error or "it timed out")
+            logger.warning("a client sent no valid request to join: %s", str(error) or "it timed out")
         finally:
             await stream.close()
 

@@ -112,7 +112,7 @@ class Standbys:
                 await self._serve(stream)
                 logger.warning("%s does not stand by any more", name)
         except (PPaaSError, TimeoutError) as error:
-            logger.warning("%s cannot stand by: %s", name, error or "it said no hello in time")
+            logger.warning("%s cannot stand by: %s", name, str(error) or "it said no hello in time")
             refusal = error if isinstance(error, PPaaSError) else InvalidInput("no hello in time")
             stream.write(StandbyRefused(Refusal(refusal.slug, str(refusal))))
         finally:

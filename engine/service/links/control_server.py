@@ -125,7 +125,7 @@ class ControlServer:
         try:
             await self._serve(await self._registered(stream, machine), stream)
         except (PPaaSError, TimeoutError) as error:
-            logger.warning("closed a control link: %s", error or "the machine did not register in time")
+            logger.warning("closed a control link: %s", str(error) or "the machine did not register in time")
         finally:
             self._streams.discard(stream)
             await stream.close()

@@ -82,7 +82,7 @@ class LinkServer:
             else:
                 await self._serve(first, stream)
         except (PPaaSError, TimeoutError) as error:
-            logger.warning("closed a robot link: %s", error or "the container sent no first frame in time")
+            logger.warning("closed a robot link: %s", str(error) or "the container sent no first frame in time")
         finally:
             self._streams.discard(stream)
             await stream.close()

@@ -22,7 +22,7 @@ from tests.support.world.echo_node import EchoNode
 class ContainerPeers:
     """Endpoint and machine of a container, controlled by the test frame by frame; its node is an ``EchoNode``."""
 
-    def __init__(self, spec: ContainerSpec, path: Path = Path()) -> None:
+    def __init__(self, spec: ContainerSpec, path: Path = Path("link.sock")) -> None:
         self.spec = spec
         self._path = path
 
@@ -35,10 +35,13 @@ class ContainerPeers:
         self._client = MachineClient(machine)
         self._near = near
         endpoint = EndpointLink(str(self._path), near)
-        self.container = Container(_launch_of(self.spec), self.home, endpoint, self._client, PlanningNotes(Times()))
+        self.container = Container(self._launch(), self.home, endpoint, self._client, PlanningNotes(Times()))
         self.serving = asyncio.create_task(self.container.serve())
         self._answers = asyncio.create_task(self._client.serve(lambda _: None))
         return self
+
+    def _launch(self) -> Launch:
+        return Launch(self.spec, layers="", link=str(self._path), machine="", secret="secret", cpus=(0,), threads=1)
 
     async def ask(self, *frames: robot_link.ToContainer) -> robot_link.FromContainer:
         """Send frames, and return the next frame from the container."""
@@ -73,7 +76,3 @@ class ContainerPeers:
 def say(word: str, sequence: int = 0, client: int = 7) -> robot_link.Deliver:
     """Return a message for the node."""
     return robot_link.Deliver("say", b'{"data":"%s"}' % word.encode(), client, sequence)
-
-
-def _launch_of(spec: ContainerSpec) -> Launch:
-    return Launch(spec, layers="", link="", machine="", secret="secret", cpus=(0,), threads=1)

@@ -136,13 +136,14 @@ async def test_remote_machine_registers_only_under_its_certificates_name(
     await serving
 
 
-async def test_silent_client_is_disconnected(tmp_path: Path, events: Events) -> None:
+async def test_silent_client_is_disconnected(tmp_path: Path, events: Events, caplog: pytest.LogCaptureFixture) -> None:
     server = ControlServer(tmp_path / "control.sock", SECRET, events, register_timeout=0.05)
     await server.start()
     stream = await dial_control(server.path)
     assert await receive(stream) is None
     await server.close()
     assert events.calls == []
+    assert "the machine did not register in time" in caplog.text
 
 
 async def test_second_machine_of_the_same_name_is_refused(server: ControlServer, events: Events) -> None:

@@ -108,12 +108,15 @@ async def test_forgotten_container_cannot_connect(server: LinkServer, welcomes: 
     assert welcomes.hellos == []
 
 
-async def test_silent_client_is_disconnected(tmp_path: Path, welcomes: Welcomes) -> None:
+async def test_silent_client_is_disconnected(
+    tmp_path: Path, welcomes: Welcomes, caplog: pytest.LogCaptureFixture
+) -> None:
     server = LinkServer(tmp_path / "link.sock", welcomes.welcome, welcomes.failures.append, hello_timeout=0.05)
     await server.start()
     stream = await dial_link(server.path)
     assert await receive(stream) is None
     await server.close()
+    assert "the container sent no first frame in time" in caplog.text
 
 
 async def test_client_that_sends_invalid_bytes_is_disconnected(server: LinkServer, welcomes: Welcomes) -> None:
