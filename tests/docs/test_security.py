@@ -139,6 +139,7 @@ async def seeded(passwords: Passwords) -> Seeded:
     names = {
         "map_id": "house", "version": records.house().version, "robot_id": "tb1", "user_id": "ann", "plan_id": "p1",
         "machine_id": "m1", "container_id": "c1", "planner": "navfn", "node": "amcl", "goal_id": goal.id,
+        "endpoint_id": "local-1",
         "number": str(review.number), "grantee": "dora", "group_id": "hall",
         "recording_id": RECORDING,
         "token": token_id(await services.accounts.login("ann", PASSWORD)),

@@ -81,6 +81,7 @@ def world() -> tuple[Services, dict[str, str]]:
     names = {
         "map_id": "house", "version": records.house().version, "robot_id": "ann:tb1", "user_id": "ann", "plan_id": "p1",
         "machine_id": "m1", "container_id": "c1", "planner": "navfn", "node": "amcl", "goal_id": goal.id,
+        "endpoint_id": "local-1",
         "number": str(review.number), "grantee": "dora", "group_id": "hall", "token": token_id("token: look"),
         "recording_id": RECORDING,
     }  # fmt: skip

@@ -36,7 +36,7 @@ async def show_health(request: Request, services: Provided) -> dict[str, object]
     full, when nothing new is stored, and while the audit log cannot be written; its events wait in memory.
 
     While the `master` is away, the cloud is `degraded` as well: robots that have a container drive on, with the
-    operators that are connected. Whoever connects, paths, and requests about machines and containers wait for the next
+    operators that are connected. New connections, paths, and requests about machines and containers wait for the next
     master, and are `unavailable` after 15 s.
     """
     store, map_store = await services.health.stores(services.store, services.map_store)
