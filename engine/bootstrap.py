@@ -193,13 +193,7 @@ class Engine(CloudListener):
         self._background = Background()
         runtimes.RUNTIMES.load(config.runtime)  # raises here if unknown; otherwise the agent would fail
         self.keep_versions = config.keep_versions
-        outbox, reserve = (Path(path) if path else None for path in (config.outbox, config.reserve))
-        self.recordings = None if config.recordings is None else RecordingsFolder(Path(config.recordings))
-        self.reserve = DiskReserve(reserve) if reserve is not None else None
-        if self.reserve is not None:
-            self.reserve.keep()
-        self.store: Store = open_store(config.store, outbox=outbox, reserve=reserve)
-        self.map_store: MapStore = open_map_store(config.map_store, reserve=reserve)
+        self._open_stores(config)
         instance = instance_name()
         self._far = _far_machines(config, instance) if config.listen_machines is not None else None
         watcher = _watcher(config, self._far) if config.ray_address is not None else None
@@ -225,10 +219,18 @@ class Engine(CloudListener):
         self.sessions = RobotSessions(
             self.service, self.store, self.map_store, config.linger, node_priorities=config.node_priorities
         )
-        self.cloud = Cloud(self.service, quotas)
+        self.cloud, self.secret = Cloud(self.service, quotas), own.secret
         self.endpoints = EndpointServer(self.run_dir / SOCKET, own.secret, self.cloud, self.sessions)
         self.cloud.endpoints_of = self.endpoints.endpoints.views
-        self.secret = own.secret
+
+    def _open_stores(self, config: CloudConfig) -> None:
+        outbox, reserve = (Path(path) if path else None for path in (config.outbox, config.reserve))
+        self.recordings = None if config.recordings is None else RecordingsFolder(Path(config.recordings))
+        self.reserve = DiskReserve(reserve) if reserve is not None else None
+        if self.reserve is not None:
+            self.reserve.keep()
+        self.store: Store = open_store(config.store, outbox=outbox, reserve=reserve)
+        self.map_store: MapStore = open_map_store(config.map_store, reserve=reserve)
 
     def _let_lead(self, leadership: Leadership) -> str:
         """Give orders only while this process leads; return the process that it replaced, if there was one."""

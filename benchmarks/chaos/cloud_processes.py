@@ -5,7 +5,7 @@ from pathlib import Path
 
 import psutil
 
-from endpoints.processes.config import MODULE as ENDPOINT
+from endpoints.processes import serving
 from engine.agent import main as agent
 from engine.fabric import router
 from engine.remote import agent as joined_agent
@@ -23,7 +23,7 @@ OWN = "local"
 
 _BY_COMMAND = {
     f"{cli.__name__} up": "master",
-    ENDPOINT: "endpoint",
+    serving.__name__: "endpoint",
     joined_agent.__name__: "joined machine",
     agent.__name__: "agent",
     router.__name__: "router",

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import psutil
 
-from endpoints.processes.config import MODULE
+from endpoints.processes import serving
 from ppaas.clock import monotonic
 
 
@@ -71,7 +71,7 @@ def cpu_seconds(web: int, containers: set[int]) -> dict[str, float]:
 def is_endpoint(process: psutil.Process) -> bool:
     """Return whether a process is an endpoint of a cloud."""
     try:
-        return MODULE in process.cmdline()
+        return serving.__name__ in process.cmdline()
     except psutil.Error:  # it has just exited
         return False
 

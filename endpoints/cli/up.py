@@ -32,18 +32,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     _add_stores(parser)
     _add_versions(parser)
     _add_front(parser)
-    parser.add_argument(
-        "--rapyuta",
-        type=whole(1, MAX_PORT),
-        metavar="PORT",
-        help="also serve robots that speak the protocol of Rapyuta (RoboEarth Cloud Engine), on this port (off)",
-    )
-    parser.add_argument(
-        "--foxglove",
-        type=whole(1, MAX_PORT),
-        metavar="PORT",
-        help="also serve viewers of Foxglove, on this port; 8765 is the one that Foxglove expects (off)",
-    )
+    _add_other_protocols(parser)
     _add_machines(parser)
     _add_endpoints(parser)
     _add_standby(parser)
@@ -58,6 +47,21 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--ready-file", type=Path, help="write {url, pid, admin_user} to this file as JSON when the cloud is ready"
     )
     parser.add_argument("--log-level", default="info", choices=["debug", "info", "warning", "error"])
+
+
+def _add_other_protocols(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--rapyuta",
+        type=whole(1, MAX_PORT),
+        metavar="PORT",
+        help="also serve robots that speak the protocol of Rapyuta (RoboEarth Cloud Engine), on this port (off)",
+    )
+    parser.add_argument(
+        "--foxglove",
+        type=whole(1, MAX_PORT),
+        metavar="PORT",
+        help="also serve viewers of Foxglove, on this port; 8765 is the one that Foxglove expects (off)",
+    )
 
 
 def _add_stores(parser: argparse.ArgumentParser) -> None:
@@ -261,6 +265,6 @@ def _dead(text: str) -> float:
 
 def run(arguments: argparse.Namespace) -> int:
     """Serve until SIGINT or SIGTERM; return the exit status."""
-    from endpoints.server import run_server  # noqa: PLC0415 - the command line does not import the server
+    from endpoints.processes.server import run_server  # noqa: PLC0415 - the command line does not import the server
 
     return run_server(arguments)

@@ -4,9 +4,6 @@ import msgspec
 
 from engine.master.quotas import Quota
 
-MODULE = "endpoints.processes.serving"
-"""Main module of an endpoint process; its keeper does not import it, with all of the web application."""
-
 
 class EndpointConfig(msgspec.Struct, frozen=True, kw_only=True):
     """Settings of an endpoint process.

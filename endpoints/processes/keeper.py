@@ -10,7 +10,8 @@ from pathlib import Path
 
 import msgspec
 
-from endpoints.processes.config import MODULE, EndpointConfig
+from endpoints.processes import serving
+from endpoints.processes.config import EndpointConfig
 from endpoints.processes.records import EndpointRecord, left_endpoints
 from engine.local.kept_process import KeptProcess
 from engine.processes.background import Background
@@ -23,7 +24,7 @@ from ppaas.errors import Unavailable
 
 logger = logging.getLogger(__name__)
 
-COMMAND = (*lean_python.PYTHON, "-m", MODULE)
+COMMAND = (*lean_python.PYTHON, "-m", serving.__name__)
 
 START_TIMEOUT, LOOK = 60.0, 0.02
 """Time limit until all endpoints serve, and the period of checks [s]."""

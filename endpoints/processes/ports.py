@@ -7,6 +7,8 @@ import socket
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import msgspec
+
 from endpoints.listeners import listen, url_of
 from endpoints.processes.config import EndpointConfig
 from endpoints.processes.records import ENDPOINTS_HERE, left_endpoints
@@ -80,43 +82,45 @@ def _port_of(sockets: Sequence[socket.socket]) -> int | None:
 
 def endpoint_configs(arguments: argparse.Namespace, engine: Engine, ports: Ports) -> list[EndpointConfig]:
     """Return the settings of the endpoint processes of this host."""
-    cloud, port = engine.config, _port_of(ports.web)
-    assert port is not None
-    url = url_of(ports.web[0], "https" if arguments.tls_cert else "http")
-    return [
-        EndpointConfig(
-            name=f"{cloud.machine}-{number}",
-            machine=cloud.machine,
-            url=url,
-            run_dir=str(engine.run_dir),
-            secret=engine.secret,
-            store=cloud.store,
-            map_store=cloud.map_store,
-            outbox=cloud.outbox,
-            reserve=cloud.reserve,
-            recordings=cloud.recordings,
-            machines=cloud.machines if cloud.listen_machines is not None else None,
-            listen_machines=cloud.listen_machines,
-            data=str(arguments.data.resolve()),
-            keep_versions=cloud.keep_versions,
-            quota=cloud.quota,
-            host=arguments.host,
-            port=port,
-            rapyuta=_port_of(ports.rapyuta),
-            foxglove=_port_of(ports.foxglove),
-            linger=arguments.linger,
-            dead=arguments.dead,
-            holder=holder_of(arguments.data),
-            orphaned=arguments.adopt_within,
-            log_level=arguments.log_level,
-            root_path=arguments.root_path,
-            tls_cert=str(arguments.tls_cert or ""),
-            tls_key=str(arguments.tls_key or ""),
-            trusted_proxy=tuple(arguments.trusted_proxy),
-            allow_origin=tuple(arguments.allow_origin),
-            max_connections=arguments.max_connections,
-            max_connections_per_address=arguments.max_connections_per_address,
-            allowed=tuple(arguments.allow),
-        )
-        for number in range(1, arguments.endpoints + 1)
-    ]
+    first = _config(arguments, engine, ports)
+    names = [f"{first.machine}-{number}" for number in range(1, arguments.endpoints + 1)]
+    return [msgspec.structs.replace(first, name=name) for name in names]
+
+
+def _config(arguments: argparse.Namespace, engine: Engine, ports: Ports) -> EndpointConfig:
+    """Return the settings of an endpoint process without a name."""
+    cloud = engine.config
+    return EndpointConfig(
+        name="",
+        machine=cloud.machine,
+        url=url_of(ports.web[0], "https" if arguments.tls_cert else "http"),
+        run_dir=str(engine.run_dir),
+        secret=engine.secret,
+        store=cloud.store,
+        map_store=cloud.map_store,
+        outbox=cloud.outbox,
+        reserve=cloud.reserve,
+        recordings=cloud.recordings,
+        machines=cloud.machines if cloud.listen_machines is not None else None,
+        listen_machines=cloud.listen_machines,
+        data=str(arguments.data.resolve()),
+        keep_versions=cloud.keep_versions,
+        quota=cloud.quota,
+        host=arguments.host,
+        port=ports.web[0].getsockname()[1],
+        rapyuta=_port_of(ports.rapyuta),
+        foxglove=_port_of(ports.foxglove),
+        linger=arguments.linger,
+        dead=arguments.dead,
+        holder=holder_of(arguments.data),
+        orphaned=arguments.adopt_within,
+        log_level=arguments.log_level,
+        root_path=arguments.root_path,
+        tls_cert=str(arguments.tls_cert or ""),
+        tls_key=str(arguments.tls_key or ""),
+        trusted_proxy=tuple(arguments.trusted_proxy),
+        allow_origin=tuple(arguments.allow_origin),
+        max_connections=arguments.max_connections,
+        max_connections_per_address=arguments.max_connections_per_address,
+        allowed=tuple(arguments.allow),
+    )

@@ -9,7 +9,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 from endpoints.rest.names import Name
 from endpoints.rest.nesting import MAX_NESTING, is_deeper
 from engine.rights.globs import GLOB, MAX_GLOBS, bare
-from engine.service.path_requests import MAX_COORDINATE
+from engine.service.planning.path_requests import MAX_COORDINATE
 from engine.specs.machine_settings import MOST_LABELS
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]

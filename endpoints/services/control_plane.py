@@ -3,9 +3,9 @@
 from typing import Protocol
 
 from engine.master.quotas import Quotas
-from engine.service.news import NewsKind
-from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
-from engine.service.robot_facts import FactKind
+from engine.service.news.news import NewsKind
+from engine.service.news.robot_facts import FactKind
+from engine.service.planning.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from engine.service.views import (
     ContainerView,
     EndpointView,

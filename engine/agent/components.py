@@ -10,7 +10,6 @@ from pathlib import Path
 from engine.agent.config import AgentConfig
 from engine.agent.container_gateway import ContainerGateway
 from engine.agent.container_supervisor import ContainerSupervisor
-from engine.agent.endpoint_relay import EndpointRelay
 from engine.agent.entries import ENTRIES
 from engine.agent.host_load import HostLoad
 from engine.agent.layer_builder import LayerBuilder
@@ -19,7 +18,8 @@ from engine.agent.master_redial import Master, MasterDirectory
 from engine.agent.master_session import MasterSession
 from engine.agent.neighbours import Neighbours
 from engine.agent.network_load import NetworkLoad
-from engine.agent.robot_link_relay import Relay
+from engine.agent.relays.endpoint_relay import EndpointRelay
+from engine.agent.relays.robot_link_relay import Relay
 from engine.fabric.router import RouterProcess
 from engine.fabric.session import Fabric
 from engine.processes.instances import folder_of, instance_name
@@ -90,13 +90,9 @@ async def open_components(
     cache = MapCache.of_instance(instance_name(), LayerBuilder(open_map_store(config.map_store)))
     stack.callback(cache.remove_all)
     gateway = ContainerGateway(
-        run_dir / "gate.sock",
-        store,
-        fabric,
-        link=config.machine,
-        acts=session.acts,
+        run_dir / "gate.sock", store, fabric, link=config.machine, acts=session.acts,
         recordings=_recordings(config, stack),
-    )
+    )  # fmt: skip
     stack.push_async_callback(gateway.close)
     await gateway.start()
     relay = await _relay(config, stack, masters) if config.identity is not None else None

@@ -77,8 +77,7 @@ async def run(launch: Launch) -> None:
         await _until_first(*works, *(() if sessions is None else (sessions.host.attend(),)))
     finally:
         home.close()
-        await container.endpoints.close()
-        await _closed(endpoint, machine)
+        await _closed(container, endpoint, machine)
 
 
 async def _refuse(stream: Stream, launch: Launch, error: PPaaSError) -> None:
@@ -87,7 +86,8 @@ async def _refuse(stream: Stream, launch: Launch, error: PPaaSError) -> None:
     await stream.close()
 
 
-async def _closed(endpoint: EndpointLink, machine: MachineClient) -> None:
+async def _closed(container: Container, endpoint: EndpointLink, machine: MachineClient) -> None:
+    await container.endpoints.close()
     await endpoint.close()
     await machine.close()
 

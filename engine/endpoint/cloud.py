@@ -8,10 +8,10 @@ from engine.master.quotas import Quotas
 from engine.protocols.refusals import refusal_of
 from engine.service.endpoints.interface import CloudCalls, MasterCalls
 from engine.service.links.place_link import PlaceLink
-from engine.service.news import NewsKind
-from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
-from engine.service.planning import Planning
-from engine.service.robot_facts import FactKind
+from engine.service.news.news import NewsKind
+from engine.service.news.robot_facts import FactKind
+from engine.service.planning.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
+from engine.service.planning.planning import Planning
 from engine.service.robot_nodes import RobotNodes
 from engine.service.views import (
     ContainerView,

@@ -22,8 +22,8 @@ from engine.protocols.address import Address
 from engine.protocols.endpoint_sockets import endpoint_socket
 from engine.protocols.refusals import Refusal, error_of
 from engine.service.endpoints.interface import EndpointState, MasterCalls, Registration
-from engine.service.news import Hear, NewsKind
-from engine.service.robot_facts import AskFact, FactKind
+from engine.service.news.news import Hear, NewsKind
+from engine.service.news.robot_facts import AskFact, FactKind
 from ppaas.errors import Unavailable
 
 logger = logging.getLogger(__name__)

@@ -6,13 +6,13 @@ from engine.master.places import robot_key
 from engine.master.quotas import Quotas
 from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import MasterDriver
-from engine.service.news import News, NewsKind
-from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
+from engine.service.news.news import News, NewsKind
+from engine.service.news.robot_facts import FactKind, FactSources
 from engine.service.people_groups import PeopleGroups
-from engine.service.plan_rate import PlanRate
-from engine.service.planning import Planning
+from engine.service.planning.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
+from engine.service.planning.plan_rate import PlanRate
+from engine.service.planning.planning import Planning
 from engine.service.planning_places import PlanningPlaces
-from engine.service.robot_facts import FactKind, FactSources
 from engine.service.robot_navigation import RobotNavigation
 from engine.service.robot_nodes import RobotNodes
 from engine.service.views import (

@@ -8,7 +8,7 @@ import msgspec
 import pytest
 from PIL import Image
 
-from engine.service.path_requests import PathRequest
+from engine.service.planning.path_requests import PathRequest
 from ppaas.clone.planning_variants import allows_unknown
 from ppaas.clone.robot_body import costmap_parameters
 from ppaas.costmap.global_parameters import GlobalCostmapParameters

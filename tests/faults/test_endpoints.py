@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import psutil
 import pytest
 
-from endpoints.processes.config import MODULE
+from endpoints.processes import serving
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
@@ -29,7 +29,7 @@ def cloud(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningCloud]:
 
 def endpoints(cloud: RunningCloud) -> list[psutil.Process]:
     """Return the endpoint processes."""
-    return cloud.find(MODULE)
+    return cloud.find(serving.__name__)
 
 
 def served_by(cloud: RunningCloud) -> psutil.Process:

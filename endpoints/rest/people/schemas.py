@@ -6,7 +6,7 @@ from pydantic import ConfigDict, Field, StrictBool, StrictInt
 
 from endpoints.rest.names import Name
 from endpoints.rest.schemas import Number, RequestBody, ResponseBody
-from engine.service.path_requests import MAX_COORDINATE
+from engine.service.planning.path_requests import MAX_COORDINATE
 from engine.service.views import PeopleGroupView
 from ppaas.messages.people_coordination import FollowOrder, GroupRobot, PeopleState, TrackedPerson
 from ppaas.people.rules.registry import rule_names

@@ -13,7 +13,7 @@ from endpoints.accounts.scoped_user import ScopedUser
 from endpoints.http.problems import problem_response, unexpected
 from endpoints.rest.plans.planning import plan_and_store
 from endpoints.services.services import Services
-from engine.service.path_requests import PathRequest
+from engine.service.planning.path_requests import PathRequest
 from ppaas.errors import PPaaSError
 from storage.names import is_name
 

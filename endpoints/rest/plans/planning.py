@@ -19,7 +19,7 @@ from endpoints.rest.schemas import triple
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.services.request_limits import RequestLimits
 from endpoints.services.services import Services
-from engine.service.path_requests import PathAnswer, PathRequest
+from engine.service.planning.path_requests import PathAnswer, PathRequest
 from engine.specs.containers import MapVersion
 from ppaas.clock import epoch
 from ppaas.errors import InvalidParameter

@@ -9,8 +9,8 @@ from typing import Protocol
 import msgspec
 
 from engine.protocols.refusals import Refusal
-from engine.service.news import NewsKind
-from engine.service.robot_facts import FactKind
+from engine.service.news.news import NewsKind
+from engine.service.news.robot_facts import FactKind
 from engine.service.views import (
     ContainerView,
     EndpointView,

@@ -15,8 +15,8 @@ from engine.service.cloud import Cloud
 from engine.service.endpoints.interface import EndpointCalls, EndpointState, Join, JoinedPlace, Registration
 from engine.service.endpoints.neighbours import Neighbours
 from engine.service.links.place_link import PlaceLink
-from engine.service.news import NewsKind
-from engine.service.robot_facts import FactKind
+from engine.service.news.news import NewsKind
+from engine.service.news.robot_facts import FactKind
 from engine.service.robot_sessions import RobotSessions
 from engine.specs.containers import MapVersion
 from ppaas.errors import Conflict, NotPermitted, PPaaSError, Unavailable

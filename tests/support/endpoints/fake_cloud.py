@@ -12,8 +12,8 @@ from msgspec import Raw
 from engine.master.machine import Machine
 from engine.master.quotas import Quotas
 from engine.service.links.place_link import PlaceLink
-from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
-from engine.service.plan_rate import PlanRate
+from engine.service.planning.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
+from engine.service.planning.plan_rate import PlanRate
 from engine.service.robot_navigation import RobotNavigation
 from engine.service.view_building import machine_view
 from engine.service.views import (

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from endpoints.cli import up
-from endpoints.leading import take_the_lead
-from endpoints.server import cloud_config
+from endpoints.processes.leading import take_the_lead
+from endpoints.processes.server import cloud_config
 from engine.remote.authority import STANDBY, Authority
 from engine.remote.machines import ADDRESS
 from engine.remote.replica import MACHINES

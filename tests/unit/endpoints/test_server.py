@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from endpoints.server import admin_password
+from endpoints.processes.server import admin_password
 from engine.agent import main as agent_main
 from engine.fabric import router
 from ppaas.errors import InvalidInput

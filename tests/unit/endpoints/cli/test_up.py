@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from endpoints.cli import up
-from endpoints.server import cloud_config
+from endpoints.processes.server import cloud_config
 from engine.master.quotas import QUOTAS, Quota
 from robots.cli.command_parser import CommandParser
 from robots.cli.main import main

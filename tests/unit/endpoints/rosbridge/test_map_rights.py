@@ -2,7 +2,7 @@
 
 import pytest
 
-from endpoints.services.map_rights_watch import MapRightsWatch
+from endpoints.processes.map_rights_watch import MapRightsWatch
 from tests.support.endpoints.robot_world import World, closed
 from tests.support.storage import records
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from engine.agent.robot_link_relay import Relay
+from engine.agent.relays.robot_link_relay import Relay
 from engine.protocols.address import UnixAddress
 from engine.protocols.sockets import Streams, dial, listen
 

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.master.quotas import Quota, Quotas
-from engine.service.plan_rate import MAX_KNOWN, PlanRate
+from engine.service.planning.plan_rate import MAX_KNOWN, PlanRate
 from ppaas.clock import ManualClock
 from ppaas.errors import QuotaExceeded
 from storage.records import Limits

@@ -11,7 +11,7 @@ from engine.master.quotas import Quota, Quotas
 from engine.service import planning_places
 from engine.service.cloud import Cloud
 from engine.service.master_driver import MasterDriver
-from engine.service.path_requests import PathRequest
+from engine.service.planning.path_requests import PathRequest
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import MapVersion
 from ppaas.errors import Queued, QuotaExceeded, Unavailable

@@ -8,7 +8,7 @@ import pytest
 
 from engine.master.quotas import Quota, Quotas
 from engine.protocols import robot_link
-from engine.service.plan_rate import PlanRate
+from engine.service.planning.plan_rate import PlanRate
 from engine.sessions.outbox import FrameOutbox
 from engine.sessions.session import PATH_SERVICES
 from ppaas.errors import Unavailable

@@ -14,7 +14,7 @@ from starlette.types import Message
 from endpoints.rest.plans import fast_path
 from endpoints.rest.plans.schemas import CostFile, CostMatrixAnswer, NewPlanAnswer, PlanFile
 from endpoints.rest.strict_json import parse
-from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
+from engine.service.planning.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from tests.unit.endpoints.conftest import LogIn, Publish
 
 POSE = {"start": [1.0, 2.0], "goal": [3, 4, 0.5]}

@@ -9,7 +9,7 @@ import pytest
 
 from endpoints.rest.plans.schemas import NewPlanAnswer, PlanAnswer
 from endpoints.services.services import Services
-from engine.service.path_requests import PathRequest
+from engine.service.planning.path_requests import PathRequest
 from engine.specs.containers import MapVersion
 from ppaas import errors
 from tests.support.endpoints.fake_cloud import FakeCloud

@@ -13,8 +13,8 @@ from engine.endpoint.master_link import MasterLink
 from engine.protocols.address import UnixAddress
 from engine.service.endpoints.interface import CloudCalls, EndpointState, MasterCalls, Registration
 from engine.service.endpoints.server import EndpointServer
-from engine.service.news import News
-from engine.service.robot_facts import FactSources
+from engine.service.news.news import News
+from engine.service.news.robot_facts import FactSources
 from engine.service.views import EndpointView
 from ppaas.clock import ManualClock
 from tests.support.endpoints.fake_cloud import FakeCloud

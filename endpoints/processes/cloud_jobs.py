@@ -2,9 +2,9 @@
 
 from endpoints.merging.coordinator import JointMapCoordinator
 from endpoints.people.counting import PeopleCounting
+from endpoints.processes.map_rights_watch import MapRightsWatch
 from endpoints.proposals.change_watch import ChangeWatch
 from endpoints.services.disk_watch import DiskWatch
-from endpoints.services.map_rights_watch import MapRightsWatch
 from endpoints.services.services import Services
 from engine.processes.background import Background
 from engine.service.idle_watch import IdleWatch

@@ -22,9 +22,9 @@ from endpoints.accounts.user_turns import LocalTurns, UserTurns
 from endpoints.audit.cloud_audit import cloud_audit
 from endpoints.http.open_files import raise_file_limit
 from endpoints.http.tls import ServerTls, warn_if_open_to_others
-from endpoints.leading import take_the_lead
 from endpoints.listeners import url_of
 from endpoints.processes.keeper import EndpointKeeper
+from endpoints.processes.leading import take_the_lead
 from endpoints.processes.ports import Ports, endpoint_configs
 from endpoints.processes.records import ENDPOINTS_HERE
 from endpoints.processes.shared_turns import ServedTurns, TurnCalls
@@ -46,7 +46,7 @@ from storage.urls.opening import local_path
 from storage.urls.passwords import chosen_url
 
 if TYPE_CHECKING:
-    from endpoints.cloud_jobs import CloudJobs
+    from endpoints.processes.cloud_jobs import CloudJobs
 
 logger = logging.getLogger(__name__)
 
@@ -280,7 +280,7 @@ async def _start(
 
 
 def _import_jobs() -> "type[CloudJobs]":
-    from endpoints.cloud_jobs import CloudJobs  # noqa: PLC0415 - takes half a second, while the machine starts
+    from endpoints.processes.cloud_jobs import CloudJobs  # noqa: PLC0415 - takes half a second, while the machine starts
 
     return CloudJobs
 

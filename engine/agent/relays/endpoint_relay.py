@@ -10,7 +10,7 @@ import logging
 from collections.abc import Awaitable, Callable
 from pathlib import Path
 
-from engine.agent.robot_link_relay import carry_both_ways
+from engine.agent.relays.robot_link_relay import carry_both_ways
 from engine.protocols.address import UnixAddress, parse_address
 from engine.protocols.endpoint_sockets import is_endpoint_socket
 from engine.protocols.sockets import Streams, listen

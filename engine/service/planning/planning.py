@@ -9,7 +9,7 @@ import msgspec
 from msgspec import Raw
 
 from engine.service.links.place_link import PlaceLink
-from engine.service.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
+from engine.service.planning.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from engine.specs.containers import MapVersion
 from ppaas.errors import Queued, Unavailable
 from ppaas.geometry import Pose2D
