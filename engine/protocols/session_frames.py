@@ -98,6 +98,10 @@ class Attach(msgspec.Struct, tag="attach"):
     carried : bool
         Whether the endpoint carries this session already: the container replaces another. Then ``kept`` has the frames
         that are not settled, and ``sent`` is the number of frames that the client was sent.
+    since : int
+        Number of the last frame that the client had sent before it came to this endpoint, which keeps none of these.
+    settled : list of int
+        Those of them that were settled while the client was at this endpoint.
     """
 
     socket: int
@@ -110,6 +114,8 @@ class Attach(msgspec.Struct, tag="attach"):
     kept: list[NumberedFrame] = []
     taken: int = 0
     sent: int = 0
+    since: int = 0
+    settled: list[int] = []
 
 
 class ClientFrame(msgspec.Struct, tag="frame"):

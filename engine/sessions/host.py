@@ -254,10 +254,15 @@ class SessionHost:
 
     @staticmethod
     def _repeat(retained: RetainedSession, attach: Attach, record: SessionRecord | None) -> None:
-        """Execute the frames of a session that an earlier container had, and those that no container got."""
+        """Execute the frames of a session that an earlier container had, and those that no container got.
+
+        The endpoint does not keep the frames of endpoints that the client was at before; these are in the checkpoint.
+        """
         done = 0 if record is None else record.taken
-        frames = attach.kept if attach.carried or record is None else record.frames
-        for frame in frames:
+        since, settled = (attach.since, set(attach.settled)) if attach.carried else (done, set[int]())
+        before = () if record is None else record.frames
+        frames = [frame for frame in before if frame.number <= since and frame.number not in settled]
+        for frame in (*frames, *attach.kept):
             if frame.number <= done:
                 retained.replay(frame, "applied")
             elif frame.number <= attach.taken:

@@ -129,6 +129,8 @@ class CarriedSession:
         self._carried = False
         self._kept: dict[int, NumberedFrame] = {}
         self._kept_bytes = 0
+        self._since = 0
+        self._settled_before: set[int] = set()
         self._drop_above = MAX_UNSENT
         self._sent_to_container = 0
         self._sent = 0
@@ -146,6 +148,7 @@ class CarriedSession:
                 self._socket, self._client, self._options, self._access, self.id,
                 None if self._carried else self._resume, self._carried,
                 list(self._kept.values()), self._sent_to_container, self._sent + len(self._held),
+                self._since, sorted(self._settled_before),
             )
         )  # fmt: skip
         if sent:
@@ -192,7 +195,7 @@ class CarriedSession:
     def _note_attached(self, attached: Attached) -> None:
         if not self._carried:
             self.id, self.resumed, self.taken = attached.id, attached.resumed, attached.taken
-            self._sent_to_container = attached.taken
+            self._sent_to_container = self._since = attached.taken
             self._sent = self._resume.received if self._resume is not None and attached.resumed else 0
         self._carried = True
         if not self._attached.done():
@@ -242,6 +245,8 @@ class CarriedSession:
             frame = self._kept.pop(number, None)
             if frame is not None:
                 self._kept_bytes -= len(frame.content)
+            elif number <= self._since:
+                self._settled_before.add(number)
 
     @property
     def access(self) -> Access:

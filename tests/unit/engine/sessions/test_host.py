@@ -304,6 +304,28 @@ async def test_a_session_outlives_endpoint_and_container(first: Container, link:
     assert goals(second) == [] and second.place.heard() == {"map"}
 
 
+@pytest.mark.parametrize("stored", [True, False])
+async def test_a_session_that_came_to_another_endpoint_continues_in_the_next_container(
+    first: Container, link: PlaceLink, stored: bool
+) -> None:
+    client = Client(link, counts=True)
+    client.say({"op": "subscribe", "topic": "map"})
+    client.say({"op": "subscribe", "topic": "scan"})
+    checkpoint = first.host.checkpoint()
+    first.lose()
+    other = PlaceLink("robot:ann/tb1")
+    first.connect(other)
+    again = Client(other, counts=True, resume=ResumptionPoint(client.session.id, 0))
+    again.say({"op": "unsubscribe", "topic": "scan"})
+    again.say(GOAL)
+    if stored:
+        first.acknowledge()
+        checkpoint = first.host.checkpoint()
+    second = replaced(first, other, checkpoint)
+    assert second.place.heard() == {"map"}, "the first endpoint alone knew what was subscribed"
+    assert goals(second) == ([] if stored else ["goal"])
+
+
 async def test_a_client_that_missed_frames_of_a_lost_container_begins_anew(first: Container, link: PlaceLink) -> None:
     client = Client(link, counts=True)
     client.say({"op": "subscribe", "topic": "map"})
