@@ -29,6 +29,9 @@ COMMAND = (*lean_python.PYTHON, "-m", serving.__name__)
 START_TIMEOUT, LOOK = 60.0, 0.02
 """Time limit until all endpoints serve, and the period of checks [s]."""
 
+ADOPT_PATIENCE = 5.0
+"""Time within which an adopted endpoint must register; after that it counts as frozen, and is replaced [s]."""
+
 HOPELESS = 3
 """Number of exits in a row after which the start fails."""
 
@@ -68,22 +71,39 @@ class EndpointKeeper:
         Unavailable
             They do not serve in time.
         """
+        adopted = await self._adopt()
+        for kept in self._kept.values():
+            await kept.start()
+        impatient = asyncio.get_running_loop().call_later(ADOPT_PATIENCE, self._kill_silent, adopted)
+        try:
+            await self._until_registered()
+        finally:
+            impatient.cancel()
+        self._watching.run(watch((self._server.endpoints.beats, self._kill_frozen)))
+
+    async def _adopt(self) -> list[str]:
+        """Adopt the endpoints of a killed cloud process, and end those with other settings; return the adopted ones."""
+        adopted = []
         for left in left_endpoints(self._file):
             if self._configs.get(left.config.name) == left.config:
                 self._kept[left.config.name].adopt(pid_of(left.process))
                 self._record(left.config.name, pid_of(left.process))
+                adopted.append(left.config.name)
             else:
                 await _end(left)
-        for kept in self._kept.values():
-            await kept.start()
-        await self._until_registered()
-        self._watching.run(watch((self._server.endpoints.beats, self._kill_frozen)))
+        return adopted
+
+    def _kill_silent(self, adopted: list[str]) -> None:
+        for name in set(adopted) - self._registered():
+            self._kill_frozen(name)
+
+    def _registered(self) -> set[str]:
+        return {one.registration.endpoint for one in self._server.endpoints if one.registration is not None}
 
     async def _until_registered(self) -> None:
         until = asyncio.get_running_loop().time() + START_TIMEOUT
         while asyncio.get_running_loop().time() < until:
-            known = {one.registration.endpoint for one in self._server.endpoints if one.registration is not None}
-            if known >= self._kept.keys():
+            if self._registered() >= self._kept.keys():
                 return
             if any(kept.deaths >= HOPELESS for kept in self._kept.values()):
                 break

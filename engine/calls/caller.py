@@ -13,7 +13,7 @@ from engine.calls.interface import method_of, methods_of
 from engine.processes.background import Background
 from engine.protocols.framing import FrameStream
 from engine.protocols.refusals import error_of, refusal_of
-from ppaas.errors import InvalidInput, PPaaSError, Unavailable
+from ppaas.errors import InvalidInput, NotPermitted, PPaaSError, Unavailable
 
 logger = logging.getLogger(__name__)
 
@@ -36,6 +36,11 @@ class Caller:
         Interfaces with the methods that the other end may call.
     served : object
         Objects that have them; the first that has a method runs it.
+
+    Attributes
+    ----------
+    admits : callable
+        Returns whether the other end may call a method now, given its name.
     """
 
     def __init__(self, stream: FrameStream[Frame], interfaces: Sequence[type], *served: object) -> None:
@@ -46,6 +51,7 @@ class Caller:
         self._waiting: dict[int, asyncio.Future[msgspec.Raw]] = {}
         self._background = Background()
         self._lost = False
+        self.admits: Callable[[str], bool] = lambda _: True
 
     async def call(
         self, method: Callable[Concatenate[Any, P], Coroutine[Any, Any, R]], *args: P.args, **named: P.kwargs
@@ -137,6 +143,8 @@ class Caller:
         method = self._methods.get(name)
         if method is None:
             raise InvalidInput(f"the other process calls {name[:64]!r}, which this release does not have")
+        if not self.admits(name):
+            raise NotPermitted(f"the other process may not call {name!r} before it has registered")
         try:
             decoded = method.arguments.decode(arguments)
         except msgspec.DecodeError as error:

@@ -14,6 +14,7 @@ from engine.protocols import robot_link
 from engine.protocols.address import UnixAddress, parse_address
 from engine.protocols.framing import FrameStream
 from engine.sessions.host import SessionHost
+from ppaas.errors import PPaaSError
 
 logger = logging.getLogger(__name__)
 
@@ -113,6 +114,8 @@ class EndpointLinks:
             try:
                 if await self._serve_stream(order, end, stream):
                     return
+            except PPaaSError as error:
+                logger.warning("the link to endpoint %s is closed and dialled again: %s", order.endpoint, error)
             finally:
                 end.stream = None
                 await stream.close()

@@ -59,6 +59,10 @@ class ServedEndpoint:
         """Name of the endpoint; empty before it has registered."""
         return "" if self.registration is None else self.registration.endpoint
 
+    def may_call(self, method: str) -> bool:
+        """Return whether the endpoint may call a method: any, once it has registered."""
+        return self.registration is not None or method == ServedEndpoint.register.__name__
+
     async def register(self, registration: Registration) -> None:
         """Register the endpoint."""
         if not is_same(self._secret, registration.secret):
@@ -95,7 +99,6 @@ class ServedEndpoint:
 
     async def join(self, join: Join) -> JoinedPlace:
         """Add a client to the place of a robot, and let its containers dial the endpoint."""
-        self._check_registered()
         if join.as_robot:
             await self._neighbours.displace(self, join)
         place = await self._sessions.join(
@@ -128,7 +131,6 @@ class ServedEndpoint:
 
     async def visit(self, user: str, robot: str) -> JoinedPlace:
         """Let the containers of a robot's place dial the endpoint, which calls services there."""
-        self._check_registered()
         place = self._cloud.place(user, robot)
         if place is None:
             raise Unavailable(f"robot {robot!r} has no container now: its nodes run while it is connected")
@@ -136,7 +138,6 @@ class ServedEndpoint:
 
     async def open_planning(self, user: str, version: MapVersion, labels: dict[str, str], queue: bool) -> JoinedPlace:
         """Open the place of a planning container, or use it."""
-        self._check_registered()
         place = self._cloud.planning_place(user, version, labels, queue=queue)
         return self._reach(place)
 
@@ -179,10 +180,6 @@ class ServedEndpoint:
         return None if self.caller is None else await self.caller.call(EndpointCalls.fact, kind, user, robot)
 
     # -- ends ----------------------------------------------------------------------------------------------------------
-
-    def _check_registered(self) -> None:
-        if self.registration is None:
-            raise NotPermitted("an endpoint has to register first")
 
     def _reach(self, place: PlaceLink) -> JoinedPlace:
         """Let the containers of a place dial the endpoint, and tell the endpoint when the place is closed."""

@@ -89,6 +89,7 @@ class EndpointServer:
         extras = [make() for make in self._extras]
         interfaces = [MasterCalls, *(extra.interface for extra in extras)]
         endpoint.caller = Caller(stream, interfaces, endpoint, of_cloud, *(extra.served for extra in extras))
+        endpoint.caller.admits = endpoint.may_call
         self._streams.add(stream)
         late = asyncio.get_running_loop().call_later(REGISTER_TIMEOUT, self._check_registered, endpoint, stream)
         try:

@@ -9,14 +9,19 @@ from typing import Any
 
 import pytest
 
+from engine.calls.caller import Caller
+from engine.calls.frames import Frame
 from engine.endpoint.master_link import MasterLink
 from engine.protocols.address import UnixAddress
-from engine.service.endpoints.interface import CloudCalls, EndpointState, MasterCalls, Registration
+from engine.protocols.framing import FrameStream
+from engine.protocols.sockets import dial
+from engine.service.endpoints.interface import CloudCalls, EndpointCalls, EndpointState, MasterCalls, Registration
 from engine.service.endpoints.server import EndpointServer
 from engine.service.news.news import News
 from engine.service.news.robot_facts import FactSources
 from engine.service.views import EndpointView
 from ppaas.clock import ManualClock
+from ppaas.errors import Conflict, NotPermitted, PPaaSError
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.waiting import until
 
@@ -57,8 +62,8 @@ async def server(tmp_path: Path, clock: ManualClock) -> AsyncIterator[EndpointSe
 @asynccontextmanager
 async def linked(server: EndpointServer, clock: Callable[[], float]) -> AsyncIterator[MasterLink]:
     url, release = "http://h:8500", version("ppaas")
-    here = Registration("hall-1", "hall", SECRET, release, 77, "unix:/e", "own", url)
-    link = MasterLink(lambda: UnixAddress(server.path), here, NoCalls(), nothing, clock)  # type: ignore[arg-type]
+    here = Registration("hall-1", "hall", SECRET, release, 77, "unix:/e", "", "own", url)
+    link = MasterLink(lambda: UnixAddress(server.path), lambda: here, NoCalls(), nothing, clock)  # type: ignore[arg-type]
     running = asyncio.create_task(link.run())
     try:
         yield link
@@ -101,3 +106,39 @@ async def test_an_endpoint_knows_for_how_long_its_master_is_silent(server: Endpo
         await server.close()
         clock.advance(20.0)
         assert link.silence == 20.0
+
+
+@asynccontextmanager
+async def stranger(server: EndpointServer) -> AsyncIterator[Caller]:
+    """Connect without a registration."""
+    stream: FrameStream[Frame] = FrameStream(*await dial(UnixAddress(server.path)), Frame)
+    caller = Caller(stream, [EndpointCalls], NoCalls())
+    serving = asyncio.create_task(caller.serve())
+    try:
+        yield caller
+    finally:
+        await stream.close()
+        await asyncio.gather(serving, return_exceptions=True)
+
+
+async def test_an_endpoint_may_call_nothing_before_it_has_registered(server: EndpointServer) -> None:
+    async with stranger(server) as caller:
+        for asked in (caller.call(CloudCalls.machines), caller.call(MasterCalls.forget_place, "robot:ann/tb1")):
+            with pytest.raises(NotPermitted, match="before it has registered"):
+                await asked
+    assert server.endpoints.views() == []
+
+
+@pytest.mark.parametrize(
+    ("secret", "release", "expected"),
+    [("guessed", version("ppaas"), NotPermitted), (SECRET, "0.0.9", Conflict)],
+    ids=["secret", "release"],
+)
+async def test_endpoints_of_another_cloud_or_release_are_refused(
+    server: EndpointServer, secret: str, release: str, expected: type[PPaaSError]
+) -> None:
+    async with stranger(server) as caller:
+        with pytest.raises(expected):
+            await caller.call(MasterCalls.register, Registration("e", "m", secret, release, 1, "unix:/e", "", "s", ""))
+        with pytest.raises(NotPermitted):
+            await caller.call(CloudCalls.machines)
