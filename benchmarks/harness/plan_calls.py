@@ -1,6 +1,7 @@
 """Path requests over the wire: WebSocket frames, a minimal HTTP connection, and distant starts and goals."""
 
 import json
+import select
 import socket
 from collections.abc import Callable
 from urllib.parse import urlsplit
@@ -49,15 +50,28 @@ class RestAsker:
 
     def __init__(self, url: str, token: str, path: str) -> None:
         address = urlsplit(url)
-        self._socket = socket.create_connection((address.hostname, address.port), timeout=30.0)
-        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._address = address.hostname, address.port
+        self._socket = self._connected()
         self._head = (
             f"POST {path} HTTP/1.1\r\nHost: {address.netloc}\r\nAuthorization: Bearer {token}\r\n"
             "Content-Type: application/json\r\nContent-Length: {}\r\n\r\n"
         )
 
+    def _connected(self) -> socket.socket:
+        opened = socket.create_connection(self._address, timeout=30.0)
+        opened.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        return opened
+
+    def _is_closed(self) -> bool:
+        """Return whether the server has closed the connection, as it does with one that was idle for seconds."""
+        readable, _, _ = select.select([self._socket], [], [], 0.0)
+        return bool(readable)
+
     def exchange(self, body: bytes) -> bytes:
-        """Return the answer to a body; raise ``Unavailable`` if the server closes the connection."""
+        """Return the answer to a body; raise ``Unavailable`` if the server closes the connection meanwhile."""
+        if self._is_closed():
+            self._socket.close()
+            self._socket = self._connected()
         self._socket.sendall(self._head.format(len(body)).encode() + body)
         answer = self._read(b"", lambda read: b"\r\n\r\n" in read)
         head, _, begun = answer.partition(b"\r\n\r\n")
