@@ -268,9 +268,11 @@ async def _start(
             endpoint_configs(arguments, engine, ports), engine.endpoints, arguments.data / ENDPOINTS_HERE
         )
         stack.push_async_callback(keeper.stop)
-        await asyncio.gather(keeper.start(), asyncio.to_thread(store_kernels.prepare))
+        _, _, make_jobs = await asyncio.gather(
+            keeper.start(), asyncio.to_thread(store_kernels.prepare), asyncio.to_thread(_import_jobs)
+        )
         await machine
-        jobs = (await asyncio.to_thread(_import_jobs))(services, engine.sessions, arguments.idle)
+        jobs = make_jobs(services, engine.sessions, arguments.idle)
         stack.push_async_callback(jobs.close)
         jobs.start()
     finally:

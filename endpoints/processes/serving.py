@@ -5,13 +5,11 @@ Its keeper imports this module for its name, and not the web application.
 
 import logging
 import sys
-from pathlib import Path
 
 import msgspec
 
 from endpoints.processes.config import EndpointConfig
 from engine.processes.private_files import keep_new_files_private
-from engine.processes.run_dir import add_owner, remove_unless_owned
 from ppaas.errors import PPaaSError
 from ppaas.plugins import permit_only
 
@@ -31,7 +29,6 @@ def main() -> int:
         datefmt="%H:%M:%S",
     )
     permit_only(config.allowed)
-    add_owner(Path(config.run_dir))
     from endpoints.processes.endpoint_process import run  # noqa: PLC0415 - the keeper does not import it
 
     try:
@@ -39,8 +36,6 @@ def main() -> int:
     except PPaaSError as error:
         logger.error("%s: %s", error.slug, error)
         return REFUSED
-    finally:
-        remove_unless_owned(Path(config.run_dir))
     return 0
 
 
