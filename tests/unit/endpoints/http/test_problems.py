@@ -113,7 +113,7 @@ def test_openapi_describes_operations_and_declares_problems(services: Services) 
             Problem.model_validate(content["example"])
     assert {"Problem", "Fault"} <= set(described["components"]["schemas"])
     open_to_all = {key for key, operation in operations.items() if "security" not in operation}
-    assert open_to_all == {("post", "/v1/tokens"), ("get", "/v1/health")}
+    assert open_to_all == {("post", "/v1/tokens"), ("get", "/v1/health"), ("get", "/v1/health/ready")}
     form = operations["post", "/v1/maps"]["requestBody"]["content"]["multipart/form-data"]["schema"]
     assert form["required"] == ["id"]
     assert {"yaml", "image", "octomap"} <= set(form["properties"])
