@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from endpoints.accounts.tokens import TOKEN_LIFETIME
-from engine.service.planning.planning import IDLE
+from engine.service.planning_places import IDLE
 from engine.service.robot_sessions import LINGER
 from ppaas.localization.parameters import AmclParameters
 from ppaas.navigation.parameters import MoveBaseParameters

@@ -6,7 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from endpoints import server
+from endpoints.processes import server
 from storage.urls.backends import MAP_STORES, STORES
 from storage.urls.opening import open_map_store, open_store
 from tests.support.documents import script, table, text_of

@@ -51,7 +51,7 @@ def wait_for(process: subprocess.Popen[bytes], holds: Callable[[], object]) -> N
 def test_sigterm_to_a_bench_or_demo_stops_its_cloud(short_path: Path, arguments: tuple[str, ...]) -> None:
     with running(short_path, *arguments) as process:
         wait_for(process, lambda: any(short_path.glob("ppaas-*/ready.json")))
-        assert {"web", "agent"} <= {member.kind for member in cloud_processes(short_path)}
+        assert {"master", "endpoint", "agent"} <= {member.kind for member in cloud_processes(short_path)}
         process.send_signal(signal.SIGTERM)
         assert process.wait(TIMEOUT) == TERMINATED
     assert cloud_processes(short_path) == []
