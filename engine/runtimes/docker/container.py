@@ -53,7 +53,7 @@ class ContainerFolders:
         self._endpoint = launch.link
         link, machine = _shown(launch.link, self.sockets, LINK), _shown(launch.machine, self.sockets, MACHINE)
         seen = {"link": link, "machine": machine}
-        relay = Path(launch.machine).with_name(RELAY)
+        relay = Path(launch.machine).parent / RELAY
         if relay.exists():
             _shown(str(relay), self.sockets, RELAY)
         if launch.layers:
