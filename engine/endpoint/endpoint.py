@@ -181,12 +181,13 @@ class Endpoint:
         until = loop.time() + START_PATIENCE
         while True:
             await asyncio.sleep(PERIOD)
-            if await self._report():
+            answers = await self._report()
+            if self.master.is_up:  # a master that is slow, or stopped, has not ended
                 until = loop.time() + orphaned
             elif loop.time() >= until:
                 self._ends = Unavailable("no master was reachable for a while: connect again")
                 break
-            elif await replaced():
+            if not answers and await replaced():
                 self._ends = Unavailable("another process leads this cloud now: connect again")
                 break
         logger.warning("this endpoint ends: %s", self._ends)

@@ -66,6 +66,11 @@ class MasterLink:
         """Time since the master answered [s]; infinite if it never has."""
         return self._clock() - self._answered
 
+    @property
+    def is_up(self) -> bool:
+        """Whether the master is connected."""
+        return self._up.is_set()
+
     async def run(self) -> None:
         """Keep the link up until cancelled.
 
