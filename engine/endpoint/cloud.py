@@ -6,7 +6,8 @@ from engine.endpoint.master_link import MasterLink
 from engine.endpoint.places import EndpointPlaces
 from engine.master.quotas import Quotas
 from engine.protocols.refusals import refusal_of
-from engine.service.endpoints.interface import CloudCalls, MasterCalls
+from engine.service.endpoints.cloud_calls import CloudCalls
+from engine.service.endpoints.interface import MasterCalls
 from engine.service.links.place_link import PlaceLink
 from engine.service.news.news import NewsKind
 from engine.service.news.robot_facts import FactKind

@@ -9,24 +9,10 @@ from typing import Protocol
 import msgspec
 
 from engine.protocols.refusals import Refusal
+from engine.service.endpoints.cloud_calls import CloudCalls
 from engine.service.news.news import NewsKind
 from engine.service.news.robot_facts import FactKind
-from engine.service.views import (
-    ContainerView,
-    EndpointView,
-    GoalView,
-    LifelongRobot,
-    MachineView,
-    MappingRobot,
-    PeopleGroupView,
-    RobotState,
-    UserUsage,
-)
 from engine.specs.containers import MapVersion
-from engine.specs.machine_settings import MachineSettings
-from ppaas.geometry import Pose2D
-from ppaas.messages.people_coordination import PeopleState, ZoneCount
-from ppaas.people.settings import PeopleSettings
 from storage.records import Limits, MapRecord
 
 
@@ -119,106 +105,6 @@ class JoinedPlace(msgspec.Struct, frozen=True):
     key: str
     base_frame: str
     position: int | None
-
-
-class CloudCalls(Protocol):
-    """Methods of the master that do not depend on the endpoint; see ``endpoints.services.control_plane``."""
-
-    async def count_paths(self, user: str, paths: int) -> None:
-        """Count paths that a user requests; ``QuotaExceeded`` if they are too many."""
-        ...
-
-    async def check_container(self, user: str, cores: float) -> None:
-        """Raise ``QuotaExceeded`` if the quota of a user allows no other container of this size [cores]."""
-        ...
-
-    async def usage(self, user: str) -> UserUsage:
-        """Return what counts against the quotas of a user."""
-        ...
-
-    async def machines(self) -> list[MachineView]:
-        """Return all machines."""
-        ...
-
-    async def endpoints(self) -> list[EndpointView]:
-        """Return all endpoints that are connected to the master."""
-        ...
-
-    async def machine_settings(self, machine: str) -> MachineSettings:
-        """Return the settings of a machine."""
-        ...
-
-    async def configure_machine(self, machine: str, settings: MachineSettings) -> None:
-        """Change the settings of a machine."""
-        ...
-
-    async def admit_machine(self, machine: str) -> None:
-        """Allow a removed machine to join again."""
-        ...
-
-    async def containers(self, user: str | None) -> list[ContainerView]:
-        """Return the containers of a user, or all containers with None."""
-        ...
-
-    async def give_up_container(self, container: str) -> None:
-        """End a container as if it had died."""
-        ...
-
-    async def resize_container(self, container: str, cores: float) -> None:
-        """Resize a running container [cores]."""
-        ...
-
-    async def robot_state(self, user: str, robot: str) -> RobotState:
-        """Return the pose and the active goals of a robot."""
-        ...
-
-    async def send_goal(self, user: str, robot: str, pose: Pose2D) -> GoalView:
-        """Send a robot to a pose in the frame ``map``."""
-        ...
-
-    async def goals(self, user: str, robot: str) -> list[GoalView]:
-        """Return the goals that REST sent to a robot, oldest first."""
-        ...
-
-    async def goal(self, user: str, robot: str, goal_id: str) -> GoalView:
-        """Return a goal."""
-        ...
-
-    async def cancel_goal(self, user: str, robot: str, goal_id: str) -> GoalView:
-        """Cancel a goal."""
-        ...
-
-    async def cancel_goals(self, user: str, robot: str) -> None:
-        """Cancel all goals of a robot."""
-        ...
-
-    async def mapping_robots(self) -> list[MappingRobot]:
-        """Return the robots that make new maps now."""
-        ...
-
-    async def lifelong_robots(self) -> list[LifelongRobot]:
-        """Return the robots that continue a published map for life now."""
-        ...
-
-    async def people_groups(self) -> list[PeopleGroupView]:
-        """Return the groups of robots that track people now."""
-        ...
-
-    async def people(self, user: str, map: str) -> PeopleState:  # noqa: A002
-        """Return the people whom the robots of a user see on a map."""
-        ...
-
-    async def people_counts(self, user: str, map: str, since: int) -> list[ZoneCount]:  # noqa: A002
-        """Return the numbers of different people by hour and zone."""
-        ...
-
-    async def configure_people(self, user: str, map: str, settings: PeopleSettings) -> None:  # noqa: A002
-        """Make the coordinator of a user's robots on a map use settings."""
-        ...
-
-    async def end_people(self, map: str) -> None:  # noqa: A002
-        """End the people coordinators of a map."""
-        ...
 
 
 class MasterCalls(CloudCalls, Protocol):

@@ -13,7 +13,8 @@ from engine.protocols.address import UnixAddress
 from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import listen
 from engine.service.cloud import Cloud
-from engine.service.endpoints.interface import CloudCalls, MasterCalls
+from engine.service.endpoints.cloud_calls import CloudCalls
+from engine.service.endpoints.interface import MasterCalls
 from engine.service.endpoints.neighbours import Neighbours
 from engine.service.endpoints.served_endpoint import ServedEndpoint
 from engine.service.robot_sessions import RobotSessions

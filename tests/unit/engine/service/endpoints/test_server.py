@@ -15,7 +15,8 @@ from engine.endpoint.master_link import MasterLink
 from engine.protocols.address import UnixAddress
 from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import dial
-from engine.service.endpoints.interface import CloudCalls, EndpointCalls, EndpointState, MasterCalls, Registration
+from engine.service.endpoints.cloud_calls import CloudCalls
+from engine.service.endpoints.interface import EndpointCalls, EndpointState, MasterCalls, Registration
 from engine.service.endpoints.server import EndpointServer
 from engine.service.news.news import News
 from engine.service.news.robot_facts import FactSources
