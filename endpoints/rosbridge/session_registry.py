@@ -93,21 +93,23 @@ class SessionRegistry:
             session=request.session,
         )  # fmt: skip
         try:
-            await self._wait_ready(request, place)
-            attachment = await self._attach(caller, request, place, access)
+            queued = await self._wait_ready(request, place)
+            attachment = await self._attach(caller, request, place, access, queued=queued)
         except BaseException:
             self._leave_place(place, request)
             raise
-        if await self._robots.position(place) is not None:
+        if queued:
             self._background.run(self._report_position(attachment))
         return attachment
 
-    async def _wait_ready(self, request: ConnectRequest, place: PlaceLink) -> None:
+    async def _wait_ready(self, request: ConnectRequest, place: PlaceLink) -> bool:
+        """Wait for the container of a place; return whether the place is queued instead, as its client accepts."""
         position = await self._robots.position(place)
         if position is None:
             await place.ready(READY_TIMEOUT)
         elif not request.queue:
             raise Unavailable(f"the robot is at position {position} in the queue: connect with queue=1 to wait for it")
+        return position is not None
 
     async def _report_position(self, attachment: Attachment) -> None:
         reported = None
@@ -131,7 +133,9 @@ class SessionRegistry:
                     Conflict("it did not answer, and another connection of this robot replaced it")
                 )
 
-    async def _attach(self, caller: Caller, request: ConnectRequest, place: PlaceLink, access: Access) -> Attachment:
+    async def _attach(
+        self, caller: Caller, request: ConnectRequest, place: PlaceLink, access: Access, *, queued: bool
+    ) -> Attachment:
         await self._take_over(caller.user, request)
         session = CarriedSession(
             place, request.client(caller.user), self._options_of(request), access, request.resume,
@@ -140,11 +144,11 @@ class SessionRegistry:
         attachment = Attachment(session, place, request, caller)
         self._attachments.add(attachment)
         try:
-            if await self._robots.position(place) is None:
+            if queued and place.container is None:
+                session.begin_without_container()
+            else:
                 session.attach()
                 await session.attached(READY_TIMEOUT)
-            else:
-                session.begin_without_container()
         except BaseException:
             self._attachments.discard(attachment)
             attachment.detach(for_good=True)
