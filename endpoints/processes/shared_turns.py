@@ -7,6 +7,7 @@ from typing import Protocol
 
 from endpoints.accounts.user_turns import Turn, UserTurns
 from engine.endpoint.master_link import MasterLink
+from engine.endpoint.undone_if_cancelled import undone_if_cancelled
 from engine.processes.background import Background
 
 LONGEST = 120.0
@@ -39,20 +40,14 @@ class MasterTurns:
     @asynccontextmanager
     async def turn(self, user: str) -> AsyncIterator[Turn]:
         """Wait for a turn of a user; it ends with the block."""
-        taking = asyncio.create_task(self._master.call(TurnCalls.take_turn, user))
-        try:
-            turn = await asyncio.shield(taking)
-        except asyncio.CancelledError:
-            taking.add_done_callback(self._give_back)
-            raise
+        turn = await undone_if_cancelled(self._master.call(TurnCalls.take_turn, user), self._end)
         try:
             yield turn
         finally:
-            self._master.tell(TurnCalls.end_turn, turn.id)
+            self._end(turn)
 
-    def _give_back(self, taking: asyncio.Task[Turn]) -> None:
-        if not taking.cancelled() and taking.exception() is None:
-            self._master.tell(TurnCalls.end_turn, taking.result().id)
+    def _end(self, turn: Turn) -> None:
+        self._master.tell(TurnCalls.end_turn, turn.id)
 
 
 class ServedTurns:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from engine.endpoint.master_link import MasterLink
 from engine.endpoint.places import EndpointPlaces
+from engine.endpoint.undone_if_cancelled import undone_if_cancelled
 from engine.processes.background import Background
 from engine.protocols.refusals import refusal_of
 from engine.service.endpoints.interface import Join, MasterCalls
@@ -60,13 +61,12 @@ class EndpointSessions:
 
         The master goes on if the client gives up meanwhile; it is then told that the client has left.
         """
-        joining = asyncio.create_task(self._join(Join(user, robot, as_robot, hold, queue, session)))
-        try:
-            return await asyncio.shield(joining)
-        except asyncio.CancelledError:
+
+        def leave(place: PlaceLink) -> None:
             if hold:
-                joining.add_done_callback(lambda joined: self._leave_again(joined, as_robot=as_robot))
-            raise
+                self.leave(place.key, as_robot=as_robot)
+
+        return await undone_if_cancelled(self._join(Join(user, robot, as_robot, hold, queue, session)), leave)
 
     async def _join(self, join: Join) -> PlaceLink:
         joined = await self._master.call(MasterCalls.join, join)
@@ -76,10 +76,6 @@ class EndpointSessions:
             self._clients[kind] += 1
             self._told[kind] += 1
         return self._places.joined(joined)
-
-    def _leave_again(self, joined: asyncio.Task[PlaceLink], *, as_robot: bool) -> None:
-        if not joined.cancelled() and joined.exception() is None:
-            self.leave(joined.result().key, as_robot=as_robot)
 
     def leave(self, key: str, *, as_robot: bool) -> None:
         """Remove a client from a place."""
