@@ -31,29 +31,37 @@ class RobotFacts:
         known: Progress | RefusedConnect | Sharing | None
         match kind:
             case "publication":
-                known = await asyncio.to_thread(self._services.publications.progress, user, robot)
+                known = await self._progress_here(user, robot)
             case "refusal":
                 known = self._services.refused_connects.last(user, robot)
             case "sharing":
-                sharing = self._services.joint_maps.sharing(user, robot)
-                known = None if sharing == ALONE else sharing
+                known = self._sharing_here(user, robot)
         return None if known is None else msgspec.json.encode(known)
 
     async def progress(self, user: str, robot: str) -> Progress | None:
         """Return how far the publication of a robot's map is; None if there is none."""
-        return next(iter(await self._ask("publication", user, robot, Progress)), None)
+        here = await self._progress_here(user, robot)
+        return here or next(iter(await self._others("publication", user, robot, Progress)), None)
 
     async def last_refusal(self, user: str, robot: str) -> RefusedConnect | None:
         """Return the last refusal of a robot; None if it connected since, or never tried."""
-        found = await self._ask("refusal", user, robot, RefusedConnect)
-        return min(found, key=lambda refused: refused.ago, default=None)
+        here = self._services.refused_connects.last(user, robot)
+        if here is not None:
+            return here
+        others = await self._others("refusal", user, robot, RefusedConnect)
+        return min(others, key=lambda refused: refused.ago, default=None)
 
     async def sharing(self, user: str, robot: str) -> Sharing:
         """Return whether the map of a robot is part of a joint one."""
-        return next(iter(await self._ask("sharing", user, robot, Sharing)), ALONE)
+        here = self._sharing_here(user, robot)
+        return here or next(iter(await self._others("sharing", user, robot, Sharing)), ALONE)
 
-    async def _ask(self, kind: FactKind, user: str, robot: str, fact: type[F]) -> list[F]:
-        here = await self.here(kind, user, robot)
-        others = await self._services.cloud.facts(kind, user, robot) if here is None else []
-        found = others if here is None else [here]
-        return [msgspec.json.decode(each, type=fact) for each in found]
+    async def _progress_here(self, user: str, robot: str) -> Progress | None:
+        return await asyncio.to_thread(self._services.publications.progress, user, robot)
+
+    def _sharing_here(self, user: str, robot: str) -> Sharing | None:
+        sharing = self._services.joint_maps.sharing(user, robot)
+        return None if sharing == ALONE else sharing
+
+    async def _others(self, kind: FactKind, user: str, robot: str, fact: type[F]) -> list[F]:
+        return [msgspec.json.decode(each, type=fact) for each in await self._services.cloud.facts(kind, user, robot)]

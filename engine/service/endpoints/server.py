@@ -1,7 +1,6 @@
 """Server of the endpoints: each connects, registers and calls the master."""
 
 import asyncio
-import contextlib
 import logging
 from collections.abc import Callable
 from pathlib import Path
@@ -116,5 +115,4 @@ class EndpointServer:
         if self._server is not None:
             self._server.close()
         await asyncio.gather(*(stream.close() for stream in self._streams))
-        with contextlib.suppress(OSError):
-            self.path.unlink(missing_ok=True)
+        self.path.unlink(missing_ok=True)
