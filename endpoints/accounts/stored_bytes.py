@@ -36,7 +36,7 @@ class MapContent:
 
 @dataclass(slots=True)
 class _Remembered:
-    """What one user has stored: the last turn of this endpoint, the sum [bytes], and what it was counted from.
+    """Storage of one user, as counted last: the last turn of this endpoint, the sum [bytes], and the counted parts.
 
     ``changes`` counts what this endpoint has changed, since what was read before a change must not be remembered.
     """

@@ -1,4 +1,4 @@
-"""Caches of a process of a cloud: what another process changed is dropped, and what this one changes is announced."""
+"""Caches of a process of a cloud drop what another process changed, and announce what this one changes."""
 
 from functools import partial
 from typing import Any

@@ -75,7 +75,7 @@ class StoreHealthCheck:
 
     @property
     def have_answered(self) -> bool:
-        """Whether both stores have answered at least once."""
+        """True once both stores have answered."""
         return all(self._have_answered)
 
     async def stores(self, store: Store, map_store: MapStore) -> tuple[StoreState, StoreState]:

@@ -83,7 +83,7 @@ class EndpointLinks:
 
     @property
     def any_up(self) -> bool:
-        """Whether an endpoint is connected."""
+        """True while an endpoint is connected."""
         return bool(self._up)
 
     def dial(self, order: robot_link.DialEndpoint) -> None:

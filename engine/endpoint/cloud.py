@@ -158,7 +158,7 @@ class EndpointCloud:
             self._untold.append((kind, key))
 
     def master_found(self) -> None:
-        """Tell a master that was found the limits of users, and what it missed."""
+        """Send the limits of users, and the changes of records that no master got, to a new master."""
         for user, limits in self._limits.items():
             self._master.tell(MasterCalls.set_limits, user, limits)
         untold, self._untold = [*self._untold], deque(maxlen=MAX_UNTOLD)

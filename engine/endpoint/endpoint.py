@@ -1,4 +1,4 @@
-"""Endpoint: connects the link to the master, the links to containers, and what answers the requests of clients."""
+"""Endpoint: connects the web application with the master and with the containers of its clients."""
 
 import asyncio
 import contextlib
@@ -132,7 +132,7 @@ class Endpoint:
         )
 
     def _greet(self) -> None:
-        """Tell a master that was found what this endpoint has, and drop from caches what may have changed meanwhile."""
+        """Send the clients of this endpoint to a new master, and drop from caches what may have changed meanwhile."""
         self._missed()
         self.cloud.master_found()
         self.sessions.master_found()

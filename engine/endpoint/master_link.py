@@ -68,7 +68,7 @@ class MasterLink:
 
     @property
     def is_up(self) -> bool:
-        """Whether the master is connected."""
+        """True while the master is connected."""
         return self._up.is_set()
 
     async def run(self) -> None:

@@ -104,7 +104,7 @@ class EndpointSessions:
         await self._master.call(MasterCalls.let_go, place.key, refusal_of(reason))
 
     def master_found(self) -> None:
-        """Tell a master that was found which clients this endpoint has; those that it refuses are notified."""
+        """Join the places of all clients again, at a new master; clients that it refuses are notified."""
         self._told.clear()
         self._masters += 1
         for kind in tuple(self._clients):

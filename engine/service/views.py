@@ -263,7 +263,7 @@ class RobotState(msgspec.Struct, frozen=True):
 
 
 class UserUsage(msgspec.Struct, frozen=True):
-    """What counts against the quotas of a user, beside what is stored.
+    """Usage of a user's quotas, without those of storage.
 
     Parameters
     ----------

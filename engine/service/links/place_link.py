@@ -132,7 +132,7 @@ class PlaceLink(SharedLink):
 
     @property
     def has_clients(self) -> bool:
-        """Whether this process has clients of the place."""
+        """True if this process has clients of the place."""
         return bool(self._carried) or super().clients > 0
 
     def note_round_trip(self, seconds: float) -> None:

@@ -85,7 +85,7 @@ class FakeCloud:
         self.navigation = RobotNavigation(self)  # type: ignore[arg-type]  # it has the places that a driver has
         self.announced: list[tuple[str, str]] = []
         self.known_facts: dict[tuple[str, str, str], bytes] = {}
-        """What other processes know of robots."""
+        """Facts about robots that other processes know, as JSON."""
         self.asked: list[tuple[str, MapVersion, PathRequest]] = []
         self.costs_asked: list[tuple[str, MapVersion, CostRequest]] = []
         self.error: Exception | None = None
