@@ -2,8 +2,6 @@
 
 import asyncio
 import logging
-import os
-import signal
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -15,7 +13,8 @@ from endpoints.processes.config import EndpointConfig
 from endpoints.processes.records import EndpointRecord, left_endpoints
 from engine.local.kept_process import KeptProcess
 from engine.processes.background import Background
-from engine.processes.instances import is_dead, name_of, pid_of
+from engine.processes.ending import end_process
+from engine.processes.instances import name_of, pid_of
 from engine.processes.private_files import write_private
 from engine.runtimes.memory_tuning import lean_python
 from engine.service.endpoints.server import EndpointServer
@@ -34,9 +33,6 @@ ADOPT_PATIENCE = 5.0
 
 HOPELESS = 3
 """Number of exits in a row after which the start fails."""
-
-END_GRACE = 5.0
-"""Time for an endpoint of an earlier cloud process to exit after SIGTERM [s]."""
 
 
 class EndpointKeeper:
@@ -137,10 +133,4 @@ class EndpointKeeper:
 
 async def _end(left: EndpointRecord) -> None:
     logger.warning("endpoint %s of an earlier cloud process is stopped: the settings have changed", left.config.name)
-    os.kill(pid_of(left.process), signal.SIGTERM)
-    try:
-        async with asyncio.timeout(END_GRACE):
-            while not is_dead(left.process):  # noqa: ASYNC110 - it is not our child
-                await asyncio.sleep(LOOK)
-    except TimeoutError:
-        os.kill(pid_of(left.process), signal.SIGKILL)
+    await end_process(left.process)

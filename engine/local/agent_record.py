@@ -1,25 +1,17 @@
 """Record of the local agent, with which a cloud process finds the agent of a killed cloud process."""
 
-import asyncio
 import logging
-import os
-import signal
 from pathlib import Path
 
 import msgspec
 
 from engine.agent.config import AgentConfig
+from engine.processes.ending import end_process
 from engine.processes.instances import is_dead, name_of, pid_of
 from engine.processes.private_files import write_private
 from ppaas import __version__
 
 logger = logging.getLogger(__name__)
-
-END_GRACE = 5.0
-"""Time for an agent to exit by itself after SIGTERM [s]."""
-
-BLINK = 0.02
-"""Time between two checks whether it has exited [s]."""
 
 
 class AgentRecord(msgspec.Struct, frozen=True):
@@ -72,13 +64,7 @@ class AgentRecord(msgspec.Struct, frozen=True):
             self.release or "(unknown)",
             f"this cloud is {__version__}" if self.release != __version__ else "its configuration has changed",
         )
-        os.kill(self.pid, signal.SIGTERM)
-        try:
-            async with asyncio.timeout(END_GRACE):
-                while not is_dead(self.process):  # noqa: ASYNC110 - it is not our child
-                    await asyncio.sleep(BLINK)
-        except TimeoutError:
-            os.killpg(self.pid, signal.SIGKILL)
+        await end_process(self.process)
 
 
 def read_record(file: Path) -> AgentRecord | None:
