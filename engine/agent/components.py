@@ -19,7 +19,7 @@ from engine.agent.master_session import MasterSession
 from engine.agent.neighbours import Neighbours
 from engine.agent.network_load import NetworkLoad
 from engine.agent.relays.endpoint_relay import EndpointRelay
-from engine.agent.relays.robot_link_relay import Relay
+from engine.agent.relays.robot_link_relay import RobotLinkRelay
 from engine.fabric.router import RouterProcess
 from engine.fabric.session import Fabric
 from engine.processes.instances import folder_of, instance_name
@@ -51,7 +51,7 @@ class AgentComponents:
     host: HostLoad
     router: RouterProcess
     masters: MasterDirectory
-    relay: Relay | None
+    relay: RobotLinkRelay | None
 
 
 async def dial_cloud(config: AgentConfig, purpose: Purpose, address: str) -> Streams:
@@ -180,10 +180,10 @@ async def _endpoint_relay(config: AgentConfig, stack: contextlib.AsyncExitStack,
     await relay.start()
 
 
-async def _relay(config: AgentConfig, stack: contextlib.AsyncExitStack, masters: MasterDirectory) -> Relay:
+async def _relay(config: AgentConfig, stack: contextlib.AsyncExitStack, masters: MasterDirectory) -> RobotLinkRelay:
     """Start the relay of robot links to an endpoint on another host."""
     path = Path(config.run_dir) / "link.sock"
-    relay = Relay(path, lambda address: dial_cloud(config, "robot", address), lambda: masters.current)
+    relay = RobotLinkRelay(path, lambda address: dial_cloud(config, "robot", address), lambda: masters.current)
     stack.push_async_callback(relay.close)
     await relay.start()
     return relay

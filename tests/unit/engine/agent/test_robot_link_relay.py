@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from engine.agent.relays.robot_link_relay import Relay
+from engine.agent.relays.robot_link_relay import RobotLinkRelay
 from engine.protocols.address import UnixAddress
 from engine.protocols.sockets import Streams, dial, listen
 
@@ -43,14 +43,14 @@ async def endpoint(tmp_path: Path) -> AsyncIterator[Endpoint]:
 
 
 @pytest.fixture
-async def relay(tmp_path: Path, endpoint: Endpoint) -> AsyncIterator[Relay]:
-    opened = Relay(tmp_path / "near.sock", lambda _: dial(endpoint.address), lambda: "here")
+async def relay(tmp_path: Path, endpoint: Endpoint) -> AsyncIterator[RobotLinkRelay]:
+    opened = RobotLinkRelay(tmp_path / "near.sock", lambda _: dial(endpoint.address), lambda: "here")
     await opened.start()
     yield opened
     await opened.close()
 
 
-async def test_data_and_its_answer_arrive_whole(relay: Relay) -> None:
+async def test_data_and_its_answer_arrive_whole(relay: RobotLinkRelay) -> None:
     reader, writer = await dial(UnixAddress(relay.path))
     data = os.urandom(3 << 20)
     writer.write(data)
@@ -59,7 +59,7 @@ async def test_data_and_its_answer_arrive_whole(relay: Relay) -> None:
     writer.close()
 
 
-async def test_endpoint_sees_the_container_disconnect(relay: Relay, endpoint: Endpoint) -> None:
+async def test_endpoint_sees_the_container_disconnect(relay: RobotLinkRelay, endpoint: Endpoint) -> None:
     _, writer = await dial(UnixAddress(relay.path))
     writer.write(b"x")
     writer.close()
@@ -67,7 +67,7 @@ async def test_endpoint_sees_the_container_disconnect(relay: Relay, endpoint: En
         await endpoint.gone.wait()
 
 
-async def test_container_receives_everything_before_the_endpoint_closes(relay: Relay) -> None:
+async def test_container_receives_everything_before_the_endpoint_closes(relay: RobotLinkRelay) -> None:
     reader, writer = await dial(UnixAddress(relay.path))
     writer.write(b"the end")
     async with asyncio.timeout(10.0):
@@ -78,7 +78,9 @@ async def test_container_receives_everything_before_the_endpoint_closes(relay: R
 async def test_container_is_disconnected_if_the_endpoint_is_unreachable(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    relay = Relay(tmp_path / "near.sock", lambda _: dial(UnixAddress(tmp_path / "nobody.sock")), lambda: "here")
+    relay = RobotLinkRelay(
+        tmp_path / "near.sock", lambda _: dial(UnixAddress(tmp_path / "nobody.sock")), lambda: "here"
+    )
     await relay.start()
     reader, writer = await dial(UnixAddress(relay.path))
     async with asyncio.timeout(10.0):
@@ -88,7 +90,7 @@ async def test_container_is_disconnected_if_the_endpoint_is_unreachable(
     await relay.close()
 
 
-async def test_closing_disconnects_both_ends_and_removes_the_socket(relay: Relay, endpoint: Endpoint) -> None:
+async def test_closing_disconnects_both_ends_and_removes_the_socket(relay: RobotLinkRelay, endpoint: Endpoint) -> None:
     reader, writer = await dial(UnixAddress(relay.path))
     writer.write(b"x")
     assert await reader.read(1) == b"x"
@@ -106,7 +108,7 @@ async def test_connections_to_an_endpoint_that_leads_no_more_are_aborted(tmp_pat
         dialled.append(address)
         return dial(endpoint.address)
 
-    relay = Relay(tmp_path / "near.sock", dial_there, lambda: where[0])
+    relay = RobotLinkRelay(tmp_path / "near.sock", dial_there, lambda: where[0])
     await relay.start()
     try:
         left, left_writer = await dial(UnixAddress(relay.path))
