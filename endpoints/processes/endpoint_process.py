@@ -140,6 +140,7 @@ async def _services(
         audit=await stack.enter_async_context(cloud_audit(Path(config.data), is_cloud=False)),
         endpoint=config.name,
     )
+    stack.push_async_callback(services.plan_writer.settled)
     caches = Caches(services)
     endpoint.connect_caches(caches.hear, caches.drop_all)
     endpoint.answer_by(RobotFacts(services).here)

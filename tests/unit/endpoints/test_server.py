@@ -1,6 +1,7 @@
 """Start conditions of the server, and its process from start to clean stop."""
 
 import asyncio
+import contextlib
 import json
 import signal
 import stat
@@ -12,9 +13,13 @@ from endpoints.processes.server import admin_password
 from engine.agent import main as agent_main
 from engine.fabric import router
 from ppaas.errors import InvalidInput
+from ppaas.maps.generate import office
 from robots.client.rest import RestClient
+from storage.urls.opening import open_store
+from tests.support.cloud.cloud import publish_map
 from tests.support.cloud.up_process import Up
 from tests.support.network.ipv6 import needs_ipv6
+from tests.support.world.places import free_pose, reachable_pose
 
 
 def test_an_admin_password_is_created_once_with_mode_0600(tmp_path: Path) -> None:
@@ -59,7 +64,18 @@ def test_a_signal_during_start_ends_the_cloud_cleanly(tmp_path: Path, moment: st
     assert "Traceback" not in up.log.read_text()
 
 
-def test_an_interrupt_of_a_serving_cloud_ends_it_cleanly(tmp_path: Path) -> None:
+async def planned(url: str, data: Path) -> str:
+    """Publish a map and plan a path on it; return the id of the plan."""
+    rest = RestClient(url)
+    await rest.login("admin", (data / "admin-password").read_text().strip())
+    grid = office(seed=1, width=12.0, height=10.0)
+    await publish_map(rest, "office", grid)
+    start = free_pose(grid, seed=1)
+    goal = reachable_pose(grid, start, seed=2, at_least=3.0)
+    return str((await rest.plan("office", (start.x, start.y), (goal.x, goal.y)))["plan_id"])
+
+
+def test_an_interrupt_of_a_serving_cloud_ends_it_cleanly_and_stores_the_last_plan(tmp_path: Path) -> None:
     up = Up(tmp_path)
     up.wait_for(up.ready.exists)
     ready = json.loads(up.ready.read_text())
@@ -67,8 +83,11 @@ def test_an_interrupt_of_a_serving_cloud_ends_it_cleanly(tmp_path: Path) -> None
     assert ready["url"].startswith("http://127.0.0.1:")
     assert ready["admin_user"] == "admin"
     assert stat.S_IMODE((up.folder / "data" / "admin-password").stat().st_mode) == 0o600
+    plan = asyncio.run(planned(ready["url"], up.folder / "data"))
     assert up.end(signal.SIGINT) == 0
     assert "Traceback" not in up.log.read_text()
+    with contextlib.closing(open_store(f"sqlite://{up.folder / 'data' / 'ppaas.sqlite'}")) as store:
+        assert store.plan(plan).id == plan
 
 
 def test_a_cloud_shuts_others_out_of_its_data_a_second_cloud_and_other_users_of_the_computer(tmp_path: Path) -> None:
