@@ -18,11 +18,12 @@ from engine.local.agent_record import read_record
 from engine.local.machine import Agents, LocalMachine, settle_config
 from engine.master.balancers.registry import BALANCERS, DEFAULT
 from engine.master.master import Master
+from engine.master.places import LINGER
 from engine.master.quotas import Quota, Quotas
 from engine.processes.background import Background
 from engine.processes.instances import instance_name, sweep_stale
 from engine.protocols.address import parse_host_port
-from engine.remote.cluster_settings import ContainerSettings
+from engine.remote.cluster_settings import ContainerSettings, EndpointSettings
 from engine.remote.machines import RemoteMachines
 from engine.remote.ray.config import WatchConfig
 from engine.remote.ray.machines import RayMachines
@@ -34,7 +35,7 @@ from engine.service.listener import CloudListener
 from engine.service.machine_events import RETURN_TIMEOUT
 from engine.service.machine_registry import MachineRegistry
 from engine.service.master_driver import MasterDriver
-from engine.service.robot_sessions import LINGER, RobotSessions
+from engine.service.robot_sessions import RobotSessions
 from engine.specs.checkpoints import CheckpointSelection
 from ppaas.errors import InvalidInput, Unavailable
 from storage.disk_space.reserve import DiskReserve
@@ -140,6 +141,7 @@ def _far_machines(config: CloudConfig, cloud: str) -> RemoteMachines:
         map_store=config.map_store,
         own=config.machine,
         runs=ContainerSettings(config.runtime, config.image, config.allowed, config.adopt_within),
+        serves=EndpointSettings(config.quota, config.keep_versions, config.linger),
     )
 
 
@@ -285,7 +287,7 @@ class Engine(CloudListener):
             if self._roll is not None:
                 self.service.of_machines.expect_back(self._expected())
             if self._far is not None:
-                await self._far.start(*self.service.servers)
+                await self._far.start(*self.service.servers, self.endpoints.connected)
             await self._agents.start()
             if self._agents.expected_at_start and not self._former:
                 await self._wait_for_own()

@@ -5,8 +5,14 @@ import os
 import socket
 import tempfile
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from endpoints.cli import front_options
 from ppaas.bounded_numbers import whole
+from ppaas.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from engine.remote.agent import EndpointProcesses
 
 HELP = "make this host a machine of a cloud on another host, until SIGTERM or Ctrl-C"
 
@@ -29,6 +35,22 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--data", type=Path, default=Path("machine"), help="folder of its key and certificate (./%(default)s)"
     )
+    parser.add_argument(
+        "--endpoints",
+        type=whole(),
+        default=0,
+        metavar="NUMBER",
+        help="processes that serve robots, operators and REST on this host, as those of the cloud's own host; the "
+        "options below are theirs (%(default)s)",
+    )
+    parser.add_argument(
+        "--listen",
+        default="",
+        metavar="HOST",
+        help="host or address at which containers of other machines reach these endpoints (the one that reaches the "
+        "cloud)",
+    )
+    front_options.add(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -43,8 +65,34 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.ticket is not None:
         asyncio.run(join(folder, arguments.ticket, arguments.name))
     membership_in(folder)  # reports errors before the process is replaced
-    _replace_process(agent.__name__, folder, agent.MachineOptions(arguments.cores, dict(arguments.label)))
+    endpoints = _endpoints(arguments) if arguments.endpoints else None
+    options = agent.MachineOptions(arguments.cores, dict(arguments.label), endpoints=endpoints)
+    _replace_process(agent.__name__, folder, options)
     return 0
+
+
+def _endpoints(arguments: argparse.Namespace) -> "EndpointProcesses":
+    """Return the endpoint processes of the machine.
+
+    Raises
+    ------
+    InvalidInput
+        Their options do not fit together.
+    """
+    import msgspec  # noqa: PLC0415
+
+    from endpoints.processes.config import JoinedEndpointConfig, front_config  # noqa: PLC0415
+    from endpoints.processes.keeper import COMMAND  # noqa: PLC0415
+    from engine.remote.agent import EndpointProcesses  # noqa: PLC0415
+
+    if arguments.port == 0:
+        raise InvalidInput("the endpoints of a machine need a --port other than 0: all of them listen there")
+    if (arguments.tls_cert is None) != (arguments.tls_key is None):
+        raise InvalidInput("TLS needs a certificate and its key: give both --tls-cert and --tls-key")
+    scheme = "http" if arguments.tls_cert is None else "https"
+    front = front_config(arguments, url=f"{scheme}://{arguments.host}:{arguments.port}", port=arguments.port)
+    config = JoinedEndpointConfig(name="", run_dir="", folder="", listen=arguments.listen, front=front)
+    return EndpointProcesses(COMMAND, [msgspec.to_builtins(config)] * arguments.endpoints)
 
 
 def _replace_process(module: str, folder: Path, options: object) -> None:

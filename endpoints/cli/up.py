@@ -2,42 +2,29 @@
 
 import argparse
 import math
-from collections.abc import Callable
 from pathlib import Path
 
-from endpoints.http.front_settings import allowed_origin, root_path, trusted_proxy
+from endpoints.cli import front_options
 from ppaas.bounded_numbers import whole
-from ppaas.errors import InvalidInput
 
 NAME = "up"
 HELP = "start the cloud on this machine"
 
-DEFAULT_PORT = 8500
 QUOTAS = ("containers", "cores", "robots", "maps", "plans_per_minute", "stored_bytes", "versions_per_map")
 """Names of the quotas in ``engine.master.quotas``, which the command line does not import."""
-MAX_PORT = 65535
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.add_argument(
-        "--host", default="127.0.0.1", help="address to listen on; :: takes all of IPv6 and IPv4 (%(default)s)"
-    )
-    parser.add_argument(
-        "--port", type=whole(0, MAX_PORT), default=DEFAULT_PORT, help="port; 0 takes a free one (%(default)s)"
-    )
-    parser.add_argument("--tls-cert", type=Path, metavar="FILE", help="certificate in PEM, to serve HTTPS; read again")
-    parser.add_argument("--tls-key", type=Path, metavar="FILE", help="private key of --tls-cert in PEM")
+    front_options.add(parser)
     parser.add_argument("--data", type=Path, default=Path("var"), help="folder of the embedded stores (./%(default)s)")
     _add_stores(parser)
     _add_versions(parser)
-    _add_front(parser)
     _add_other_protocols(parser)
     _add_machines(parser)
     _add_endpoints(parser)
     _add_standby(parser)
     _add_limits(parser)
-    _add_connections(parser)
     parser.add_argument(
         "--admin-password-file",
         type=Path,
@@ -46,19 +33,18 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--ready-file", type=Path, help="write {url, pid, admin_user} to this file as JSON when the cloud is ready"
     )
-    parser.add_argument("--log-level", default="info", choices=["debug", "info", "warning", "error"])
 
 
 def _add_other_protocols(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--rapyuta",
-        type=whole(1, MAX_PORT),
+        type=whole(1, front_options.MAX_PORT),
         metavar="PORT",
         help="also serve robots that speak the protocol of Rapyuta (RoboEarth Cloud Engine), on this port (off)",
     )
     parser.add_argument(
         "--foxglove",
-        type=whole(1, MAX_PORT),
+        type=whole(1, front_options.MAX_PORT),
         metavar="PORT",
         help="also serve viewers of Foxglove, on this port; 8765 is the one that Foxglove expects (off)",
     )
@@ -83,44 +69,6 @@ def _add_versions(parser: argparse.ArgumentParser) -> None:
         metavar="NUMBER",
         help="versions of each map to keep: a publication removes the oldest beyond, unless robots use them (all)",
     )
-
-
-def _add_front(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--root-path",
-        type=_argument(root_path),
-        default="",
-        metavar="/PATH",
-        help="path below which a proxy serves the cloud, whether it removes the path or not (none)",
-    )
-    parser.add_argument(
-        "--trusted-proxy",
-        type=_argument(trusted_proxy),
-        action="append",
-        default=[],
-        metavar="ADDRESS",
-        help="address or network of a proxy whose X-Forwarded-For, -Proto, -Host and -Prefix count; may be repeated",
-    )
-    parser.add_argument(
-        "--allow-origin",
-        type=_argument(allowed_origin),
-        action="append",
-        default=[],
-        metavar="ORIGIN",
-        help="let web pages of another host use the cloud, such as https://pages.example; '*' for all; may be repeated",
-    )
-
-
-def _argument(parse: Callable[[str], str]) -> Callable[[str], str]:
-    """Return a type of arguments whose errors argparse reports."""
-
-    def argument(text: str) -> str:
-        try:
-            return parse(text)
-        except InvalidInput as error:
-            raise argparse.ArgumentTypeError(str(error)) from error
-
-    return argument
 
 
 def _add_machines(parser: argparse.ArgumentParser) -> None:
@@ -197,40 +145,22 @@ def _add_limits(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--linger",
-        type=_seconds,
+        type=front_options.seconds,
         default=30.0,
         help="seconds for which a clone waits for its disconnected robot (%(default)s)",
     )
     parser.add_argument(
         "--adopt-within",
-        type=_seconds,
+        type=front_options.seconds,
         default=30.0,
         help="seconds for which clones survive this process if it is killed, to be adopted by the next one; "
         "0: they end with it (%(default)s)",
     )
     parser.add_argument(
         "--idle",
-        type=_seconds,
+        type=front_options.seconds,
         default=600.0,
         help="seconds after which a robot that has no goal and sends nothing is disconnected; 0: never (%(default)s)",
-    )
-    parser.add_argument(
-        "--dead", type=_dead, default=15.0, help="seconds after which a silent connection counts as dead (%(default)s)"
-    )
-
-
-def _add_connections(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--max-connections",
-        type=whole(1),
-        metavar="NUMBER",
-        help="largest number of connections (10000, or as many as open files allow)",
-    )
-    parser.add_argument(
-        "--max-connections-per-address",
-        type=whole(1),
-        metavar="NUMBER",
-        help="largest number of connections from one address (half of all)",
     )
 
 
@@ -245,22 +175,6 @@ def _quota(text: str) -> tuple[str, float]:
     if not (math.isfinite(limit) and limit >= 0):
         raise argparse.ArgumentTypeError(f"{name} must be at least 0, not {number}")
     return name, limit
-
-
-def _seconds(text: str) -> float:
-    seconds = float(text)
-    if not (math.isfinite(seconds) and seconds >= 0.0):
-        raise argparse.ArgumentTypeError(f"must be at least 0 seconds, not {text}")
-    return seconds
-
-
-def _dead(text: str) -> float:
-    seconds = _seconds(text)
-    if seconds < 1.0:
-        raise argparse.ArgumentTypeError(
-            f"must be at least 1 s, because live connections may be silent for so long, not {text}"
-        )
-    return seconds
 
 
 def run(arguments: argparse.Namespace) -> int:

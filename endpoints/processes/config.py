@@ -1,12 +1,81 @@
 """Settings of an endpoint process, which its keeper passes on standard input."""
 
+import argparse
+
 import msgspec
 
 from engine.master.quotas import Quota
 
 
-class EndpointConfig(msgspec.Struct, frozen=True, kw_only=True):
-    """Settings of an endpoint process.
+class FrontConfig(msgspec.Struct, frozen=True, kw_only=True):
+    """Settings with which an endpoint serves clients; the options of ``ppaas up`` and ``ppaas machine join``.
+
+    Parameters
+    ----------
+    host : str
+        Address to listen at.
+    port : int
+        Port of REST and of robots; other endpoints of this host may have the same.
+    rapyuta, foxglove : int, optional
+        Ports of robots of Rapyuta, and of viewers of Foxglove.
+    url : str
+        Address at which it serves clients, for the log and lists.
+    advertised : str
+        Address that robots whose container is on this machine are told; empty for none.
+    dead : float
+        Time after which a silent connection counts as dead [s].
+    log_level, root_path : str
+        As the options.
+    tls_cert, tls_key : str
+        Files of certificate and key; empty for none.
+    trusted_proxy, allow_origin : tuple of str
+        As the options.
+    max_connections, max_connections_per_address : int, optional
+        Limits of connections of this process.
+    """
+
+    host: str
+    port: int
+    rapyuta: int | None = None
+    foxglove: int | None = None
+    url: str
+    advertised: str
+    dead: float
+    log_level: str
+    root_path: str
+    tls_cert: str
+    tls_key: str
+    trusted_proxy: tuple[str, ...]
+    allow_origin: tuple[str, ...]
+    max_connections: int | None
+    max_connections_per_address: int | None
+
+
+def front_config(
+    arguments: argparse.Namespace, *, url: str, port: int, rapyuta: int | None = None, foxglove: int | None = None
+) -> FrontConfig:
+    """Return the settings from the options that ``endpoints.cli.front_options`` adds."""
+    return FrontConfig(
+        host=arguments.host,
+        port=port,
+        rapyuta=rapyuta,
+        foxglove=foxglove,
+        url=url,
+        advertised=arguments.advertise,
+        dead=arguments.dead,
+        log_level=arguments.log_level,
+        root_path=arguments.root_path,
+        tls_cert=str(arguments.tls_cert.resolve()) if arguments.tls_cert else "",
+        tls_key=str(arguments.tls_key.resolve()) if arguments.tls_key else "",
+        trusted_proxy=tuple(arguments.trusted_proxy),
+        allow_origin=tuple(arguments.allow_origin),
+        max_connections=arguments.max_connections,
+        max_connections_per_address=arguments.max_connections_per_address,
+    )
+
+
+class EndpointConfig(msgspec.Struct, frozen=True, kw_only=True, tag="own"):
+    """Settings of an endpoint process on the host of its master.
 
     Parameters
     ----------
@@ -14,8 +83,6 @@ class EndpointConfig(msgspec.Struct, frozen=True, kw_only=True):
         Name of the endpoint, unique in the cloud.
     machine : str
         Machine on which it runs.
-    url : str
-        Address at which clients reach it.
     run_dir : str
         Folder of the sockets of the cloud; the master's and those of endpoints are in it.
     secret : str
@@ -32,31 +99,19 @@ class EndpointConfig(msgspec.Struct, frozen=True, kw_only=True):
         Number of versions of a map that are kept; None for all.
     quota : Quota
         Quota of users without own limits.
-    host : str
-        Address to listen at.
-    port : int
-        Port of REST and of robots; other endpoints of this host may have the same.
-    rapyuta, foxglove : int, optional
-        Ports of robots of Rapyuta, and of viewers of Foxglove.
-    linger, dead : float
-        As the options of ``ppaas up`` [s].
+    linger : float
+        Time for which the place of a robot outlives its last client [s].
     holder : str
         Name under which the master of this data folder holds the lease.
     orphaned : float
         Time without a master after which the process ends [s].
-    log_level : str
-        As the options of ``ppaas up``.
-    root_path, tls_cert, tls_key : str
-        As the options of ``ppaas up``; empty for none.
-    trusted_proxy, allow_origin, allowed : tuple of str
-        As the options of ``ppaas up``.
-    max_connections, max_connections_per_address : int, optional
-        Limits of connections of this process.
+    allowed : tuple of str
+        As the option of ``ppaas up``.
+    front : FrontConfig
     """
 
     name: str
     machine: str
-    url: str
     run_dir: str
     secret: str
     store: str
@@ -69,20 +124,34 @@ class EndpointConfig(msgspec.Struct, frozen=True, kw_only=True):
     data: str
     keep_versions: int | None
     quota: Quota
-    host: str
-    port: int
-    rapyuta: int | None
-    foxglove: int | None
     linger: float
-    dead: float
     holder: str
     orphaned: float
-    log_level: str
-    root_path: str
-    trusted_proxy: tuple[str, ...]
-    allow_origin: tuple[str, ...]
-    tls_cert: str
-    tls_key: str
-    max_connections: int | None
-    max_connections_per_address: int | None
     allowed: tuple[str, ...]
+    front: FrontConfig
+
+
+class JoinedEndpointConfig(msgspec.Struct, frozen=True, kw_only=True, tag="joined"):
+    """Settings of an endpoint process on a machine that has joined; it requests the others from its cloud.
+
+    Parameters
+    ----------
+    name : str
+        Name of the endpoint, unique in the cloud.
+    run_dir : str
+        Folder for its sockets.
+    folder : str
+        Folder of the machine's membership.
+    listen : str
+        Host or address at which containers of other hosts reach it; empty for the one that reaches the cloud.
+    front : FrontConfig
+    """
+
+    name: str
+    run_dir: str
+    folder: str
+    listen: str
+    front: FrontConfig
+
+
+Config = EndpointConfig | JoinedEndpointConfig

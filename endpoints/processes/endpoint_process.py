@@ -11,24 +11,30 @@ import uvloop
 from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.usage import Usage
 from endpoints.audit.cloud_audit import cloud_audit
+from endpoints.audit.event import AuditLog
 from endpoints.http.front_settings import FrontSettings
 from endpoints.http.open_files import connection_table, raise_file_limit
 from endpoints.http.tls import ServerTls
 from endpoints.listeners import listen
-from endpoints.processes.config import EndpointConfig
+from endpoints.processes.config import Config, EndpointConfig, FrontConfig
+from endpoints.processes.far_data_folder import FarAuditLog, FarDataFolder
+from endpoints.processes.joined import Joined, joined
 from endpoints.processes.shared_logins import MasterLogins
 from endpoints.processes.shared_turns import MasterTurns
 from endpoints.services.caches import Caches
 from endpoints.services.robot_facts import RobotFacts
 from endpoints.services.services import Services
 from endpoints.web import Web
-from engine.endpoint.endpoint import Endpoint, MasterAddress
+from engine.endpoint.endpoint import Endpoint, Here
 from engine.endpoint.link_listener import MachineAccess
+from engine.endpoint.master_access import OwnMaster
 from engine.leadership.leadership import MASTER
+from engine.processes.run_dir import add_owner
 from engine.protocols.address import UnixAddress, parse_host_port
 from engine.remote.authority import Authority
 from engine.service.endpoints.server import SOCKET
 from ppaas.errors import PPaaSError
+from ppaas.plugins import permit_only
 from storage.disk_space.reserve import DiskReserve
 from storage.ports import Store
 from storage.recordings.folder import RecordingsFolder
@@ -37,32 +43,48 @@ from storage.urls.opening import open_map_store, open_store
 logger = logging.getLogger(__name__)
 
 
-def run(config: EndpointConfig) -> None:
+def run(config: Config) -> None:
     """Serve until SIGTERM, or until there was no master for some time.
 
     Raises
     ------
     Conflict, NotPermitted
         The master refuses this endpoint.
+    PPaaSError
+        As of ``joined``.
     Unavailable
         The port or a store cannot be used.
     """
-    uvloop.run(_serve(config))
+    uvloop.run(_run(config))
 
 
-async def _serve(config: EndpointConfig) -> None:
+async def _run(config: Config) -> None:
     stop = asyncio.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         asyncio.get_running_loop().add_signal_handler(number, stop.set)
+    if isinstance(config, EndpointConfig):
+        await _serve(config, None, stop)
+        return
+    add_owner(Path(config.run_dir))  # kept while this process runs, also if the agent of the machine is killed
+    asking, stopping = asyncio.create_task(joined(config)), asyncio.create_task(stop.wait())
+    try:
+        await asyncio.wait((asking, stopping), return_when=asyncio.FIRST_COMPLETED)
+        if not stop.is_set():
+            found = asking.result()
+            await _serve(found.config, found, stop)
+    finally:
+        for task in (asking, stopping):
+            task.cancel()
+        await asyncio.gather(asking, stopping, return_exceptions=True)
+
+
+async def _serve(config: EndpointConfig, far: Joined | None, stop: asyncio.Event) -> None:
+    permit_only(config.allowed)
     async with contextlib.AsyncExitStack() as stack:
-        web, endpoint, store = await _composed(config, stack)
-
-        async def replaced() -> bool:
-            return await _is_led_by_another(store, config.holder)
-
+        web, endpoint = await _composed(config, far, stack)
         works = [
-            asyncio.create_task(_listen(config, web, stack)),
-            asyncio.create_task(endpoint.run(config.orphaned, replaced)),
+            asyncio.create_task(_listen(config.front, web, stack)),
+            asyncio.create_task(endpoint.run(config.orphaned)),
             asyncio.create_task(_until(stop)),
         ]
         try:
@@ -89,8 +111,11 @@ async def _until(stop: asyncio.Event) -> None:
     await stop.wait()
 
 
-async def _composed(config: EndpointConfig, stack: contextlib.AsyncExitStack) -> tuple[Web, Endpoint, Store]:
-    """Return the web server, the engine's part and the store, which ``stack`` closes."""
+async def _composed(
+    config: EndpointConfig, far: Joined | None, stack: contextlib.AsyncExitStack
+) -> tuple[Web, Endpoint]:
+    """Return the web server and the engine's part, which ``stack`` closes; ``far`` is that of a joined machine."""
+    front = config.front
     store = open_store(config.store, outbox=_path(config.outbox), reserve=_path(config.reserve))
     stack.callback(store.close)
 
@@ -100,34 +125,44 @@ async def _composed(config: EndpointConfig, stack: contextlib.AsyncExitStack) ->
     def load() -> tuple[int, float]:
         return web.sessions.load()
 
-    run_dir = Path(config.run_dir)
     endpoint = Endpoint(
-        config.name, MasterAddress(lambda: UnixAddress(run_dir / SOCKET), config.secret), config.quota, run_dir,
-        machine=config.machine, url=config.url, displace=displace, load=load, machines=_machine_access(config),
+        Here(
+            config.name, config.machine, Path(config.run_dir), front.url, front.advertised,
+            _machine_access(config) if far is None else far.machines,
+        ),
+        _own_master(config, store) if far is None else far.master,
+        config.quota, displace=displace, load=load,
     )  # fmt: skip
     stack.push_async_callback(endpoint.close)
     await endpoint.start()
     web = Web(
-        await _services(config, endpoint, store, stack),
+        await _services(config, endpoint, store, stack, is_far=far is not None),
         endpoint.sessions,
         linger=config.linger,
-        dead=config.dead,
-        log_level=config.log_level,
-        connections=connection_table(raise_file_limit(), config.max_connections, config.max_connections_per_address),
-        settings=FrontSettings(config.root_path, config.trusted_proxy, config.allow_origin),
-        tls=ServerTls(Path(config.tls_cert), Path(config.tls_key)) if config.tls_cert else None,
+        dead=front.dead,
+        log_level=front.log_level,
+        connections=connection_table(raise_file_limit(), front.max_connections, front.max_connections_per_address),
+        settings=FrontSettings(front.root_path, front.trusted_proxy, front.allow_origin),
+        tls=ServerTls(Path(front.tls_cert), Path(front.tls_key)) if front.tls_cert else None,
     )
     stack.push_async_callback(web.close)
-    return web, endpoint, store
+    return web, endpoint
+
+
+def _own_master(config: EndpointConfig, store: Store) -> OwnMaster:
+    return OwnMaster(
+        UnixAddress(Path(config.run_dir) / SOCKET), config.secret, lambda: _is_led_by_another(store, config.holder)
+    )
 
 
 async def _services(
-    config: EndpointConfig, endpoint: Endpoint, store: Store, stack: contextlib.AsyncExitStack
+    config: EndpointConfig, endpoint: Endpoint, store: Store, stack: contextlib.AsyncExitStack, *, is_far: bool
 ) -> Services:
     """Return the services of the application, connected with those of other processes; ``stack`` closes them."""
     turns, reserve = MasterTurns(endpoint.master), _path(config.reserve)
     accounts = Accounts(store, logins=MasterLogins(endpoint.master), turns=turns)
     stack.callback(accounts.close)
+    far_folder = FarDataFolder(endpoint.master) if is_far else None
     services = Services(
         store,
         open_map_store(config.map_store, reserve=reserve),
@@ -137,7 +172,8 @@ async def _services(
         disk=DiskReserve(reserve) if reserve is not None else None,
         recordings=RecordingsFolder(Path(config.recordings)) if config.recordings else None,
         keep_versions=config.keep_versions,
-        audit=await stack.enter_async_context(cloud_audit(Path(config.data), is_cloud=False)),
+        far_folder=far_folder,
+        audit=await _audit(config, far_folder, stack),
         endpoint=config.name,
     )
     stack.push_async_callback(services.plan_writer.settled)
@@ -147,6 +183,16 @@ async def _services(
     return services
 
 
+async def _audit(
+    config: EndpointConfig, far_folder: FarDataFolder | None, stack: contextlib.AsyncExitStack
+) -> AuditLog:
+    if far_folder is None:
+        return await stack.enter_async_context(cloud_audit(Path(config.data), is_cloud=False))
+    log = FarAuditLog(far_folder)
+    stack.push_async_callback(log.close)
+    return log
+
+
 def _path(text: str | None) -> Path | None:
     return Path(text) if text else None
 
@@ -154,14 +200,14 @@ def _path(text: str | None) -> Path | None:
 def _machine_access(config: EndpointConfig) -> MachineAccess | None:
     if config.machines is None or config.listen_machines is None:
         return None
-    context = Authority(Path(config.machines)).identity.server_context()
-    return MachineAccess(parse_host_port(config.listen_machines), context)
+    authority = Authority(Path(config.machines)).identity.authority
+    return MachineAccess(parse_host_port(config.listen_machines).host, authority)
 
 
-async def _listen(config: EndpointConfig, web: Web, stack: contextlib.AsyncExitStack) -> None:
-    listeners = listen(config.host, config.port, shared=True)
-    rapyuta = [] if config.rapyuta is None else listen(config.host, config.rapyuta, shared=True)
-    foxglove = [] if config.foxglove is None else listen(config.host, config.foxglove, shared=True)
+async def _listen(front: FrontConfig, web: Web, stack: contextlib.AsyncExitStack) -> None:
+    listeners = listen(front.host, front.port, shared=True)
+    rapyuta = [] if front.rapyuta is None else listen(front.host, front.rapyuta, shared=True)
+    foxglove = [] if front.foxglove is None else listen(front.host, front.foxglove, shared=True)
     for listener in (*listeners, *rapyuta, *foxglove):
         stack.enter_context(listener)
     if rapyuta:

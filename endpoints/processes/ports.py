@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import msgspec
 
 from endpoints.listeners import listen, url_of
-from endpoints.processes.config import EndpointConfig
+from endpoints.processes.config import EndpointConfig, FrontConfig, front_config
 from endpoints.processes.records import ENDPOINTS_HERE, left_endpoints
 from engine.bootstrap import Engine
 from engine.leadership.holder import holder_of
@@ -48,7 +48,7 @@ class Ports:
                 stack.enter_context(each)
             return found
 
-        port, rapyuta, foxglove = _ports(left[0].config) if left else (None, None, None)
+        port, rapyuta, foxglove = _ports(left[0].front) if left else (None, None, None)
         return cls(
             reserved(arguments.port, port),
             reserved(arguments.rapyuta, rapyuta),
@@ -72,7 +72,7 @@ def _reserved(host: str, port: int, *, in_use: bool) -> list[socket.socket]:
     return listen(host, port, shared=True, accept=False)
 
 
-def _ports(config: EndpointConfig) -> tuple[int, int | None, int | None]:
+def _ports(config: FrontConfig) -> tuple[int, int | None, int | None]:
     return config.port, config.rapyuta, config.foxglove
 
 
@@ -93,7 +93,6 @@ def _config(arguments: argparse.Namespace, engine: Engine, ports: Ports) -> Endp
     return EndpointConfig(
         name="",
         machine=cloud.machine,
-        url=url_of(ports.web[0], "https" if arguments.tls_cert else "http"),
         run_dir=str(engine.run_dir),
         secret=engine.secret,
         store=cloud.store,
@@ -106,21 +105,19 @@ def _config(arguments: argparse.Namespace, engine: Engine, ports: Ports) -> Endp
         data=str(arguments.data.resolve()),
         keep_versions=cloud.keep_versions,
         quota=cloud.quota,
-        host=arguments.host,
+        linger=arguments.linger,
+        holder=holder_of(arguments.data),
+        orphaned=arguments.adopt_within,
+        allowed=tuple(arguments.allow),
+        front=_front(arguments, ports),
+    )
+
+
+def _front(arguments: argparse.Namespace, ports: Ports) -> FrontConfig:
+    return front_config(
+        arguments,
+        url=url_of(ports.web[0], "https" if arguments.tls_cert else "http"),
         port=ports.web[0].getsockname()[1],
         rapyuta=_port_of(ports.rapyuta),
         foxglove=_port_of(ports.foxglove),
-        linger=arguments.linger,
-        dead=arguments.dead,
-        holder=holder_of(arguments.data),
-        orphaned=arguments.adopt_within,
-        log_level=arguments.log_level,
-        root_path=arguments.root_path,
-        tls_cert=str(arguments.tls_cert or ""),
-        tls_key=str(arguments.tls_key or ""),
-        trusted_proxy=tuple(arguments.trusted_proxy),
-        allow_origin=tuple(arguments.allow_origin),
-        max_connections=arguments.max_connections,
-        max_connections_per_address=arguments.max_connections_per_address,
-        allowed=tuple(arguments.allow),
     )

@@ -5,23 +5,18 @@ from pathlib import Path
 import msgspec
 
 from endpoints.processes.config import EndpointConfig
-from engine.processes.instances import is_dead
+from engine.local.process_keeper import left_processes
 
 ENDPOINTS_HERE = "endpoints-here.json"
 """File in the data folder that a killed process leaves to the next."""
 
 
-class EndpointRecord(msgspec.Struct, frozen=True):
-    """Endpoint process that was started: its instance name, and its settings."""
-
-    process: str
-    config: EndpointConfig
-
-
-def left_endpoints(file: Path) -> list[EndpointRecord]:
-    """Return the endpoints of a killed cloud process that still run."""
-    try:
-        records = msgspec.json.decode(file.read_bytes(), type=list[EndpointRecord])
-    except (OSError, msgspec.DecodeError):
-        return []
-    return [record for record in records if not is_dead(record.process)]
+def left_endpoints(file: Path) -> list[EndpointConfig]:
+    """Return the settings of the endpoints of a killed cloud process that still run."""
+    found = []
+    for left in left_processes(file):
+        try:
+            found.append(msgspec.json.decode(left.settings, type=EndpointConfig))
+        except msgspec.DecodeError:  # of another release
+            continue
+    return found

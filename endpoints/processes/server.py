@@ -20,6 +20,7 @@ from endpoints.accounts.shared_logins import LocalLogins, SharedLogins
 from endpoints.accounts.usage import Usage
 from endpoints.accounts.user_turns import LocalTurns, UserTurns
 from endpoints.audit.cloud_audit import cloud_audit
+from endpoints.audit.data_folder import DataFolderCalls
 from endpoints.http.open_files import raise_file_limit
 from endpoints.http.tls import ServerTls, warn_if_open_to_others
 from endpoints.listeners import url_of
@@ -259,14 +260,14 @@ async def _start(
             recordings=engine.recordings, keep_versions=engine.keep_versions,
             audit=await stack.enter_async_context(cloud_audit(arguments.data)),
         )  # fmt: skip
+        engine.endpoints.serve_also(lambda: Extra(DataFolderCalls, services.data_folder))
         stack.callback(services.accounts.close)
         engine.cloud.news.listen(Caches(services).hear)
         engine.cloud.fact_sources.add(RobotFacts(services).here)
         await _ensure_admin(services.accounts, arguments, stack)
         await engine.listening()
-        keeper = EndpointKeeper(
-            endpoint_configs(arguments, engine, ports), engine.endpoints, arguments.data / ENDPOINTS_HERE
-        )
+        configs = endpoint_configs(arguments, engine, ports)
+        keeper = EndpointKeeper(configs, engine.endpoints, engine.run_dir, arguments.data / ENDPOINTS_HERE)
         stack.push_async_callback(keeper.stop)
         _, _, make_jobs = await asyncio.gather(
             keeper.start(), asyncio.to_thread(store_kernels.prepare), asyncio.to_thread(_import_jobs)

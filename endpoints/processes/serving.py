@@ -8,10 +8,9 @@ import sys
 
 import msgspec
 
-from endpoints.processes.config import EndpointConfig
+from endpoints.processes.config import Config
 from engine.processes.private_files import keep_new_files_private
 from ppaas.errors import PPaaSError
-from ppaas.plugins import permit_only
 
 logger = logging.getLogger(__name__)
 
@@ -22,13 +21,12 @@ REFUSED = 3
 def main() -> int:
     """Serve robots, operators and REST until SIGTERM, or until there was no master for a while; return the status."""
     keep_new_files_private()
-    config = msgspec.json.decode(sys.stdin.buffer.read(), type=EndpointConfig)
+    config = msgspec.json.decode(sys.stdin.buffer.read(), type=Config)
     logging.basicConfig(
-        level=config.log_level.upper(),
+        level=config.front.log_level.upper(),
         format=f"%(asctime)s %(levelname)s {config.name} %(name)s: %(message)s",
         datefmt="%H:%M:%S",
     )
-    permit_only(config.allowed)
     from endpoints.processes.endpoint_process import run  # noqa: PLC0415 - the keeper does not import it
 
     try:

@@ -8,7 +8,7 @@ from endpoints.rosbridge.connect_request import ConnectRequest
 from engine.service.links.carried_session import CarriedSession
 from engine.service.links.place_link import PlaceLink
 from ppaas.errors import PPaaSError
-from ppaas.wire.resumption import ID_HEADER, NEW, RESUMED, STATE_HEADER, TAKEN_HEADER
+from ppaas.wire.resumption import ENDPOINT_HEADER, ID_HEADER, NEW, RESUMED, STATE_HEADER, TAKEN_HEADER
 
 PROBE_TIMEOUT = 2.0
 """Time limit of the probe of a robot's socket when another socket connects for the same robot [s]."""
@@ -64,6 +64,8 @@ class Attachment:
             ID_HEADER: self.session.id,
             TAKEN_HEADER: str(self.session.taken),
         }
+        if self.place.nearer:
+            state[ENDPOINT_HEADER] = self.place.nearer
         return [(name.encode(), value.encode()) for name, value in state.items()]
 
     @property

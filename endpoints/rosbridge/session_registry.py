@@ -10,12 +10,12 @@ from functools import partial
 from endpoints.rosbridge.attachment import Attachment, Caller
 from endpoints.rosbridge.connect_request import ConnectRequest
 from endpoints.services.robot_places import RobotPlaces
+from engine.master.places import LINGER
 from engine.processes.background import Background
 from engine.protocols.session_frames import SessionOptions
 from engine.rights.access import Access
 from engine.service.links.carried_session import CarriedSession
 from engine.service.links.place_link import PlaceLink
-from engine.service.robot_sessions import LINGER
 from ppaas.errors import Conflict, Unavailable
 from ppaas.wire.operations import Level
 

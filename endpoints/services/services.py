@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.usage import Usage
+from endpoints.audit.data_folder import DataFolder, DataFolderCalls
 from endpoints.audit.event import AuditLog, MemoryAuditLog
 from endpoints.services.control_plane import ControlPlane
 from endpoints.services.heavy_work import HeavyWork
@@ -44,7 +45,14 @@ class Services:
     refused_connects: RefusedConnects = field(default_factory=RefusedConnects)
     disk: DiskReserve | None = None
     recordings: RecordingsFolder | None = None
+    far_folder: DataFolderCalls | None = None
+    """Data folder of the cloud, on an endpoint of another host, which has no folder of recordings."""
     keep_versions: int | None = None
     audit: AuditLog = field(default_factory=MemoryAuditLog)
     endpoint: str = ""
     """Name of this endpoint; empty in the process of the master, which serves no REST."""
+
+    @property
+    def data_folder(self) -> DataFolderCalls:
+        """Data folder of the cloud."""
+        return self.far_folder or DataFolder(self.audit, self.recordings)

@@ -3,7 +3,6 @@
 import asyncio
 import contextlib
 import os
-from collections.abc import Awaitable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,9 +23,10 @@ from engine.fabric.router import RouterProcess
 from engine.fabric.session import Fabric
 from engine.processes.instances import folder_of, instance_name
 from engine.protocols import control_link
-from engine.protocols.address import parse_address, reached_as
-from engine.protocols.endpoint_sockets import RELAY
+from engine.protocols.address import TlsAddress, parse_address, reached_as
+from engine.protocols.endpoint_sockets import RELAY, EndpointAddress
 from engine.protocols.framing import FrameStream
+from engine.protocols.pinned import dial_pinned
 from engine.protocols.sockets import Streams, dial
 from engine.protocols.tls_identity import Purpose, TlsIdentity
 from engine.recorder.recorder_process import NO_RECORDER, RecorderProcess, Recordings
@@ -34,6 +34,7 @@ from engine.runtimes.base import Premises, Runtime
 from engine.runtimes.compilation import store_kernels
 from engine.runtimes.compilation.rest_compiler import compiling_the_rest
 from engine.runtimes.registry import RUNTIMES
+from ppaas.errors import Unavailable
 from ppaas.plugins import permit_only
 from storage.ports import Store
 from storage.urls.opening import open_map_store, open_store
@@ -105,6 +106,7 @@ async def open_components(
         tell=session.tell,
         allowed=config.allowed,
         link=str(relay.path) if relay is not None else None,
+        machine=config.machine,
     )
     stack.push_async_callback(hosting.close)
     neighbours = Neighbours(fabric, config.machine)
@@ -167,15 +169,20 @@ async def _fabric(router: RouterProcess, stack: contextlib.AsyncExitStack) -> Fa
 
 
 async def _endpoint_relay(config: AgentConfig, stack: contextlib.AsyncExitStack, masters: MasterDirectory) -> None:
-    """Start the relay to endpoints, if the containers of this machine cannot dial them."""
-    is_far = config.identity is not None
-    if not (is_far or RUNTIMES.load(config.runtime).isolates):
+    """Start the relay to endpoints, if there may be some that the containers of this machine cannot dial."""
+    peering, run_dir = config.peering, Path(config.run_dir)
+    if peering is None and not RUNTIMES.load(config.runtime).isolates:
         return
 
-    def dial_endpoint(address: str) -> Awaitable[Streams]:
-        return dial_cloud(config, "robot", reached_as(address, masters.current))
+    async def dial_far(at: EndpointAddress) -> Streams:
+        address = parse_address(reached_as(at.far, masters.current))
+        if peering is None or not isinstance(address, TlsAddress):
+            raise Unavailable(f"this machine reaches no endpoints of other hosts, such as {at.far}")
+        identity = TlsIdentity(Path(peering.key), Path(peering.certificate), Path(peering.authority))
+        return await dial_pinned(address, identity.pinning_context("robot"), at.fingerprint)
 
-    relay = EndpointRelay(Path(config.run_dir) / RELAY, dial_endpoint, is_far=is_far)
+    sockets = run_dir if config.endpoints is None else Path(config.endpoints)
+    relay = EndpointRelay(run_dir / RELAY, config.machine, sockets, dial_far)
     stack.push_async_callback(relay.close)
     await relay.start()
 

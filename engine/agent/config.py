@@ -36,6 +36,8 @@ class AgentConfig(msgspec.Struct, frozen=True):
         Labels of the machine.
     peering : Peering, optional
         How its router connects to the routers of other hosts.
+    endpoints : str, optional
+        Folder of the sockets of the endpoints on this machine; by default, that of its sockets.
     identity : str, optional
         Folder with its key and certificates, if the master is on another host.
     runtime : str
@@ -61,6 +63,7 @@ class AgentConfig(msgspec.Struct, frozen=True):
     cores: int | None = None
     labels: dict[str, str] = {}
     peering: Peering | None = None
+    endpoints: str | None = None
     identity: str | None = None
     runtime: str = DEFAULT
     image: str = ""

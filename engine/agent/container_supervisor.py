@@ -139,6 +139,8 @@ class ContainerSupervisor:
         Third-party plug-ins that may run in them, each as ``group:name``.
     link : str, optional
         Path of the relay's Unix socket, if the endpoint is on another host.
+    machine : str
+        Name of the machine.
     """
 
     def __init__(
@@ -151,6 +153,7 @@ class ContainerSupervisor:
         tell: Callable[[msgspec.Struct], None],
         allowed: tuple[str, ...] = (),
         link: str | None = None,
+        machine: str = "",
     ) -> None:
         self._runtime = runtime
         self._gateway = gateway
@@ -159,6 +162,7 @@ class ContainerSupervisor:
         self._tell = tell
         self._allowed = allowed
         self._link = link
+        self._machine = machine
         self._hosted: dict[str, _Supervised] = {}
         self._background = Background()
 
@@ -218,6 +222,7 @@ class ContainerSupervisor:
             cpus=self._cpus_for(order.spec),
             threads=cores.threads(order.spec.cores),
             allowed=self._allowed,
+            on=self._machine,
         )
 
     def _cpus_for(self, spec: ContainerSpec) -> tuple[int, ...]:

@@ -100,6 +100,10 @@ class Caller:
                     answered.set_exception(_lost())
             await self._background.cancel()
 
+    def hang_up(self) -> None:
+        """Close the link."""
+        self._stream.abort()
+
     def _take(self, frame: Frame) -> bool:
         match frame:
             case Call():

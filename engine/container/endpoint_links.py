@@ -70,13 +70,16 @@ class EndpointLinks:
     sessions : SessionHost, optional
         Sessions of the clients of a clone.
     relay : Path
-        Socket by which the machine relays to endpoints; it exists if the container cannot dial them itself.
+        Socket by which the machine relays to endpoints that the container cannot dial itself.
+    machine : str
+        Name of the machine.
     """
 
-    def __init__(self, container: Serving, sessions: SessionHost | None, relay: Path) -> None:
+    def __init__(self, container: Serving, sessions: SessionHost | None, relay: Path, machine: str) -> None:
         self._container = container
         self._sessions = sessions
         self._relay = relay
+        self._machine = machine
         self._dialled: dict[str, asyncio.Task[None]] = {}
         self._orders: dict[str, robot_link.DialEndpoint] = {}
         self._up: set[str] = set()
@@ -154,9 +157,9 @@ class EndpointLinks:
         return None
 
     async def _dial_once(self, order: robot_link.DialEndpoint) -> Stream:
-        address = parse_address(order.address)
-        if isinstance(address, UnixAddress) and not self._relay.exists():
+        address = parse_address(order.at.near)
+        if order.at.machine == self._machine and isinstance(address, UnixAddress) and address.path.exists():
             return await dial(str(address.path))
         stream = await asyncio.open_unix_connection(self._relay)
-        stream[1].write(f"{order.address} {order.far_address}\n".encode())
+        stream[1].write(msgspec.json.encode(order.at) + b"\n")
         return FrameStream(*stream, robot_link.ToContainer)

@@ -102,7 +102,7 @@ class Container:
         self._machine = machine
         self._remote = ServedLink(endpoint, int(launch.spec.checkpoint.get(LINK_STATE, b"0")))
         self._links = [self._remote]
-        self.endpoints = EndpointLinks(self, sessions, Path(launch.link).parent / RELAY)
+        self.endpoints = EndpointLinks(self, sessions, Path(launch.link).parent / RELAY, launch.on)
         self._taps: dict[str, Callable[[], None]] = {}
         self._dirty = asyncio.Event()
         self._unsaved = OccasionalLog(logger)

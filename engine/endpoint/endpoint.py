@@ -13,12 +13,14 @@ import psutil
 
 from engine.endpoint.cloud import EndpointCloud
 from engine.endpoint.link_listener import LinkListener, MachineAccess
+from engine.endpoint.master_access import MasterAccess, Silence
 from engine.endpoint.master_link import MasterLink
 from engine.endpoint.places import EndpointPlaces
 from engine.endpoint.sessions import EndpointSessions
 from engine.master.quotas import Quota, Quotas
 from engine.processes.background import Background, repeat
-from engine.protocols.address import Address
+from engine.processes.beat_file import BeatFile
+from engine.processes.heartbeats import BEAT_PERIOD
 from engine.protocols.endpoint_sockets import endpoint_socket
 from engine.protocols.refusals import Refusal, error_of
 from engine.service.endpoints.interface import EndpointState, MasterCalls, Registration
@@ -43,16 +45,33 @@ Displace = Callable[[str, str, str | None], Awaitable[None]]
 Load = Callable[[], tuple[int, float]]
 """Returns the number of sockets, and the frames of clients since the last call [1/s]."""
 
-Replaced = Callable[[], Awaitable[bool]]
-"""Returns whether another master leads."""
-
 
 @dataclass(frozen=True, slots=True)
-class MasterAddress:
-    """Address of the master, and the secret of the cloud's own processes."""
+class Here:
+    """Endpoint as the master and containers know it.
 
-    where: Callable[[], Address]
-    secret: str
+    Parameters
+    ----------
+    name : str
+        Name of the endpoint, unique in the cloud.
+    machine : str
+        Machine on which it runs.
+    run_dir : Path
+        Folder for the socket that containers dial.
+    url : str
+        Address at which it serves clients.
+    advertised : str
+        Address that clients whose container is on this machine are told; empty for none.
+    machines : MachineAccess, optional
+        Access for containers of other hosts; None for none.
+    """
+
+    name: str
+    machine: str
+    run_dir: Path
+    url: str
+    advertised: str = ""
+    machines: MachineAccess | None = None
 
 
 async def _knows_nothing(_kind: FactKind, _user: str, _robot: str) -> bytes | None:
@@ -64,23 +83,16 @@ class Endpoint:
 
     Parameters
     ----------
-    name : str
-        Name of the endpoint, unique in the cloud.
-    master : MasterAddress
+    here : Here
+        Its name and addresses.
+    master : MasterAccess
+        Access to the master.
     quota : Quota
         Quota of users without own limits.
-    run_dir : Path
-        Folder for the socket that containers dial.
-    machine : str
-        Machine on which it runs.
-    url : str
-        Address at which clients reach it.
     displace : callable
         Displaces the socket of a robot that connects at another endpoint.
     load : callable
         Returns the number of sockets, and the frames of clients since the last call [1/s].
-    machines : MachineAccess, optional
-        Access for containers of other hosts; None for none.
 
     Attributes
     ----------
@@ -89,46 +101,34 @@ class Endpoint:
     sessions : EndpointSessions
     """
 
-    def __init__(
-        self,
-        name: str,
-        master: MasterAddress,
-        quota: Quota,
-        run_dir: Path,
-        *,
-        machine: str,
-        url: str,
-        displace: Displace,
-        load: Load,
-        machines: MachineAccess | None = None,
-    ) -> None:
+    def __init__(self, here: Here, master: MasterAccess, quota: Quota, *, displace: Displace, load: Load) -> None:
         self._places = EndpointPlaces()
-        self._listener = LinkListener(endpoint_socket(run_dir, name), self._places.link, machines)
-        self._name, self._secret, self._machine, self._url = name, master.secret, machine, url
+        socket = endpoint_socket(here.run_dir, here.name)
+        self._listener = LinkListener(here.machine, socket, self._places.link, here.machines)
+        self._here, self._access = here, master
+        self._beat = BeatFile(here.run_dir, here.name)
         self._displace = displace
         self._load = load
         self._hear: Hear = lambda _kind, _key: None
         self._fact: AskFact = _knows_nothing
         self._missed: Callable[[], None] = lambda: None
         self._ends = Unavailable("the cloud is shutting down")
-        self.master = MasterLink(master.where, self._registration, self, self._greet)
+        self.master = MasterLink(master, self._registration, self, self._greet)
         self.cloud = EndpointCloud(self.master, self._places, Quotas(quota))
         self.sessions = EndpointSessions(self.master, self._places)
         self._background = Background()
         self._process = psutil.Process()
 
     def _registration(self) -> Registration:
-        here = self._listener
         return Registration(
-            endpoint=self._name,
-            machine=self._machine,
-            secret=self._secret,
+            endpoint=self._here.name,
+            secret=self._access.secret,
             release=version("ppaas"),
             pid=os.getpid(),
-            address=here.address,
-            far_address=here.far_address,
-            container_secret=here.secret,
-            url=self._url,
+            at=self._listener.address,
+            container_secret=self._listener.secret,
+            url=self._here.url,
+            advertised=self._here.advertised,
         )
 
     def _greet(self) -> None:
@@ -149,16 +149,19 @@ class Endpoint:
         """Listen for containers."""
         await self._listener.start()
         self._background.run(repeat(self._forget_idle, PERIOD))
+        self._background.run(repeat(self._show_life, BEAT_PERIOD))
 
-    async def run(self, orphaned: float, replaced: Replaced) -> None:
+    async def _show_life(self) -> None:
+        """Show the keeper of this process that it is not frozen."""
+        self._beat.beat()
+
+    async def run(self, orphaned: float) -> None:
         """Keep the link to the master up; return once this endpoint is of no use any more.
 
         Parameters
         ----------
         orphaned : float
             Time without a master after which it is [s].
-        replaced : callable
-            Returns whether another master leads, which this endpoint does not reach; asked while its own is silent.
 
         Raises
         ------
@@ -166,7 +169,7 @@ class Endpoint:
             The master refuses this endpoint.
         """
         running = asyncio.create_task(self.master.run())
-        waiting = asyncio.create_task(self._until_orphaned(orphaned, replaced))
+        waiting = asyncio.create_task(self._until_orphaned(orphaned))
         try:
             done, _ = await asyncio.wait((running, waiting), return_when=asyncio.FIRST_COMPLETED)
             for task in done:
@@ -176,7 +179,7 @@ class Endpoint:
                 task.cancel()
             await asyncio.gather(running, waiting, return_exceptions=True)
 
-    async def _until_orphaned(self, orphaned: float, replaced: Replaced) -> None:
+    async def _until_orphaned(self, orphaned: float) -> None:
         loop = asyncio.get_running_loop()
         until = loop.time() + START_PATIENCE
         while True:
@@ -187,10 +190,18 @@ class Endpoint:
             elif loop.time() >= until:
                 self._ends = Unavailable("no master was reachable for a while: connect again")
                 break
-            if not answers and await replaced():
+            if not answers and await self._is_replaced():
                 self._ends = Unavailable("another process leads this cloud now: connect again")
                 break
         logger.warning("this endpoint ends: %s", self._ends)
+
+    async def _is_replaced(self) -> bool:
+        """Return whether another master leads that is not reached from here; go to one that is."""
+        silence = await self._access.silence()
+        if silence is Silence.MOVED:
+            logger.warning("another master leads: this endpoint leaves the one that is silent")
+            self.master.hang_up()
+        return silence is Silence.REPLACED
 
     async def _report(self) -> bool:
         """Report the load of this process to the master; return whether it answers."""

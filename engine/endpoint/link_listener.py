@@ -3,17 +3,23 @@
 import asyncio
 import logging
 import secrets
-import ssl
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+from cryptography.hazmat.primitives.serialization import Encoding
+
+from engine.processes.private_files import write_private
 from engine.protocols import robot_link
 from engine.protocols.address import TlsAddress, UnixAddress
+from engine.protocols.endpoint_sockets import EndpointAddress
 from engine.protocols.framing import FrameStream
 from engine.protocols.pending_handshakes import is_same
+from engine.protocols.pinned import fingerprint
 from engine.protocols.place_secret import place_secret
 from engine.protocols.sockets import listen
+from engine.protocols.tls_identity import TlsIdentity
+from engine.remote.certificates import key_pem, new_key, self_signed
 from engine.service.links.place_link import PlaceLink
 from ppaas.errors import NotPermitted, PPaaSError
 
@@ -24,10 +30,18 @@ HELLO_TIMEOUT = 5.0
 
 
 class MachineAccess(NamedTuple):
-    """Access for containers of other hosts: the address to listen at, and the TLS settings."""
+    """Access for containers of other hosts.
 
-    address: TlsAddress
-    context: ssl.SSLContext
+    Parameters
+    ----------
+    host : str
+        Host or address to listen at; the port is any free one.
+    authority : Path
+        Certificate of the cloud's authority, which signs those of machines.
+    """
+
+    host: str
+    authority: Path
 
 
 class LinkListener:
@@ -35,6 +49,8 @@ class LinkListener:
 
     Parameters
     ----------
+    machine : str
+        Name of this machine.
     path : Path
         Path of the Unix socket; only this user may connect to it.
     machines : MachineAccess, optional
@@ -46,32 +62,39 @@ class LinkListener:
     ----------
     secret : str
         Secret from which those of the places are derived.
-    far_address : str
-        Address that containers of other hosts dial; empty if there is none.
+    address : EndpointAddress
+        Addresses that containers dial.
     """
 
-    def __init__(self, path: Path, place: Callable[[str], PlaceLink], machines: MachineAccess | None = None) -> None:
+    def __init__(
+        self, machine: str, path: Path, place: Callable[[str], PlaceLink], machines: MachineAccess | None = None
+    ) -> None:
         self.path = path
-        self.far_address = ""
+        self.address = EndpointAddress(machine, str(UnixAddress(path)))
         self.secret = secrets.token_urlsafe(24)
         self._place = place
         self._machines = machines
         self._servers: list[asyncio.Server] = []
         self._streams: set[FrameStream[robot_link.FromContainer]] = set()
 
-    @property
-    def address(self) -> str:
-        """Address that containers dial."""
-        return str(UnixAddress(self.path))
-
     async def start(self) -> None:
         """Start to listen on the socket."""
         self._servers.append(await listen(UnixAddress(self.path), self._connected))
         if self._machines is not None:
-            address, context = self._machines.address, self._machines.context
-            server = await listen(address._replace(port=0), self._connected_from_afar, context)
-            self._servers.append(server)
-            self.far_address = str(address._replace(port=server.sockets[0].getsockname()[1]))
+            await self._start_for_others(self._machines)
+
+    async def _start_for_others(self, access: MachineAccess) -> None:
+        """Listen for containers of other hosts, with a certificate whose fingerprint they are told."""
+        identity = TlsIdentity(self.path.with_suffix(".key"), self.path.with_suffix(".pem"), access.authority)
+        key = new_key()
+        certificate = self_signed("endpoint.ppaas", key)
+        write_private(identity.key, key_pem(key))
+        write_private(identity.certificate, certificate.public_bytes(Encoding.PEM))
+        server = await listen(TlsAddress(access.host, 0), self._connected_from_afar, identity.server_context())
+        self._servers.append(server)
+        far = TlsAddress(access.host, server.sockets[0].getsockname()[1])
+        shown = fingerprint(certificate.public_bytes(Encoding.DER))
+        self.address = EndpointAddress(self.address.machine, self.address.near, str(far), shown)
 
     async def _serve(self, hello: robot_link.Hello, stream: FrameStream[robot_link.FromContainer]) -> None:
         """Serve a container, unless the place has a later one: a machine that was cut off may still run the former."""
@@ -114,4 +137,5 @@ class LinkListener:
         for server in self._servers:
             server.close()
         await asyncio.gather(*(stream.close() for stream in self._streams))
-        self.path.unlink(missing_ok=True)
+        for path in (self.path, self.path.with_suffix(".key"), self.path.with_suffix(".pem")):
+            path.unlink(missing_ok=True)

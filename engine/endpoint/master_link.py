@@ -8,9 +8,8 @@ from typing import Any, Concatenate, ParamSpec, TypeVar
 
 from engine.calls.caller import Caller
 from engine.calls.frames import Frame
-from engine.protocols.address import Address
+from engine.endpoint.master_access import MasterAccess
 from engine.protocols.framing import FrameStream
-from engine.protocols.sockets import dial
 from engine.service.endpoints.interface import EndpointCalls, MasterCalls, Registration
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Unavailable
@@ -32,8 +31,8 @@ class MasterLink:
 
     Parameters
     ----------
-    where : callable
-        Returns the address of the master.
+    access : MasterAccess
+        Access to the master.
     registration : callable
         Returns the argument of the first call on each connection.
     served : EndpointCalls
@@ -46,13 +45,13 @@ class MasterLink:
 
     def __init__(
         self,
-        where: Callable[[], Address],
+        access: MasterAccess,
         registration: Callable[[], Registration],
         served: EndpointCalls,
         found: Callable[[], None],
         clock: Clock = monotonic,
     ) -> None:
-        self._where = where
+        self._access = access
         self._registration = registration
         self._served = served
         self._found = found
@@ -77,11 +76,11 @@ class MasterLink:
         Raises
         ------
         Conflict, NotPermitted
-            The master refuses this endpoint.
+            The master refuses this endpoint, or the cloud was started with other settings.
         """
         while True:
             try:
-                stream: FrameStream[Frame] = FrameStream(*await dial(self._where()), Frame)
+                stream: FrameStream[Frame] = FrameStream(*await self._access.dial(), Frame)
             except Unavailable as error:
                 logger.debug("the master is not reachable yet: %s", error)
             else:
@@ -132,6 +131,11 @@ class MasterLink:
             return False
         self._caller.tell(method, *args, **named)
         return True
+
+    def hang_up(self) -> None:
+        """Leave the master for another one that leads."""
+        if self._caller is not None:
+            self._caller.hang_up()
 
     async def _wait(self) -> None:
         try:

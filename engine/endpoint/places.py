@@ -41,7 +41,7 @@ class EndpointPlaces:
     def joined(self, place: JoinedPlace) -> PlaceLink:
         """Return the link of a place that the master has opened."""
         link = self.link(place.key)
-        link.base_frame = place.base_frame
+        link.base_frame, link.nearer = place.base_frame, place.nearer
         return link
 
     def close(self, key: str, reason: PPaaSError) -> None:

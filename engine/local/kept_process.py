@@ -34,7 +34,7 @@ class KeptProcess:
     ----------
     title : str
         Description of the process for the log.
-    config : Struct
+    config : Struct or Raw
         Settings, passed as JSON on standard input so that no secret shows in the process list.
     command : sequence of str
         Command that runs the process.
@@ -49,7 +49,7 @@ class KeptProcess:
     def __init__(
         self,
         title: str,
-        config: msgspec.Struct,
+        config: msgspec.Struct | msgspec.Raw,
         command: Sequence[str] = AGENT,
         *,
         done: int | None = None,

@@ -15,6 +15,10 @@ RESTART_DELAYS = (0.0, 0.25, 1.0, 2.0, 4.0)
 is back before the place is closed."""
 
 
+LINGER = 30.0
+"""Time for which the place of a robot outlives its last client [s]."""
+
+
 def people_key(user: str, map_id: str) -> str:
     """Return the name of the place of the coordinator of a user's robots on a map."""
     return f"people:{user}/{map_id}"

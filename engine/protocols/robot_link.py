@@ -6,6 +6,7 @@ other end keeps them until the container acknowledges them, and sends them again
 
 import msgspec
 
+from engine.protocols.endpoint_sockets import EndpointAddress
 from engine.protocols.refusals import Refusal
 from engine.protocols.session_frames import SessionFromContainer, SessionToContainer
 
@@ -200,8 +201,8 @@ class DialEndpoint(msgspec.Struct, tag="dial"):
     ----------
     endpoint : str
         Name of the endpoint.
-    address, far_address : str
-        Its addresses for containers of its own host, and of other hosts; the second is empty if it has none.
+    at : EndpointAddress
+        Its addresses.
     place : str
         Name of the place, for the hello.
     generation : int
@@ -211,8 +212,7 @@ class DialEndpoint(msgspec.Struct, tag="dial"):
     """
 
     endpoint: str
-    address: str
-    far_address: str
+    at: EndpointAddress
     place: str
     generation: int
     secret: str

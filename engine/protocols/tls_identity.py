@@ -8,10 +8,10 @@ from typing import Literal
 CLOUD_NAME = "cloud.ppaas"
 """Name in the certificate of every cloud; clouds differ in the authority that issued it."""
 
-Purpose = Literal["control", "robot", "terms", "join", "standby"]
+Purpose = Literal["control", "robot", "terms", "join", "standby", "endpoint"]
 """Purpose of a connection, sent as its ALPN protocol (RFC 7301), so that one port serves all purposes."""
 
-PURPOSES: tuple[Purpose, ...] = ("control", "robot", "terms", "join", "standby")
+PURPOSES: tuple[Purpose, ...] = ("control", "robot", "terms", "join", "standby", "endpoint")
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +53,12 @@ class TlsIdentity:
         context.set_alpn_protocols([purpose])
         return context
 
+    def pinning_context(self, purpose: Purpose) -> ssl.SSLContext:
+        """Return the TLS settings of a machine that dials a server which it knows by its fingerprint."""
+        context = _any_server(purpose)
+        context.load_cert_chain(self.certificate, self.key)
+        return context
+
     def _load_files(self, context: ssl.SSLContext) -> None:
         context.load_cert_chain(self.certificate, self.key)
         context.load_verify_locations(self.authority)
@@ -63,10 +69,14 @@ def stranger_context() -> ssl.SSLContext:
 
     It must compare the fingerprint of the cloud's certificate with its ticket.
     """
+    return _any_server("join")
+
+
+def _any_server(purpose: Purpose) -> ssl.SSLContext:
     context = _strict(ssl.PROTOCOL_TLS_CLIENT)
     context.check_hostname = False
     context.verify_mode = ssl.CERT_NONE
-    context.set_alpn_protocols(["join"])
+    context.set_alpn_protocols([purpose])
     return context
 
 

@@ -5,6 +5,7 @@ connection. It repeats this until SIGTERM or Ctrl-C, so the machine rejoins a cl
 """
 
 import asyncio
+import contextlib
 import logging
 import os
 import signal
@@ -12,6 +13,7 @@ import sys
 import tempfile
 from functools import partial
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import msgspec
 import uvloop
@@ -25,6 +27,7 @@ from engine.processes.instances import folder_of, instance_name, sweep_stale
 from engine.processes.private_files import keep_new_files_private
 from engine.processes.run_dir import keep_temporary_files_in, remove_folder
 from engine.remote.cluster_settings import ClusterSettings
+from engine.remote.machine_endpoints import MachineEndpoints
 from engine.remote.machines import check_reachable
 from engine.remote.masters import Masters
 from engine.remote.membership import Membership, membership_in
@@ -41,6 +44,21 @@ RETRIES = (0.25, 0.5, 1.0, 2.0, 5.0)
 STEADY = 30.0
 
 
+class EndpointProcesses(msgspec.Struct, frozen=True):
+    """Endpoint processes of the machine.
+
+    Parameters
+    ----------
+    command : tuple of str
+        Command that runs one, with its settings as JSON on standard input.
+    settings : list of dict
+        Settings of each, without the fields that only the machine knows: its name, folders and sockets.
+    """
+
+    command: tuple[str, ...]
+    settings: list[dict[str, Any]]
+
+
 class MachineOptions(msgspec.Struct, frozen=True):
     """Options of the machine.
 
@@ -52,11 +70,21 @@ class MachineOptions(msgspec.Struct, frozen=True):
         Labels of the machine.
     patience : float
         Time for which the cloud may be unreachable [s].
+    endpoints : EndpointProcesses, optional
+        None for no endpoints.
     """
 
     cores: int | None = None
     labels: dict[str, str] = {}
     patience: float = sys.float_info.max
+    endpoints: EndpointProcesses | None = None
+
+
+class Places(NamedTuple):
+    """Folders of the sockets of the machine: of its agent, and of its endpoints if it has any."""
+
+    run_dir: Path
+    endpoints: Path | None
 
 
 async def stay(membership: Membership, options: MachineOptions) -> None:
@@ -75,18 +103,33 @@ async def stay(membership: Membership, options: MachineOptions) -> None:
     sweep_stale(base)  # folders of killed processes
     folder = folder_of(instance_name(), base)
     folder.mkdir(mode=0o700)
-    keep_temporary_files_in(folder)  # until this process exits: the fork server listens there
-    try:
-        await _stay(membership, options, folder / "run")
-    finally:
-        remove_folder(folder)
+    async with contextlib.AsyncExitStack() as stack:
+        stack.callback(remove_folder, folder)
+        sockets = await _start_endpoints(membership, options, stack)
+        keep_temporary_files_in(folder)  # until this process exits: the fork server listens there
+        await _stay(membership, options, Places(folder / "run", sockets))
 
 
-async def _stay(membership: Membership, options: MachineOptions, run_dir: Path) -> None:
+async def _start_endpoints(
+    membership: Membership, options: MachineOptions, stack: contextlib.AsyncExitStack
+) -> Path | None:
+    """Start the endpoints of the machine, or adopt those of a killed agent; return the folder of their sockets.
+
+    They find the cloud themselves, and serve on while the agent is restarted.
+    """
+    if options.endpoints is None:
+        return None
+    endpoints = MachineEndpoints(membership, options.endpoints.command, options.endpoints.settings)
+    stack.push_async_callback(endpoints.stop)
+    await endpoints.start()
+    return endpoints.run_dir
+
+
+async def _stay(membership: Membership, options: MachineOptions, places: Places) -> None:
     terminated, tries, last_contact, masters = asyncio.Event(), 0, monotonic(), Masters(membership)
     while True:
         began = monotonic()
-        if await _run_once(membership, masters, options, run_dir, terminated):
+        if await _run_once(membership, masters, options, places, terminated):
             last_contact = monotonic()
         if terminated.is_set():
             return
@@ -100,13 +143,13 @@ async def _stay(membership: Membership, options: MachineOptions, run_dir: Path) 
 
 
 async def _run_once(
-    membership: Membership, masters: Masters, options: MachineOptions, run_dir: Path, terminated: asyncio.Event
+    membership: Membership, masters: Masters, options: MachineOptions, places: Places, terminated: asyncio.Event
 ) -> bool:
     """Run the agent once; return whether the cloud was reached."""
     config: AgentConfig | None = None
     try:
         with until_terminated(terminated):
-            config = config_of(membership, options, await masters.settings(), run_dir, masters)
+            config = config_of(membership, options, await masters.settings(), places, masters)
         dial = partial(dial_again, membership, masters, options, config)
         return config is not None and await run(config, terminated, dial, masters)
     except Unavailable as error:
@@ -115,7 +158,7 @@ async def _run_once(
 
 
 def config_of(
-    membership: Membership, options: MachineOptions, settings: ClusterSettings, run_dir: Path, masters: Masters
+    membership: Membership, options: MachineOptions, settings: ClusterSettings, places: Places, masters: Masters
 ) -> AgentConfig:
     """Return the configuration of the agent.
 
@@ -134,12 +177,12 @@ def config_of(
     for url in (settings.store, settings.map_store):
         check_reachable(url)
         check_exists(url)  # opening a path that is not shared would create an empty store
-    run_dir.mkdir(mode=0o700, exist_ok=True)
+    places.run_dir.mkdir(mode=0o700, exist_ok=True)
     return AgentConfig(
         machine=membership.machine,
         control=masters.current,
         secret="",  # the certificate identifies the machine
-        run_dir=str(run_dir),
+        run_dir=str(places.run_dir),
         cloud=settings.cloud,
         store=settings.store,
         map_store=settings.map_store,
@@ -147,6 +190,7 @@ def config_of(
         cores=options.cores,
         labels=options.labels,
         peering=membership.peering(settings, masters.routers()),
+        endpoints=None if places.endpoints is None else str(places.endpoints),
         identity=str(membership.folder),
         runtime=settings.runs.runtime,
         image=settings.runs.image,
@@ -165,7 +209,8 @@ async def dial_again(membership: Membership, masters: Masters, options: MachineO
     Unavailable
         The cloud is unreachable.
     """
-    now = config_of(membership, options, await masters.settings(), Path(config.run_dir), masters)
+    places = Places(Path(config.run_dir), None if config.endpoints is None else Path(config.endpoints))
+    now = config_of(membership, options, await masters.settings(), places, masters)
     if _without_addresses(now) != _without_addresses(config):
         raise Conflict("the cloud was restarted with other settings; the machine joins it again")
     return await dial_master(config, masters)

@@ -11,11 +11,11 @@ from cryptography import x509
 from cryptography.hazmat.primitives.serialization import Encoding
 
 from engine.processes.private_files import write_private
+from engine.protocols.pinned import fingerprint
 from engine.protocols.tls_identity import CLOUD_NAME, TlsIdentity
 from engine.remote.certificates import (
     authority_certificate,
     common_name,
-    fingerprint,
     issue,
     issue_for_cloud,
     key_pem,

@@ -5,7 +5,6 @@ cloud.
 """
 
 import datetime
-import hashlib
 
 from cryptography import x509
 from cryptography.exceptions import InvalidSignature
@@ -66,6 +65,13 @@ def issue_for_cloud(name: str, own: Key, issuer: x509.Certificate, key: Key) -> 
     return made.add_extension(usage, critical=False).add_extension(dialled, critical=False).sign(key, hashes.SHA256())
 
 
+def self_signed(name: str, own: Key) -> x509.Certificate:
+    """Return a certificate of a server that its clients know by its fingerprint."""
+    usage = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH])
+    made = _begin(name, name, own.public_key(), ca=False)
+    return made.add_extension(usage, critical=False).sign(own, hashes.SHA256())
+
+
 def request_pem(key: Key, name: str) -> bytes:
     """Return a certificate signing request (PKCS #10), so that the key itself never leaves its machine."""
     builder = x509.CertificateSigningRequestBuilder().subject_name(_named(name))
@@ -88,11 +94,6 @@ def read_request(pem: bytes) -> ec.EllipticCurvePublicKey:
     except (ValueError, InvalidSignature) as error:
         raise InvalidInput(f"not a certificate signing request: {error}") from error
     return public
-
-
-def fingerprint(certificate: bytes) -> str:
-    """Return the SHA-256 of a certificate in DER, in hexadecimal."""
-    return hashlib.sha256(certificate).hexdigest()
 
 
 def common_name(certificate: x509.Certificate) -> str:

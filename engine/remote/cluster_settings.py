@@ -4,6 +4,8 @@ import msgspec
 
 from engine.agent.master_redial import ADOPT_WITHIN
 from engine.fabric.zenoh_config import RouterCredentials
+from engine.master.places import LINGER
+from engine.master.quotas import Quota
 from engine.runtimes.registry import DEFAULT
 
 
@@ -28,6 +30,24 @@ class ContainerSettings(msgspec.Struct, frozen=True):
     adopt_within: float = ADOPT_WITHIN
 
 
+class EndpointSettings(msgspec.Struct, frozen=True):
+    """Settings of endpoints, the same on all machines.
+
+    Parameters
+    ----------
+    quota : Quota
+        Quota of users without own limits.
+    keep_versions : int, optional
+        Number of versions of a map that are kept; None for all.
+    linger : float
+        Time for which the place of a robot outlives its last client [s].
+    """
+
+    quota: Quota = msgspec.field(default_factory=Quota)
+    keep_versions: int | None = None
+    linger: float = LINGER
+
+
 class ClusterSettings(msgspec.Struct, tag="terms"):
     """Settings of one run of the cloud.
 
@@ -49,6 +69,8 @@ class ClusterSettings(msgspec.Struct, tag="terms"):
         Epoch of the master that leads.
     masters : tuple of str
         Addresses of other processes that may lead later.
+    serves : EndpointSettings
+        Settings of endpoints.
     """
 
     cloud: str
@@ -60,3 +82,4 @@ class ClusterSettings(msgspec.Struct, tag="terms"):
     release: str = ""
     epoch: int = 0
     masters: tuple[str, ...] = ()
+    serves: EndpointSettings = EndpointSettings()

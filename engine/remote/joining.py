@@ -9,11 +9,10 @@ import logging
 import msgspec
 
 from engine.protocols.framing import FrameStream
+from engine.protocols.pinned import dial_pinned
 from engine.protocols.refusals import Refusal, error_of
-from engine.protocols.sockets import dial
 from engine.protocols.tls_identity import stranger_context
 from engine.remote.authority import Authority
-from engine.remote.certificates import fingerprint
 from engine.remote.tickets import Ticket, Tickets
 from ppaas.errors import Conflict, NotPermitted, PPaaSError, Unavailable
 
@@ -109,12 +108,11 @@ async def request_certificate(ticket: Ticket, machine: str, request: bytes) -> J
     PPaaSError
         The error that the cloud answered with.
     """
-    reader, writer = await dial(ticket.address, stranger_context())
-    shown = writer.get_extra_info("ssl_object").getpeercert(binary_form=True)
-    if fingerprint(shown) != ticket.cloud:
-        writer.transport.abort()
-        raise NotPermitted(f"the server at {ticket.address} is not the cloud that made this ticket")
-    stream: FrameStream[Joined | NotJoined] = FrameStream(reader, writer, Joined | NotJoined)
+    try:
+        streams = await dial_pinned(ticket.address, stranger_context(), ticket.cloud)
+    except NotPermitted as error:
+        raise NotPermitted(f"the server at {ticket.address} is not the cloud that made this ticket") from error
+    stream: FrameStream[Joined | NotJoined] = FrameStream(*streams, Joined | NotJoined)
     try:
         async with asyncio.timeout(PATIENCE):
             await stream.send(Join(ticket.secret, machine, request))

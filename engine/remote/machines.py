@@ -13,12 +13,12 @@ from engine.protocols.address import EVERYWHERE, TlsAddress, parse_address
 from engine.protocols.control_link import MastersChanged
 from engine.protocols.framing import FrameStream
 from engine.remote.authority import Authority
-from engine.remote.cluster_settings import ClusterSettings, ContainerSettings
+from engine.remote.cluster_settings import ClusterSettings, ContainerSettings, EndpointSettings
 from engine.remote.joining import JoinServer
 from engine.remote.known_masters import KnownMasters
 from engine.remote.standbys import Standbys
 from engine.remote.tickets import Ticket, Tickets
-from engine.remote.tls_listener import TlsListener
+from engine.remote.tls_listener import FromMachine, TlsListener
 from engine.service.links.control_server import ControlServer
 from engine.service.links.robot_link_server import LinkServer
 from ppaas import __version__
@@ -48,6 +48,8 @@ class RemoteMachines:
         Name of the local machine.
     runs : ContainerSettings
         Settings of containers.
+    serves : EndpointSettings
+        Settings of endpoints.
 
     Raises
     ------
@@ -67,6 +69,7 @@ class RemoteMachines:
         map_store: str,
         own: str,
         runs: ContainerSettings = ContainerSettings(),  # noqa: B008 - it is frozen
+        serves: EndpointSettings = EndpointSettings(),  # noqa: B008 - it is frozen
     ) -> None:
         for url in (store, map_store):
             check_reachable(url)
@@ -78,7 +81,9 @@ class RemoteMachines:
         self._join_server = JoinServer(self._authority, Tickets(folder / "tickets"), frozenset((own,)))
         router = address._replace(port=address.port + 1 if address.port else _free_port(address.host))
         credentials = _credentials(folder / FABRIC)
-        self._settings = ClusterSettings(cloud, store, map_store, router.port, credentials, runs, __version__)
+        self._settings = ClusterSettings(
+            cloud, store, map_store, router.port, credentials, runs, __version__, serves=serves
+        )
         identity = self._authority.identity
         self.peering = Peering(
             str(identity.key), str(identity.certificate), str(identity.authority), credentials,
@@ -92,7 +97,7 @@ class RemoteMachines:
         """Host name or address of the cloud for machines, or None if it listens at all addresses."""
         return None if self._address.host in EVERYWHERE else self._address.host
 
-    async def start(self, control: ControlServer, robots: LinkServer) -> None:
+    async def start(self, control: ControlServer, robots: LinkServer, endpoints: FromMachine) -> None:
         """Listen, and write the address to a file, for tickets.
 
         Raises
@@ -108,6 +113,7 @@ class RemoteMachines:
             robot=robots.connected,
             settings=self._send_settings,
             standby=self._standbys.connected,
+            endpoint=endpoints,
             join=self._join_server.connected,
         )
         await self._listener.start()

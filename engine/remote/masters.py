@@ -45,6 +45,10 @@ class Masters:
         self._known.note(masters)
         return self.routers()
 
+    def read_again(self) -> None:
+        """Read the addresses again, which another process of this machine may have noted."""
+        self._known.read()
+
     def routers(self) -> tuple[str, ...]:
         """Return the Zenoh endpoints of the routers of all masters: by default at the port after that for machines."""
         ports = self._router_ports

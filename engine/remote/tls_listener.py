@@ -32,6 +32,8 @@ class TlsListener:
         Serve control links, robot links, and requests for the settings of the cluster.
     standby : callable
         Serves standbys of the cloud.
+    endpoint : callable
+        Serves endpoints of machines.
     join : callable
         Serves machines without a certificate, which request to join.
     """
@@ -45,6 +47,7 @@ class TlsListener:
         robot: FromMachine,
         settings: FromMachine,
         standby: FromMachine,
+        endpoint: FromMachine,
         join: ConnectionHandler,
     ) -> None:
         self.address = address
@@ -54,6 +57,7 @@ class TlsListener:
             "robot": robot,
             "terms": settings,
             "standby": standby,
+            "endpoint": endpoint,
         }
         self._join = join
         self._server: asyncio.Server | None = None

@@ -102,6 +102,10 @@ class Administration:
         self._cut_off(RemovalRequested(machine, force))
         self._keep()
 
+    def is_removed(self, machine: str) -> bool:
+        """Return whether a machine was removed and not admitted since."""
+        return machine in self._master.removed
+
     def admit(self, machine: str) -> None:
         """Accept a removed machine again; its agent must be started on the machine itself."""
         if machine in self._master.removed:

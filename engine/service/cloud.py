@@ -198,6 +198,14 @@ class Cloud:
         control, _ = self._driver.servers
         return control.mandate.epoch
 
+    def machine_of_place(self, key: str) -> str | None:
+        """Return the machine of the container of a place; None while there is none."""
+        return self._driver.machine_of_place(key)
+
+    def is_removed(self, machine: str) -> bool:
+        """Return whether an administrator has removed a machine."""
+        return self._driver.administration.is_removed(machine)
+
     def position(self, key: str) -> int | None:
         """Return the position of a place in the queue, from 1; None if it is not queued."""
         return self._driver.position(key)

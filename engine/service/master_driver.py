@@ -24,6 +24,7 @@ from engine.master.orders import End, Order
 from engine.master.places import Place, PlaceRequest
 from engine.processes.background import Background
 from engine.processes.heartbeats import MISSED
+from engine.processes.liveness import watch
 from engine.protocols import control_link, robot_link
 from engine.protocols.framing import FrameStream
 from engine.protocols.refusals import error_of
@@ -32,7 +33,6 @@ from engine.service.links.control_server import ControlServer
 from engine.service.links.place_link import PlaceLink
 from engine.service.links.robot_link_server import LinkServer
 from engine.service.listener import CloudListener
-from engine.service.liveness import watch
 from engine.service.machine_events import MachineEvents
 from engine.service.order_execution import OrderExecution
 from engine.service.start_times import StartTimes
@@ -201,6 +201,11 @@ class MasterDriver:
         """Return whether an open place is that of a people coordinator."""
         request = self.request_of(key)
         return request is not None and request.coordinates
+
+    def machine_of_place(self, key: str) -> str | None:
+        """Return the machine of the container of a place; None while there is none."""
+        place = self._master.places.get(key)
+        return None if place is None else place.machine
 
     def position(self, key: str) -> int | None:
         """Return the position of a place in the queue, from 1; None if it is not queued."""

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from msgspec.structs import replace
 
 from engine.container.monitor.parameters import with_priorities
-from engine.master.places import PlaceRequest, robot_key
+from engine.master.places import LINGER, PlaceRequest, robot_key
 from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import MasterDriver
 from engine.specs.containers import MapVersion, RobotConfig
@@ -27,9 +27,6 @@ from storage.records import MapRecord, RobotRecord
 from storage.versions import OCTOMAP, YAML
 
 logger = logging.getLogger(__name__)
-
-LINGER = 30.0
-"""Time for which the place of a robot outlives its last client [s]."""
 
 
 class RobotSessions:

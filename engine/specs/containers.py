@@ -204,6 +204,8 @@ class Launch(msgspec.Struct, frozen=True):
         Most threads of its kernels.
     allowed : tuple of str
         Third-party plug-ins that may run in it, each as ``group:name`` of its entry point.
+    on : str
+        Name of the machine.
     """
 
     spec: ContainerSpec
@@ -214,3 +216,4 @@ class Launch(msgspec.Struct, frozen=True):
     cpus: tuple[int, ...]
     threads: int
     allowed: tuple[str, ...] = ()
+    on: str = ""

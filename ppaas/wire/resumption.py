@@ -24,6 +24,8 @@ RESUMED = "resumed"
 STATE_HEADER = "PPaaS-Session"
 ID_HEADER = "PPaaS-Session-Id"
 TAKEN_HEADER = "PPaaS-Session-Taken"
+ENDPOINT_HEADER = "PPaaS-Endpoint"
+"""Address of an endpoint on the machine of the robot's container, for the next connection."""
 
 LEFT = "left"
 """Reason in the close frame (1000) of a client that will not come back, so its session need not be retained."""

@@ -1,5 +1,6 @@
 """WebSocket connection to the cloud: its URL, its options, and the errors of a refused handshake."""
 
+import logging
 import random
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,8 +12,20 @@ from websockets.exceptions import InvalidHandshake, InvalidStatus, InvalidURI
 
 from ppaas.errors import InvalidInput, Unavailable
 from ppaas.wire.refusals import error_of_status
-from ppaas.wire.resumption import ANEW, ID_HEADER, RESUME, RESUMED, SESSION, STATE_HEADER, TAKEN_HEADER, ResumptionPoint
+from ppaas.wire.resumption import (
+    ANEW,
+    ENDPOINT_HEADER,
+    ID_HEADER,
+    RESUME,
+    RESUMED,
+    SESSION,
+    STATE_HEADER,
+    TAKEN_HEADER,
+    ResumptionPoint,
+)
 from robots.client.cloud_url import CloudUrl, bearer, check_redirect
+
+logger = logging.getLogger(__name__)
 
 Role = Literal["robot", "operator"]
 
@@ -71,8 +84,8 @@ class Address:
     """
 
     def __init__(self, url: str, *, robot: str, token: str, role: Role, session: str, hold: bool = True) -> None:
-        parts = CloudUrl.parse(url)
-        self._base = ("wss" if parts.secure else "ws", parts.netloc, f"{parts.path}/")
+        self._given = CloudUrl.parse(url)
+        self._preferred = self._given
         self._query: dict[str, object] = {"robot": robot, "role": role, "status": 1, SESSION: session}
         self.headers = bearer(token)
         if not hold:
@@ -81,7 +94,24 @@ class Address:
 
     def at(self, point: ResumptionPoint | None) -> str:
         """Return the URL that resumes a session at ``point``, or begins a new session if it is None."""
-        return urlunsplit((*self._base, urlencode(self._query | {RESUME: point or ANEW}), ""))
+        parts = self._preferred
+        base = ("wss" if parts.secure else "ws", parts.netloc, f"{parts.path}/")
+        return urlunsplit((*base, urlencode(self._query | {RESUME: point or ANEW}), ""))
+
+    def prefer(self, url: str) -> None:
+        """Use another address of the same cloud from now on, unless it is not valid or would not encrypt as before."""
+        try:
+            parts = CloudUrl.parse(url)
+        except InvalidInput as error:
+            logger.warning("the address of a nearer endpoint is not used: %s", error)
+            return
+        if parts.secure or not self._given.secure:
+            self._preferred = parts
+
+    def go_back(self) -> bool:
+        """Use the given address again; return whether another one was preferred."""
+        preferred, self._preferred = self._preferred, self._given
+        return preferred != self._given
 
 
 def session_of(socket: ClientConnection) -> tuple[str, int | None]:
@@ -97,6 +127,11 @@ def session_of(socket: ClientConnection) -> tuple[str, int | None]:
     headers = socket.response.headers if socket.response is not None else {}
     resumed = headers.get(STATE_HEADER) == RESUMED
     return headers.get(ID_HEADER, ""), int(headers.get(TAKEN_HEADER, "0")) if resumed else None
+
+
+def nearer_endpoint(socket: ClientConnection) -> str:
+    """Return the address of an endpoint on the machine of the robot's container; empty if the server names none."""
+    return socket.response.headers.get(ENDPOINT_HEADER, "") if socket.response is not None else ""
 
 
 class _Connect(connect):

@@ -12,7 +12,7 @@ from ppaas.clock import monotonic
 from ppaas.errors import Conflict, Idle, Unavailable
 from ppaas.wire.refusals import error_of_close
 from ppaas.wire.resumption import LEFT, ResumptionPoint
-from robots.client.connection import Address, ConnectionOptions, open_socket, session_of
+from robots.client.connection import Address, ConnectionOptions, nearer_endpoint, open_socket, session_of
 from robots.client.send_queue import SendQueue
 
 logger = logging.getLogger(__name__)
@@ -116,12 +116,20 @@ class ConnectionKeeper:
 
     async def _open(self) -> ClientConnection:
         try:
-            point = ResumptionPoint(self._session, self._count) if self._session else None
-            return await open_socket(self._address.at(point), self._address.headers, self._link)
+            return await self._open_once()
         except Conflict as error:
             if not self.connections:
                 raise
             raise Unavailable(f"the cloud may still hold the previous connection of this client: {error}") from error
+        except Unavailable as error:
+            if not self._address.go_back():
+                raise
+            logger.info("the nearer endpoint is not reachable: %s", error)
+            return await self._open_once()
+
+    async def _open_once(self) -> ClientConnection:
+        point = ResumptionPoint(self._session, self._count) if self._session else None
+        return await open_socket(self._address.at(point), self._address.headers, self._link)
 
     def _was_stable(self) -> bool:
         since, self._since = self._since, math.inf
@@ -145,6 +153,8 @@ class ConnectionKeeper:
         raise error_of_close(socket.close_code, socket.close_reason or "")
 
     def _find_session(self, socket: ClientConnection) -> None:
+        if nearer := nearer_endpoint(socket):
+            self._address.prefer(nearer)
         session, taken = session_of(socket)
         if taken is not None and session == self._session:
             self.resumptions += 1

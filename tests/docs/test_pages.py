@@ -17,7 +17,7 @@ from engine.master.places import CRASH_LIMIT, CRASH_WINDOW
 from engine.master.quotas import Quota
 from engine.protocols.control_link import StopContainer
 from engine.service.planning_places import IDLE
-from engine.service.robot_sessions import LINGER
+from engine.master.places import LINGER
 from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
 from engine.specs.cores import OVERSUBSCRIPTION
 from engine.specs.machine_settings import MAX_CONTAINERS

@@ -8,7 +8,7 @@ import pytest
 
 from endpoints.accounts.tokens import TOKEN_LIFETIME
 from engine.service.planning_places import IDLE
-from engine.service.robot_sessions import LINGER
+from engine.master.places import LINGER
 from ppaas.localization.parameters import AmclParameters
 from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.parameters import read_parameters

@@ -117,7 +117,7 @@ class RayRuntime(Runtime):
 
     async def start(self) -> None:
         robots: Any = self._reports
-        await self._far.start(self._control, robots)
+        await self._far.start(self._control, robots, robots)
         await self._machines.start()
         async with asyncio.timeout(JOINS):
             await asyncio.shield(self._joined)

@@ -34,8 +34,10 @@ def folder_of(services: Services) -> RecordingsFolder:
     Raises
     ------
     Unavailable
-        This cloud keeps none.
+        This cloud keeps none, or this endpoint does not reach them.
     """
+    if services.far_folder is not None:
+        raise Unavailable("recordings are on the host of the cloud: send this request to an endpoint there")
     if services.recordings is None:
         raise Unavailable("this cloud keeps no recordings: it has no data folder")
     return services.recordings

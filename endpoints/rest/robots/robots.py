@@ -112,8 +112,7 @@ async def remove_robot(robot: Administered, services: Provided) -> None:
         raise Conflict(f"robot {robot.id!r} is connected: disconnect it first")
     await services.usage.in_turn(robot.user, _remove, services, robot)
     services.shares.forget_robot(robot.user, robot.id)
-    if services.recordings is not None:
-        await run_in_threadpool(services.recordings.remove_robot, robot.user, robot.id)
+    await services.data_folder.remove_recordings(robot.user, robot.id)
 
 
 def _replaced(services: Services, user: User, address: str) -> RobotRecord | None:

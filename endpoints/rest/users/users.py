@@ -124,8 +124,7 @@ async def remove_user(
         services.shares.forget_robot(robot.user, robot.id)
     services.usage.stored.forget_user(user_id)
     await services.cloud.end_places(user_id, removed)  # of robots that connected meanwhile
-    if services.recordings is not None:
-        await run_in_threadpool(services.recordings.remove_user, user_id)
+    await services.data_folder.remove_recordings(user_id, None)
     services.cloud.set_limits(user_id, NO_LIMITS)
 
 

@@ -1,22 +1,26 @@
 """Endpoint relay: connects a machine's containers with endpoints that they cannot dial themselves.
 
 A container in Docker sees no other sockets of its host, and one on another host than the endpoint neither holds the key
-of its machine nor needs a network. It dials the relay, and writes a line with the addresses of the endpoint: that for
-the endpoint's own host, and that for other hosts.
+of its machine nor needs a network. It dials the relay, and writes a line with the addresses of the endpoint, as JSON.
 """
 
 import asyncio
 from collections.abc import Awaitable, Callable
 from pathlib import Path
 
+import msgspec
+
 from engine.agent.relays.relay import Relay
 from engine.protocols.address import UnixAddress, parse_address
-from engine.protocols.endpoint_sockets import is_endpoint_socket
-from engine.protocols.sockets import Streams
-from ppaas.errors import InvalidInput, NotPermitted
+from engine.protocols.endpoint_sockets import EndpointAddress, is_endpoint_socket
+from engine.protocols.sockets import Streams, dial
+from ppaas.errors import InvalidInput, MalformedMessage, NotPermitted
 
 LINE_TIMEOUT = 5.0
 """Time within which a connected container must write the addresses [s]."""
+
+DialFar = Callable[[EndpointAddress], Awaitable[Streams]]
+"""Connects to an endpoint of another host; raises ``Unavailable`` if it does not answer."""
 
 
 class EndpointRelay(Relay):
@@ -24,36 +28,48 @@ class EndpointRelay(Relay):
 
     Parameters
     ----------
-    path, dial
-        As of ``Relay``.
-    is_far : bool
-        Whether the endpoints are on other hosts.
+    path : Path
+        Path of the Unix socket that containers dial.
+    machine : str
+        Name of the machine.
+    sockets : Path
+        Folder of the sockets of its endpoints.
+    dial_far : callable
+        Connects to an endpoint of another host.
     """
 
-    def __init__(self, path: Path, dial: Callable[[str], Awaitable[Streams]], *, is_far: bool) -> None:
-        super().__init__(path, dial)
-        self._is_far = is_far
+    def __init__(self, path: Path, machine: str, sockets: Path, dial_far: DialFar) -> None:
+        super().__init__(path)
+        self._machine = machine
+        self._sockets = sockets
+        self._dial_far = dial_far
 
-    async def _address(self, reader: asyncio.StreamReader) -> str:
-        """Return the address that a container names.
+    async def _dial(self, reader: asyncio.StreamReader) -> tuple[str, Streams]:
+        """Connect to the endpoint that a container names.
 
         Raises
         ------
         InvalidInput
             The endpoint has no address for other hosts.
+        MalformedMessage
+            The line is not an address.
         NotPermitted
             The address is not that of an endpoint.
         """
         async with asyncio.timeout(LINE_TIMEOUT):
             line = await reader.readline()
-        near, _, far = line.decode().strip().partition(" ")
-        if self._is_far:
-            if not far:
-                raise InvalidInput(
-                    "the endpoint has no address for other hosts: start the cloud with --listen-machines"
-                )
-            return far
-        address = parse_address(near)
-        if not isinstance(address, UnixAddress) or not is_endpoint_socket(address.path, self.path.parent):
-            raise NotPermitted(f"{near[:128]!r} is not the address of an endpoint of this host")
-        return near
+        try:
+            named = msgspec.json.decode(line, type=EndpointAddress)
+        except msgspec.DecodeError as error:
+            raise MalformedMessage(f"a container must name its endpoint first: {error}") from error
+        if named.machine == self._machine:
+            return named.near, await self._dial_near(named.near)
+        if not named.far:
+            raise InvalidInput("the endpoint has no address for other hosts: start the cloud with --listen-machines")
+        return named.far, await self._dial_far(named)
+
+    async def _dial_near(self, text: str) -> Streams:
+        address = parse_address(text)
+        if not isinstance(address, UnixAddress) or not is_endpoint_socket(address.path, self._sockets):
+            raise NotPermitted(f"{text[:128]!r} is not the address of an endpoint of this host")
+        return await dial(address)

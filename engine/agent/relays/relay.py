@@ -4,7 +4,6 @@ import asyncio
 import contextlib
 import logging
 from abc import ABC, abstractmethod
-from collections.abc import Awaitable, Callable
 from pathlib import Path
 
 from engine.protocols.address import UnixAddress
@@ -24,19 +23,16 @@ class Relay(ABC):
     ----------
     path : Path
         Path of the Unix socket that containers dial; only the user of this process may connect to it.
-    dial : callable
-        Connects to an address; raises ``Unavailable`` if nobody answers.
     """
 
-    def __init__(self, path: Path, dial: Callable[[str], Awaitable[Streams]]) -> None:
+    def __init__(self, path: Path) -> None:
         self.path = path
-        self._dial = dial
         self._server: asyncio.Server | None = None
         self._open: dict[asyncio.StreamWriter, str] = {}
 
     @abstractmethod
-    async def _address(self, reader: asyncio.StreamReader) -> str:
-        """Return the address to which the connection of a container is forwarded.
+    async def _dial(self, reader: asyncio.StreamReader) -> tuple[str, Streams]:
+        """Connect to the address to which the connection of a container is forwarded; return both.
 
         Raises
         ------
@@ -51,8 +47,7 @@ class Relay(ABC):
     async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._open[writer] = ""
         try:
-            address = await self._address(reader)
-            far_reader, far_writer = await self._dial(address)
+            address, (far_reader, far_writer) = await self._dial(reader)
         except (PPaaSError, TimeoutError, ValueError) as error:
             logger.warning("a container could not connect to its endpoint: %s", str(error) or "it named none in time")
             del self._open[writer]

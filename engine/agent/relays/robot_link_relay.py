@@ -17,18 +17,22 @@ class RobotLinkRelay(Relay):
 
     Parameters
     ----------
-    path, dial
-        As of ``Relay``.
+    path : Path
+        Path of the Unix socket that containers dial.
+    dial : callable
+        Connects to an address; raises ``Unavailable`` if nobody answers.
     where : callable
         Returns the current address of the master.
     """
 
     def __init__(self, path: Path, dial: Callable[[str], Awaitable[Streams]], where: Callable[[], str]) -> None:
-        super().__init__(path, dial)
+        super().__init__(path)
+        self._dial_master = dial
         self._where = where
 
-    async def _address(self, _reader: asyncio.StreamReader) -> str:
-        return self._where()
+    async def _dial(self, _reader: asyncio.StreamReader) -> tuple[str, Streams]:
+        address = self._where()
+        return address, await self._dial_master(address)
 
     def leave_others(self) -> None:
         """Abort the connections to other addresses than the current one: a stopped master never closes them."""

@@ -8,6 +8,7 @@ from typing import Protocol
 
 import msgspec
 
+from engine.protocols.endpoint_sockets import EndpointAddress
 from engine.protocols.refusals import Refusal
 from engine.service.endpoints.cloud_calls import CloudCalls
 from engine.service.news.news import NewsKind
@@ -43,31 +44,30 @@ class Registration(msgspec.Struct, frozen=True):
     Parameters
     ----------
     endpoint : str
-        Name of the endpoint, unique in the cloud.
-    machine : str
-        Machine on which it runs.
+        Name of the endpoint, unique in the cloud: that of its machine, a hyphen and a number.
     secret : str
-        Secret of the cloud's own processes.
+        Secret of the cloud's own processes; empty on another host, whose certificate identifies it.
     release : str
         Release of its software.
     pid : int
-    address, far_address : str
-        Addresses that containers of its host and of other hosts dial; the second is empty if there is none.
+    at : EndpointAddress
+        Addresses that containers dial.
     container_secret : str
         Secret from which those of the containers are derived (``place_secret``).
     url : str
-        Address at which clients reach it.
+        Address at which it serves clients.
+    advertised : str
+        Address that clients whose container is on its machine are told; empty for none.
     """
 
     endpoint: str
-    machine: str
     secret: str
     release: str
     pid: int
-    address: str
-    far_address: str
+    at: EndpointAddress
     container_secret: str
     url: str
+    advertised: str = ""
 
 
 class Join(msgspec.Struct, frozen=True):
@@ -100,11 +100,15 @@ class JoinedPlace(msgspec.Struct, frozen=True):
         Frame in which the robot is driven.
     position : int, optional
         Position in the queue, from 1; None if it is not queued.
+    nearer : str
+        Address of an endpoint on the machine of the robot's container, for its next connection; empty if there is none,
+        or if this one is.
     """
 
     key: str
     base_frame: str
     position: int | None
+    nearer: str = ""
 
 
 class MasterCalls(CloudCalls, Protocol):

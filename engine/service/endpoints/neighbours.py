@@ -30,6 +30,10 @@ class Neighbour(Protocol):
         """Return whether the endpoint has the socket of the robot of a place."""
         ...
 
+    def hang_up(self) -> None:
+        """Close the link to the endpoint."""
+        ...
+
     async def displace(self, user: str, robot: str, session: str | None, timeout: float) -> None:
         """Let the endpoint displace the socket of a robot, if it is dead or of the same session."""
         ...
@@ -69,6 +73,12 @@ class Neighbours:
         """Add an endpoint that has registered."""
         self._endpoints.append(endpoint)
 
+    def hang_up(self, name: str) -> None:
+        """Close the link to an endpoint; another process with its name may register."""
+        for endpoint in self:
+            if endpoint.registration is not None and endpoint.registration.endpoint == name:
+                endpoint.hang_up()
+
     def remove(self, endpoint: Neighbour) -> None:
         """Remove an endpoint, if it was added."""
         if endpoint in self._endpoints:
@@ -81,13 +91,24 @@ class Neighbours:
             if other is not endpoint and other.has_robot(key):
                 await other.displace(join.user, join.robot, join.session, DISPLACE_TIMEOUT)
 
+    def nearer(self, here: Registration, machine: str | None) -> str:
+        """Return the address of the endpoint with the fewest sockets on a machine; empty if ``here`` is there, too."""
+        if machine is None or machine == here.at.machine:
+            return ""
+        there = [
+            ((one.state or _NOT_MEASURED).sockets, one.registration.advertised)
+            for one in self
+            if one.registration is not None and one.registration.at.machine == machine and one.registration.advertised
+        ]
+        return min(there)[1] if there else ""
+
 
 def _view(here: Registration, state: EndpointState, *, is_silent: bool) -> EndpointView:
     return EndpointView(
         id=here.endpoint,
-        machine=here.machine,
+        machine=here.at.machine,
         pid=here.pid,
-        url=here.url,
+        url=here.advertised or here.url,
         release=here.release,
         sockets=state.sockets,
         frames=state.frames,

@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+import re
 from collections import Counter
 from functools import partial
 from importlib.metadata import version as release_of
@@ -24,6 +25,9 @@ from storage.records import Limits, MapRecord
 
 logger = logging.getLogger(__name__)
 
+NUMBERED = re.compile(r"-\d{1,4}")
+"""End of the name of an endpoint, after that of its machine."""
+
 EPOCH_SHIFT = 32
 """Bits of the number of a container within its generation; the epoch of the master is above them."""
 
@@ -39,13 +43,18 @@ class ServedEndpoint:
         All endpoints.
     secret : str
         Secret of the cloud's own processes.
+    machine : str, optional
+        Machine that its certificate names; None for an endpoint of this host.
     """
 
-    def __init__(self, cloud: Cloud, sessions: RobotSessions, neighbours: Neighbours, secret: str) -> None:
+    def __init__(
+        self, cloud: Cloud, sessions: RobotSessions, neighbours: Neighbours, secret: str, machine: str | None = None
+    ) -> None:
         self._cloud = cloud
         self._sessions = sessions
         self._neighbours = neighbours
         self._secret = secret
+        self.machine = machine
         self.registration: Registration | None = None
         self.state: EndpointState | None = None
         self.beats = 0
@@ -64,18 +73,46 @@ class ServedEndpoint:
         return self.registration is not None or method == ServedEndpoint.register.__name__
 
     async def register(self, registration: Registration) -> None:
-        """Register the endpoint."""
-        if not is_same(self._secret, registration.secret):
-            raise NotPermitted("an endpoint without the secret of this cloud tried to register")
+        """Register the endpoint.
+
+        Raises
+        ------
+        Conflict
+            It is of another release.
+        NotPermitted
+            It is none of this cloud, its name is not one of its machine, or its machine was removed.
+        """
+        self._check_origin(registration)
         here = release_of("ppaas")
         if registration.release != here:
             raise Conflict(f"the endpoint is of release {registration.release[:32]}, and the master of {here}")
+        self._neighbours.hang_up(registration.endpoint)  # of an earlier process, if the network was down
         self.registration = registration
         self.heard = self._neighbours.clock()
         self._neighbours.add(self)
         self._cloud.news.listen(self._hear)
         self._cloud.fact_sources.add(self._fact)
         logger.info("endpoint %s serves, as process %d", registration.endpoint, registration.pid)
+
+    def _check_origin(self, registration: Registration) -> None:
+        own = registration.at.machine
+        if self.machine is None:
+            if not is_same(self._secret, registration.secret):
+                raise NotPermitted("an endpoint without the secret of this cloud tried to register")
+        elif own != self.machine:
+            raise NotPermitted(
+                f"an endpoint of machine {self.machine!r} may not register as one of {own[:64]!r}: its certificate "
+                f"names {self.machine!r}"
+            )
+        elif self._cloud.is_removed(own):
+            raise NotPermitted(f"machine {own!r} was removed: an administrator must admit it first")
+        if not NUMBERED.fullmatch(registration.endpoint.removeprefix(own)):
+            raise NotPermitted(f"{registration.endpoint[:80]!r} is no name of an endpoint of machine {own!r}")
+
+    def hang_up(self) -> None:
+        """Close the link."""
+        if self.caller is not None:
+            self.caller.hang_up()
 
     async def report(self, state: EndpointState) -> None:
         """Note the load of the endpoint."""
@@ -191,12 +228,13 @@ class ServedEndpoint:
         here = self.registration
         assert here is not None
         place.add_endpoint(here.endpoint, partial(self._dial_order, here, place.key))
-        return JoinedPlace(place.key, place.base_frame, self._cloud.position(place.key))
+        nearer = self._neighbours.nearer(here, self._cloud.machine_of_place(place.key))
+        return JoinedPlace(place.key, place.base_frame, self._cloud.position(place.key), nearer)
 
     def _dial_order(self, here: Registration, place: str, container: int) -> DialEndpoint:
         generation = self._cloud.epoch << EPOCH_SHIFT | container
         secret = place_secret(here.container_secret, place, generation)
-        return DialEndpoint(here.endpoint, here.address, here.far_address, place, generation, secret)
+        return DialEndpoint(here.endpoint, here.at, place, generation, secret)
 
     def _forget(self, key: str) -> None:
         reached = self._reached.pop(key, None)

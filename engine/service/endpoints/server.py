@@ -1,4 +1,7 @@
-"""Server of the endpoints: each connects, registers and calls the master."""
+"""Server of the endpoints: each connects, registers and calls the master.
+
+Those of this host dial a Unix socket; those of other hosts come by the port for machines (`engine.remote.machines`).
+"""
 
 import asyncio
 import logging
@@ -8,6 +11,8 @@ from typing import NamedTuple
 
 from engine.calls.caller import Caller
 from engine.calls.frames import Frame
+from engine.processes.background import Background
+from engine.processes.liveness import watch
 from engine.protocols.address import UnixAddress
 from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import listen
@@ -72,25 +77,40 @@ class EndpointServer:
         self._sessions = sessions
         self._extras: list[Callable[[], Extra]] = []
         self._server: asyncio.Server | None = None
-        self._streams: set[FrameStream[Frame]] = set()
+        self._links: dict[ServedEndpoint, FrameStream[Frame]] = {}
+        self._background = Background()
 
     def serve_also(self, make: Callable[[], Extra]) -> None:
         """Let endpoints call other methods, too; ``make`` is called for each endpoint that connects from now on."""
         self._extras.append(make)
 
     async def start(self) -> None:
-        """Start to listen on the socket."""
-        self._server = await listen(UnixAddress(self.path), self._connected)
+        """Start to listen on the socket, and to watch the endpoints."""
+        self._server = await listen(UnixAddress(self.path), self.connected)
+        self._background.run(watch((self.endpoints.beats, self._hang_up), meanwhile=self._leave_removed))
 
-    async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    def _hang_up(self, name: str) -> None:
+        """Close the link of an endpoint that does not respond; its clients return at others, or it registers again."""
+        logger.error("endpoint %s does not report any more: its link is closed", name)
+        self.endpoints.hang_up(name)
+
+    def _leave_removed(self) -> None:
+        for endpoint in self._links:
+            if endpoint.machine is not None and self._cloud.is_removed(endpoint.machine):
+                endpoint.hang_up()
+
+    async def connected(
+        self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, machine: str | None = None
+    ) -> None:
+        """Serve a connection; ``machine`` is the name in its certificate, None on the local socket."""
         stream: FrameStream[Frame] = FrameStream(reader, writer, Frame)
-        endpoint = ServedEndpoint(self._cloud, self._sessions, self.endpoints, self._secret)
+        endpoint = ServedEndpoint(self._cloud, self._sessions, self.endpoints, self._secret, machine)
         of_cloud: CloudCalls = self._cloud
         extras = [make() for make in self._extras]
         interfaces = [MasterCalls, *(extra.interface for extra in extras)]
         endpoint.caller = Caller(stream, interfaces, endpoint, of_cloud, *(extra.served for extra in extras))
         endpoint.caller.admits = endpoint.may_call
-        self._streams.add(stream)
+        self._links[endpoint] = stream
         late = asyncio.get_running_loop().call_later(REGISTER_TIMEOUT, self._check_registered, endpoint, stream)
         try:
             await endpoint.caller.serve()
@@ -101,7 +121,7 @@ class EndpointServer:
             endpoint.gone()
             for extra in extras:
                 extra.close()
-            self._streams.discard(stream)
+            del self._links[endpoint]
             await stream.close()
 
     @staticmethod
@@ -112,7 +132,8 @@ class EndpointServer:
 
     async def close(self) -> None:
         """Stop listening, and close all links."""
+        await self._background.cancel()
         if self._server is not None:
             self._server.close()
-        await asyncio.gather(*(stream.close() for stream in self._streams))
+        await asyncio.gather(*(stream.close() for stream in self._links.values()))
         self.path.unlink(missing_ok=True)

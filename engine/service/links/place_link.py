@@ -35,6 +35,8 @@ class PlaceLink(SharedLink):
         What the clients of the place offer, as the container told last.
     generation : int
         Number of the latest container that has dialled this endpoint; 0 in the process of the master.
+    nearer : str
+        Address of an endpoint on the container's machine, if this one is on another; empty for none.
     """
 
     def __init__(self, key: str, base_frame: str = BASE_LINK) -> None:
@@ -45,6 +47,7 @@ class PlaceLink(SharedLink):
         self._carried: dict[int, CarriedSession] = {}
         self._endpoints: dict[str, EndpointOrder] = {}
         self.generation = 0
+        self.nearer = ""
         self._numbers = itertools.count(1)
         self._count = 0
 

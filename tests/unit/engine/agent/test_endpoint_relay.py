@@ -5,14 +5,16 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from engine.agent.relays.endpoint_relay import EndpointRelay
-from engine.protocols.address import UnixAddress, parse_address
-from engine.protocols.endpoint_sockets import RELAY, endpoint_socket
+from engine.protocols.address import UnixAddress
+from engine.protocols.endpoint_sockets import RELAY, EndpointAddress, endpoint_socket
 from engine.protocols.sockets import Streams, dial, listen
 
-FAR = "tls://cloud.example:40001"
+HERE = "hall"
+FAR = EndpointAddress("elsewhere", "unix:/of/another/host.sock", "tls://cloud.example:40001", "f1")
 
 
 async def _echo(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -22,16 +24,16 @@ async def _echo(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> N
 
 
 @asynccontextmanager
-async def relay(folder: Path, dialled: list[str], *, is_far: bool) -> AsyncIterator[EndpointRelay]:
+async def relay(folder: Path, dialled: list[EndpointAddress]) -> AsyncIterator[EndpointRelay]:
     """Run a relay, and an endpoint that echoes; an address of another host leads to the same endpoint."""
-    endpoint = UnixAddress(endpoint_socket(folder, "local-1"))
+    endpoint = UnixAddress(endpoint_socket(folder, "hall-1"))
     server = await listen(endpoint, _echo)
 
-    async def dial_endpoint(address: str) -> Streams:
-        dialled.append(address)
-        return await dial(endpoint if address == FAR else parse_address(address))
+    async def dial_far(at: EndpointAddress) -> Streams:
+        dialled.append(at)
+        return await dial(endpoint)
 
-    opened = EndpointRelay(folder / RELAY, dial_endpoint, is_far=is_far)
+    opened = EndpointRelay(folder / RELAY, HERE, folder, dial_far)
     await opened.start()
     try:
         yield opened
@@ -40,10 +42,10 @@ async def relay(folder: Path, dialled: list[str], *, is_far: bool) -> AsyncItera
         server.close()
 
 
-async def exchange(opened: EndpointRelay, line: str) -> bytes:
+async def exchange(opened: EndpointRelay, line: bytes) -> bytes:
     """Name an endpoint as a container does, send a word, and return what comes back."""
     reader, writer = await asyncio.open_unix_connection(opened.path)
-    writer.write(line.encode() + b"\nhello")
+    writer.write(line + b"\nhello")
     try:
         async with asyncio.timeout(10.0):
             return await reader.read(5)
@@ -53,32 +55,38 @@ async def exchange(opened: EndpointRelay, line: str) -> bytes:
         writer.close()
 
 
-@pytest.mark.parametrize("is_far", [False, True])
-async def test_the_address_for_its_host_is_dialled(short_path: Path, is_far: bool) -> None:
-    near, dialled = str(UnixAddress(endpoint_socket(short_path, "local-1"))), list[str]()
-    async with relay(short_path, dialled, is_far=is_far) as opened:
-        assert await exchange(opened, f"{near} {FAR}") == b"hello"
-    assert dialled == [FAR if is_far else near]
+async def test_an_endpoint_of_this_machine_is_dialled_at_its_socket(short_path: Path) -> None:
+    near, dialled = str(UnixAddress(endpoint_socket(short_path, "hall-1"))), list[EndpointAddress]()
+    async with relay(short_path, dialled) as opened:
+        named = EndpointAddress(HERE, near, "tls://hall.example:40002")
+        assert await exchange(opened, msgspec.json.encode(named)) == b"hello"
+    assert dialled == []
+
+
+async def test_an_endpoint_of_another_machine_is_dialled_at_its_address_for_others(short_path: Path) -> None:
+    dialled = list[EndpointAddress]()
+    async with relay(short_path, dialled) as opened:
+        assert await exchange(opened, msgspec.json.encode(FAR)) == b"hello"
+    assert dialled == [FAR]
 
 
 @pytest.mark.parametrize(
-    ("is_far", "line"),
+    "line",
     [
-        (False, "unix:/var/run/docker.sock "),
-        (False, "unix:{folder}/control.sock "),
-        (False, "unix:{folder}/../endpoint-x.sock "),
-        (False, "tls://elsewhere.example:1 "),
-        (False, "nonsense"),
-        (False, "\udcff"),
-        (True, "unix:{folder}/endpoint-local-1.sock "),
+        '{"machine":"hall","near":"unix:/var/run/docker.sock"}',
+        '{"machine":"hall","near":"unix:FOLDER/control.sock"}',
+        '{"machine":"hall","near":"unix:FOLDER/../endpoint-x.sock"}',
+        '{"machine":"hall","near":"tls://elsewhere.example:1"}',
+        '{"machine":"elsewhere","near":"unix:FOLDER/endpoint-hall-1.sock"}',
+        '{"machine":"hall"}',
+        "nonsense",
+        "\udcff",
     ],
 )
-async def test_other_addresses_are_refused(
-    short_path: Path, is_far: bool, line: str, caplog: pytest.LogCaptureFixture
-) -> None:
-    dialled = list[str]()
-    async with relay(short_path, dialled, is_far=is_far) as opened:
-        text = line.format(folder=short_path).encode("utf-8", "surrogateescape").decode("latin-1")
+async def test_other_addresses_are_refused(short_path: Path, line: str, caplog: pytest.LogCaptureFixture) -> None:
+    dialled = list[EndpointAddress]()
+    async with relay(short_path, dialled) as opened:
+        text = line.replace("FOLDER", str(short_path)).encode("utf-8", "surrogateescape")
         assert await exchange(opened, text) == b""
     assert dialled == []
     assert "could not connect" in caplog.text

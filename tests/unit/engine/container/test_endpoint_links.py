@@ -5,10 +5,12 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 
 from engine.container import endpoint_links
 from engine.protocols import robot_link
+from engine.protocols.endpoint_sockets import EndpointAddress
 from engine.protocols.framing import FrameStream
 from tests.support.engine.container_peers import ContainerPeers, say
 from tests.support.engine.engine_links import receive
@@ -19,12 +21,11 @@ PLACE = "robot:ann/tb1"
 ECHO = robot_link.Published("echo", b'{"data":"hi"}')
 
 
-def dial_order(name: str, address: str, generation: int = 1) -> robot_link.DialEndpoint:
+def dial_order(name: str, address: str, generation: int = 1, machine: str = "") -> robot_link.DialEndpoint:
     """Return the order to dial an endpoint."""
     return robot_link.DialEndpoint(
         endpoint=name,
-        address=address,
-        far_address="tls://host:7000",
+        at=EndpointAddress(machine, address, "tls://host:7000", "f1"),
         place=PLACE,
         generation=generation,
         secret=f"secret {generation} of {name}",
@@ -199,20 +200,23 @@ async def test_container_gives_up_an_endpoint_that_is_gone_until_the_next_order(
 async def test_an_order_of_another_generation_dials_anew(peers: ContainerPeers, endpoint: Endpoint) -> None:
     peers.endpoint.write(endpoint.order)
     first = await endpoint.welcomed()
-    peers.endpoint.write(dial_order(endpoint.name, endpoint.order.address, generation=2))
+    peers.endpoint.write(dial_order(endpoint.name, endpoint.order.at.near, generation=2))
     assert await receive(first) is None
     await check_served(await endpoint.welcomed(generation=2))
     assert endpoint.dials == 2
 
 
-async def test_endpoints_are_dialled_by_the_relay_of_the_machine_if_there_is_one(
-    peers: ContainerPeers, short_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("machine", ["", "hall-2"])
+async def test_endpoints_of_other_machines_or_out_of_sight_are_dialled_by_the_relay_of_the_machine(
+    peers: ContainerPeers, endpoint: Endpoint, short_path: Path, monkeypatch: pytest.MonkeyPatch, machine: str
 ) -> None:
     relay = await Endpoint(short_path / "relay.sock", "e9", relays=True).listen()
     monkeypatch.setattr(peers.container.endpoints, "_relay", relay.path)
-    peers.endpoint.write(dial_order("e9", "unix:/of/another/host.sock"))
+    address = f"unix:{endpoint.path}" if machine else "unix:/of/another/host.sock"
+    order = dial_order("e9", address, machine=machine)
+    peers.endpoint.write(order)
     await check_served(await relay.welcomed())
-    assert relay.asked == ["unix:/of/another/host.sock tls://host:7000"]
+    assert [msgspec.json.decode(line, type=EndpointAddress) for line in relay.asked] == [order.at]
     await relay.close()
 
 

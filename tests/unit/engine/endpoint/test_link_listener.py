@@ -8,12 +8,18 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from engine.endpoint.link_listener import LinkListener
+from engine.endpoint.link_listener import LinkListener, MachineAccess
 from engine.endpoint.places import EndpointPlaces
 from engine.protocols import robot_link
+from engine.protocols.address import TlsAddress, parse_address
 from engine.protocols.framing import FrameStream
+from engine.protocols.pinned import dial_pinned
 from engine.protocols.place_secret import place_secret
 from engine.protocols.refusals import Refusal
+from engine.protocols.tls_identity import stranger_context
+from engine.remote.authority import Authority
+from engine.remote.membership import enrol
+from ppaas.errors import NotPermitted
 from tests.support.engine.engine_links import dial_link, hello, receive
 from tests.support.waiting import until
 
@@ -28,7 +34,7 @@ def places() -> EndpointPlaces:
 
 @pytest.fixture
 async def listener(tmp_path: Path, places: EndpointPlaces) -> AsyncIterator[LinkListener]:
-    made = LinkListener(tmp_path / "link.sock", places.link)
+    made = LinkListener("hall", tmp_path / "link.sock", places.link)
     await made.start()
     yield made
     await made.close()
@@ -169,7 +175,7 @@ async def test_a_container_that_was_replaced_is_shut_down_and_its_successor_does
 
 
 async def test_links_end_with_the_listener(tmp_path: Path, places: EndpointPlaces) -> None:
-    listener = LinkListener(tmp_path / "other.sock", places.link)
+    listener = LinkListener("hall", tmp_path / "other.sock", places.link)
     await listener.start()
     stream = await dial(listener, hello_of(listener))
     await places.link(PLACE).ready(10.0)
@@ -177,3 +183,35 @@ async def test_links_end_with_the_listener(tmp_path: Path, places: EndpointPlace
     assert await receive(stream) is None
     assert not listener.path.exists()
     await stream.close()
+
+
+async def test_a_container_of_another_host_dials_the_certificate_that_its_order_names(
+    tmp_path: Path, places: EndpointPlaces
+) -> None:
+    """Its machine has a certificate of the cloud; a server with another certificate gets nothing."""
+    authority = Authority(tmp_path / "cloud")
+    hall = enrol(tmp_path / "hall", authority, "hall", TlsAddress("127.0.0.1", 1)).identity
+    listener = LinkListener("local", tmp_path / "far.sock", places.link, MachineAccess("127.0.0.1", hall.authority))
+    await listener.start()
+    address = parse_address(listener.address.far)
+    assert isinstance(address, TlsAddress) and listener.address.machine == "local"
+    with pytest.raises(NotPermitted, match="another one than expected"):
+        await dial_pinned(address, hall.pinning_context("robot"), "0" * 64)
+    stream: Stream = FrameStream(
+        *await dial_pinned(address, hall.pinning_context("robot"), listener.address.fingerprint),
+        robot_link.ToContainer,
+    )
+    stream.write(hello_of(listener))
+    await places.link(PLACE).ready(10.0)
+    await check_served(places, stream)
+    stranger = stranger_context()
+    stranger.set_alpn_protocols(["robot"])
+    refused: Stream = FrameStream(
+        *await dial_pinned(address, stranger, listener.address.fingerprint), robot_link.ToContainer
+    )
+    refused.write(hello_of(listener, container="c2", generation=2))
+    assert await receive(refused) is None, "a container whose machine has no certificate"
+    for each in (stream, refused):
+        await each.close()
+    await listener.close()
+    assert not listener.path.exists() and not listener.path.with_suffix(".key").exists()

@@ -12,7 +12,7 @@ from engine.protocols.address import TlsAddress
 from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import dial
 from engine.protocols.tls_identity import stranger_context
-from engine.remote.agent import MachineOptions, config_of, stay
+from engine.remote.agent import MachineOptions, Places, config_of, stay
 from engine.remote.cluster_settings import ContainerSettings
 from engine.remote.machines import RemoteMachines, make_ticket
 from engine.remote.masters import Masters
@@ -45,7 +45,7 @@ class Cloud:
     async def start(self) -> None:
         async def welcome(*_: object) -> None: ...
 
-        await self.far.start(self.control, LinkServer(Path("unused"), welcome, lambda _: None))
+        await self.far.start(self.control, LinkServer(Path("unused"), welcome, lambda _: None), welcome)
 
     def ticket(self, machine: str | None = None) -> str:
         return str(make_ticket(self.folder, valid=VALID, machine=machine))
@@ -86,7 +86,7 @@ async def test_the_agent_is_configured_from_the_cluster_settings(cloud: Cloud, t
     membership = await join(tmp_path / "m2", cloud.ticket(), "m2")
     masters = Masters(membership)
     settings = await masters.settings()
-    config = config_of(membership, MachineOptions(2, {"gpu": "no"}), settings, tmp_path / "run", masters)
+    config = config_of(membership, MachineOptions(2, {"gpu": "no"}), settings, Places(tmp_path / "run", None), masters)
     assert (config.store, config.map_store) == cloud.stores
     assert (config.identity, config.cloud) == (str(tmp_path / "m2"), "the cloud")
     assert config.peering is not None and config.peering.connect == (f"tls/127.0.0.1:{settings.fabric_port}",)
@@ -100,7 +100,7 @@ async def test_missing_stores_are_not_created(cloud: Cloud, tmp_path: Path) -> N
     settings = await membership.settings()
     (tmp_path / "store.sqlite").unlink()
     with pytest.raises(NotFound, match="store"):
-        config_of(membership, MachineOptions(), settings, tmp_path / "run", Masters(membership))
+        config_of(membership, MachineOptions(), settings, Places(tmp_path / "run", None), Masters(membership))
 
 
 async def test_machine_exits_if_the_cloud_runs_another_release(

@@ -52,7 +52,7 @@ class Leader:
     async def start(self) -> None:
         async def welcome(*_: object) -> None: ...
 
-        await self.far.start(self.control, LinkServer(Path("unused"), welcome, lambda _: None))
+        await self.far.start(self.control, LinkServer(Path("unused"), welcome, lambda _: None), welcome)
         address = parse_address((self.data / MACHINES / "address").read_text())
         assert isinstance(address, TlsAddress)
         self.address = address

@@ -37,7 +37,7 @@ async def listener(authority: Authority) -> AsyncIterator[TlsListener]:
     opened = TlsListener(
         ANYWHERE, authority,
         control=answering("control"), robot=answering("robot"), settings=answering("terms"),
-        standby=answering("standby"), join=answering("join"),
+        standby=answering("standby"), endpoint=answering("endpoint"), join=answering("join"),
     )  # fmt: skip
     await opened.start()
     yield opened
@@ -88,7 +88,14 @@ async def test_clients_that_join_are_limited(authority: Authority, monkeypatch: 
         raise AssertionError("it has no certificate")
 
     opened = TlsListener(
-        ANYWHERE, authority, control=machine, robot=machine, settings=machine, standby=machine, join=join
+        ANYWHERE,
+        authority,
+        control=machine,
+        robot=machine,
+        settings=machine,
+        standby=machine,
+        endpoint=machine,
+        join=join,
     )
     await opened.start()
     try:
@@ -147,7 +154,14 @@ async def test_a_port_in_use_is_an_error(listener: TlsListener, authority: Autho
     async def nobody(*_: object) -> None: ...
 
     second = TlsListener(
-        listener.address, authority, control=nobody, robot=nobody, settings=nobody, standby=nobody, join=nobody
+        listener.address,
+        authority,
+        control=nobody,
+        robot=nobody,
+        settings=nobody,
+        standby=nobody,
+        endpoint=nobody,
+        join=nobody,
     )
     with pytest.raises(Unavailable, match="cannot listen"):
         await second.start()

@@ -137,7 +137,7 @@ async def test_listener_is_notified_of_a_removed_machine(tmp_path: Path) -> None
 async def test_measured_round_trips_and_network_load_are_listed(
     service: MasterDriver, machines: list[FakeMachine], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("engine.service.liveness.BEAT_PERIOD", 0.01)
+    monkeypatch.setattr("engine.processes.liveness.BEAT_PERIOD", 0.01)
     place = service.open_place(robot_request())
     container = await machines[0].boot(await machines[0].started())
     await place.ready(10)

@@ -2,7 +2,8 @@
 
 import asyncio
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from contextlib import AsyncExitStack, asynccontextmanager
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -11,10 +12,12 @@ import pytest
 
 from engine.calls.caller import Caller
 from engine.calls.frames import Frame
+from engine.endpoint.master_access import OwnMaster
 from engine.endpoint.master_link import MasterLink
 from engine.protocols.address import UnixAddress
+from engine.protocols.endpoint_sockets import EndpointAddress
 from engine.protocols.framing import FrameStream
-from engine.protocols.sockets import dial
+from engine.protocols.sockets import dial, listen
 from engine.service.endpoints.cloud_calls import CloudCalls
 from engine.service.endpoints.interface import EndpointCalls, EndpointState, MasterCalls, Registration
 from engine.service.endpoints.server import EndpointServer
@@ -22,7 +25,7 @@ from engine.service.news.news import News
 from engine.service.news.robot_facts import FactSources
 from engine.service.views import EndpointView
 from ppaas.clock import ManualClock
-from ppaas.errors import Conflict, NotPermitted, PPaaSError
+from ppaas.errors import Conflict, NotPermitted, PPaaSError, Unavailable
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.waiting import until
 
@@ -36,10 +39,19 @@ class MasterCloud(FakeCloud):
         super().__init__()
         self.news = News()
         self.fact_sources = FactSources()
+        self.removed: set[str] = set()
+
+    def is_removed(self, machine: str) -> bool:
+        return machine in self.removed
 
 
 class NoCalls:
     """Endpoint that the master asks nothing."""
+
+
+async def never() -> bool:
+    """Return that no other process leads."""
+    return False
 
 
 def nothing() -> None:
@@ -63,8 +75,9 @@ async def server(tmp_path: Path, clock: ManualClock) -> AsyncIterator[EndpointSe
 @asynccontextmanager
 async def linked(server: EndpointServer, clock: Callable[[], float]) -> AsyncIterator[MasterLink]:
     url, release = "http://h:8500", version("ppaas")
-    here = Registration("hall-1", "hall", SECRET, release, 77, "unix:/e", "", "own", url)
-    link = MasterLink(lambda: UnixAddress(server.path), lambda: here, NoCalls(), nothing, clock)  # type: ignore[arg-type]
+    here = Registration("hall-1", SECRET, release, 77, EndpointAddress("hall", "unix:/e"), "own", url)
+    access = OwnMaster(UnixAddress(server.path), SECRET, never)
+    link = MasterLink(access, lambda: here, NoCalls(), nothing, clock)  # type: ignore[arg-type]
     running = asyncio.create_task(link.run())
     try:
         yield link
@@ -140,6 +153,82 @@ async def test_endpoints_of_another_cloud_or_release_are_refused(
 ) -> None:
     async with stranger(server) as caller:
         with pytest.raises(expected):
-            await caller.call(MasterCalls.register, Registration("e", "m", secret, release, 1, "unix:/e", "", "s", ""))
+            here = Registration("m-1", secret, release, 1, EndpointAddress("m", "unix:/e"), "s", "")
+            await caller.call(MasterCalls.register, here)
         with pytest.raises(NotPermitted):
             await caller.call(CloudCalls.machines)
+
+
+def registration(name: str = "hall-1", machine: str = "hall", advertised: str = "") -> Registration:
+    """Return the registration of an endpoint of another host."""
+    here = EndpointAddress(machine, "unix:/e", "tls://hall:7000", "f1")
+    return Registration(name, "", version("ppaas"), 1, here, "s", "http://hall:8500", advertised)
+
+
+@asynccontextmanager
+async def machine_link(server: EndpointServer, folder: Path, machine: str = "hall") -> AsyncIterator[Caller]:
+    """Connect as an endpoint whose certificate names a machine."""
+    path = folder / f"{machine}.sock"
+    listening = await listen(UnixAddress(path), partial(server.connected, machine=machine))
+    stream: FrameStream[Frame] = FrameStream(*await dial(UnixAddress(path)), Frame)
+    caller = Caller(stream, [EndpointCalls], NoCalls())
+    serving = asyncio.create_task(caller.serve())
+    try:
+        yield caller
+    finally:
+        listening.close()
+        await stream.close()
+        await asyncio.gather(serving, return_exceptions=True)
+
+
+@pytest.mark.parametrize(
+    "lies", [registration(machine="loft"), registration("loft-1"), registration("hall-1-2"), registration("hall-x")]
+)
+async def test_an_endpoint_that_lies_about_its_machine_is_refused(
+    server: EndpointServer, tmp_path: Path, lies: Registration
+) -> None:
+    async with machine_link(server, tmp_path) as caller:
+        with pytest.raises(NotPermitted):
+            await caller.call(MasterCalls.register, lies)
+    assert server.endpoints.views() == []
+
+
+async def test_endpoints_of_a_removed_machine_are_cut_off_and_refused(server: EndpointServer, tmp_path: Path) -> None:
+    cloud = server._cloud
+    assert isinstance(cloud, MasterCloud)
+    async with machine_link(server, tmp_path) as caller:
+        await caller.call(MasterCalls.register, registration())
+        cloud.removed.add("hall")
+        await until(lambda: not server.endpoints.views())
+        with pytest.raises(Unavailable):
+            await caller.call(CloudCalls.machines)
+    async with machine_link(server, tmp_path) as again:
+        with pytest.raises(NotPermitted, match="removed"):
+            await again.call(MasterCalls.register, registration())
+
+
+async def test_an_endpoint_replaces_the_earlier_one_of_its_name(server: EndpointServer, tmp_path: Path) -> None:
+    """Its earlier process may have died while the network was down, so that nobody told the master."""
+    async with machine_link(server, tmp_path) as first, machine_link(server, tmp_path) as second:
+        await first.call(MasterCalls.register, registration())
+        await second.call(MasterCalls.register, registration())
+        await until(lambda: len(server.endpoints.views()) == 1)
+        await second.call(MasterCalls.report, EndpointState(2, 0.0, 0.0, 0))
+        assert [one.sockets for one in server.endpoints.views()] == [2]
+
+
+async def test_the_address_beside_a_container_is_that_of_the_endpoint_with_the_fewest_sockets(
+    server: EndpointServer, tmp_path: Path
+) -> None:
+    names = {"hall-1": 5, "hall-2": 3, "hall-3": 1}
+    async with AsyncExitStack() as stack:
+        for name, sockets in names.items():
+            caller = await stack.enter_async_context(machine_link(server, tmp_path))
+            advertised = f"http://{name}" if name != "hall-3" else ""
+            await caller.call(MasterCalls.register, registration(name, advertised=advertised))
+            await caller.call(MasterCalls.report, EndpointState(sockets, 0.0, 0.0, 0))
+        nearer = server.endpoints.nearer
+        assert nearer(registration("local-1", "local"), "hall") == "http://hall-2"
+        assert nearer(registration("local-1", "local"), "loft") == ""
+        assert nearer(registration("local-1", "local"), None) == ""
+        assert nearer(registration("hall-3"), "hall") == "", "it is there already"

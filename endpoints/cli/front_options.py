@@ -1,0 +1,130 @@
+"""Options of endpoints: how they serve clients. ``ppaas up`` and ``ppaas machine join`` have them."""
+
+import argparse
+import math
+from collections.abc import Callable
+from pathlib import Path
+from urllib.parse import urlsplit
+
+from endpoints.http.front_settings import allowed_origin, root_path, trusted_proxy
+from ppaas.bounded_numbers import whole
+from ppaas.errors import InvalidInput
+
+DEFAULT_PORT = 8500
+MAX_PORT = 65535
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the options to a command."""
+    parser.add_argument(
+        "--host", default="127.0.0.1", help="address to listen on; :: takes all of IPv6 and IPv4 (%(default)s)"
+    )
+    parser.add_argument(
+        "--port", type=whole(0, MAX_PORT), default=DEFAULT_PORT, help="port; 0 takes a free one (%(default)s)"
+    )
+    parser.add_argument(
+        "--advertise",
+        type=_argument(advertised_url),
+        default="",
+        metavar="URL",
+        help="address at which robots reach the endpoints of this host without a proxy, as http://hall-2:8500: a robot "
+        "whose container runs here is told, and connects here next time (none)",
+    )
+    parser.add_argument("--tls-cert", type=Path, metavar="FILE", help="certificate in PEM, to serve HTTPS; read again")
+    parser.add_argument("--tls-key", type=Path, metavar="FILE", help="private key of --tls-cert in PEM")
+    _add_front(parser)
+    _add_connections(parser)
+    parser.add_argument(
+        "--dead", type=_dead, default=15.0, help="seconds after which a silent connection counts as dead (%(default)s)"
+    )
+    parser.add_argument("--log-level", default="info", choices=["debug", "info", "warning", "error"])
+
+
+def _add_front(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--root-path",
+        type=_argument(root_path),
+        default="",
+        metavar="/PATH",
+        help="path below which a proxy serves the cloud, whether it removes the path or not (none)",
+    )
+    parser.add_argument(
+        "--trusted-proxy",
+        type=_argument(trusted_proxy),
+        action="append",
+        default=[],
+        metavar="ADDRESS",
+        help="address or network of a proxy whose X-Forwarded-For, -Proto, -Host and -Prefix count; may be repeated",
+    )
+    parser.add_argument(
+        "--allow-origin",
+        type=_argument(allowed_origin),
+        action="append",
+        default=[],
+        metavar="ORIGIN",
+        help="let web pages of another host use the cloud, such as https://pages.example; '*' for all; may be repeated",
+    )
+
+
+def _argument(parse: Callable[[str], str]) -> Callable[[str], str]:
+    """Return a type of arguments whose errors argparse reports."""
+
+    def argument(text: str) -> str:
+        try:
+            return parse(text)
+        except InvalidInput as error:
+            raise argparse.ArgumentTypeError(str(error)) from error
+
+    return argument
+
+
+def _add_connections(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--max-connections",
+        type=whole(1),
+        metavar="NUMBER",
+        help="largest number of connections of each endpoint (10000, or as many as open files allow)",
+    )
+    parser.add_argument(
+        "--max-connections-per-address",
+        type=whole(1),
+        metavar="NUMBER",
+        help="largest number of connections from one address (half of all)",
+    )
+
+
+def advertised_url(text: str) -> str:
+    """Return the address of an endpoint for robots without its last slash; an empty text stands for none.
+
+    Raises
+    ------
+    InvalidInput
+        It is no address of HTTP.
+    """
+    try:
+        parts = urlsplit(text)
+        usable = (
+            not text or parts.scheme in ("http", "https") and parts.hostname and (parts.port or 1) and not parts.query
+        )
+    except ValueError:
+        usable = False
+    if not usable:
+        raise InvalidInput(f"give http://HOST:PORT or https://HOST:PORT, not {text!r}")
+    return text.rstrip("/")
+
+
+def seconds(text: str) -> float:
+    """Return a time of at least 0 s; the type of an argument."""
+    value = float(text)
+    if not (math.isfinite(value) and value >= 0.0):
+        raise argparse.ArgumentTypeError(f"must be at least 0 seconds, not {text}")
+    return value
+
+
+def _dead(text: str) -> float:
+    value = seconds(text)
+    if value < 1.0:
+        raise argparse.ArgumentTypeError(
+            f"must be at least 1 s, because live connections may be silent for so long, not {text}"
+        )
+    return value

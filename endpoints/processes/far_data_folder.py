@@ -1,0 +1,121 @@
+"""Data folder of a cloud as an endpoint of another host has it: events wait here until the master has recorded them."""
+
+import asyncio
+import contextlib
+import logging
+from collections import deque
+from itertools import islice
+
+from endpoints.audit.data_folder import DataFolderCalls
+from endpoints.audit.event import AuditEvent, AuditQuery
+from engine.endpoint.master_link import MasterLink
+from engine.processes.background import Background, repeat
+from ppaas.errors import Unavailable
+
+logger = logging.getLogger(__name__)
+
+PERIOD = 0.5
+"""Interval of transfers to the master [s]."""
+
+MAX_WAITING = 50_000
+"""Largest number of events that wait for the master; later ones are counted and dropped."""
+
+MAX_BATCH = 1000
+"""Largest number of events of a transfer."""
+
+READ_TIMEOUT, CLOSE_TIMEOUT = 10.0, 2.0
+"""Time limits of a query, and to send the last events at the end [s]."""
+
+
+class FarDataFolder:
+    """Data folder of the master; implements ``DataFolderCalls``.
+
+    Parameters
+    ----------
+    master : MasterLink
+    """
+
+    def __init__(self, master: MasterLink) -> None:
+        self._master = master
+
+    async def record_events(self, events: list[AuditEvent]) -> None:
+        """Add events to the audit log."""
+        await self._master.call(DataFolderCalls.record_events, events)
+
+    async def read_events(self, query: AuditQuery, before: int | None, limit: int) -> list[AuditEvent]:
+        """Return events of the audit log."""
+        return await self._master.call(DataFolderCalls.read_events, query, before, limit)
+
+    async def remove_recordings(self, user: str, robot: str | None) -> None:
+        """Remove the recordings of a robot, or of all robots of a user."""
+        await self._master.call(DataFolderCalls.remove_recordings, user, robot)
+
+
+class FarAuditLog:
+    """Audit log in a data folder; implements ``AuditLog``.
+
+    An event may be recorded twice if the master dies while it answers.
+
+    Parameters
+    ----------
+    folder : DataFolderCalls
+    """
+
+    def __init__(self, folder: DataFolderCalls) -> None:
+        self._folder = folder
+        self._waiting: deque[AuditEvent] = deque()
+        self._lost = 0
+        self._loop = asyncio.get_running_loop()
+        self._background = Background()
+        self._background.run(repeat(self._send, PERIOD))
+        self.fault: str | None = None
+
+    def record(self, event: AuditEvent) -> None:
+        """Add an event."""
+        if len(self._waiting) < MAX_WAITING:
+            self._waiting.append(event)
+        else:
+            self._lost += 1
+
+    async def _send(self) -> None:
+        if self._lost and len(self._waiting) < MAX_WAITING:
+            details, self._lost = {"events": self._lost}, 0
+            self._waiting.append(AuditEvent(action="lose_events", outcome="failed", details=details))
+        while self._waiting:
+            batch = list(islice(self._waiting, MAX_BATCH))
+            try:
+                await self._folder.record_events(batch)
+            except Unavailable as error:
+                self.fault = f"{len(self._waiting)} events wait for the master: {error}"
+                return
+            for _ in batch:
+                self._waiting.popleft()
+        self.fault = None
+
+    def read(self, query: AuditQuery, *, before: int | None = None, limit: int = 100) -> list[AuditEvent]:
+        """Return events, newest first; blocks, and must be called from a thread.
+
+        Raises
+        ------
+        Unavailable
+            The master does not answer.
+        """
+        asked = asyncio.run_coroutine_threadsafe(self._read(query, before, limit), self._loop)
+        try:
+            return asked.result(READ_TIMEOUT)
+        except TimeoutError as error:
+            asked.cancel()
+            raise Unavailable("the master, which has the audit log, does not answer; try again") from error
+
+    async def _read(self, query: AuditQuery, before: int | None, limit: int) -> list[AuditEvent]:
+        await self._send()
+        return await self._folder.read_events(query, before, limit)
+
+    async def close(self) -> None:
+        """Send the last events, if the master answers."""
+        await self._background.cancel()
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(CLOSE_TIMEOUT):
+                await self._send()
+        if self._waiting:
+            logger.error("%d events of the audit log are lost: no master took them", len(self._waiting))
