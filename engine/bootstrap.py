@@ -24,6 +24,7 @@ from engine.processes.background import Background
 from engine.processes.instances import instance_name, sweep_stale
 from engine.protocols.address import parse_host_port
 from engine.remote.cluster_settings import ContainerSettings, EndpointSettings
+from engine.remote.machine_endpoints import EndpointProcesses
 from engine.remote.machines import RemoteMachines
 from engine.remote.ray.config import WatchConfig
 from engine.remote.ray.machines import RayMachines
@@ -107,6 +108,8 @@ class CloudConfig:
         Plug-ins of other distributions that may run in the cloud, each as ``group:name`` of its entry point.
     ray_address : str, optional
         ``host:port`` of a Ray cluster, or ``auto``; its nodes are then the machines, instead of this one.
+    ray_endpoints : EndpointProcesses, optional
+        Endpoints of each node of the Ray cluster; None for none.
     """
 
     store: str
@@ -130,6 +133,7 @@ class CloudConfig:
     node_priorities: tuple[str, ...] = ()
     allowed: tuple[str, ...] = ()
     ray_address: str | None = None
+    ray_endpoints: EndpointProcesses | None = None
 
 
 def _far_machines(config: CloudConfig, cloud: str) -> RemoteMachines:
@@ -172,7 +176,8 @@ def _watcher(config: CloudConfig, far: RemoteMachines | None) -> WatcherProcess:
         raise InvalidInput(
             "a Ray cluster needs --listen-machines HOST:PORT, the address at which its nodes reach the cloud"
         )
-    return WatcherProcess(WatchConfig(config.ray_address or "", config.machines, far.host, config.cores))
+    watched = WatchConfig(config.ray_address or "", config.machines, far.host, config.cores, config.ray_endpoints)
+    return WatcherProcess(watched)
 
 
 class Engine(CloudListener):

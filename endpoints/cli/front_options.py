@@ -103,8 +103,8 @@ def advertised_url(text: str) -> str:
     """
     try:
         parts = urlsplit(text)
-        usable = (
-            not text or parts.scheme in ("http", "https") and parts.hostname and (parts.port or 1) and not parts.query
+        usable = not text or (
+            parts.scheme in ("http", "https") and parts.hostname and (parts.port or 1) and not parts.query
         )
     except ValueError:
         usable = False

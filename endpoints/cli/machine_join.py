@@ -12,7 +12,7 @@ from ppaas.bounded_numbers import whole
 from ppaas.errors import InvalidInput
 
 if TYPE_CHECKING:
-    from engine.remote.agent import EndpointProcesses
+    from engine.remote.machine_endpoints import EndpointProcesses
 
 HELP = "make this host a machine of a cloud on another host, until SIGTERM or Ctrl-C"
 
@@ -79,11 +79,8 @@ def _endpoints(arguments: argparse.Namespace) -> "EndpointProcesses":
     InvalidInput
         Their options do not fit together.
     """
-    import msgspec  # noqa: PLC0415
-
-    from endpoints.processes.config import JoinedEndpointConfig, front_config  # noqa: PLC0415
-    from endpoints.processes.keeper import COMMAND  # noqa: PLC0415
-    from engine.remote.agent import EndpointProcesses  # noqa: PLC0415
+    from endpoints.processes.config import front_config  # noqa: PLC0415
+    from endpoints.processes.joined_processes import joined_processes  # noqa: PLC0415
 
     if arguments.port == 0:
         raise InvalidInput("the endpoints of a machine need a --port other than 0: all of them listen there")
@@ -91,8 +88,7 @@ def _endpoints(arguments: argparse.Namespace) -> "EndpointProcesses":
         raise InvalidInput("TLS needs a certificate and its key: give both --tls-cert and --tls-key")
     scheme = "http" if arguments.tls_cert is None else "https"
     front = front_config(arguments, url=f"{scheme}://{arguments.host}:{arguments.port}", port=arguments.port)
-    config = JoinedEndpointConfig(name="", run_dir="", folder="", listen=arguments.listen, front=front)
-    return EndpointProcesses(COMMAND, [msgspec.to_builtins(config)] * arguments.endpoints)
+    return joined_processes(arguments.endpoints, front, arguments.listen)
 
 
 def _replace_process(module: str, folder: Path, options: object) -> None:

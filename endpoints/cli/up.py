@@ -23,6 +23,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     _add_other_protocols(parser)
     _add_machines(parser)
     _add_endpoints(parser)
+    _add_node_endpoints(parser)
     _add_standby(parser)
     _add_limits(parser)
     parser.add_argument(
@@ -113,6 +114,16 @@ def _add_endpoints(parser: argparse.ArgumentParser) -> None:
         metavar="NUMBER",
         help="processes that serve robots, operators and REST on this host; the system gives each connection to one of "
         "them (%(default)s)",
+    )
+
+
+def _add_node_endpoints(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--ray-endpoints",
+        type=whole(0),
+        default=0,
+        metavar="NUMBER",
+        help="endpoints on each node of the Ray cluster, at the node's address and --port (%(default)s)",
     )
 
 

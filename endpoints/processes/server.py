@@ -24,6 +24,8 @@ from endpoints.audit.data_folder import DataFolderCalls
 from endpoints.http.open_files import raise_file_limit
 from endpoints.http.tls import ServerTls, warn_if_open_to_others
 from endpoints.listeners import url_of
+from endpoints.processes.config import front_config
+from endpoints.processes.joined_processes import joined_processes
 from endpoints.processes.keeper import EndpointKeeper
 from endpoints.processes.leading import take_the_lead
 from endpoints.processes.ports import Ports, endpoint_configs
@@ -37,6 +39,7 @@ from engine.master.quotas import Quota
 from engine.processes.background import Background
 from engine.processes.exclusive_owner import LOCK, sole_owner
 from engine.processes.private_files import keep_new_files_private, make_private_folder, warn_if_open, write_private
+from engine.remote.machine_endpoints import EndpointProcesses
 from engine.remote.replica import MACHINES
 from engine.runtimes.compilation import store_kernels
 from engine.service.endpoints.server import Extra
@@ -146,8 +149,9 @@ def cloud_config(arguments: argparse.Namespace) -> CloudConfig:
     """Return the configuration of the cloud from the command line."""
     data = arguments.data.resolve()
     on_ray = arguments.runtime == RAY
-    if arguments.ray_address and not on_ray:
-        raise InvalidInput("--ray-address needs --runtime ray")
+    for option in ("ray_address", "ray_endpoints"):
+        if getattr(arguments, option) and not on_ray:
+            raise InvalidInput(f"--{option.replace('_', '-')} needs --runtime ray")
     return CloudConfig(
         store=arguments.store or f"sqlite:///{data / 'ppaas.sqlite'}",
         map_store=arguments.map_store or f"file:///{data / 'maps'}",
@@ -164,12 +168,23 @@ def cloud_config(arguments: argparse.Namespace) -> CloudConfig:
         balancer=arguments.balancer,
         runtime="process" if on_ray else arguments.runtime,
         ray_address=arguments.ray_address or ("auto" if on_ray else None),
+        ray_endpoints=_ray_endpoints(arguments),
         image=arguments.image,
         allowed=tuple(arguments.allow),
         node_priorities=tuple(filter(None, arguments.node_priorities.split(","))),
         linger=arguments.linger,
         quota=Quota(**dict(arguments.quota)),
     )
+
+
+def _ray_endpoints(arguments: argparse.Namespace) -> EndpointProcesses | None:
+    """Return the endpoints of the nodes of a Ray cluster from the command line; None for none."""
+    if not arguments.ray_endpoints:
+        return None
+    if arguments.port == 0:
+        raise InvalidInput("--ray-endpoints needs a --port other than 0: the endpoints of all nodes listen there")
+    front = front_config(arguments, url="", port=arguments.port)  # the nodes know their addresses
+    return joined_processes(arguments.ray_endpoints, front)
 
 
 def admin_password(path: Path) -> str:

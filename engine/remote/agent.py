@@ -13,7 +13,7 @@ import sys
 import tempfile
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import msgspec
 import uvloop
@@ -27,7 +27,7 @@ from engine.processes.instances import folder_of, instance_name, sweep_stale
 from engine.processes.private_files import keep_new_files_private
 from engine.processes.run_dir import keep_temporary_files_in, remove_folder
 from engine.remote.cluster_settings import ClusterSettings
-from engine.remote.machine_endpoints import MachineEndpoints
+from engine.remote.machine_endpoints import EndpointProcesses, MachineEndpoints
 from engine.remote.machines import check_reachable
 from engine.remote.masters import Masters
 from engine.remote.membership import Membership, membership_in
@@ -42,21 +42,6 @@ RETRIES = (0.25, 0.5, 1.0, 2.0, 5.0)
 """Delays before the first, second … attempt in a row to reach the cloud [s]; after ``STEADY`` [s] the row restarts."""
 
 STEADY = 30.0
-
-
-class EndpointProcesses(msgspec.Struct, frozen=True):
-    """Endpoint processes of the machine.
-
-    Parameters
-    ----------
-    command : tuple of str
-        Command that runs one, with its settings as JSON on standard input.
-    settings : list of dict
-        Settings of each, without the fields that only the machine knows: its name, folders and sockets.
-    """
-
-    command: tuple[str, ...]
-    settings: list[dict[str, Any]]
 
 
 class MachineOptions(msgspec.Struct, frozen=True):
@@ -119,7 +104,7 @@ async def _start_endpoints(
     """
     if options.endpoints is None:
         return None
-    endpoints = MachineEndpoints(membership, options.endpoints.command, options.endpoints.settings)
+    endpoints = MachineEndpoints(membership, options.endpoints)
     stack.push_async_callback(endpoints.stop)
     await endpoints.start()
     return endpoints.run_dir

@@ -1,7 +1,6 @@
 """Endpoints of a joined machine: its agent keeps their processes running, and they outlive a killed agent."""
 
 import contextlib
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +10,35 @@ from engine.local.process_keeper import ProcessKeeper, left_processes
 from engine.processes.run_dir import add_owner, make_run_dir, remove_unless_owned
 from engine.protocols.endpoint_sockets import endpoint_socket
 from engine.remote.membership import Membership
+from engine.runtimes.memory_tuning import lean_python
 
 FILE = "endpoints-here.json"
 """File in the folder of the membership that records the processes."""
+
+
+class EndpointProcesses(msgspec.Struct, frozen=True):
+    """Endpoint processes of a machine.
+
+    Parameters
+    ----------
+    module : str
+        Module that runs one, with its settings as JSON on standard input.
+    count : int
+        Number of processes.
+    settings : dict
+        Settings of all, without the fields that only the machine knows: ``name``, ``folder`` and ``run_dir``.
+    """
+
+    module: str
+    count: int
+    settings: dict[str, Any]
+
+
+def at_address(processes: EndpointProcesses, address: str) -> EndpointProcesses:
+    """Return endpoint processes that listen at one address of their machine, for clients and for containers."""
+    settings = processes.settings
+    front = {**settings["front"], "host": address, "url": f"http://{address}:{settings['front']['port']}"}
+    return msgspec.structs.replace(processes, settings={**settings, "listen": address, "front": front})
 
 
 class MachineEndpoints:
@@ -23,10 +48,7 @@ class MachineEndpoints:
     ----------
     membership : Membership
         The machine and its cloud.
-    command : sequence of str
-        Command that runs an endpoint.
-    settings : sequence of dict
-        Settings of each, without ``name``, ``folder`` and ``run_dir``.
+    wanted : EndpointProcesses
 
     Attributes
     ----------
@@ -39,14 +61,14 @@ class MachineEndpoints:
         The path of the folder for temporary files is too long for sockets.
     """
 
-    def __init__(self, membership: Membership, command: Sequence[str], settings: Sequence[Mapping[str, Any]]) -> None:
+    def __init__(self, membership: Membership, wanted: EndpointProcesses) -> None:
         file = membership.folder / FILE
-        named = {f"{membership.machine}-{number}": one for number, one in enumerate(settings, 1)}
-        longest = max(len(endpoint_socket(Path(), name).name) for name in named)
+        names = [f"{membership.machine}-{number}" for number in range(1, wanted.count + 1)]
+        longest = max(len(endpoint_socket(Path(), name).name) for name in names)
         self.run_dir = _left_folder(file) or make_run_dir(longest)
         here = {"folder": str(membership.folder), "run_dir": str(self.run_dir)}
-        complete = {name: {**one, **here, "name": name} for name, one in named.items()}
-        self._keeper = ProcessKeeper(command, complete, self.run_dir, file)
+        settings = {name: {**wanted.settings, **here, "name": name} for name in names}
+        self._keeper = ProcessKeeper((*lean_python.PYTHON, "-m", wanted.module), settings, self.run_dir, file)
 
     async def start(self) -> None:
         """Start or adopt the processes, and restart each whenever it exits or freezes."""

@@ -9,7 +9,7 @@ from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import ConnectionClosed
 
 from ppaas.clock import monotonic
-from ppaas.errors import Conflict, Idle, Unavailable
+from ppaas.errors import Conflict, Idle, PPaaSError, Unavailable
 from ppaas.wire.refusals import error_of_close
 from ppaas.wire.resumption import LEFT, ResumptionPoint
 from robots.client.connection import Address, ConnectionOptions, nearer_endpoint, open_socket, session_of
@@ -116,15 +116,20 @@ class ConnectionKeeper:
 
     async def _open(self) -> ClientConnection:
         try:
-            return await self._open_once()
+            return await self._open_preferred()
         except Conflict as error:
             if not self.connections:
                 raise
             raise Unavailable(f"the cloud may still hold the previous connection of this client: {error}") from error
-        except Unavailable as error:
+
+    async def _open_preferred(self) -> ClientConnection:
+        """Connect to the nearer endpoint if the cloud has named one, and to the given address if that fails."""
+        try:
+            return await self._open_once()
+        except PPaaSError as error:
             if not self._address.go_back():
                 raise
-            logger.info("the nearer endpoint is not reachable: %s", error)
+            logger.info("the nearer endpoint did not take the connection: %s", error)
             return await self._open_once()
 
     async def _open_once(self) -> ClientConnection:

@@ -38,7 +38,7 @@ async def run(config: NodeConfig) -> int:
     except Unavailable as error:
         logger.warning("machine %s could not join its cloud and tries again: %s", config.machine, error)
         return 1
-    await stay(membership, MachineOptions(config.cores, config.labels, PATIENCE))
+    await stay(membership, MachineOptions(config.cores, config.labels, PATIENCE, config.endpoints))
     return 0
 
 

@@ -13,6 +13,7 @@ from ray.util import get_node_ip_address
 from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
 
 from engine.remote.authority import Authority
+from engine.remote.machine_endpoints import at_address
 from engine.remote.machines import make_ticket
 from engine.remote.ray.actor import AgentActor
 from engine.remote.ray.config import NodeConfig, WatchConfig
@@ -87,6 +88,7 @@ class RayCluster:
     def __init__(self, config: WatchConfig) -> None:
         self._folder = Path(config.folder)
         self._host = config.host
+        self._endpoints = config.endpoints
         # If several nodes run on this host, each with its own loopback address, ours is the one at the head's address.
         host = config.address.rpartition(":")[0]
         own: dict[str, Any] = {"_node_ip_address": host} if host.startswith("127.") else {}
@@ -117,7 +119,8 @@ class RayCluster:
         """
         host = self._host or get_node_ip_address()  # type: ignore[no-untyped-call]
         ticket = make_ticket(self._folder, valid=TICKET_VALID, machine=node.machine, host=host)
-        config = NodeConfig(node.machine, str(ticket), cores, node.labels)
+        endpoints = None if self._endpoints is None else at_address(self._endpoints, node.address)
+        config = NodeConfig(node.machine, str(ticket), cores, node.labels, endpoints=endpoints)
         actor: Any = ray.remote(AgentActor).options(
             name=_name(node),
             lifetime="detached",

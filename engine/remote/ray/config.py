@@ -3,6 +3,7 @@
 import msgspec
 
 from engine.protocols.refusals import Refusal
+from engine.remote.machine_endpoints import EndpointProcesses
 
 
 class WatchConfig(msgspec.Struct, frozen=True):
@@ -18,12 +19,15 @@ class WatchConfig(msgspec.Struct, frozen=True):
         Host name or address by which nodes reach the cloud. Default: the address of this host in the cluster.
     cores : int, optional
         Most CPUs to use of a node. Default: all free ones.
+    endpoints : EndpointProcesses, optional
+        Endpoints of each node; None for none.
     """
 
     address: str
     folder: str
     host: str | None = None
     cores: int | None = None
+    endpoints: EndpointProcesses | None = None
 
 
 class WatchStarted(msgspec.Struct, tag="connected"):
@@ -59,6 +63,8 @@ class NodeConfig(msgspec.Struct, frozen=True):
         Folder of its certificate; set on the node.
     keeper : int
         Process id of the actor that keeps it; set on the node. The agent exits with the actor.
+    endpoints : EndpointProcesses, optional
+        Endpoints of the node; None for none.
     """
 
     machine: str
@@ -67,3 +73,4 @@ class NodeConfig(msgspec.Struct, frozen=True):
     labels: dict[str, str]
     folder: str = ""
     keeper: int = 0
+    endpoints: EndpointProcesses | None = None

@@ -12,7 +12,8 @@ from ppaas.errors import Conflict, Unavailable
 from ppaas.messages.base.message import Empty
 from ppaas.messages.base.std_msgs import String
 from ppaas.messages.std_srvs import Trigger, TriggerResponse
-from ppaas.wire.resumption import ID_HEADER, LEFT, STATE_HEADER, TAKEN_HEADER
+from ppaas.wire.resumption import ENDPOINT_HEADER, ID_HEADER, LEFT, STATE_HEADER, TAKEN_HEADER
+from robots.client.connection import Address
 from robots.client.robot_client import RobotClient
 from tests.support.endpoints.rosbridge_server import RosbridgeServer, rosbridge_server
 from tests.support.waiting import until
@@ -177,3 +178,48 @@ async def test_a_non_holding_operator_reconnects_after_an_idle_close(server: Ros
         assert "&hold=0&" in server.paths[-1]
         await server.connections[-1].close(1011, "idle: no frames for 600 s")
         await until(lambda: client.connections == 2)
+
+
+@pytest.fixture
+async def nearer() -> AsyncIterator[RosbridgeServer]:
+    async with rosbridge_server() as running:
+        running.headers = session_headers("resumed")
+        yield running
+
+
+@pytest.mark.parametrize("status", [401, 404, 503])
+async def test_the_client_goes_to_the_endpoint_that_it_was_told_and_back(
+    server: RosbridgeServer, nearer: RosbridgeServer, status: int
+) -> None:
+    server.headers |= {ENDPOINT_HEADER: nearer.url}
+    async with client_of(server) as client:
+        assert len(server.connections) == 1
+        server.connections[-1].transport.abort()
+        await nearer.connected(1)
+        await until(lambda: client.resumptions == 1)
+        assert resumption_points(nearer) == ["s1.0"], "it resumes the session there"
+        nearer.refusal = (status, b"")
+        nearer.connections[-1].transport.abort()
+        await server.connected(2)
+        await until(lambda: client.connections == 3)
+
+
+@pytest.mark.parametrize("told", ["http://127.0.0.1:1", "gopher://hall", "http://127.0.0.1:99999"])
+async def test_an_unusable_nearer_endpoint_does_not_keep_the_client_from_its_cloud(
+    server: RosbridgeServer, told: str
+) -> None:
+    server.headers |= {ENDPOINT_HEADER: told}
+    async with client_of(server) as client:
+        await reconnect(server, session_headers("resumed") | {ENDPOINT_HEADER: told})
+        await until(lambda: client.resumptions == 1)
+
+
+def test_a_nearer_endpoint_without_tls_is_not_taken_in_place_of_one_with_it() -> None:
+    secure = Address("https://cloud.example", robot="tb1", token="t", role="robot", session="s")
+    secure.prefer("http://hall.example:8500")
+    assert secure.at(None).startswith("wss://cloud.example/")
+    secure.prefer("https://hall.example:8500/ppaas")
+    assert secure.at(None).startswith("wss://hall.example:8500/ppaas/?")
+    assert secure.go_back()
+    assert secure.at(None).startswith("wss://cloud.example/")
+    assert not secure.go_back()
