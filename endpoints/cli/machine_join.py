@@ -62,10 +62,10 @@ def run(arguments: argparse.Namespace) -> int:
     from engine.remote.membership import join, membership_in  # noqa: PLC0415
 
     folder = arguments.data.resolve()
+    endpoints = _endpoints(arguments) if arguments.endpoints else None
     if arguments.ticket is not None:
         asyncio.run(join(folder, arguments.ticket, arguments.name))
     membership_in(folder)  # reports errors before the process is replaced
-    endpoints = _endpoints(arguments) if arguments.endpoints else None
     options = agent.MachineOptions(arguments.cores, dict(arguments.label), endpoints=endpoints)
     _replace_process(agent.__name__, folder, options)
     return 0

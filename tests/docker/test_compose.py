@@ -10,11 +10,13 @@ import pytest
 
 from benchmarks.harness.free_ports import free_ports
 from ppaas.maps.generate import office
+from ppaas.messages.actionlib_msgs import Status
 from robots.client.rest import RestClient
 from tests.support.cloud.cloud import publish_map, register_robot
 from tests.support.cloud.drive import driving
 from tests.support.engine.docker_engine import bring_up, run
 from tests.support.sources import ROOT
+from tests.support.waiting import until
 from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = [pytest.mark.docker, pytest.mark.timeout(1800)]
@@ -28,7 +30,7 @@ JOINED_WITHIN = 120.0
 
 DEMO = [
     *("demo", "--headless", "--json", "--robots", "2", "--goals", "1", "--seed", "4"),
-    *("--cloud", "http://cloud:8500", "--admin-password-file", "/run/ppaas/admin-password"),
+    *("--cloud", "http://proxy:8500", "--admin-password-file", "/run/ppaas/admin-password"),
 ]
 
 
@@ -76,12 +78,12 @@ def compose() -> Iterator[Compose]:
     assert left == ""
 
 
-async def test_stores_are_healthy_and_only_the_cloud_publishes_a_port(compose: Compose) -> None:
+async def test_stores_are_healthy_and_only_the_proxy_publishes_a_port(compose: Compose) -> None:
     rest = await compose.admin()
     assert (await rest.get("/v1/health"))["status"] == "ok"
     services = [json.loads(line) for line in compose("ps", "--format", "json").splitlines()]
     published = {service["Service"] for service in services if any(port["URL"] for port in service["Publishers"] or [])}
-    assert published == {"cloud"}
+    assert published == {"proxy"}
 
 
 async def test_robots_of_the_demo_reach_their_goals(compose: Compose) -> None:
@@ -90,21 +92,44 @@ async def test_robots_of_the_demo_reach_their_goals(compose: Compose) -> None:
     assert [(robot["goals_reached"], robot["collisions"]) for robot in report["robots"]] == [(1, 0), (1, 0)]
 
 
-async def test_machines_join_and_a_killed_one_is_removed(compose: Compose) -> None:
+async def test_machines_and_their_endpoints_join_and_a_killed_one_is_removed(compose: Compose) -> None:
+    """A robot and its operator, at two of three endpoints behind one port, notice a killed machine by a pause only."""
     compose("up", "--detach", "--scale", "machine=2", "machine", "tickets")
     rest = await compose.admin()
-    await machines_are(rest, 3)
-    [first, _] = compose("ps", "--quiet", "machine").split()
-    run("docker", "rm", "--force", first)
-    await machines_are(rest, 2)
+    await there_are(rest, "/v1/machines", 3)
+    await there_are(rest, "/v1/endpoints", 3)
+    grid = office(seed=1, width=12.0, height=10.0)
+    await publish_map(rest, "hall", grid)
+    start = free_pose(grid, seed=2)
+    goal = reachable_pose(grid, start, seed=3, at_least=3.0)
+    token = await register_robot(rest, "tb0", "hall", start)
+    async with driving(compose.url, token, "tb0", grid, start) as drive:
+        await drive.send(goal, goal_id="far")
+        await until(lambda: drive.scorer.distance(0) > 0.3, 60.0)
+        run("docker", "rm", "--force", await machine_with_sockets(rest))
+        result = await drive.result()
+        assert (result.status.goal_id.id, result.status.status) == ("far", Status.SUCCEEDED), result.status.text
+        assert drive.results.empty(), "one result a goal"
+    await there_are(rest, "/v1/machines", 2)
+    await there_are(rest, "/v1/endpoints", 2)
     compose("rm", "--stop", "--force", "machine")
-    await machines_are(rest, 1)
+    await there_are(rest, "/v1/machines", 1)
 
 
-async def machines_are(rest: RestClient, count: int) -> None:
-    """Wait until the cloud has ``count`` machines."""
+async def machine_with_sockets(rest: RestClient) -> str:
+    """Return the host name of a machine whose endpoint has sockets, which is the id of its Docker container."""
     async with asyncio.timeout(JOINED_WITHIN):
-        while len(await rest.items("/v1/machines")) != count:
+        while True:
+            for endpoint in await rest.items("/v1/endpoints"):
+                if endpoint["sockets"] and endpoint["machine"] != "local":
+                    return str(endpoint["machine"])
+            await asyncio.sleep(0.5)
+
+
+async def there_are(rest: RestClient, path: str, count: int) -> None:
+    """Wait until the cloud lists ``count`` objects."""
+    async with asyncio.timeout(JOINED_WITHIN):
+        while len(await rest.items(path)) != count:
             await asyncio.sleep(0.5)
 
 
@@ -129,8 +154,8 @@ def test_official_images_replace_those_of_the_project() -> None:
     bring_up()
     output = run("docker", "compose", "-f", FILE, "-f", "docker/compose.official.yaml", "config", "--format", "json")
     services = json.loads(output)["services"]
-    images = {name: services[name]["image"].partition(":")[0] for name in ("cassandra", "namenode", "datanode")}
-    assert images == {"cassandra": "cassandra", "namenode": "apache/hadoop", "datanode": "apache/hadoop"}
-    assert not any("build" in services[name] for name in images)
+    official = {"cassandra": "cassandra", "namenode": "apache/hadoop", "datanode": "apache/hadoop", "proxy": "haproxy"}
+    assert {name: services[name]["image"].partition(":")[0] for name in official} == official
+    assert not any("build" in services[name] for name in official)
     assert "user=root" in " ".join(services["cloud"]["command"])
     assert services["namenode"]["user"] == "root"

@@ -26,6 +26,8 @@ def test_a_machine_that_has_not_joined_needs_a_ticket(tmp_path: Path, capsys: py
         (["rubbish"], "not a ticket"),
         ([TICKET, "--name", "a/b"], "not a valid name"),
         ([TICKET, "--name", "m2"], "no answer at tls://127.0.0.1:1"),
+        ([TICKET, "--endpoints", "2", "--port", "0"], "--port other than 0"),
+        ([TICKET, "--endpoints", "2", "--tls-cert", "a.pem"], "--tls-key"),
     ],
 )
 def test_a_failed_join_reports_the_reason_and_stores_nothing(
@@ -40,7 +42,19 @@ def test_join_reports_an_unreadable_membership_file(tmp_path: Path, capsys: pyte
     assert "join with a new ticket" in refused(["join", "--data", str(tmp_path)], capsys)
 
 
-@pytest.mark.parametrize("arguments", [["--cores", "0"], ["--cores", "x"], ["--label", "zone"], ["--label", "=x"]])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--cores", "0"],
+        ["--cores", "x"],
+        ["--label", "zone"],
+        ["--label", "=x"],
+        ["--endpoints", "-1"],
+        ["--endpoints", "1", "--advertise", "hall-2:8500"],
+        ["--endpoints", "1", "--advertise", "ftp://hall-2"],
+        ["--endpoints", "1", "--dead", "0.5"],
+    ],
+)
 def test_invalid_arguments_of_join_are_refused(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main(["machine", "join", TICKET, *arguments])
