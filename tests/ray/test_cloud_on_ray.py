@@ -67,6 +67,16 @@ async def machines_when(rest: RestClient, holds: Callable[[list[dict[str, Any]]]
     return machines
 
 
+async def check_endpoints(rest: RestClient, machines: set[str]) -> None:
+    """Check that each machine has an endpoint, which answers at the address of its node."""
+    async with asyncio.timeout(HERE):
+        while not machines <= {endpoint["machine"] for endpoint in await rest.items("/v1/endpoints")}:
+            await asyncio.sleep(0.1)
+    for endpoint in await rest.items("/v1/endpoints"):
+        health = await RestClient(endpoint["url"]).get("/v1/health")
+        assert (health["endpoint"], health["status"]) == (endpoint["id"], "ok")
+
+
 async def containers(rest: RestClient) -> dict[str, dict[str, Any]]:
     """Return the container of each robot."""
     return {container["robot"]: container for container in await rest.items("/v1/containers")}
@@ -118,10 +128,12 @@ async def test_robots_continue_while_nodes_die_and_join(
     tmp_path: Path, cluster: RayCluster, office_map: GridMap, record_property: Callable[[str, object], None]
 ) -> None:
     nodes = {f"h{number}": cluster.join(f"--labels=host=h{number}") for number in (1, 2)}
-    with running_cloud(tmp_path, *on_ray(cluster)) as cloud:
+    [port] = free_ports(1)
+    with running_cloud(tmp_path, *on_ray(cluster), "--ray-endpoints", "1", "--port", str(port)) as cloud:
         rest = await cloud.admin()
         machines = await machines_when(rest, lambda all_: len(all_) == 2)
         assert {machine["labels"]["host"] for machine in machines} == set(nodes)
+        await check_endpoints(rest, {machine["id"] for machine in machines})
         host_of = {machine["id"]: machine["labels"]["host"] for machine in machines}
         await limit(rest, host_of, 1)  # so that each gets one robot, however busy their common host is
         for number in (1, 2):
