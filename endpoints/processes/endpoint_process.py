@@ -81,21 +81,24 @@ async def _run(config: Config) -> None:
 async def _serve(config: EndpointConfig, far: Joined | None, stop: asyncio.Event) -> None:
     permit_only(config.allowed)
     async with contextlib.AsyncExitStack() as stack:
-        web, endpoint = await _composed(config, far, stack)
-        works = [
-            asyncio.create_task(_listen(config.front, web, stack)),
-            asyncio.create_task(endpoint.run(config.orphaned)),
-            asyncio.create_task(_until(stop)),
-        ]
+        linked: list[asyncio.Task[None]] = []  # ends after the services, whose last words are for the master
+        web, endpoint = await _composed(config, far, stack, linked)
+        linked.append(asyncio.create_task(endpoint.run(config.orphaned)))
+        serving, stopping = asyncio.create_task(_listen(config.front, web, stack)), asyncio.create_task(_until(stop))
         try:
-            done, _ = await asyncio.wait(works, return_when=asyncio.FIRST_COMPLETED)
+            done, _ = await asyncio.wait((*linked, serving, stopping), return_when=asyncio.FIRST_COMPLETED)
             for work in done:
                 work.result()
         finally:
             web.stop()
-            for work in works[1:]:
-                work.cancel()
-            await asyncio.gather(*works, return_exceptions=True)
+            stopping.cancel()
+            await asyncio.gather(serving, stopping, return_exceptions=True)
+
+
+async def _end(tasks: list[asyncio.Task[None]]) -> None:
+    for task in tasks:
+        task.cancel()
+    await asyncio.gather(*tasks, return_exceptions=True)
 
 
 async def _is_led_by_another(store: Store, holder: str) -> bool:
@@ -112,9 +115,9 @@ async def _until(stop: asyncio.Event) -> None:
 
 
 async def _composed(
-    config: EndpointConfig, far: Joined | None, stack: contextlib.AsyncExitStack
+    config: EndpointConfig, far: Joined | None, stack: contextlib.AsyncExitStack, linked: list[asyncio.Task[None]]
 ) -> tuple[Web, Endpoint]:
-    """Return the web server and the engine's part, which ``stack`` closes; ``far`` is that of a joined machine."""
+    """Return the web server and the engine's part, which ``stack`` closes, as it ends the tasks ``linked``."""
     front = config.front
     store = open_store(config.store, outbox=_path(config.outbox), reserve=_path(config.reserve))
     stack.callback(store.close)
@@ -134,6 +137,7 @@ async def _composed(
         config.quota, displace=displace, load=load,
     )  # fmt: skip
     stack.push_async_callback(endpoint.close)
+    stack.push_async_callback(_end, linked)
     await endpoint.start()
     web = Web(
         await _services(config, endpoint, store, stack, is_far=far is not None),

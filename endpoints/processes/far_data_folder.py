@@ -65,6 +65,7 @@ class FarAuditLog:
         self._folder = folder
         self._waiting: deque[AuditEvent] = deque()
         self._lost = 0
+        self._sending = asyncio.Lock()
         self._loop = asyncio.get_running_loop()
         self._background = Background()
         self._background.run(repeat(self._send, PERIOD))
@@ -78,6 +79,10 @@ class FarAuditLog:
             self._lost += 1
 
     async def _send(self) -> None:
+        async with self._sending:
+            await self._send_all()
+
+    async def _send_all(self) -> None:
         if self._lost and len(self._waiting) < MAX_WAITING:
             details, self._lost = {"events": self._lost}, 0
             self._waiting.append(AuditEvent(action="lose_events", outcome="failed", details=details))

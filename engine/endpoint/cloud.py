@@ -28,6 +28,7 @@ from engine.service.views import (
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
 from ppaas.bounded_dict import BoundedDict
+from ppaas.clock import Clock, monotonic
 from ppaas.diagnosis.observations.facts import Observations
 from ppaas.errors import PPaaSError, Unavailable
 from ppaas.geometry import Pose2D
@@ -42,6 +43,15 @@ from storage.records import Limits, MapRecord, User
 
 MAX_LIMITS = 10_000
 """Number of users whose limits are known here; those whose requests are oldest are forgotten first."""
+
+MAX_PLANNED = 10_000
+"""Number of planning containers that are known here; those whose requests are oldest are forgotten first."""
+
+KEEP = 20.0
+"""Time for which requests go to a planning container without the master [s], which ends idle ones after 120 s."""
+
+_Wanted = tuple[str, MapVersion, tuple[tuple[str, str], ...]]
+"""User, map version and labels of a planning container."""
 
 MAX_UNTOLD = 1000
 """Number of changes that wait for a master; the oldest are dropped first."""
@@ -59,15 +69,19 @@ class EndpointCloud:
     places : EndpointPlaces
     quotas : Quotas
         Limits of the users, as the master has them.
+    clock : callable
+        Returns monotonic seconds.
     """
 
-    def __init__(self, master: MasterLink, places: EndpointPlaces, quotas: Quotas) -> None:
+    def __init__(self, master: MasterLink, places: EndpointPlaces, quotas: Quotas, clock: Clock = monotonic) -> None:
         self.quotas = quotas
         self._master = master
         self._places = places
         self._nodes = RobotNodes(self._place_of)
         self._planning = Planning(self._use_planning)
         self._limits: BoundedDict[str, Limits] = BoundedDict(MAX_LIMITS)
+        self._clock = clock
+        self._planned: BoundedDict[_Wanted, tuple[str, float]] = BoundedDict(MAX_PLANNED)
         self._untold: deque[tuple[NewsKind, str]] = deque(maxlen=MAX_UNTOLD)
 
     @property
@@ -86,7 +100,14 @@ class EndpointCloud:
     async def _use_planning(
         self, user: str, version: MapVersion, labels: dict[str, str], queue: bool
     ) -> tuple[PlaceLink, int | None]:
+        """Return the place of a planning container; the master is asked while there is none, and to keep it."""
+        wanted = (user, version, tuple(sorted(labels.items())))
+        key, until = self._planned.get(wanted, ("", 0.0))
+        place = self._places.running(key)
+        if place is not None and self._clock() < until:
+            return place, None
         joined = await self._master.call(MasterCalls.open_planning, user, version, labels, queue)
+        self._planned[wanted] = joined.key, self._clock() + KEEP
         return self._places.joined(joined), joined.position
 
     # -- users ---------------------------------------------------------------------------------------------------------

@@ -38,6 +38,14 @@ class EndpointPlaces:
         reached.used = self._clock()
         return reached.link
 
+    def running(self, key: str) -> PlaceLink | None:
+        """Return the link of a place whose container is connected with this endpoint; None if there is none."""
+        reached = self._reached.get(key)
+        if reached is None or reached.link.container is None:
+            return None
+        reached.used = self._clock()
+        return reached.link
+
     def joined(self, place: JoinedPlace) -> PlaceLink:
         """Return the link of a place that the master has opened."""
         link = self.link(place.key)
