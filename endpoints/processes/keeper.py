@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+import sys
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -16,14 +17,14 @@ from engine.processes.background import Background
 from engine.processes.ending import end_process
 from engine.processes.instances import name_of, pid_of
 from engine.processes.private_files import write_private
-from engine.runtimes.memory_tuning import lean_python
 from engine.service.endpoints.server import EndpointServer
 from engine.service.liveness import watch
 from ppaas.errors import Unavailable
 
 logger = logging.getLogger(__name__)
 
-COMMAND = (*lean_python.PYTHON, "-m", serving.__name__)
+COMMAND = (sys.executable, "-m", serving.__name__)
+"""Command that runs an endpoint; with docstrings, since those of routes are the documentation of REST."""
 
 START_TIMEOUT, LOOK = 60.0, 0.02
 """Time limit until all endpoints serve, and the period of checks [s]."""
