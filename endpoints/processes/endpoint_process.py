@@ -26,7 +26,6 @@ from engine.endpoint.endpoint import Endpoint, MasterAddress
 from engine.endpoint.link_listener import MachineAccess
 from engine.leadership.leadership import MASTER
 from engine.protocols.address import UnixAddress, parse_host_port
-from engine.remote.authority import Authority
 from engine.service.endpoints.server import SOCKET
 from ppaas.errors import PPaaSError
 from storage.disk_space.reserve import DiskReserve
@@ -153,6 +152,8 @@ def _path(text: str | None) -> Path | None:
 def _machine_access(config: EndpointConfig) -> MachineAccess | None:
     if config.machines is None or config.listen_machines is None:
         return None
+    from engine.remote.authority import Authority  # noqa: PLC0415 - imports cryptography, for other hosts only
+
     context = Authority(Path(config.machines)).identity.server_context()
     return MachineAccess(parse_host_port(config.listen_machines), context)
 

@@ -10,7 +10,7 @@ import signal
 from collections.abc import Callable, Coroutine, Iterator
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import msgspec
 import uvloop
@@ -23,6 +23,7 @@ from endpoints.audit.cloud_audit import cloud_audit
 from endpoints.http.open_files import raise_file_limit
 from endpoints.http.tls import ServerTls, warn_if_open_to_others
 from endpoints.listeners import url_of
+from endpoints.processes.cloud_jobs import CloudJobs
 from endpoints.processes.keeper import EndpointKeeper
 from endpoints.processes.leading import take_the_lead
 from endpoints.processes.ports import Ports, endpoint_configs
@@ -37,16 +38,12 @@ from engine.processes.background import Background
 from engine.processes.exclusive_owner import LOCK, sole_owner
 from engine.processes.private_files import keep_new_files_private, make_private_folder, warn_if_open, write_private
 from engine.remote.replica import MACHINES
-from engine.runtimes.compilation import store_kernels
 from engine.service.endpoints.server import Extra
 from ppaas.errors import InvalidInput
 from ppaas.plugins import permit_only
 from ppaas.wire.foxglove.installed import check_installed
 from storage.urls.opening import local_path
 from storage.urls.passwords import chosen_url
-
-if TYPE_CHECKING:
-    from endpoints.processes.cloud_jobs import CloudJobs
 
 logger = logging.getLogger(__name__)
 
@@ -268,23 +265,15 @@ async def _start(
             endpoint_configs(arguments, engine, ports), engine.endpoints, arguments.data / ENDPOINTS_HERE
         )
         stack.push_async_callback(keeper.stop)
-        _, _, make_jobs = await asyncio.gather(
-            keeper.start(), asyncio.to_thread(store_kernels.prepare), asyncio.to_thread(_import_jobs)
-        )
+        await keeper.start()
         await machine
-        jobs = make_jobs(services, engine.sessions, arguments.idle)
+        jobs = CloudJobs(services, engine.sessions, arguments.idle)
         stack.push_async_callback(jobs.close)
         jobs.start()
     finally:
         machine.cancel()
         await asyncio.gather(machine, return_exceptions=True)
     return keeper
-
-
-def _import_jobs() -> "type[CloudJobs]":
-    from endpoints.processes.cloud_jobs import CloudJobs  # noqa: PLC0415 - takes half a second, while the machine starts
-
-    return CloudJobs
 
 
 def _served_turns(turns: UserTurns) -> Extra:
