@@ -4,11 +4,13 @@ Its keeper imports this module for its name, and not the web application.
 """
 
 import logging
+import os
 import sys
 
 import msgspec
 
 from endpoints.processes.config import EndpointConfig
+from engine.processes.imports import without_collection
 from engine.processes.private_files import keep_new_files_private
 from ppaas.errors import PPaaSError
 from ppaas.plugins import permit_only
@@ -29,8 +31,9 @@ def main() -> int:
         datefmt="%H:%M:%S",
     )
     permit_only(config.allowed)
-    from endpoints.processes.endpoint_process import run  # noqa: PLC0415 - the keeper does not import it
-
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # it would search all distributions for its plug-ins
+    with without_collection():
+        from endpoints.processes.endpoint_process import run  # noqa: PLC0415 - the keeper does not import it
     try:
         run(config)
     except PPaaSError as error:
