@@ -26,8 +26,9 @@ logger = logging.getLogger(__name__)
 COMMAND = (sys.executable, "-m", serving.__name__)
 """Command that runs an endpoint; with docstrings, since those of routes are the documentation of REST."""
 
-START_TIMEOUT, LOOK = 60.0, 0.02
-"""Time limit until all endpoints serve, and the period of checks [s]."""
+START_TIMEOUT, LOOK = 600.0, 0.02
+"""Time limit until all endpoints serve, as long as that of the local machine, and the period of checks [s]. They start
+while the fork server compiles kernels, if it is the first start on a computer."""
 
 ADOPT_PATIENCE = 5.0
 """Time within which an adopted endpoint must register; after that it counts as frozen, and is replaced [s]."""
