@@ -4,6 +4,7 @@ from importlib.metadata import version
 from typing import Any, Final
 
 from fastapi import APIRouter, Depends, FastAPI
+from fastapi.routing import APIRoute
 from starlette.types import Receive, Scope, Send
 
 from endpoints.audit.requests import AuditedRequests
@@ -96,6 +97,15 @@ itself would be analysed again by each, which takes a tenth of a second.
 """
 
 
+OPERATIONS: Final = tuple(
+    (f"{PREFIX}{route.path}", route.methods or ())
+    for resource in RESOURCES
+    for route in resource.router.routes
+    if isinstance(route, APIRoute)
+)
+"""Paths of the REST service, with the methods of each route."""
+
+
 class Application(FastAPI):
     """FastAPI application behind the limits of bodies and the fast path of path requests.
 
@@ -131,13 +141,14 @@ def create_app(services: Services, settings: FrontSettings | None = None) -> Fas
         openapi_tags=TAGS,
         servers=[{"url": "."}],  # relative to the document, so also below a path of a proxy
         redirect_slashes=False,
+        openapi_url=None,  # `describe` serves it
         docs_url=None,
         redoc_url=None,
     )
     describe(app)
     app.state.services = services
     add_viewer(app)
-    add_problem_handlers(app)
+    add_problem_handlers(app, OPERATIONS)
     app.add_middleware(AuditedRequests, log=services.audit)
     add_dashboard(app)
     return app

@@ -8,6 +8,7 @@ import shutil
 from collections.abc import Collection
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from engine.agent.config import AgentConfig
 from engine.agent.master_redial import ADOPT_WITHIN
@@ -24,8 +25,7 @@ from engine.processes.background import Background
 from engine.processes.instances import instance_name, sweep_stale
 from engine.protocols.address import parse_host_port
 from engine.remote.cluster_settings import ContainerSettings, EndpointSettings
-from engine.remote.machine_endpoints import EndpointProcesses
-from engine.remote.machines import RemoteMachines
+from engine.remote.endpoint_processes import EndpointProcesses
 from engine.remote.ray.config import WatchConfig
 from engine.remote.ray.machines import RayMachines
 from engine.remote.ray.watcher_process import WatcherProcess
@@ -43,6 +43,9 @@ from storage.disk_space.reserve import DiskReserve
 from storage.ports import MapStore, Store
 from storage.recordings.folder import RecordingsFolder
 from storage.urls.opening import open_map_store, open_store
+
+if TYPE_CHECKING:
+    from engine.remote.machines import RemoteMachines
 
 logger = logging.getLogger(__name__)
 
@@ -136,7 +139,9 @@ class CloudConfig:
     ray_endpoints: EndpointProcesses | None = None
 
 
-def _far_machines(config: CloudConfig, cloud: str) -> RemoteMachines:
+def _far_machines(config: CloudConfig, cloud: str) -> "RemoteMachines":
+    from engine.remote.machines import RemoteMachines  # noqa: PLC0415 - imports cryptography, for other hosts only
+
     return RemoteMachines(
         Path(config.machines),
         parse_host_port(config.listen_machines or ""),
@@ -149,7 +154,7 @@ def _far_machines(config: CloudConfig, cloud: str) -> RemoteMachines:
     )
 
 
-def _agent_config(config: CloudConfig, cloud: str, far: RemoteMachines | None) -> AgentConfig:
+def _agent_config(config: CloudConfig, cloud: str, far: "RemoteMachines | None") -> AgentConfig:
     """Return the configuration of the local agent, without the address of the master."""
     return AgentConfig(
         machine=config.machine,
@@ -171,7 +176,7 @@ def _agent_config(config: CloudConfig, cloud: str, far: RemoteMachines | None) -
     )
 
 
-def _watcher(config: CloudConfig, far: RemoteMachines | None) -> WatcherProcess:
+def _watcher(config: CloudConfig, far: "RemoteMachines | None") -> WatcherProcess:
     if far is None:
         raise InvalidInput(
             "a Ray cluster needs --listen-machines HOST:PORT, the address at which its nodes reach the cloud"

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 from benchmarks.stores.greedy_split import GreedySplit
 from benchmarks.stores.routes import Routes
 from ppaas.clock import monotonic
-from ppaas.plans.encoding.chunks import GRANULARITY, waypoint_hashes, words_of
+from ppaas.plans.encoding.chunks import waypoint_hashes, words_of
+from ppaas.plans.encoding.granularity import GRANULARITY
 from storage.plan_checks import array_of
 
 if TYPE_CHECKING:

@@ -1,8 +1,7 @@
 """Data folder of a cloud, as endpoints of other hosts use it: the audit log, and the recordings of removed users."""
 
+import asyncio
 from typing import Protocol
-
-from starlette.concurrency import run_in_threadpool
 
 from endpoints.audit.event import AuditEvent, AuditLog, AuditQuery
 from storage.recordings.folder import RecordingsFolder
@@ -45,13 +44,13 @@ class DataFolder:
 
     async def read_events(self, query: AuditQuery, before: int | None, limit: int) -> list[AuditEvent]:
         """Return events of the audit log."""
-        return await run_in_threadpool(self._audit.read, query, before=before, limit=limit)
+        return await asyncio.to_thread(self._audit.read, query, before=before, limit=limit)
 
     async def remove_recordings(self, user: str, robot: str | None) -> None:
         """Remove the recordings of a robot, or of all robots of a user."""
         if self._recordings is None:
             return
         if robot is None:
-            await run_in_threadpool(self._recordings.remove_user, user)
+            await asyncio.to_thread(self._recordings.remove_user, user)
         else:
-            await run_in_threadpool(self._recordings.remove_robot, user, robot)
+            await asyncio.to_thread(self._recordings.remove_robot, user, robot)

@@ -12,7 +12,7 @@ from ppaas.bounded_numbers import whole
 from ppaas.errors import InvalidInput
 
 if TYPE_CHECKING:
-    from engine.remote.machine_endpoints import EndpointProcesses
+    from engine.remote.endpoint_processes import EndpointProcesses
 
 HELP = "make this host a machine of a cloud on another host, until SIGTERM or Ctrl-C"
 

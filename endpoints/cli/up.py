@@ -190,6 +190,9 @@ def _quota(text: str) -> tuple[str, float]:
 
 def run(arguments: argparse.Namespace) -> int:
     """Serve until SIGINT or SIGTERM; return the exit status."""
-    from endpoints.processes.server import run_server  # noqa: PLC0415 - the command line does not import the server
+    # Imported here, because the command line does not import the server.
+    from engine.processes.imports import without_collection  # noqa: PLC0415
 
+    with without_collection():
+        from endpoints.processes.server import run_server  # noqa: PLC0415
     return run_server(arguments)

@@ -4,7 +4,8 @@ import http
 import json
 import logging
 import math
-from collections.abc import Mapping, MutableMapping, Sequence
+from collections.abc import Collection, Mapping, MutableMapping, Sequence
+from functools import partial
 from typing import Any
 
 from fastapi import FastAPI
@@ -24,6 +25,9 @@ USER = "user"
 """Name of the authenticated user in the state of a request."""
 
 _hidden = RefusalLog(logger)
+
+Operations = Sequence[tuple[str, Collection[str]]]
+"""Paths of routes, with the methods of each."""
 
 MEDIA_TYPE = "application/problem+json"
 TYPE = "urn:ppaas:problem:"
@@ -125,11 +129,11 @@ def _retry(error: errors.PPaaSError) -> dict[str, str]:
     return {} if after is None else {"Retry-After": str(math.ceil(after))}
 
 
-def add_problem_handlers(app: FastAPI) -> None:
-    """Make an application respond to every error with a problem."""
+def add_problem_handlers(app: FastAPI, operations: Operations) -> None:
+    """Make an application respond to every error with a problem; ``operations`` are those of its service."""
     app.add_exception_handler(errors.PPaaSError, _domain_error)
     app.add_exception_handler(RequestValidationError, _validation_error)
-    app.add_exception_handler(HTTPException, _http_error)
+    app.add_exception_handler(HTTPException, partial(_http_error, operations))
     app.add_middleware(UnexpectedErrors)
 
 
@@ -169,22 +173,20 @@ async def _domain_error(request: Request, error: Exception) -> Response:
     return problem_response(error, to_admin=user is not None and user.role == "admin")
 
 
-async def _http_error(request: Request, error: Exception) -> Response:
+async def _http_error(operations: Operations, request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
     # FastAPI reports any error while reading a body, such as a too large body, as an error of parsing.
     if isinstance(error.__cause__, errors.PPaaSError):
         return problem_response(error.__cause__)
     headers = dict(error.headers or {})
     if error.status_code == http.HTTPStatus.METHOD_NOT_ALLOWED:
-        headers["Allow"] = ", ".join(sorted(_allowed(request))) or headers.get("Allow", "")
+        headers["Allow"] = ", ".join(sorted(_allowed(operations, request.url.path))) or headers.get("Allow", "")
     return status_problem(error.status_code, str(error.detail), headers)
 
 
-def _allowed(request: Request) -> set[str]:
+def _allowed(operations: Operations, asked: str) -> set[str]:
     """Return all methods of a path; Starlette reports only those of the first of its routes."""
-    paths = request.app.openapi()["paths"].items()
-    found = [methods for path, methods in paths if compile_path(path)[0].match(request.url.path)]
-    methods = {method.upper() for methods in found for method in methods}
+    methods = {method for path, methods in operations if compile_path(path)[0].match(asked) for method in methods}
     return methods | {"HEAD"} if "GET" in methods else methods
 
 

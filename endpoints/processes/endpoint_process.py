@@ -5,6 +5,7 @@ import contextlib
 import logging
 import signal
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import uvloop
 
@@ -18,7 +19,6 @@ from endpoints.http.tls import ServerTls
 from endpoints.listeners import listen
 from endpoints.processes.config import Config, EndpointConfig, FrontConfig
 from endpoints.processes.far_data_folder import FarAuditLog, FarDataFolder
-from endpoints.processes.joined import Joined, joined
 from endpoints.processes.shared_logins import MasterLogins
 from endpoints.processes.shared_turns import MasterTurns
 from endpoints.services.caches import Caches
@@ -31,7 +31,6 @@ from engine.endpoint.master_access import OwnMaster
 from engine.leadership.leadership import MASTER
 from engine.processes.run_dir import add_owner
 from engine.protocols.address import UnixAddress, parse_host_port
-from engine.remote.authority import Authority
 from engine.service.endpoints.server import SOCKET
 from ppaas.errors import PPaaSError
 from ppaas.plugins import permit_only
@@ -39,6 +38,9 @@ from storage.disk_space.reserve import DiskReserve
 from storage.ports import Store
 from storage.recordings.folder import RecordingsFolder
 from storage.urls.opening import open_map_store, open_store
+
+if TYPE_CHECKING:
+    from endpoints.processes.joined import Joined
 
 logger = logging.getLogger(__name__)
 
@@ -65,6 +67,8 @@ async def _run(config: Config) -> None:
     if isinstance(config, EndpointConfig):
         await _serve(config, None, stop)
         return
+    from endpoints.processes.joined import joined  # noqa: PLC0415 - imports cryptography, for other hosts only
+
     add_owner(Path(config.run_dir))  # kept while this process runs, also if the agent of the machine is killed
     asking, stopping = asyncio.create_task(joined(config)), asyncio.create_task(stop.wait())
     try:
@@ -78,7 +82,7 @@ async def _run(config: Config) -> None:
         await asyncio.gather(asking, stopping, return_exceptions=True)
 
 
-async def _serve(config: EndpointConfig, far: Joined | None, stop: asyncio.Event) -> None:
+async def _serve(config: EndpointConfig, far: "Joined | None", stop: asyncio.Event) -> None:
     permit_only(config.allowed)
     async with contextlib.AsyncExitStack() as stack:
         linked: list[asyncio.Task[None]] = []  # ends after the services, whose last words are for the master
@@ -115,7 +119,7 @@ async def _until(stop: asyncio.Event) -> None:
 
 
 async def _composed(
-    config: EndpointConfig, far: Joined | None, stack: contextlib.AsyncExitStack, linked: list[asyncio.Task[None]]
+    config: EndpointConfig, far: "Joined | None", stack: contextlib.AsyncExitStack, linked: list[asyncio.Task[None]]
 ) -> tuple[Web, Endpoint]:
     """Return the web server and the engine's part, which ``stack`` closes, as it ends the tasks ``linked``."""
     front = config.front
@@ -204,6 +208,8 @@ def _path(text: str | None) -> Path | None:
 def _machine_access(config: EndpointConfig) -> MachineAccess | None:
     if config.machines is None or config.listen_machines is None:
         return None
+    from engine.remote.authority import Authority  # noqa: PLC0415 - imports cryptography, for other hosts only
+
     authority = Authority(Path(config.machines)).identity.authority
     return MachineAccess(parse_host_port(config.listen_machines).host, authority)
 

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from endpoints.processes.config import EndpointConfig, JoinedEndpointConfig
+from engine.endpoint.far_master import FarMaster
 from engine.endpoint.link_listener import MachineAccess
-from engine.endpoint.master_access import FarMaster
 from engine.remote.cluster_settings import ClusterSettings
 from engine.remote.masters import Masters
 from engine.remote.membership import Membership, membership_in

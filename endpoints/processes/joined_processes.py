@@ -4,7 +4,7 @@ import msgspec
 
 from endpoints.processes import serving
 from endpoints.processes.config import FrontConfig, JoinedEndpointConfig
-from engine.remote.machine_endpoints import EndpointProcesses
+from engine.remote.endpoint_processes import EndpointProcesses
 
 
 def joined_processes(count: int, front: FrontConfig, listen: str = "") -> EndpointProcesses:

@@ -2,23 +2,24 @@
 
 import asyncio
 import logging
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from endpoints.processes import serving
 from endpoints.processes.config import EndpointConfig
 from engine.local.process_keeper import ProcessKeeper
-from engine.runtimes.memory_tuning import lean_python
 from engine.service.endpoints.server import EndpointServer
 from ppaas.errors import Unavailable
 
 logger = logging.getLogger(__name__)
 
-COMMAND = (*lean_python.PYTHON, "-m", serving.__name__)
-"""Command that runs an endpoint."""
+COMMAND = (sys.executable, "-m", serving.__name__)
+"""Command that runs an endpoint; with docstrings, since those of routes are the documentation of REST."""
 
-START_TIMEOUT, LOOK = 60.0, 0.02
-"""Time limit until all endpoints serve, and the period of checks [s]."""
+START_TIMEOUT, LOOK = 600.0, 0.02
+"""Time limit until all endpoints serve, as long as that of the local machine, and the period of checks [s]. They start
+while the fork server compiles kernels, if it is the first start on a computer."""
 
 HOPELESS = 3
 """Number of exits in a row after which the start fails."""

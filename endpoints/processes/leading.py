@@ -14,10 +14,7 @@ from engine.bootstrap import CloudConfig
 from engine.leadership.holder import holder_of
 from engine.leadership.leadership import Leadership
 from engine.protocols.address import parse_host_port
-from engine.remote.machines import ADDRESS
 from engine.remote.replica import LAST, MACHINES
-from engine.remote.standby_link import StandbyLink, membership_of
-from engine.runtimes.compilation import store_kernels
 from ppaas.errors import Conflict, InvalidInput
 from storage.urls.opening import open_store
 
@@ -60,6 +57,10 @@ async def _copy_files(
     arguments: argparse.Namespace, listen_machines: str | None, stack: contextlib.AsyncExitStack
 ) -> None:
     """Copy the leader's files for its machines of other hosts; wait for them unless earlier ones are here."""
+    # Imported here, because a process that is no standby does not need cryptography.
+    from engine.remote.machines import ADDRESS  # noqa: PLC0415
+    from engine.remote.standby_link import StandbyLink, membership_of  # noqa: PLC0415
+
     (arguments.data / MACHINES / ADDRESS).unlink(missing_ok=True)  # tickets are made by the leader alone
     if listen_machines is None:
         if arguments.standby:
@@ -86,11 +87,10 @@ async def _cancel(task: asyncio.Task[None]) -> None:
 
 
 def _get_ready(arguments: argparse.Namespace) -> None:
-    """Do what takes time before it is urgent, and find out what would fail then."""
+    """Find out what would fail when this process leads."""
     for port in (arguments.port, arguments.rapyuta, arguments.foxglove):
         for listener in listen(arguments.host, port) if port is not None else ():
             listener.close()
-    store_kernels.prepare()
 
 
 async def _end_when_lost(leadership: Leadership) -> None:

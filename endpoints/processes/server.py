@@ -10,7 +10,7 @@ import signal
 from collections.abc import Callable, Coroutine, Iterator
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import msgspec
 import uvloop
@@ -24,6 +24,7 @@ from endpoints.audit.data_folder import DataFolderCalls
 from endpoints.http.open_files import raise_file_limit
 from endpoints.http.tls import ServerTls, warn_if_open_to_others
 from endpoints.listeners import url_of
+from endpoints.processes.cloud_jobs import CloudJobs
 from endpoints.processes.config import front_config
 from endpoints.processes.joined_processes import joined_processes
 from endpoints.processes.keeper import EndpointKeeper
@@ -39,18 +40,14 @@ from engine.master.quotas import Quota
 from engine.processes.background import Background
 from engine.processes.exclusive_owner import LOCK, sole_owner
 from engine.processes.private_files import keep_new_files_private, make_private_folder, warn_if_open, write_private
-from engine.remote.machine_endpoints import EndpointProcesses
+from engine.remote.endpoint_processes import EndpointProcesses
 from engine.remote.replica import MACHINES
-from engine.runtimes.compilation import store_kernels
 from engine.service.endpoints.server import Extra
 from ppaas.errors import InvalidInput
 from ppaas.plugins import permit_only
 from ppaas.wire.foxglove.installed import check_installed
 from storage.urls.opening import local_path
 from storage.urls.passwords import chosen_url
-
-if TYPE_CHECKING:
-    from endpoints.processes.cloud_jobs import CloudJobs
 
 logger = logging.getLogger(__name__)
 
@@ -284,23 +281,15 @@ async def _start(
         configs = endpoint_configs(arguments, engine, ports)
         keeper = EndpointKeeper(configs, engine.endpoints, engine.run_dir, arguments.data / ENDPOINTS_HERE)
         stack.push_async_callback(keeper.stop)
-        _, _, make_jobs = await asyncio.gather(
-            keeper.start(), asyncio.to_thread(store_kernels.prepare), asyncio.to_thread(_import_jobs)
-        )
+        await keeper.start()
         await machine
-        jobs = make_jobs(services, engine.sessions, arguments.idle)
+        jobs = CloudJobs(services, engine.sessions, arguments.idle)
         stack.push_async_callback(jobs.close)
         jobs.start()
     finally:
         machine.cancel()
         await asyncio.gather(machine, return_exceptions=True)
     return keeper
-
-
-def _import_jobs() -> "type[CloudJobs]":
-    from endpoints.processes.cloud_jobs import CloudJobs  # noqa: PLC0415 - takes half a second, while the machine starts
-
-    return CloudJobs
 
 
 def _served_turns(turns: UserTurns) -> Extra:

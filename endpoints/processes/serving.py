@@ -4,11 +4,13 @@ Its keeper imports this module for its name, and not the web application.
 """
 
 import logging
+import os
 import sys
 
 import msgspec
 
 from endpoints.processes.config import Config
+from engine.processes.imports import without_collection
 from engine.processes.private_files import keep_new_files_private
 from ppaas.errors import PPaaSError
 
@@ -27,7 +29,9 @@ def main() -> int:
         format=f"%(asctime)s %(levelname)s {config.name} %(name)s: %(message)s",
         datefmt="%H:%M:%S",
     )
-    from endpoints.processes.endpoint_process import run  # noqa: PLC0415 - the keeper does not import it
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # it would search all distributions for its plug-ins
+    with without_collection():
+        from endpoints.processes.endpoint_process import run  # noqa: PLC0415 - the keeper does not import it
 
     try:
         run(config)

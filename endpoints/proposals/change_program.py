@@ -8,7 +8,8 @@ from typing import Any
 from endpoints.proposals.compared_files import BEFORE, SETTINGS
 from endpoints.rest.maps.map_programs import be_program
 from ppaas.errors import QuotaExceeded
-from ppaas.mapping.lifelong.changes import KnownChanges, confirmed_changes, later_frames
+from ppaas.mapping.lifelong.changed_places import KnownChanges
+from ppaas.mapping.lifelong.changes import confirmed_changes, later_frames
 from ppaas.mapping.lifelong.parameters import LifelongParameters
 from ppaas.mapping.map_drawing import DrawingSettings, draw_map
 from ppaas.mapping.serialization.mapping_file import unpack_mapping

@@ -16,15 +16,14 @@ from endpoints.proposals.compared_files import BEFORE, PARTS, SETTINGS
 from endpoints.proposals.findings import confirmed_places, known_changes, waits
 from endpoints.proposals.reasons import reason_of
 from endpoints.rest.maps.map_programs import MAKE_SECONDS, run_program
-from endpoints.rest.maps.map_reviews import check_may_propose, propose
-from endpoints.rest.maps.review_schemas import MapReviewAnswer
+from endpoints.rest.maps.version_proposals import check_may_propose, propose
 from endpoints.services.services import Services
 from endpoints.services.thread_calls import callable_in_thread
 from engine.processes.background import repeat
 from engine.service.views import LifelongRobot
 from ppaas.clock import epoch
 from ppaas.errors import PPaaSError
-from ppaas.mapping.lifelong.changes import NOTHING, ChangedPlace, KnownChanges, centres, is_among
+from ppaas.mapping.lifelong.changed_places import NOTHING, ChangedPlace, KnownChanges, centres, is_among
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse
 from storage.disk_errors import disk_errors
 from storage.records import ConfirmedPlaces, MapRecord, MapReview, Publication, User
@@ -114,8 +113,8 @@ class ChangeWatch:
         head: MapRecord,
         taken: _Taken,
         known: KnownChanges,
-        store: Callable[[User, StagedUpload, Publication, ConfirmedPlaces], MapReviewAnswer],
-    ) -> MapReviewAnswer | None:
+        store: Callable[[User, StagedUpload, Publication, ConfirmedPlaces], MapReview],
+    ) -> MapReview | None:
         """Propose the changes of a map; None if there are none. Blocks."""
         services = self._services
         with temporary_folder() as folder, services.map_store.stage() as upload:
@@ -172,7 +171,7 @@ class ChangeWatch:
             for part, data in opened.buffers.items():
                 upload.add(part, blocks(data))
 
-    def _record(self, robot: LifelongRobot, review: MapReviewAnswer) -> None:
+    def _record(self, robot: LifelongRobot, review: MapReview) -> None:
         details = {"robot": robot.robot, "review": review.number, "version": review.version, "base": review.base}
         self._services.audit.record(
             AuditEvent(action="propose_change", user=robot.user, object=f"maps/{robot.map}", details=details)

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 
 from engine.service.views import LifelongRobot
-from ppaas.mapping.lifelong.changes import ChangedPlace, KnownChanges, centres
+from ppaas.mapping.lifelong.changed_places import ChangedPlace, KnownChanges, centres
 from storage.records import ConfirmedPlaces, MapReview
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from ppaas.mapping.lifelong.changes import ChangedPlace
+from ppaas.mapping.lifelong.changed_places import ChangedPlace
 
 MOST_PLACES = 6
 """Largest number of places of a kind that a reason names; it gives the number of all."""

@@ -14,7 +14,7 @@ from endpoints.accounts.scoped_user import ScopedUser
 from endpoints.rest.names import RobotAddress
 from endpoints.rest.paging import Paging
 from endpoints.services.services import Services
-from endpoints.sharing.shared_robots import ReachedRobot, reach, shows_map
+from endpoints.sharing.shared_robots import ReachedRobot, reach, reads_itself, shows_map
 from ppaas.errors import InvalidParameter, NotFound, NotPermitted
 from storage.records import MapRecord, User
 from storage.sharing_records import ShareRole
@@ -92,16 +92,6 @@ async def current_admin(user: Caller) -> User:
 
 Admin = Annotated[User, Depends(current_admin)]
 Paged = Annotated[Paging, Depends()]
-
-
-def reads_itself(user: User, record: MapRecord) -> bool:
-    """Return whether a user may read a map, not only because of a robot on it; an administrator may read all maps."""
-    return not isinstance(user, ScopedUser) and (user.role == "admin" or record.readable_by(user.id))
-
-
-def may_read(services: Services, user: User, record: MapRecord) -> bool:
-    """Return whether a user may read a map, also because a robot on it is shared with the user; may block."""
-    return reads_itself(user, record) or shows_map(services.store, user, record)
 
 
 async def readable_head(services: Services, user: User, map_id: str) -> MapRecord:

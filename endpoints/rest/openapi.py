@@ -1,15 +1,22 @@
 """Description of errors in the OpenAPI document: the problems of each operation and their examples."""
 
+import asyncio
 from typing import Any
 
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from fastapi.routing import APIRoute
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
 
 from endpoints.http.problems import MEDIA_TYPE, TYPE
 from endpoints.rest.schemas import Problem
 
 Responses = dict[int | str, dict[str, Any]]
+
+DOCUMENT = "/openapi.json"
+"""Path of the OpenAPI document."""
 
 _SCHEMAS = "#/components/schemas/{model}"
 
@@ -82,7 +89,17 @@ def operation_id(route: APIRoute) -> str:
 
 
 def describe(app: FastAPI) -> None:
-    """Add the schema of problems to the OpenAPI document of an application."""
+    """Serve the OpenAPI document of an application, with the schema of problems, in place of FastAPI's own route.
+
+    It takes one to two seconds to make, so a thread makes it when it is first asked for: on the event loop, all robots
+    of the endpoint would wait, and on a busy computer the master would take the endpoint for frozen.
+    """
+    making = asyncio.Lock()
+
+    async def document(_request: Request) -> Response:
+        async with making:
+            described = app.openapi_schema or await run_in_threadpool(app.openapi)
+        return JSONResponse(described)
 
     def openapi() -> dict[str, Any]:
         if app.openapi_schema is None:
@@ -101,3 +118,4 @@ def describe(app: FastAPI) -> None:
         return app.openapi_schema
 
     app.openapi = openapi  # type: ignore[method-assign]
+    app.add_route(DOCUMENT, document, include_in_schema=False)

@@ -10,6 +10,8 @@ from fastapi.openapi.docs import get_swagger_ui_html
 from fastapi.responses import HTMLResponse
 from fastapi.staticfiles import StaticFiles
 
+from endpoints.rest.openapi import DOCUMENT
+
 PAGE = "/docs"
 FILES = "/docs/viewer"
 
@@ -23,7 +25,7 @@ def add_viewer(app: FastAPI) -> None:
     async def show() -> HTMLResponse:
         folder = FILES.removeprefix("/")
         return get_swagger_ui_html(
-            openapi_url=str(app.openapi_url).removeprefix("/"),
+            openapi_url=DOCUMENT.removeprefix("/"),
             title=app.title,
             swagger_js_url=f"{folder}/swagger-ui-bundle.js",
             swagger_css_url=f"{folder}/swagger-ui.css",

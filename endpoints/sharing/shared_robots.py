@@ -107,6 +107,16 @@ def robots_shared_with(
     return list(_reached(caller, [found[key] for key in sorted(found)]))[:limit]
 
 
+def reads_itself(user: User, record: MapRecord) -> bool:
+    """Return whether a user may read a map, not only because of a robot on it; an administrator may read all maps."""
+    return not isinstance(user, ScopedUser) and (user.role == "admin" or record.readable_by(user.id))
+
+
+def may_read(store: RobotStore, user: User, record: MapRecord) -> bool:
+    """Return whether a user may read a map, also because a robot on it is shared with the user; may block."""
+    return reads_itself(user, record) or shows_map(store, user, record)
+
+
 def shows_map(store: RobotStore, caller: User, head: MapRecord) -> bool:
     """Return whether a robot that the caller reaches shows the caller this map: it is on it, and its owner may read it.
 

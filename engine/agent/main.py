@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 from engine.agent.entries import ENTRIES
+from engine.processes.imports import without_collection
 from engine.processes.run_dir import add_owner, keep_temporary_files_in
 from engine.runtimes.fork_server import early_start
 
@@ -21,8 +22,8 @@ def main() -> None:
     add_owner(Path(config["run_dir"]))
     if config["runtime"] == early_start.RUNTIME:
         early_start.begin(ENTRIES.container.of_fork_server)
-    from engine.agent.agent import run_agent  # noqa: PLC0415 - a slow import, after the fork server has started
-
+    with without_collection():
+        from engine.agent.agent import run_agent  # noqa: PLC0415 - a slow import, after the fork server has started
     run_agent(config_json)
 
 

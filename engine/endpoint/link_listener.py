@@ -3,11 +3,10 @@
 import asyncio
 import logging
 import secrets
+import ssl
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
-
-from cryptography.hazmat.primitives.serialization import Encoding
 
 from engine.processes.private_files import write_private
 from engine.protocols import robot_link
@@ -19,7 +18,6 @@ from engine.protocols.pinned import fingerprint
 from engine.protocols.place_secret import place_secret
 from engine.protocols.sockets import listen
 from engine.protocols.tls_identity import TlsIdentity
-from engine.remote.certificates import key_pem, new_key, self_signed
 from engine.service.links.place_link import PlaceLink
 from ppaas.errors import NotPermitted, PPaaSError
 
@@ -85,15 +83,17 @@ class LinkListener:
 
     async def _start_for_others(self, access: MachineAccess) -> None:
         """Listen for containers of other hosts, with a certificate whose fingerprint they are told."""
+        from engine.remote.certificates import key_pem, new_key, self_signed  # noqa: PLC0415 - imports cryptography
+
         identity = TlsIdentity(self.path.with_suffix(".key"), self.path.with_suffix(".pem"), access.authority)
         key = new_key()
-        certificate = self_signed("endpoint.ppaas", key)
+        certificate_pem = self_signed("endpoint.ppaas", key)
         write_private(identity.key, key_pem(key))
-        write_private(identity.certificate, certificate.public_bytes(Encoding.PEM))
+        write_private(identity.certificate, certificate_pem)
         server = await listen(TlsAddress(access.host, 0), self._connected_from_afar, identity.server_context())
         self._servers.append(server)
         far = TlsAddress(access.host, server.sockets[0].getsockname()[1])
-        shown = fingerprint(certificate.public_bytes(Encoding.DER))
+        shown = fingerprint(ssl.PEM_cert_to_DER_cert(certificate_pem.decode()))
         self.address = EndpointAddress(self.address.machine, self.address.near, str(far), shown)
 
     async def _serve(self, hello: robot_link.Hello, stream: FrameStream[robot_link.FromContainer]) -> None:

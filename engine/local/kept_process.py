@@ -117,7 +117,7 @@ class KeptProcess:
     async def _spawn(self) -> Process:
         # In its own session, so that a signal from the terminal does not end it before the processes that need it.
         process = await asyncio.create_subprocess_exec(
-            *self._command, stdin=PIPE, start_new_session=True, env=lean_python.environment(self._environment)
+            *self._command, stdin=PIPE, start_new_session=True, env=dict(self._environment)
         )
         if process.stdin is None:
             raise RuntimeError("the process has no standard input")

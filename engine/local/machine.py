@@ -15,6 +15,7 @@ from engine.local.agent_record import AgentRecord, write_record
 from engine.local.kept_process import KeptProcess
 from engine.processes.run_dir import add_owner, make_run_dir
 from engine.protocols.address import UnixAddress
+from engine.runtimes.memory_tuning import lean_python
 
 
 class Agents(Protocol):
@@ -84,7 +85,9 @@ class LocalMachine:
         self._left = left
         adopted = left.matching_config(config) if left is not None else None
         self.was_adopted = adopted is not None and adopted.run_dir == config.run_dir
-        self._agent = KeptProcess(f"agent of machine {config.machine!r}", config, started=self._record)
+        self._agent = KeptProcess(
+            f"agent of machine {config.machine!r}", config, environment=lean_python.environment(), started=self._record
+        )
 
     @property
     def deaths(self) -> int:

@@ -27,7 +27,8 @@ from engine.processes.instances import folder_of, instance_name, sweep_stale
 from engine.processes.private_files import keep_new_files_private
 from engine.processes.run_dir import keep_temporary_files_in, remove_folder
 from engine.remote.cluster_settings import ClusterSettings
-from engine.remote.machine_endpoints import EndpointProcesses, MachineEndpoints
+from engine.remote.endpoint_processes import EndpointProcesses
+from engine.remote.machine_endpoints import MachineEndpoints
 from engine.remote.machines import check_reachable
 from engine.remote.masters import Masters
 from engine.remote.membership import Membership, membership_in

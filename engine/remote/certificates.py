@@ -65,11 +65,11 @@ def issue_for_cloud(name: str, own: Key, issuer: x509.Certificate, key: Key) -> 
     return made.add_extension(usage, critical=False).add_extension(dialled, critical=False).sign(key, hashes.SHA256())
 
 
-def self_signed(name: str, own: Key) -> x509.Certificate:
-    """Return a certificate of a server that its clients know by its fingerprint."""
+def self_signed(name: str, own: Key) -> bytes:
+    """Return the certificate of a server that its clients know by its fingerprint, in PEM."""
     usage = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH])
     made = _begin(name, name, own.public_key(), ca=False)
-    return made.add_extension(usage, critical=False).sign(own, hashes.SHA256())
+    return made.add_extension(usage, critical=False).sign(own, hashes.SHA256()).public_bytes(Encoding.PEM)
 
 
 def request_pem(key: Key, name: str) -> bytes:

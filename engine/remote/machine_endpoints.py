@@ -1,6 +1,7 @@
 """Endpoints of a joined machine: its agent keeps their processes running, and they outlive a killed agent."""
 
 import contextlib
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -9,36 +10,11 @@ import msgspec
 from engine.local.process_keeper import ProcessKeeper, left_processes
 from engine.processes.run_dir import add_owner, make_run_dir, remove_unless_owned
 from engine.protocols.endpoint_sockets import endpoint_socket
+from engine.remote.endpoint_processes import EndpointProcesses
 from engine.remote.membership import Membership
-from engine.runtimes.memory_tuning import lean_python
 
 FILE = "endpoints-here.json"
 """File in the folder of the membership that records the processes."""
-
-
-class EndpointProcesses(msgspec.Struct, frozen=True):
-    """Endpoint processes of a machine.
-
-    Parameters
-    ----------
-    module : str
-        Module that runs one, with its settings as JSON on standard input.
-    count : int
-        Number of processes.
-    settings : dict
-        Settings of all, without the fields that only the machine knows: ``name``, ``folder`` and ``run_dir``.
-    """
-
-    module: str
-    count: int
-    settings: dict[str, Any]
-
-
-def at_address(processes: EndpointProcesses, address: str) -> EndpointProcesses:
-    """Return endpoint processes that listen at one address of their machine, for clients and for containers."""
-    settings = processes.settings
-    front = {**settings["front"], "host": address, "url": f"http://{address}:{settings['front']['port']}"}
-    return msgspec.structs.replace(processes, settings={**settings, "listen": address, "front": front})
 
 
 class MachineEndpoints:
@@ -68,7 +44,7 @@ class MachineEndpoints:
         self.run_dir = _left_folder(file) or make_run_dir(longest)
         here = {"folder": str(membership.folder), "run_dir": str(self.run_dir)}
         settings = {name: {**wanted.settings, **here, "name": name} for name in names}
-        self._keeper = ProcessKeeper((*lean_python.PYTHON, "-m", wanted.module), settings, self.run_dir, file)
+        self._keeper = ProcessKeeper((sys.executable, "-m", wanted.module), settings, self.run_dir, file)
 
     async def start(self) -> None:
         """Start or adopt the processes, and restart each whenever it exits or freezes."""

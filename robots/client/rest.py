@@ -21,6 +21,9 @@ from robots.client.robot_file import RobotFile
 MAX_PAGE = 500
 """Largest page of a list."""
 
+UPLOAD_TIMEOUT = 300.0
+"""Least time limit of an upload of a map [s]; a cloud checks an octree and a pose graph for at most 120 s each."""
+
 
 class Login(msgspec.Struct, frozen=True):
     """A token and its time of expiry [seconds since the epoch]."""
@@ -143,8 +146,9 @@ class RestClient:
             )
         except OSError as error:
             raise InvalidInput(f"cannot read the map: {error}") from error
+        patient = self.with_timeout(max(self._timeout, UPLOAD_TIMEOUT))
         answer: dict[str, Any] = _parse(
-            await self._request("POST", "/v1/maps", _Body(form.content_type, form), _if_match(if_match))
+            await patient._request("POST", "/v1/maps", _Body(form.content_type, form), _if_match(if_match))
         )
         return answer
 
@@ -280,6 +284,11 @@ class RestClient:
             else:
                 data = b""
                 _copy(response, into)
+        except TimeoutError as error:
+            raise Unavailable(
+                f"no answer from {self._netloc} within {self._timeout:g} s: it is busy or not reachable; try again, "
+                f"and check that a cloud runs at {self._url}"
+            ) from error
         except (OSError, http.client.HTTPException) as error:
             reason = error or type(error).__name__
             raise Unavailable(

@@ -1,6 +1,6 @@
 """Everything but maps in Cassandra, for several cloud hosts and for data that survives the loss of any of them."""
 
-from ppaas.plans.encoding.chunks import inner_granularity
+from ppaas.plans.encoding.granularity import inner_granularity
 from storage.cassandra.accounts import CassandraAccounts
 from storage.cassandra.connection.address import parse_address
 from storage.cassandra.connection.session import CassandraSession

@@ -9,9 +9,10 @@ from dataclasses import dataclass, field
 
 from ppaas.errors import NotFound
 from ppaas.plans.encoding.body import read_body
-from ppaas.plans.encoding.chunks import ENDS_BEFORE, GRANULARITY, inner_granularity
+from ppaas.plans.encoding.chunks import ENDS_BEFORE
 from ppaas.plans.encoding.codes import entry_id, poses_of, waypoints_in
 from ppaas.plans.encoding.end_buckets import bucket_of_key, buckets_near, cell_number, holds, length_of_key
+from ppaas.plans.encoding.granularity import GRANULARITY, inner_granularity
 from ppaas.plans.encoding.index_cells import Position, cells_near, cells_touched
 from ppaas.plans.passages import comes_near
 from storage.names import check_name

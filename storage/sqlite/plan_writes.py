@@ -14,9 +14,9 @@ import numpy as np
 
 from ppaas.errors import InvalidInput
 from ppaas.plans.encoding.body import id_in, read_body
-from ppaas.plans.encoding.chunks import GRANULARITY, inner_granularity
 from ppaas.plans.encoding.codes import entry_id, pack, poses_of, unpack, waypoints_in
 from ppaas.plans.encoding.end_buckets import cell_number, index_keys_of
+from ppaas.plans.encoding.granularity import GRANULARITY, inner_granularity
 from ppaas.plans.encoding.index_cells import cells_touched, scope_of
 from ppaas.plans.encoding.recipes import read_recipe, recipes_of
 from storage.encoding import decode
@@ -265,8 +265,8 @@ def sequences_of(connection: sqlite3.Connection, plan_ids: Collection[str]) -> d
     return {plan_id: found[plan_id] for plan_id in plan_ids if plan_id in found}
 
 
-def move_plans(connection: sqlite3.Connection) -> None:
-    """Move plans that an earlier release stored as whole records to the new tables."""
+def add_earlier_plans(connection: sqlite3.Connection) -> None:
+    """Add the plans that an earlier release stored as whole records."""
     transaction = PlanTransaction(connection, IdCache())
     for (data,) in connection.execute("SELECT record FROM plans_before ORDER BY sequence"):
         record = decode(data, PlanRecord)
@@ -274,7 +274,6 @@ def move_plans(connection: sqlite3.Connection) -> None:
             transaction.add(entries_of([record], inner_granularity(GRANULARITY)))
         except InvalidInput as error:
             logger.warning("a plan of an earlier release was skipped: %s", error)
-    connection.execute("DROP TABLE plans_before")
 
 
 def _add_bounded(cache: dict[bytes, Value], more: dict[bytes, Value], size: int) -> None:

@@ -10,7 +10,7 @@ from sqlite3 import Connection
 from typing import Any
 
 from ppaas.errors import Conflict, NotFound
-from ppaas.plans.encoding.chunks import GRANULARITY
+from ppaas.plans.encoding.granularity import GRANULARITY
 from storage.encoding import R, decode, decode_readable, encode
 from storage.names import check_name, check_robot_map
 from storage.records import CloneCheckpoint, CloneLogChange, RobotRecord, Token, User

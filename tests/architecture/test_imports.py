@@ -90,3 +90,24 @@ def test_cloud_command_names_its_missing_extra():
     result = base_install("from robots.cli.main import main; sys.argv = ['ppaas', 'up']; sys.exit(main())")
     assert result.returncode == 1
     assert "pip install '.[cloud]'" in result.stderr
+
+
+# What the start of a process costs: a cloud starts four of them, and an endpoint may stay idle.
+STARTS = """
+import sys
+
+def loaded(*packages):
+    return [name for name in packages if name in sys.modules]
+
+import endpoints.processes.server
+of_master = loaded("numba", "scipy", "cryptography", "fastapi", "pydantic", "uvicorn", "starlette.routing")
+import endpoints.processes.endpoint_process
+print(of_master, loaded("numba", "scipy", "cryptography"))
+"""
+
+
+def test_master_and_endpoint_start_without_packages_that_only_some_requests_need():
+    result = subprocess.run(
+        [sys.executable, "-c", STARTS], cwd=ROOT, capture_output=True, text=True, timeout=60, check=False
+    )
+    assert result.stdout == "[] []\n", result.stderr

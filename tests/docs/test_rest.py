@@ -5,6 +5,7 @@ import json
 import re
 from pathlib import Path
 
+import httpx
 import pytest
 
 from endpoints.rest.paging import DEFAULT_LIMIT, MAX_LIMIT, Page
@@ -34,6 +35,13 @@ def test_resources_and_commands_exist() -> None:
         "models"
     }
     assert {command for row in rows for command in re.findall(r"ppaas (\w+)", row[2])} <= set(COMMANDS)
+
+
+async def test_a_running_cloud_describes_each_operation(cloud: RunningCloud) -> None:
+    async with httpx.AsyncClient(base_url=cloud.url) as client:
+        shown = (await client.get("/openapi.json")).json()
+    operations = [operation for path in shown["paths"].values() for operation in path.values()]
+    assert [operation["operationId"] for operation in operations if not operation.get("description")] == []
 
 
 def test_the_numbers_are_those_of_the_code() -> None:

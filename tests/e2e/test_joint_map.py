@@ -18,7 +18,7 @@ from robots.client.rest import RestClient
 from robots.client.robot_client import RobotClient
 from robots.client.robot_file import RobotFile
 from tests.support.cloud.cloud import RunningCloud
-from tests.support.waiting import until
+from tests.support.waiting import PATIENCE, until
 from tests.support.world.merge_drives import first_drive, second_drive
 
 pytestmark = pytest.mark.journey
@@ -66,7 +66,7 @@ class Playback:
 
 async def joined(rest: RestClient, robot: str, others: list[str]) -> dict[str, object]:
     """Wait until a robot's map is one with those of others; return its size."""
-    async with asyncio.timeout(60.0):
+    async with asyncio.timeout(2.0 * PATIENCE):  # a program of low priority joins them
         while True:
             with contextlib.suppress(Unavailable):
                 shown = dict(await rest.get(f"/v1/robots/{robot}/map"))
@@ -100,7 +100,7 @@ async def test_two_robots_become_one_map_while_they_drive(cloud: RunningCloud) -
             assert between[0].distance_to(between[1]) < 0.2
             killed = cloud.container()
             killed.kill()
-            await until(lambda: cloud.container().pid != killed.pid, 30)
+            await until(lambda: cloud.container().pid != killed.pid)
             for name, other in (("north", "south"), ("south", "north")):
                 again = await joined(rest, name, [other])
                 assert int(str(again["key_frames"])) >= int(str(shown["key_frames"])) - 1

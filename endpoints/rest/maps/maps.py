@@ -9,18 +9,19 @@ from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response
 
 from endpoints.audit.notes import note_details, note_object
-from endpoints.rest.dependencies import AnyCaller, Caller, Paged, Provided, may_read, owned_head, robots_in
+from endpoints.rest.dependencies import AnyCaller, Caller, Paged, Provided, owned_head, robots_in
 from endpoints.rest.maps.content_check import check_contents, grid_of
-from endpoints.rest.maps.map_reviews import propose
 from endpoints.rest.maps.review_schemas import MapReviewAnswer
 from endpoints.rest.maps.schemas import MapAnswer, MapChange, MapSummary, RollBack
 from endpoints.rest.maps.upload_form import OPENAPI, MapForm, read_form
+from endpoints.rest.maps.version_proposals import propose
 from endpoints.rest.names import MapId
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
 from endpoints.rest.paging import Page
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.services.services import Services
 from endpoints.services.version_removal import follow_publication
+from endpoints.sharing.shared_robots import may_read
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, NotFound
 from ppaas.people.group_names import coordinator_checkpoint
@@ -76,7 +77,8 @@ async def _propose(
         await run_in_threadpool(check_contents, upload)
         review = await propose(services, user, upload, publication)
     note_details(request.scope, review=review.number, version=review.version, base=review.base)
-    return Response(review.model_dump_json(), 202, media_type="application/json")
+    answer = MapReviewAnswer.of(review, review.base)
+    return Response(answer.model_dump_json(), 202, media_type="application/json")
 
 
 @router.get("", response_model=Page[MapSummary], responses=KNOWN)
@@ -216,7 +218,7 @@ def opened_map(
     services: Services, user: User, map_id: str, version: str | None = None, **only: Any
 ) -> Iterator[OpenMap]:
     """Open a map; ``NotFound`` also if the user may not read it, so that ids are not revealed."""
-    if not may_read(services, user, services.map_store.map_head(map_id)):
+    if not may_read(services.store, user, services.map_store.map_head(map_id)):
         raise NotFound("map", map_id)
     with services.map_store.open_map(map_id, version, **only) as opened:
         yield opened

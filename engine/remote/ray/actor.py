@@ -48,7 +48,9 @@ class AgentActor:
         received = msgspec.json.decode(config, type=NodeConfig)
         here = msgspec.structs.replace(received, folder=str(self._folder), keeper=os.getpid())
         title = f"agent of machine {here.machine!r}"
-        self._agent = KeptProcess(title, here, COMMAND, done=DONE, environment=without_ray(os.environ))
+        self._agent = KeptProcess(
+            title, here, COMMAND, done=DONE, environment=lean_python.environment(without_ray(os.environ))
+        )
         self._keeping = asyncio.get_running_loop().create_task(self._keep())
 
     async def _keep(self) -> None:

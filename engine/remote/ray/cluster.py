@@ -13,7 +13,7 @@ from ray.util import get_node_ip_address
 from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
 
 from engine.remote.authority import Authority
-from engine.remote.machine_endpoints import at_address
+from engine.remote.endpoint_processes import at_address
 from engine.remote.machines import make_ticket
 from engine.remote.ray.actor import AgentActor
 from engine.remote.ray.config import NodeConfig, WatchConfig

@@ -3,7 +3,7 @@
 import msgspec
 
 from engine.protocols.refusals import Refusal
-from engine.remote.machine_endpoints import EndpointProcesses
+from engine.remote.endpoint_processes import EndpointProcesses
 
 
 class WatchConfig(msgspec.Struct, frozen=True):

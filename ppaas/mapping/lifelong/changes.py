@@ -1,7 +1,5 @@
 """Changes of a map: places where two passes of a robot found something gone, or something new."""
 
-import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,6 +9,7 @@ from numpy.typing import NDArray
 from ppaas.errors import InvalidInput
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.lifelong.cell_passes import CellPasses
+from ppaas.mapping.lifelong.changed_places import NOTHING, Centres, ChangedPlace, KnownChanges, is_among
 from ppaas.mapping.lifelong.passes import mileage
 from ppaas.maps.grid import FREE, OCCUPIED, OCCUPIED_THRESHOLD, UNKNOWN, GridInfo, GridMap
 
@@ -29,52 +28,8 @@ LEAST_CELLS = 6
 MOST_PLACES = 64
 """Largest number of changes of a kind that are found at once; the others are found when these are known."""
 
-SAME_PLACE = 0.75
-"""Distance of the centres up to which two changes of a kind are the same [m]."""
-
 SAME_SCAN = 0.1
 """Largest median distance of the scans that a robot shares with the map [m]: above, their frames differ."""
-
-
-class ChangedPlace(NamedTuple):
-    """Rectangle around cells that have changed, in the map frame.
-
-    Parameters
-    ----------
-    x, y : float
-        Centre [m].
-    width, height : float
-        Sides [m].
-    cells : int
-        Number of changed cells in it.
-    """
-
-    x: float
-    y: float
-    width: float
-    height: float
-    cells: int
-
-
-Centres = Sequence[tuple[float, float]]
-"""Centres x, y of changed places [m]."""
-
-
-class KnownChanges(NamedTuple):
-    """Changes that were proposed before, and are left out.
-
-    Parameters
-    ----------
-    left, new : sequence of (float, float)
-        Centres of the places where something stood, and where something was new [m].
-    """
-
-    left: Centres = ()
-    new: Centres = ()
-
-
-NOTHING = KnownChanges()
-"""No known changes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,16 +132,6 @@ def _common(frames: KeyFrames, published: KeyFrames) -> tuple[NDArray[np.int64],
     both = frames.valid[own] & published.valid[theirs]  # outdated beams have left one of them
     same = ((frames.points[own] == published.points[theirs]).all(axis=2) | ~both).all(axis=1)
     return own[same], theirs[same]
-
-
-def centres(places: Sequence[ChangedPlace]) -> list[tuple[float, float]]:
-    """Return the centres x, y of places [m]."""
-    return [(place.x, place.y) for place in places]
-
-
-def is_among(place: ChangedPlace, known: Centres) -> bool:
-    """Return whether the centre of a place is at one of some others."""
-    return any(math.dist((place.x, place.y), centre) <= SAME_PLACE for centre in known)
 
 
 def _around(one: GridInfo, other: GridInfo) -> GridInfo:

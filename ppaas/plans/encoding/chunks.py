@@ -18,33 +18,11 @@ from ppaas.errors import InvalidInput
 from ppaas.geometry import Poses
 from ppaas.plans.encoding.kernels import chunks
 
-GRANULARITY = 16
-"""Granularity G of the paper [waypoints]: at most length / G segments of a plan are shared, and a shared part longer
-than G becomes an entry."""
-
-MOST_GRANULARITY = 65536
-"""Largest granularity [waypoints]."""
-
 _ZERO = np.zeros(1, np.int64)
 
 
 ENDS_BEFORE, ENDS_AFTER = chunks.ENDS_BEFORE, chunks.ENDS_AFTER
 """Number of waypoints at the start and at the goal that are never shared."""
-
-
-def inner_granularity(granularity: int) -> int:
-    """Return the granularity to cut with, which is half of the paper's.
-
-    A shared part slightly longer than G may contain no whole chunk of G waypoints, but usually contains one of G / 2.
-
-    Raises
-    ------
-    InvalidInput
-        The granularity is not from 2 to 65536.
-    """
-    if not 2 <= granularity <= MOST_GRANULARITY:
-        raise InvalidInput(f"granularity: {granularity} is not from 2 to {MOST_GRANULARITY} waypoints")
-    return granularity // 2
 
 
 def words_of(poses: Poses) -> NDArray[np.uint64]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from urllib.parse import parse_qsl, unquote, urlsplit
 
 from ppaas.errors import InvalidInput
-from ppaas.plans.encoding.chunks import GRANULARITY, MOST_GRANULARITY
+from ppaas.plans.encoding.granularity import GRANULARITY, MOST_GRANULARITY
 
 PORT = 9042
 CONSISTENCIES = ("one", "local_one", "quorum", "local_quorum", "each_quorum", "all")
@@ -67,7 +67,7 @@ class CassandraAddress:
     timeout : float
         Time limit of one request [s].
     granularity : int
-        Length from which segments of plans are shared, about [waypoints] (``ppaas.plans.encoding.chunks``).
+        Length from which segments of plans are shared, about [waypoints] (``ppaas.plans.encoding.granularity``).
     data_centre : str or None
         Local data centre; by default that of the first host that responds.
     tls : Tls or None

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import psutil
 
@@ -144,8 +145,15 @@ async def publish_map(rest: RestClient, map_id: str, grid: GridMap) -> None:
     await rest.upload_map(map_id, yaml, image)
 
 
-async def register_robot(rest: RestClient, robot_id: str, map_id: str, pose: tuple[float, float, float]) -> str:
-    """Register a robot; return the token for its connection."""
-    await rest.put_robot(robot_id, RobotFile(map=map_id, initial_pose=pose, cores=0.25))
+async def register_robot(
+    rest: RestClient,
+    robot_id: str,
+    map_id: str,
+    pose: tuple[float, float, float],
+    parameters: dict[str, dict[str, Any]] | None = None,
+) -> str:
+    """Register a robot, with parameters of its nodes; return the token for its connection."""
+    robot = RobotFile(map=map_id, initial_pose=pose, cores=0.25, parameters=parameters or {})
+    await rest.put_robot(robot_id, robot)
     assert rest.token is not None
     return rest.token

@@ -1,15 +1,21 @@
 """All errors become problem responses."""
 
+import asyncio
 import json
 import logging
+import re
+import threading
 from collections.abc import Iterator
+from typing import Any
 
 import httpx
 import pytest
+from fastapi.openapi.utils import get_openapi
 
 import ppaas.recoveries  # noqa: F401 - it has an error of its own
 from endpoints.app import create_app
 from endpoints.http.problems import QUEUE_RETRY, STATUS, problem_response
+from endpoints.rest import openapi
 from endpoints.rest.schemas import Problem
 from endpoints.services.services import Services
 from ppaas import errors
@@ -53,6 +59,38 @@ async def test_a_wrong_method_is_a_problem_that_lists_the_allowed_ones(client: h
     answer = await client.put("/v1/tokens")
     problem_of(answer, 405, "method-not-allowed")
     assert set(answer.headers["allow"].split(", ")) == {"GET", "HEAD", "POST"}
+
+
+async def test_the_methods_of_all_operations_are_listed(services: Services, client: httpx.AsyncClient) -> None:
+    for path, methods in create_app(services).openapi()["paths"].items():
+        answer = await client.request("TRACE", re.sub(r"{\w+}", "a", path))
+        assert answer.status_code == 405
+        assert set(answer.headers["allow"].lower().split(", ")) - {"head"} >= set(methods)
+
+
+async def test_a_wrong_method_does_not_make_the_description_of_the_service(services: Services) -> None:
+    app = create_app(services)
+    async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://cloud") as client:
+        assert (await client.put("/v1/tokens")).status_code == 405
+    assert app.openapi_schema is None, "it takes more than a second"
+
+
+async def test_the_description_of_the_service_is_made_beside_the_event_loop(
+    services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made_by: list[threading.Thread] = []
+
+    def describe(**options: Any) -> dict[str, Any]:
+        made_by.append(threading.current_thread())
+        return get_openapi(**options)
+
+    monkeypatch.setattr(openapi, "get_openapi", describe)
+    transport = httpx.ASGITransport(create_app(services))
+    async with httpx.AsyncClient(transport=transport, base_url="http://cloud") as client:
+        answers = await asyncio.gather(*(client.get("/openapi.json") for _ in range(3)))
+    assert [answer.status_code for answer in answers] == [200, 200, 200]
+    assert len(made_by) == 1, "others wait for it, without threads of their own"
+    assert made_by[0] is not threading.main_thread()
 
 
 async def test_unexpected_errors_are_logged_once_and_not_disclosed(

@@ -2,7 +2,7 @@
 
 from endpoints.proposals.findings import confirmed_places, known_changes, waits
 from engine.service.views import LifelongRobot
-from ppaas.mapping.lifelong.changes import ChangedPlace
+from ppaas.mapping.lifelong.changed_places import ChangedPlace
 from storage.records import MapChange, MapReview, ReviewState
 
 LEFT, NEW = ChangedPlace(1.251, -0.5, 0.6, 0.4, 24), ChangedPlace(-3.0, 2.0, 0.4, 0.4, 12)

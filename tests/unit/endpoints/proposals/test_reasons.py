@@ -2,7 +2,7 @@
 
 from endpoints.proposals.reasons import MOST_PLACES, reason_of
 from endpoints.rest.schemas import MAX_DESCRIPTION
-from ppaas.mapping.lifelong.changes import ChangedPlace
+from ppaas.mapping.lifelong.changed_places import ChangedPlace
 
 LEFT, NEW = ChangedPlace(1.25, -0.5, 0.6, 0.4, 24), ChangedPlace(-3.0, 2.0, 0.4, 0.4, 12)
 

@@ -1,6 +1,8 @@
 """REST client against a real HTTP server; its forms are read by the web framework's parser."""
 
 import json
+import socket
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -19,10 +21,13 @@ from robots.client.robot_file import RobotFile
 class Handler(BaseHTTPRequestHandler):
     answers: ClassVar[list[tuple[int, bytes]]] = []
     requests: ClassVar[list[dict[str, Any]]] = []
+    seconds: ClassVar[float] = 0.0
+    """Time before the answer [s]."""
 
     def answer(self) -> None:
         body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
         self.requests.append({"line": self.requestline, "headers": dict(self.headers), "body": body})
+        time.sleep(self.seconds)
         status, data = self.answers.pop(0)
         self.send_response(status)
         self.send_header("Content-Length", str(len(data)))
@@ -37,7 +42,7 @@ class Handler(BaseHTTPRequestHandler):
 
 @contextmanager
 def serving(*answers: tuple[int, bytes]) -> Iterator[str]:
-    Handler.answers, Handler.requests = list(answers), []
+    Handler.answers, Handler.requests, Handler.seconds = list(answers), [], 0.0
     with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
         thread = Thread(target=server.serve_forever)
         thread.start()
@@ -113,6 +118,19 @@ async def test_an_unreachable_server_is_unavailable() -> None:
         pass
     with pytest.raises(Unavailable, match="cannot reach 127"):
         await RestClient(url).login("ann", "pass")
+
+
+async def test_a_silent_server_is_unavailable_after_the_time_limit() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        client = RestClient(f"http://127.0.0.1:{silent.getsockname()[1]}", timeout=0.1)
+        with pytest.raises(Unavailable, match=r"no answer from 127\.0\.0\.1:\d+ within 0\.1 s"):
+            await client.get("/v1/maps")
+
+
+async def test_an_upload_waits_for_the_check_of_its_files() -> None:
+    with serving((201, b"{}")) as url:
+        Handler.seconds = 0.5
+        assert await RestClient(url, "t", timeout=0.1).upload_map("depot", b"", b"") == {}
 
 
 @pytest.mark.parametrize("url", ["ftp://host", "host:80", "http://"])

@@ -20,8 +20,9 @@ from storage.encoding import encode
 from storage.plan_query import PlanStoreQuery
 from storage.records import PlanRecord
 from storage.sqlite.connections import APPLICATION_ID, MIGRATIONS, Schema, SqliteConnections
+from storage.sqlite.earlier_plans import move_plans
 from storage.sqlite.plan_counts import MAX_UNCOUNTED
-from storage.sqlite.plan_writes import MAX_REMEMBERED, IdCache, KnownIds, move_plans
+from storage.sqlite.plan_writes import MAX_REMEMBERED, IdCache, KnownIds
 from storage.sqlite.store import SqliteStore
 from tests.support.storage.records import plan
 
@@ -240,7 +241,7 @@ def test_concurrent_callers_get_the_number_of_their_own_new_plans(file: Path) ->
     with closing(SqliteStore(file)) as store:
         store.add_plan(path("a"))
         given = [[path(name, float(ord(name))) for name in names] for names in ("abc", "", "cd", "dd", "e")]
-        assert store._add_all(given) == [2, 0, 1, 0, 1]
+        assert store._tables._add_all(given) == [2, 0, 1, 0, 1]
         assert store.plan_statistics().plans == 5
     assert_sound(file)
 
@@ -248,7 +249,7 @@ def test_concurrent_callers_get_the_number_of_their_own_new_plans(file: Path) ->
 def test_an_invalid_plan_raises_for_its_own_caller_only(file: Path) -> None:
     wrong = [plan("wrong", poses=np.full((4, 7), np.nan).tobytes()), "no plan"]
     with closing(SqliteStore(file)) as store:
-        results = store._add_all([[path("a")], [path("b"), wrong[0]], [path("c")], [wrong[1]], [path("d")]])
+        results = store._tables._add_all([[path("a")], [path("b"), wrong[0]], [path("c")], [wrong[1]], [path("d")]])
         assert [one for one in results if isinstance(one, int)] == [1, 1, 1]
         assert [type(results[1]), type(results[3])] == [InvalidInput, AttributeError]
         assert sorted(head.id for head in store.plans("house")) == ["a", "c", "d"]

@@ -10,7 +10,8 @@ from benchmarks.mapping.simulated_drive import SimulatedDrive
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.mapping.lifelong import changes as changes_module
-from ppaas.mapping.lifelong.changes import KnownChanges, LaterFrames, confirmed_changes, later_frames
+from ppaas.mapping.lifelong.changed_places import KnownChanges
+from ppaas.mapping.lifelong.changes import LaterFrames, confirmed_changes, later_frames
 from ppaas.mapping.lifelong.parameters import LifelongParameters
 from ppaas.mapping.lifelong.thinning import kept_frames
 from ppaas.mapping.live.live_mapper import LiveMapper

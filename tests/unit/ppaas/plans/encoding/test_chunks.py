@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import InvalidInput
-from ppaas.plans.encoding.chunks import cut_plans, inner_granularity, waypoint_hashes, words_of
+from ppaas.plans.encoding.chunks import cut_plans, waypoint_hashes, words_of
 from tests.reference.plans import plan_bytes, plan_chunks
 
 
@@ -61,12 +61,6 @@ def test_hash_depends_on_all_seven_numbers_of_a_pose() -> None:
     poses = np.ones((8, 7))
     poses[np.arange(7), np.arange(7)] = 2.0
     assert len(set(waypoint_hashes(words_of(poses)).tolist())) == 8
-
-
-@pytest.mark.parametrize("granularity", [-1, 0, 1, 65537])
-def test_invalid_granularity_is_refused(granularity: int) -> None:
-    with pytest.raises(InvalidInput, match="granularity"):
-        inner_granularity(granularity)
 
 
 def test_non_finite_pose_is_refused() -> None:
