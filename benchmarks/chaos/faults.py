@@ -74,7 +74,7 @@ class InjectedFault(msgspec.Struct):
 
 
 def pauses(victim: str, *, standby: bool) -> Sequence[float]:
-    """Return the times after which a stopped process may continue [s]; ``standby`` tells of a cloud with one."""
+    """Return the times after which a stopped process may continue [s]; ``standby`` is true in a cloud with one."""
     ordinary = PAUSES.get(victim, (LONGEST_STOP,))
     return (*ordinary, REPLACED_AFTER) if standby and victim == "master" else ordinary
 

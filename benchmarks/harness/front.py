@@ -19,7 +19,7 @@ BLOCK = 1 << 16
 
 
 class Front:
-    """Forwards connections to the address whose ``/v1/health/ready`` answers 200, as a load balancer does.
+    """Forwards connections to the address whose ``/v1/health/ready`` answers 200, or did last, as a load balancer does.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class Front:
 
     def __init__(self, ports: Sequence[int]) -> None:
         self._ready = dict.fromkeys(ports, False)
-        self._last: int | None = None
+        self._chosen: int | None = None
         self.url = ""
         self.changes = 0
 
@@ -56,7 +56,7 @@ class Front:
 
     async def is_ready(self) -> None:
         """Wait until an address is ready."""
-        while self._chosen() is None:  # noqa: ASYNC110 - asked anyway
+        while self._chosen is None:  # noqa: ASYNC110 - asked anyway
             await asyncio.sleep(PERIOD)
 
     async def _watch(self, port: int) -> None:
@@ -70,22 +70,17 @@ class Front:
             await asyncio.sleep(PERIOD)
 
     def _count_changes(self) -> None:
-        ready = self._chosen()
-        if ready is not None and ready != self._last:
-            self.changes += self._last is not None
-            self._last = ready
-
-    def _chosen(self) -> int | None:
-        return next((port for port, ready in self._ready.items() if ready), None)
+        ready = next((port for port, ready in self._ready.items() if ready), None)
+        if ready is not None and ready != self._chosen:
+            self.changes += self._chosen is not None
+            self._chosen = ready
 
     async def _forward(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Forward a connection in both directions until one side ends it; close it if no address is ready."""
-        port = self._chosen()
+        """Forward a connection to the address that was ready last, in both directions until one side ends it."""
         with contextlib.suppress(OSError):
-            if port is not None:
-                far_reader, far_writer = await asyncio.open_connection(LOCAL, port)
-                with contextlib.closing(far_writer):
-                    await _either(_pass(reader, far_writer), _pass(far_reader, writer))
+            far_reader, far_writer = await asyncio.open_connection(LOCAL, self._chosen)
+            with contextlib.closing(far_writer):
+                await _either(_pass(reader, far_writer), _pass(far_reader, writer))
         writer.close()
 
 

@@ -3,6 +3,7 @@
 import asyncio
 import logging
 from collections import Counter
+from collections.abc import Callable
 from functools import partial
 from importlib.metadata import version as release_of
 
@@ -39,6 +40,11 @@ class ServedEndpoint:
         All endpoints.
     secret : str
         Secret of the cloud's own processes.
+
+    Attributes
+    ----------
+    registered : callable
+        Called when the endpoint has registered.
     """
 
     def __init__(self, cloud: Cloud, sessions: RobotSessions, neighbours: Neighbours, secret: str) -> None:
@@ -51,6 +57,7 @@ class ServedEndpoint:
         self.beats = 0
         self.heard = neighbours.clock()
         self.caller: Caller | None = None
+        self.registered: Callable[[], None] = lambda: None
         self._joined: Counter[tuple[str, bool]] = Counter()
         self._reached: dict[str, tuple[PlaceLink, int]] = {}
 
@@ -71,6 +78,7 @@ class ServedEndpoint:
         if registration.release != here:
             raise Conflict(f"the endpoint is of release {registration.release[:32]}, and the master of {here}")
         self.registration = registration
+        self.registered()
         self.heard = self._neighbours.clock()
         self._neighbours.add(self)
         self._cloud.news.listen(self._hear)

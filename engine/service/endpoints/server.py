@@ -3,6 +3,7 @@
 import asyncio
 import logging
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,6 +12,7 @@ from engine.calls.frames import Frame
 from engine.protocols.address import UnixAddress
 from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import listen
+from engine.protocols.unproven_peers import UnprovenPeers
 from engine.service.cloud import Cloud
 from engine.service.endpoints.cloud_calls import CloudCalls
 from engine.service.endpoints.interface import MasterCalls
@@ -73,6 +75,7 @@ class EndpointServer:
         self._extras: list[Callable[[], Extra]] = []
         self._server: asyncio.Server | None = None
         self._streams: set[FrameStream[Frame]] = set()
+        self._unproven = UnprovenPeers("master, links of endpoints")
 
     def serve_also(self, make: Callable[[], Extra]) -> None:
         """Let endpoints call other methods, too; ``make`` is called for each endpoint that connects from now on."""
@@ -91,6 +94,8 @@ class EndpointServer:
         endpoint.caller = Caller(stream, interfaces, endpoint, of_cloud, *(extra.served for extra in extras))
         endpoint.caller.admits = endpoint.may_call
         self._streams.add(stream)
+        self._unproven.came(stream)
+        endpoint.registered = partial(self._unproven.proved, stream)
         late = asyncio.get_running_loop().call_later(REGISTER_TIMEOUT, self._check_registered, endpoint, stream)
         try:
             await endpoint.caller.serve()
@@ -98,6 +103,7 @@ class EndpointServer:
             logger.warning("closed the link of endpoint %s: %s", endpoint.name or "without a name", error)
         finally:
             late.cancel()
+            self._unproven.proved(stream)
             endpoint.gone()
             for extra in extras:
                 extra.close()

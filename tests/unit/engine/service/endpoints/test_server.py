@@ -1,6 +1,7 @@
 """An endpoint registers with the master over a Unix socket, and is shown with its load while it is connected."""
 
 import asyncio
+import contextlib
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from importlib.metadata import version
@@ -12,9 +13,11 @@ import pytest
 from engine.calls.caller import Caller
 from engine.calls.frames import Frame
 from engine.endpoint.master_link import MasterLink
+from engine.protocols import unproven_peers
 from engine.protocols.address import UnixAddress
 from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import dial
+from engine.service.endpoints import server as module
 from engine.service.endpoints.cloud_calls import CloudCalls
 from engine.service.endpoints.interface import EndpointCalls, EndpointState, MasterCalls, Registration
 from engine.service.endpoints.server import EndpointServer
@@ -128,6 +131,25 @@ async def test_an_endpoint_may_call_nothing_before_it_has_registered(server: End
             with pytest.raises(NotPermitted, match="before it has registered"):
                 await asked
     assert server.endpoints.views() == []
+
+
+async def test_silent_strangers_are_closed_in_time_and_make_room_before(
+    server: EndpointServer, clock: ManualClock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(unproven_peers, "MOST", 20)
+    monkeypatch.setattr(module, "REGISTER_TIMEOUT", 60.0)
+    async with contextlib.AsyncExitStack() as stack:
+        served = await stack.enter_async_context(linked(server, clock))
+        await until(lambda: bool(server.endpoints.views()))
+        silent = [await dial(UnixAddress(server.path)) for _ in range(100)]
+        for reader, _ in silent[:80]:
+            assert await asyncio.wait_for(reader.read(), 10.0) == b""
+        monkeypatch.setattr(module, "REGISTER_TIMEOUT", 0.05)
+        late, _ = await dial(UnixAddress(server.path))
+        assert await asyncio.wait_for(late.read(), 10.0) == b""
+        await served.call(MasterCalls.report, EndpointState(0, 0.0, 0.0, 0))
+        for _, writer in silent:
+            writer.close()
 
 
 @pytest.mark.parametrize(
