@@ -30,6 +30,10 @@ CORES = 0.1
 MAPS = 2
 """Number of maps: the balancer keeps robots of a map together, so several maps use several machines."""
 
+ORPHANED = 45.0
+"""Time within which the machine of a master that another one replaced has ended: ``--adopt-within``, and what it takes
+to end containers [s]."""
+
 LOOK = 1.0
 """Period at which leftovers are checked [s]."""
 MORE_FILES = 16
@@ -161,6 +165,9 @@ async def _end(site: ChaosSite, leftovers: Leftovers, tell: Callable[[str], None
         await site.stop()
     except Unavailable as error:
         tell(str(error))
+    end = monotonic() + (ORPHANED if site.has_standby else 0.0)
+    while monotonic() < end and await asyncio.to_thread(leftovers.look):  # noqa: ASYNC110 - of other processes
+        await asyncio.sleep(LOOK)
     leftovers.at_end()
 
 

@@ -69,6 +69,11 @@ class ChaosSite:
         return self._leader.folder
 
     @property
+    def has_standby(self) -> bool:
+        """Whether a second cloud process stands by."""
+        return len(self._clouds) > 1
+
+    @property
     def take_overs(self) -> int:
         """Number of times that the other cloud process became the leader."""
         return self._front.changes
@@ -119,13 +124,12 @@ class ChaosSite:
 
     async def _keep(self, cloud: CloudProcess) -> None:
         """Start a cloud process again whenever it exits: on the same data at once, or as a standby of the other one."""
-        stands_by = len(self._clouds) > 1
-        if stands_by:
+        if self.has_standby:
             cloud.arguments = [*cloud.arguments, "--standby"]
         while True:
             await cloud.ended()
-            await asyncio.sleep(AWAY if stands_by else 0.0)
-            await (cloud.begin() if stands_by else cloud.again())
+            await asyncio.sleep(AWAY if self.has_standby else 0.0)
+            await (cloud.begin() if self.has_standby else cloud.again())
             self.restarts += 1
 
     async def login(self) -> Target:

@@ -85,11 +85,12 @@ class ServedEndpoint:
         self._cloud.fact_sources.add(self._fact)
         logger.info("endpoint %s serves, as process %d", registration.endpoint, registration.pid)
 
-    async def report(self, state: EndpointState) -> None:
-        """Note the load of the endpoint."""
+    async def report(self, state: EndpointState) -> bool:
+        """Note the load of the endpoint; return whether this master leads."""
         self.state = state
         self.beats += 1
         self.heard = self._neighbours.clock()
+        return self._cloud.leads
 
     def gone(self) -> None:
         """Remove all clients of the endpoint, which has ended or is not reachable."""

@@ -21,24 +21,14 @@ from engine.service.endpoints import server as module
 from engine.service.endpoints.cloud_calls import CloudCalls
 from engine.service.endpoints.interface import EndpointCalls, EndpointState, MasterCalls, Registration
 from engine.service.endpoints.server import EndpointServer
-from engine.service.news.news import News
-from engine.service.news.robot_facts import FactSources
 from engine.service.views import EndpointView
 from ppaas.clock import ManualClock
 from ppaas.errors import Conflict, NotPermitted, PPaaSError
 from tests.support.endpoints.fake_cloud import FakeCloud
+from tests.support.endpoints.master_cloud import MasterCloud
 from tests.support.waiting import until
 
 SECRET = "of the cloud"
-
-
-class MasterCloud(FakeCloud):
-    """Cloud in the process of the master."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.news = News()
-        self.fact_sources = FactSources()
 
 
 class NoCalls:
@@ -55,8 +45,13 @@ def clock() -> ManualClock:
 
 
 @pytest.fixture
-async def server(tmp_path: Path, clock: ManualClock) -> AsyncIterator[EndpointServer]:
-    made = EndpointServer(tmp_path / "e.sock", SECRET, MasterCloud(), None)  # type: ignore[arg-type]
+def cloud() -> MasterCloud:
+    return MasterCloud()
+
+
+@pytest.fixture
+async def server(tmp_path: Path, clock: ManualClock, cloud: MasterCloud) -> AsyncIterator[EndpointServer]:
+    made = EndpointServer(tmp_path / "e.sock", SECRET, cloud, None)  # type: ignore[arg-type]
     made.endpoints.clock = clock
     await made.start()
     yield made
@@ -92,6 +87,16 @@ async def test_an_endpoint_is_ready_while_it_reports_its_load(server: EndpointSe
         await link.call(MasterCalls.report, EndpointState(3, 60.0, 0.25, 90 << 20))
         assert server.endpoints.views() == [ready]
     await until(lambda: not server.endpoints.views())
+
+
+async def test_an_endpoint_learns_that_its_master_does_not_lead(
+    server: EndpointServer, cloud: MasterCloud, clock: ManualClock
+) -> None:
+    async with linked(server, clock) as link:
+        assert await link.call(MasterCalls.report, EndpointState(0, 0.0, 0.0, 0)) is True
+        cloud.leads = False
+        assert await link.call(MasterCalls.report, EndpointState(1, 0.0, 0.0, 0)) is False
+        assert [one.sockets for one in server.endpoints.views()] == [1], "it is no frozen endpoint all the same"
 
 
 async def test_endpoints_are_read_over_the_link(server: EndpointServer, clock: ManualClock) -> None:
