@@ -3,9 +3,9 @@
 import asyncio
 import itertools
 from collections.abc import Callable, Sequence
-from typing import Protocol
 
 from benchmarks.chaos.goal_results import GoalResults
+from benchmarks.chaos.silences import Silences
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
@@ -23,18 +23,6 @@ LOOK = 0.5
 """Period at which a goal without a result is checked [s]."""
 
 
-class GoalWatch(Protocol):
-    """Learns when the robot has a goal."""
-
-    def goal_sent(self, now: float) -> None:
-        """Take note of a goal [monotonic s]."""
-        ...
-
-    def goal_ended(self, now: float) -> None:
-        """Take note of its end [monotonic s]."""
-        ...
-
-
 class GoalSender:
     """Sends goals to one robot, one after the other.
 
@@ -44,7 +32,7 @@ class GoalSender:
         Name of the client, with which its goals begin.
     targets : sequence of Pose2D
         The goals, which the robot visits in a circle.
-    watches : sequence of GoalWatch
+    expecting : sequence of Silences
         Told when the robot has a goal.
     tell : callable
         Called with a description of each error.
@@ -56,12 +44,12 @@ class GoalSender:
     """
 
     def __init__(
-        self, name: str, targets: Sequence[Pose2D], watches: Sequence[GoalWatch], tell: Callable[[str], None]
+        self, name: str, targets: Sequence[Pose2D], expecting: Sequence[Silences], tell: Callable[[str], None]
     ) -> None:
         self.goals = GoalResults(name, tell)
         self._name = name
         self._targets = itertools.cycle(targets)
-        self._watches = watches
+        self._expecting = expecting
         self._numbers = itertools.count(1)
         self._enough = asyncio.Event()
         self._following: TrackedGoal | None = None
@@ -101,8 +89,8 @@ class GoalSender:
         goal = f"{self._name}-goal-{next(self._numbers)}"
         following = self._following = TrackedGoal(goal)
         self.goals.send(goal)
-        for watch in self._watches:
-            watch.goal_sent(monotonic())
+        for messages in self._expecting:
+            messages.goal_sent(monotonic())
         pose = PoseStamped(Header(frame_id="map"), Pose.of(target))
         try:
             session = _session_of(client)
@@ -112,8 +100,8 @@ class GoalSender:
             self.goals.end("lost", "the client gave up")
             raise
         finally:
-            for watch in self._watches:
-                watch.goal_ended(monotonic())
+            for messages in self._expecting:
+                messages.goal_ended(monotonic())
 
     async def _follow(self, client: RobotClient, following: TrackedGoal, session: int) -> None:
         began = now = monotonic()

@@ -56,9 +56,9 @@ class RobotUnderTest:
         self.name = name
         self.checks = MessageChecks(name, tell)
         self.silences = Silences()
-        watches = self.checks.uncommanded, self.silences
         sender = f"operator-of-{name}" if operator else name
-        self.sender = GoalSender(sender, (*course.goals, course.start), watches, tell)
+        expecting = self.checks.uncommanded, self.silences
+        self.sender = GoalSender(sender, (*course.goals, course.start), expecting, tell)
         self.sessions = 0
         self._operator = operator
         self._address = address

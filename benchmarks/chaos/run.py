@@ -166,7 +166,10 @@ async def _end(site: ChaosSite, leftovers: Leftovers, tell: Callable[[str], None
     except Unavailable as error:
         tell(str(error))
     end = monotonic() + (ORPHANED if site.has_standby else 0.0)
-    while monotonic() < end and await asyncio.to_thread(leftovers.look):  # noqa: ASYNC110 - of other processes
+    while monotonic() < end:
+        running = await asyncio.to_thread(leftovers.look)
+        if not running:
+            break
         await asyncio.sleep(LOOK)
     leftovers.at_end()
 

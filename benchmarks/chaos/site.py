@@ -30,7 +30,7 @@ AWAY = 5.0
 
 
 class ChaosSite:
-    """A cloud and its machines; clients reach it at ``url``.
+    """A cloud and its machines, with a proxy before the processes that may lead.
 
     Parameters
     ----------
