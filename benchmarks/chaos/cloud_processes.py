@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+import msgspec
 import psutil
 
 from endpoints.processes import serving
@@ -11,6 +12,10 @@ from engine.fabric import router
 from engine.remote import agent as joined_agent
 from engine.runtimes.compilation import rest_compiler
 from robots import cli
+from robots.demo.cloud_process import CloudReady
+
+STANDBY = "standby"
+"""Kind of a cloud process that was started as a standby and does not lead yet."""
 
 FORKED = "forkserver"
 """Word in the command line of a fork server and its children."""
@@ -42,8 +47,8 @@ class CloudProcessInfo:
     process : psutil.Process
         The process.
     kind : str
-        ``master``, ``endpoint``, ``agent``, ``joined machine``, ``router``, ``fork server``, ``forked`` (a container,
-        or a process that builds the layers of a map), ``compiler``, ``resource tracker`` or ``other``.
+        ``master``, ``standby``, ``endpoint``, ``agent``, ``joined machine``, ``router``, ``fork server``, ``forked``
+        (a container, or a process that builds the layers of a map), ``compiler``, ``resource tracker`` or ``other``.
     home : str
         Name of its machine.
     """
@@ -60,7 +65,9 @@ def cloud_processes(folder: Path) -> list[CloudProcessInfo]:
         try:
             home = Path(process.environ().get("TMPDIR", ""))
             if home.is_relative_to(folder):
-                found.append(CloudProcessInfo(process, _kind(process), machine_of(home.relative_to(folder))))
+                kind = _kind(process)
+                kind = STANDBY if kind == "master" and not _leads(process, home) else kind
+                found.append(CloudProcessInfo(process, kind, machine_of(home.relative_to(folder))))
         except psutil.Error:  # it has just exited, or belongs to another user
             continue
     return found
@@ -69,6 +76,16 @@ def cloud_processes(folder: Path) -> list[CloudProcessInfo]:
 def machine_of(home: Path) -> str:
     """Return the machine of a folder for temporary files, given relative to the cloud's folder."""
     return home.parts[1] if home.parts[:1] == (MACHINES,) else OWN
+
+
+def _leads(process: psutil.Process, home: Path) -> bool:
+    """Return whether a cloud process leads: a standby has no ready file until then."""
+    if "--standby" not in process.cmdline():
+        return True
+    try:
+        return msgspec.json.decode((home / "ready.json").read_bytes(), type=CloudReady).pid == process.pid
+    except (FileNotFoundError, msgspec.DecodeError):
+        return False
 
 
 def _kind(process: psutil.Process) -> str:

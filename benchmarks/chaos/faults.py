@@ -1,6 +1,6 @@
 """Kinds of faults and their random order, which depends on the seed alone."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from random import Random
 from typing import Literal, NamedTuple
 
@@ -35,8 +35,15 @@ OF_ONE_MACHINE = (
 OF_MORE = (FaultKind("joined machine", "kill"), FaultKind("joined machine", "stop"), FaultKind("machine", "drain"))
 """Additional faults of a cloud with joined machines."""
 
-PAUSE = {"master": 3.0, "joined machine": 8.0}
+OF_TWO_MASTERS = (FaultKind("standby", "kill"), FaultKind("standby", "stop"))
+"""Additional faults of a cloud with a standby."""
+
+PAUSES = {"master": (3.0,), "standby": (3.0, 8.0), "joined machine": (8.0,)}
 """Times after which stopped processes continue, for processes that the cloud itself cannot kill [s]."""
+
+REPLACED_AFTER = 8.0
+"""Another such time for a master that a standby replaces meanwhile [s]. The other one is just the standby's patience,
+so that the master goes on while it is replaced."""
 
 LONGEST_STOP = 25.0
 """Time after which other stopped processes continue if the cloud has not killed them [s]."""
@@ -66,9 +73,15 @@ class InjectedFault(msgspec.Struct):
     until: float = 0.0
 
 
-def deck(random: Random, machines: int) -> Iterator[FaultKind]:
+def pauses(victim: str, *, standby: bool) -> Sequence[float]:
+    """Return the times after which a stopped process may continue [s]; ``standby`` is true in a cloud with one."""
+    ordinary = PAUSES.get(victim, (LONGEST_STOP,))
+    return (*ordinary, REPLACED_AFTER) if standby and victim == "master" else ordinary
+
+
+def deck(random: Random, machines: int, *, standby: bool) -> Iterator[FaultKind]:
     """Yield kinds without end: all kinds in random order, then again in another order."""
-    kinds = [*OF_ONE_MACHINE, *(OF_MORE if machines > 1 else ())]
+    kinds = [*OF_ONE_MACHINE, *(OF_MORE if machines > 1 else ()), *(OF_TWO_MASTERS if standby else ())]
     while True:
         random.shuffle(kinds)
         yield from kinds

@@ -13,7 +13,7 @@ from typing import Any
 import psutil
 
 from benchmarks.chaos.cloud_processes import FORKED, CloudProcessInfo, cloud_processes
-from benchmarks.chaos.faults import LONGEST_STOP, PAUSE, FaultKind, InjectedFault, deck
+from benchmarks.chaos.faults import FaultKind, InjectedFault, deck, pauses
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
 from robots.client.rest import RestClient
@@ -48,6 +48,8 @@ class Injector:
         Number of machines of the cloud.
     tell : callable
         Called with a description of each error.
+    standby : bool
+        Whether the cloud has a standby.
     """
 
     def __init__(
@@ -57,11 +59,14 @@ class Injector:
         random: Random,
         machines: int,
         tell: Callable[[str], None],
+        *,
+        standby: bool,
     ) -> None:
         self._rest = rest
         self._folder = folder
         self._random = random
-        self._kinds = deck(random, machines)
+        self._standby = standby
+        self._kinds = deck(random, machines, standby=standby)
         self._tell = tell
         self._over = asyncio.Event()
         self._going_on: set[asyncio.Task[None]] = set()
@@ -107,7 +112,8 @@ class Injector:
             return
         victim.process.suspend()
         fault.until = math.inf
-        self._later(self._go_on(victim.process, PAUSE.get(kind.victim, LONGEST_STOP), fault))
+        pause = self._random.choice(pauses(kind.victim, standby=self._standby))
+        self._later(self._go_on(victim.process, pause, fault))
 
     async def _victims(self, kind: FaultKind, found: Sequence[CloudProcessInfo]) -> list[CloudProcessInfo]:
         if kind.victim not in ("container", "helper"):

@@ -31,8 +31,10 @@ class ChaosReport(msgspec.Struct, frozen=True):
 
     Parameters
     ----------
-    seed, robots, machines : int
+    seed, robots, operators, machines : int
         Settings of the run.
+    standby : bool
+        Whether a second cloud process stood by.
     seconds : float
         Duration of the injection [s].
     faults : dict of str to int
@@ -55,7 +57,9 @@ class ChaosReport(msgspec.Struct, frozen=True):
     sessions : int
         Number of sessions; one for each robot if none was lost.
     cloud_starts : int
-        Number of restarts of the cloud.
+        Number of restarts of cloud processes.
+    take_overs : int
+        Number of times that another cloud process than before led.
     log : list of InjectedFault
         All faults, in seconds since the run began.
     silences : list of Silence
@@ -66,7 +70,9 @@ class ChaosReport(msgspec.Struct, frozen=True):
 
     seed: int
     robots: int
+    operators: int
     machines: int
+    standby: bool
     seconds: float
     faults: dict[str, int]
     longest_gap_s: dict[str, float]
@@ -77,6 +83,7 @@ class ChaosReport(msgspec.Struct, frozen=True):
     commands: int
     sessions: int
     cloud_starts: int
+    take_overs: int
     log: list[InjectedFault]
     silences: list[Silence]
     wrong: list[str]
@@ -103,11 +110,13 @@ class ChaosReport(msgspec.Struct, frozen=True):
         """Return the summary for people, one line each."""
         goals = self.goals
         return [
-            f"{self.robots} robots on {self.machines} machines, {sum(self.faults.values())} faults in "
+            f"{self.robots} robots, {self.operators} with an operator, on {self.machines} machines; "
+            f"{sum(self.faults.values())} faults in "
             f"{self.seconds:.0f} s (seed {self.seed}); {self.commands} commands",
             f"goals: {goals['sent']} sent; {goals['result']} ended with a result, {goals['status']} by the list of "
             f"statuses; {goals['lost']} reported lost",
-            f"paths by REST: {_counted(self.paths)}; the cloud was restarted {self.cloud_starts} times",
+            f"paths by REST: {_counted(self.paths)}; the cloud was restarted {self.cloud_starts} times"
+            + (f", another process took over {self.take_overs} times" if self.standby else ""),
             *(f"WRONG: {one}" for one in self.wrong),
             "nothing was lost, repeated or left behind" if self.passed else f"errors: {len(self.wrong)}",
         ]

@@ -30,6 +30,10 @@ CORES = 0.1
 MAPS = 2
 """Number of maps: the balancer keeps robots of a map together, so several maps use several machines."""
 
+ORPHANED = 45.0
+"""Time within which the machine of a master that another one replaced has ended: ``--adopt-within``, and what it takes
+to end containers [s]."""
+
 LOOK = 1.0
 """Period at which leftovers are checked [s]."""
 MORE_FILES = 16
@@ -45,8 +49,11 @@ class ChaosOptions:
     ----------
     seconds : float
         Duration of the injection [s].
-    robots, machines : int
-        Number of robots, and of machines including the cloud's local machine.
+    robots, operators, machines : int
+        Number of robots, of those to which an operator sends the goals, and of machines including the cloud's local
+        machine.
+    standby : bool
+        Whether a second cloud process stands by.
     every : float
         Mean time between two faults [s].
     seed : int
@@ -57,7 +64,9 @@ class ChaosOptions:
 
     seconds: float = 600.0
     robots: int = 10
+    operators: int = 3
     machines: int = 3
+    standby: bool = True
     every: float = 5.0
     seed: int = 1
     sides: tuple[float, float] = (16.0, 14.0)
@@ -71,7 +80,7 @@ async def run(options: ChaosOptions, progress: Progress) -> ChaosReport:
     PPaaSError
         The cloud did not start.
     """
-    site = ChaosSite(options.machines)
+    site = ChaosSite(options.machines, standby=options.standby)
     wrong: list[str] = []
     began = monotonic()
 
@@ -84,7 +93,8 @@ async def run(options: ChaosOptions, progress: Progress) -> ChaosReport:
         target = await site.login()
         robots = [robot for scene in stage for robot in await scene.enter(target, tell)]
         requester = PathRequester(target.rest, stage[0].map_id, stage[0].courses)
-        injector = Injector(target.rest, site.folder, Random(options.seed), options.machines, tell)
+        random = Random(options.seed)
+        injector = Injector(target.rest, site.folder, random, options.machines, tell, standby=options.standby)
         async with asyncio.TaskGroup() as group:
             works = (*(scene.simulator.run() for scene in stage), requester.run(), _look_on(leftovers))
             meanwhile = [group.create_task(work) for work in works]
@@ -94,6 +104,7 @@ async def run(options: ChaosOptions, progress: Progress) -> ChaosReport:
         await _end(site, leftovers, tell)
         own = {robot.name: robot.silences.gaps for robot in robots}
         told = {"paths": dict(requester.answers), "cloud_starts": site.restarts, "wrong": wrong}
+        told["take_overs"] = site.take_overs
         told |= {"log": log_of(injector.faults, began), "silences": longest_silences(injector.faults, own, began)}
         return _reckon(options, robots, injector, **told)
 
@@ -104,6 +115,7 @@ class _Scene:
     grid: GridMap
     world: World
     courses: Sequence[Course]
+    operated: int
     simulator: Simulator
 
     async def enter(self, target: Target, tell: Callable[[str], None]) -> list[RobotUnderTest]:
@@ -113,16 +125,17 @@ class _Scene:
             name = f"{self.map_id}-{number}"
             await target.register(name, self.map_id, course.start, CORES)
             simulated = self.world.add_robot(course.start)
-            robots.append(RobotUnderTest((target.url, target.token), name, simulated, course, tell))
+            address = target.url, target.token
+            robots.append(RobotUnderTest(address, name, simulated, course, tell, operator=number < self.operated))
         return robots
 
 
 def _scene(options: ChaosOptions, number: int) -> _Scene:
     grid = office(options.seed + number, *options.sides)
-    robots = len(range(number, options.robots, MAPS))
+    robots, operated = (len(range(number, count, MAPS)) for count in (options.robots, options.operators))
     courses = CoursePlanner(grid, options.seed + number).choose(robots, 2)
     world = World(grid, options.seed + number)
-    return _Scene(f"chaos-{number}", grid, world, courses, Simulator(world))
+    return _Scene(f"chaos-{number}", grid, world, courses, operated, Simulator(world))
 
 
 async def _look_on(leftovers: Leftovers) -> None:
@@ -152,6 +165,12 @@ async def _end(site: ChaosSite, leftovers: Leftovers, tell: Callable[[str], None
         await site.stop()
     except Unavailable as error:
         tell(str(error))
+    end = monotonic() + (ORPHANED if site.has_standby else 0.0)
+    while monotonic() < end:
+        running = await asyncio.to_thread(leftovers.look)
+        if not running:
+            break
+        await asyncio.sleep(LOOK)
     leftovers.at_end()
 
 
@@ -166,19 +185,22 @@ async def _show(faults: "asyncio.Task[None]", seconds: float, injector: Injector
 
 
 def _reckon(options: ChaosOptions, robots: list[RobotUnderTest], injector: Injector, **rest: Any) -> ChaosReport:
-    endings = sum((Counter(robot.goals.endings) for robot in robots), Counter())
+    goals = [robot.sender.goals for robot in robots]
+    endings = sum((Counter(one.endings) for one in goals), Counter())
     gaps = [gap for robot in robots for gap in robot.checks.uncommanded.gaps]
     silences = [gap for robot in robots for gap in robot.silences.gaps]
     return ChaosReport(
         seed=options.seed,
         robots=options.robots,
+        operators=options.operators,
         machines=options.machines,
+        standby=options.standby,
         seconds=options.seconds,
         faults=dict(Counter(fault.name for fault in injector.faults)),
         longest_gap_s=longest_by_fault(injector.faults, gaps),
         longest_silence_s=longest_by_fault(injector.faults, silences),
-        goals={"sent": sum(w.goals.sent for w in robots)} | {e: endings[e] for e in ("result", "status", "lost")},
-        statuses=dict(sum((w.goals.statuses for w in robots), Counter())),
+        goals={"sent": sum(one.sent for one in goals)} | {e: endings[e] for e in ("result", "status", "lost")},
+        statuses=dict(sum((one.statuses for one in goals), Counter())),
         commands=sum(robot.checks.commands for robot in robots),
         sessions=sum(robot.sessions for robot in robots),
         **rest,

@@ -25,6 +25,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--robots", type=whole(most=MOST_ROBOTS), default=10, metavar="N", help="number of robots (%(default)s)"
     )
     parser.add_argument(
+        "--operators", type=whole(0, MOST_ROBOTS), default=3, metavar="N",
+        help="number of robots to which an operator with a connection of its own sends the goals (%(default)s)",
+    )  # fmt: skip
+    parser.add_argument(
         "--machines",
         type=whole(most=MOST_MACHINES),
         default=3,
@@ -38,6 +42,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="SECONDS",
         help="mean time between faults (%(default)s)",
     )
+    parser.add_argument(
+        "--standby",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="let a second cloud process stand by, which takes over when the first one is killed or stopped, and the "
+        "other way around (%(default)s)",
+    )
     parser.add_argument("--seed", type=int, default=1, help="seed of the faults (%(default)s)")
 
 
@@ -48,7 +59,13 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     from benchmarks.chaos.run import ChaosOptions, run  # noqa: PLC0415
 
     options = ChaosOptions(
-        60.0 * arguments.minutes, arguments.robots, arguments.machines, arguments.every, arguments.seed
+        seconds=60.0 * arguments.minutes,
+        robots=arguments.robots,
+        operators=arguments.operators,
+        machines=arguments.machines,
+        standby=arguments.standby,
+        every=arguments.every,
+        seed=arguments.seed,
     )
     report = event_loop.run(run(options, progress))
     rows = report.rows()

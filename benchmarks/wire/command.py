@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 HELP = "latency, CPU time and memory of endpoints, beside bare programs that carry the same frames"
 
-PARTS = ("latency", "cpu", "memory", "endpoints")
+PARTS = ("latency", "cpu", "memory", "half-open", "endpoints")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

@@ -7,7 +7,7 @@ from rich.progress import Progress
 from benchmarks.engine.site import EngineSite
 from benchmarks.harness.figures import Figure
 from benchmarks.harness.parts import PartSelection
-from benchmarks.wire import frame_cpu, idle_memory, latency, two_endpoints
+from benchmarks.wire import frame_cpu, half_open, idle_memory, latency, two_endpoints
 from benchmarks.wire.site import echo_cloud
 
 Measure = Callable[[EngineSite, Progress, bool], Awaitable[list[Figure]]]
@@ -16,6 +16,7 @@ PARTS: dict[str, Measure] = {
     latency.PART: latency.measure,
     frame_cpu.PART: frame_cpu.measure,
     idle_memory.PART: idle_memory.measure,
+    half_open.PART: half_open.measure,
 }
 """Parts that need a running cloud; the part ``endpoints`` starts its own."""
 

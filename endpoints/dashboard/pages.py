@@ -67,7 +67,11 @@ def add_dashboard(app: FastAPI) -> None:
 async def _root(request: Request) -> Response:
     # Robots open their WebSocket at this path; an HTTP client that accepts HTML is a browser.
     if "text/html" not in request.headers.get("accept", ""):
-        raise HTTPException(404, "only the robots' WebSocket is here; the REST service is under /v1, see /docs")
+        raise HTTPException(
+            404,
+            "only the robots' WebSocket is here, and this request has no 'Upgrade: websocket', which a proxy must "
+            "forward; the REST service is under /v1, see /docs",
+        )
     return await _to_dashboard(request)
 
 

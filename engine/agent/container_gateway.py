@@ -24,7 +24,7 @@ from engine.recorder.recorder_process import NO_RECORDER, Recordings
 from engine.specs.checkpoints import log_name, marks, of_session
 from engine.specs.containers import ContainerSpec
 from ppaas.clock import epoch
-from ppaas.errors import NotPermitted, PPaaSError, QuotaExceeded, Unavailable
+from ppaas.errors import Conflict, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
 from storage.ports import Store
 from storage.records import CloneCheckpoint
 
@@ -333,7 +333,7 @@ class ContainerGateway:
         if not spec.checkpoint_name:
             raise NotPermitted("a planning container has no clone, so no checkpoint to save")
         if attached.is_shut or not self._acts():
-            raise Unavailable("this machine has lost contact with its cloud: another machine may serve the robot now")
+            raise Conflict("this machine has lost contact with its cloud: another machine may serve the robot now")
         marked = frame.nodes | marks(spec, self.cloud)
         checkpoint = CloneCheckpoint(spec.user, spec.checkpoint_name, marked, epoch())
         if not frame.changes:

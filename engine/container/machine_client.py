@@ -111,6 +111,8 @@ class MachineClient:
 
         Raises
         ------
+        Conflict
+            The machine has lost its cloud, or stops this container: another one may serve the robot now.
         Unavailable
             The machine or its store does not answer in time; try again.
         """

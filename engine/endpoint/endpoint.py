@@ -184,13 +184,13 @@ class Endpoint:
         until = loop.time() + START_PATIENCE
         while True:
             await asyncio.sleep(PERIOD)
-            answers = await self._report()
+            led = await self._report()
             if self.master.is_up:  # a master that is slow, or stopped, has not ended
                 until = loop.time() + orphaned
             elif loop.time() >= until:
                 self._ends = Unavailable("no master was reachable for a while: connect again")
                 break
-            if not answers and await self._is_replaced():
+            if not led and await self._is_replaced():
                 self._ends = Unavailable("another process leads this cloud now: connect again")
                 break
         logger.warning("this endpoint ends: %s", self._ends)
@@ -204,16 +204,15 @@ class Endpoint:
         return silence is Silence.REPLACED
 
     async def _report(self) -> bool:
-        """Report the load of this process to the master; return whether it answers."""
+        """Report the load of this process to the master; return whether it answers, and leads."""
         cpu = self._process.cpu_percent() / 100.0
         sockets, frames = self._load()
         state = EndpointState(sockets, frames, cpu, self._process.memory_info().rss)
         try:
             async with asyncio.timeout(SILENCE):
-                await self.master.call(MasterCalls.report, state)
+                return await self.master.call(MasterCalls.report, state)
         except (TimeoutError, Unavailable):
             return False
-        return True
 
     async def _forget_idle(self) -> None:
         for key in self._places.idle():

@@ -18,6 +18,7 @@ from engine.protocols.pinned import fingerprint
 from engine.protocols.place_secret import place_secret
 from engine.protocols.sockets import listen
 from engine.protocols.tls_identity import TlsIdentity
+from engine.protocols.unproven_peers import UnprovenPeers
 from engine.service.links.place_link import PlaceLink
 from ppaas.errors import NotPermitted, PPaaSError
 
@@ -74,6 +75,7 @@ class LinkListener:
         self._machines = machines
         self._servers: list[asyncio.Server] = []
         self._streams: set[FrameStream[robot_link.FromContainer]] = set()
+        self._unproven = UnprovenPeers("endpoint, links of containers")
 
     async def start(self) -> None:
         """Start to listen on the socket."""
@@ -120,15 +122,18 @@ class LinkListener:
     async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         stream: FrameStream[robot_link.FromContainer] = FrameStream(reader, writer, robot_link.FromContainer)
         self._streams.add(stream)
+        self._unproven.came(stream)
         try:
             async with asyncio.timeout(HELLO_TIMEOUT):
                 hello = await stream.receive()
             if not isinstance(hello, robot_link.Hello) or not self._is_of_place(hello):
                 raise NotPermitted("a container without the secret of its place dialled this endpoint")
+            self._unproven.proved(stream)
             await self._serve(hello, stream)
         except (PPaaSError, TimeoutError) as error:
             logger.warning("closed a link of a container: %s", str(error) or "it sent no first frame in time")
         finally:
+            self._unproven.proved(stream)
             self._streams.discard(stream)
             await stream.close()
 

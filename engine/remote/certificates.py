@@ -16,7 +16,7 @@ from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 from ppaas.errors import InvalidInput
 
 LIFETIME = datetime.timedelta(days=3650)
-SLACK = datetime.timedelta(hours=1)
+SLACK = datetime.timedelta(days=1)
 """Tolerance for a clock of another host that is slow."""
 
 Key = ec.EllipticCurvePrivateKey

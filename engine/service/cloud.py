@@ -193,6 +193,12 @@ class Cloud:
         return self._planning_places.use(user, version, labels, queue=queue)
 
     @property
+    def leads(self) -> bool:
+        """Whether this master may give orders now."""
+        control, _ = self._driver.servers
+        return control.mandate.leads()
+
+    @property
     def epoch(self) -> int:
         """Epoch of this master."""
         control, _ = self._driver.servers

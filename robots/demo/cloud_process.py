@@ -26,7 +26,7 @@ class CloudReady(msgspec.Struct, frozen=True):
 
 
 class CloudProcess:
-    """Runs ``ppaas up`` with a temporary data folder, which is removed afterwards.
+    """Runs ``ppaas up`` with a folder for its data, its log and its temporary files.
 
     Parameters
     ----------
@@ -38,6 +38,15 @@ class CloudProcess:
         Further arguments of ``ppaas up``.
     environment : mapping of str, optional
         Further environment variables.
+    folder : Path, optional
+        Existing folder, which is kept; by default a temporary one that is removed at the end.
+
+    Attributes
+    ----------
+    arguments : sequence of str
+        Further arguments, from the next start on.
+    folder : Path
+        Folder with the files of the cloud.
     """
 
     def __init__(
@@ -46,19 +55,19 @@ class CloudProcess:
         stop_timeout: float = 15.0,
         arguments: Sequence[str] = (),
         environment: Mapping[str, str] | None = None,
+        folder: Path | None = None,
     ) -> None:
-        self._arguments = arguments
+        self.arguments = arguments
         self._environment = dict(environment or {})
         self._start_timeout = start_timeout
         self._stop_timeout = stop_timeout
-        self._folder = tempfile.TemporaryDirectory(prefix="ppaas-", ignore_cleanup_errors=True)
+        self._temporary = contextlib.ExitStack()
+        if folder is None:
+            temporary = tempfile.TemporaryDirectory(prefix="ppaas-", ignore_cleanup_errors=True)
+            folder = Path(self._temporary.enter_context(temporary))
+        self.folder = folder
         self._process: asyncio.subprocess.Process | None = None
         self.ready = CloudReady("", 0, "")
-
-    @property
-    def folder(self) -> Path:
-        """Folder with the files of the cloud."""
-        return Path(self._folder.name)
 
     @property
     def password(self) -> str:
@@ -96,7 +105,7 @@ class CloudProcess:
             await self._process.wait()
 
     async def begin(self) -> None:
-        """Start the cloud without waiting until it is up, as one that stands by."""
+        """Start the cloud without waiting until it is up, as one that stands by; also again, after it has exited."""
         await self._start()
 
     async def is_up(self) -> None:
@@ -117,11 +126,10 @@ class CloudProcess:
         Unavailable
             The cloud exited or was not up in time; the text includes the end of its log.
         """
-        (self.folder / "ready.json").unlink(missing_ok=True)
         await self._start_and_wait()
 
     async def stop(self) -> None:
-        """Stop the cloud, also one that is not up yet, and remove its folder."""
+        """Stop the cloud, also one that is not up yet, and remove its temporary folder."""
         await self._stop()
 
     async def end(self) -> None:
@@ -134,10 +142,11 @@ class CloudProcess:
         await self.is_up()
 
     async def _start(self) -> None:
+        (self.folder / "ready.json").unlink(missing_ok=True)
         command = [sys.executable, "-m", cli.__name__, "up", "--host", "127.0.0.1", "--port", "0"]
         command += ["--data", str(self.folder / "data"), "--ready-file", str(self.folder / "ready.json")]
         command += ["--admin-password-file", str(self.folder / "password"), "--log-level", "warning"]
-        command += self._arguments
+        command += self.arguments
         with (self.folder / "log").open("ab") as log:
             # In its own session: on Ctrl-C the demo stops the cloud. Temporary files are removed with the folder.
             self._process = await asyncio.create_subprocess_exec(
@@ -145,7 +154,7 @@ class CloudProcess:
                 stdin=asyncio.subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,
-                env=os.environ | {"TMPDIR": self._folder.name} | self._environment,
+                env=os.environ | {"TMPDIR": str(self.folder)} | self._environment,
                 start_new_session=True,
             )
 
@@ -180,7 +189,7 @@ class CloudProcess:
         try:
             await self.end()
         finally:
-            self._folder.cleanup()
+            self._temporary.close()
 
     async def _end(self, process: asyncio.subprocess.Process) -> None:
         try:

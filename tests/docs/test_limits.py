@@ -25,9 +25,11 @@ from endpoints.services import heavy_work
 from endpoints.services.joint_maps import MOST_ROBOTS
 from endpoints.services.request_limits import RequestLimits
 from endpoints.web import MAX_FRAME, MAX_VIEWER_FRAME
-from engine.protocols import sockets
+from engine.endpoint import link_listener
+from engine.protocols import sockets, unproven_peers
 from engine.recorder import robot_recorder
 from engine.remote import joining, tls_listener
+from engine.service.endpoints import server
 from ppaas.mapping.serialization import rebuilding
 from ppaas.maps.formats import map_yaml, netpbm, pbm, pictures, pillow_rows, png, yaml_keys
 from ppaas.maps.grid import MAX_CELLS
@@ -199,6 +201,10 @@ ROWS = {
         size(joining.MAX_JOIN),
         f"{joining.PATIENCE:g} s",
     ],
+    (
+        "links of containers to an endpoint, and of endpoints to the master",
+        "connections whose peer has not said who it is; time",
+    ): [f"{unproven_peers.MOST} each", f"{link_listener.HELLO_TIMEOUT:g} s", f"{server.REGISTER_TIMEOUT:g} s"],
 }
 IN_WORDS = {
     ("connections", "number of one address (IPv6: of one /64)"),

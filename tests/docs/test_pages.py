@@ -13,11 +13,10 @@ from engine.container.robot_link_handler import CHECKPOINT_PERIOD
 from engine.fabric.keys import shared_key, topic_key
 from engine.links import container_link, unacknowledged
 from engine.master.balancers.registry import DEFAULT as BALANCER
-from engine.master.places import CRASH_LIMIT, CRASH_WINDOW
+from engine.master.places import CRASH_LIMIT, CRASH_WINDOW, LINGER
 from engine.master.quotas import Quota
 from engine.protocols.control_link import StopContainer
 from engine.service.planning_places import IDLE
-from engine.master.places import LINGER
 from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
 from engine.specs.cores import OVERSUBSCRIPTION
 from engine.specs.machine_settings import MAX_CONTAINERS

@@ -22,9 +22,9 @@ from endpoints.services.request_limits import RequestLimits
 from endpoints.web import MAX_FRAME
 from engine.container.fleet_bridge import SHARE_PERIOD, TELL_PERIOD
 from engine.links.unacknowledged import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
+from engine.master.places import LINGER
 from engine.service.idle_watch import IDLE
 from engine.service.planning.path_requests import DEFAULT_TIMEOUT
-from engine.master.places import LINGER
 from engine.sessions.calls import CALL_TIMEOUT, MAX_CALLS
 from engine.sessions.heartbeat import HEARTBEAT, HEARTBEAT_TYPE, PERIOD
 from engine.sessions.host import MAX_AWAY

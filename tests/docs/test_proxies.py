@@ -5,10 +5,13 @@ links, REST and the robots' WebSocket by all our clients, the dashboard in a bro
 default, the address of a client, and secrets in the proxy's log.
 """
 
+import asyncio
+import contextlib
 import re
 import shlex
 import ssl
 from collections.abc import Iterator
+from pathlib import Path
 from urllib.parse import urljoin, urlsplit
 
 import httpx
@@ -20,6 +23,7 @@ from endpoints.cli import up
 from ppaas.errors import NotFound
 from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.messages.base.std_msgs import String
+from ppaas.messages.geometry_msgs import Twist, Vector3
 from robots.cli.command_parser import CommandParser
 from robots.client.rest import RestClient
 from robots.client.robot_client import RobotClient
@@ -53,7 +57,7 @@ def proxy(
     request: pytest.FixtureRequest, cloud: RunningCloud, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[RunningProxy]:
     """Return a proxy before the cloud."""
-    [shown] = blocks(PROXIES, request.param)
+    shown, *_ = blocks(PROXIES, request.param)
     folder = tmp_path_factory.mktemp(request.param)
     with running_proxy(request.param, shown, urlsplit(cloud.url).netloc, folder) as running:
         yield running
@@ -139,6 +143,84 @@ async def test_the_dashboard_and_the_viewer_work_in_a_browser(proxy: RunningProx
             await operation.get_by_role("button", name="Execute").click()
             await expect(operation.locator(".live-responses-table .response-col_status").last).to_contain_text("200")
             await expect(operation.locator(".request-url")).to_contain_text(f"{proxy.url}/v1/health")
+
+
+async def _not_ready(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    """Answer as an endpoint that has no master."""
+    with contextlib.suppress(asyncio.IncompleteReadError):
+        await reader.readuntil(b"\r\n\r\n")
+        writer.write(b"HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\n\r\n")
+    writer.close()
+
+
+@contextlib.contextmanager
+def changed_proxy(
+    name: str, shown: str, cloud: RunningCloud, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[RunningProxy]:
+    """Run a proxy with a changed configuration, whose certificate is trusted."""
+    with running_proxy(name, shown, urlsplit(cloud.url).netloc, folder) as proxy:
+        monkeypatch.setenv("SSL_CERT_FILE", str(proxy.certificate.authority))
+        yield proxy
+
+
+async def a_robot(proxy: RunningProxy, name: str) -> str:
+    """Register a robot; return a token for it."""
+    rest = RestClient(proxy.url)
+    await rest.login("admin", ADMIN_PASSWORD)
+    await publish_map(rest, name, MAP)
+    return await register_robot(rest, name, name, (5.0, 5.0, 0.0))
+
+
+async def test_a_proxy_before_two_addresses_sends_clients_to_the_one_that_is_ready(
+    cloud: RunningCloud, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole, before_two = blocks(PROXIES, "haproxy")
+    other = await asyncio.start_server(_not_ready, "127.0.0.1", 0)
+    address = "{}:{}".format(*other.sockets[0].getsockname())
+    shown = whole.partition("\nbackend ppaas")[0] + "\n" + before_two
+    shown = shown.replace("192.0.2.1:8500", address).replace("192.0.2.2:8500", urlsplit(cloud.url).netloc)
+    with changed_proxy("haproxy", shown, cloud, tmp_path, monkeypatch) as proxy:
+        await until(lambda: "ppaas/first is DOWN" in (tmp_path / "output.log").read_text())
+        for _ in range(4):
+            assert (await RestClient(proxy.url).get("/v1/health/ready"))["ready"]
+        token = await a_robot(proxy, "of-two")
+        async with RobotClient(proxy.url, robot="of-two", token=token) as robot:
+            await robot.publish("chatter", String("hello"))
+    other.close()
+
+
+async def test_a_proxy_that_buffers_is_not_noticed(
+    cloud: RunningCloud, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    [shown] = blocks(PROXIES, "nginx")
+    buffering = shown.replace("proxy_request_buffering off;", "proxy_request_buffering on; proxy_buffering on;")
+    assert buffering != shown
+    with changed_proxy("nginx", buffering, cloud, tmp_path, monkeypatch) as proxy:
+        token = await a_robot(proxy, "buffered")
+        async with (
+            RobotClient(proxy.url, robot="buffered", token=token) as robot,
+            RobotClient(proxy.url, robot="buffered", token=token, role="operator") as operator,
+        ):
+            heard: list[Twist] = []
+            await operator.subscribe("cmd_vel", Twist, heard.append)
+            async with asyncio.timeout(30.0):
+                while not heard:  # the subscription may come later than the first message
+                    await robot.publish("cmd_vel", Twist(Vector3(0.25)))
+                    await asyncio.sleep(0.1)
+            assert heard[0].linear.x == 0.25
+
+
+async def test_a_robot_whose_upgrade_is_lost_at_a_proxy_is_told_so(
+    cloud: RunningCloud, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    [shown] = blocks(PROXIES, "nginx")
+    without = re.sub(r"proxy_set_header (Upgrade|Connection) .*;", "", shown)
+    with changed_proxy("nginx", without, cloud, tmp_path, monkeypatch) as proxy:
+        with pytest.raises(NotFound, match="which a proxy must forward"):
+            token = await a_robot(proxy, "plain")
+            async with RobotClient(proxy.url, robot="plain", token=token):
+                pass
+        assert (await RestClient(proxy.url).get("/v1/health/ready"))["ready"]
 
 
 def test_the_options_are_those_of_the_command() -> None:

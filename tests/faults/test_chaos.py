@@ -14,7 +14,9 @@ pytestmark = pytest.mark.journey
 async def test_nothing_is_lost_duplicated_or_left_behind_under_random_faults(
     record_property: Callable[[str, object], None],
 ) -> None:
-    options = ChaosOptions(seconds=6.0, robots=2, machines=1, every=1.5, seed=3, sides=(9.0, 10.0))
+    options = ChaosOptions(
+        seconds=6.0, robots=2, operators=1, machines=1, standby=False, every=1.5, seed=3, sides=(9.0, 10.0)
+    )
     report = await run(options, Progress(console=Console(stderr=True), disable=True))
     record_property("longest_gap_s", report.longest_gap_s)
     assert report.wrong == [], report

@@ -1,8 +1,12 @@
-"""A standby takes over from a leader that is killed, and from one that is stopped: robots keep their containers."""
+"""A standby takes over from a leader that is killed, and from one that is stopped: robots keep their containers.
+
+The clock of the standby's host is an hour ahead, where the library for that is installed.
+"""
 
 import asyncio
 import os
 import signal
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -14,6 +18,7 @@ from ppaas.messages.actionlib_msgs import Status
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot, running_cloud
 from tests.support.cloud.drive import Drive, driving
 from tests.support.cloud.joined_machine import JoinedMachine, container_of, machines, ticket
+from tests.support.cloud.shifted_clock import an_hour_ahead
 from tests.support.cloud.standby_process import standing_by
 from tests.support.engine.processes import has_ended
 from tests.support.network.wire import Wire, wire_to
@@ -47,7 +52,9 @@ async def finds_its_clone(drive: Drive, wire: Wire, cloud: RunningCloud, pid: in
     assert await machines(rest) == ["local", THERE]
 
 
-async def test_robots_keep_their_clones_when_a_standby_takes_over(tmp_path: Path, office_map: GridMap) -> None:
+async def test_robots_keep_their_clones_when_a_standby_takes_over(
+    tmp_path: Path, office_map: GridMap, record_property: Callable[[str, object], None]
+) -> None:
     ports, (first, second) = free_ports(4), (tmp_path / "first", tmp_path / "second")
     stores = ("--store", f"sqlite:///{tmp_path / 'store.sqlite'}", "--map-store", f"file:///{tmp_path / 'maps'}")
     common = (*stores, "--cores", "1", "--adopt-within", "12")
@@ -65,7 +72,9 @@ async def test_robots_keep_their_clones_when_a_standby_takes_over(tmp_path: Path
         token = await register_robot(rest, ROBOT, "office", start)
         invitation = ticket(first / "data", "--standby", "second")
         async with wire_to(cloud.url) as wire, driving(wire.url, token, ROBOT, office_map, start) as drive:
-            with standing_by(second, "--standby", invitation, *of_second) as heir:
+            ahead = an_hour_ahead()
+            record_property("clock_of_the_standby", ahead.get("FAKETIME", "right"))
+            with standing_by(second, "--standby", invitation, *of_second, environment=ahead) as heir:
                 await heir.stands_by()
                 await drives(drive, goal, "there")
                 pid = (await container_of(rest, ROBOT))["pid"]

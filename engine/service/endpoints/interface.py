@@ -126,8 +126,8 @@ class MasterCalls(CloudCalls, Protocol):
         """
         ...
 
-    async def report(self, state: EndpointState) -> None:
-        """Report the load of the endpoint."""
+    async def report(self, state: EndpointState) -> bool:
+        """Report the load of the endpoint; return whether this master leads now."""
         ...
 
     # -- places --------------------------------------------------------------------------------------------------------

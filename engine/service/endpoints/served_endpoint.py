@@ -4,6 +4,7 @@ import asyncio
 import logging
 import re
 from collections import Counter
+from collections.abc import Callable
 from functools import partial
 from importlib.metadata import version as release_of
 
@@ -45,6 +46,11 @@ class ServedEndpoint:
         Secret of the cloud's own processes.
     machine : str, optional
         Machine that its certificate names; None for an endpoint of this host.
+
+    Attributes
+    ----------
+    registered : callable
+        Called when the endpoint has registered.
     """
 
     def __init__(
@@ -60,6 +66,7 @@ class ServedEndpoint:
         self.beats = 0
         self.heard = neighbours.clock()
         self.caller: Caller | None = None
+        self.registered: Callable[[], None] = lambda: None
         self._joined: Counter[tuple[str, bool]] = Counter()
         self._reached: dict[str, tuple[PlaceLink, int]] = {}
 
@@ -88,6 +95,7 @@ class ServedEndpoint:
             raise Conflict(f"the endpoint is of release {registration.release[:32]}, and the master of {here}")
         self._neighbours.hang_up(registration.endpoint)  # of an earlier process, if the network was down
         self.registration = registration
+        self.registered()
         self.heard = self._neighbours.clock()
         self._neighbours.add(self)
         self._cloud.news.listen(self._hear)
@@ -114,11 +122,12 @@ class ServedEndpoint:
         if self.caller is not None:
             self.caller.hang_up()
 
-    async def report(self, state: EndpointState) -> None:
-        """Note the load of the endpoint."""
+    async def report(self, state: EndpointState) -> bool:
+        """Note the load of the endpoint; return whether this master leads."""
         self.state = state
         self.beats += 1
         self.heard = self._neighbours.clock()
+        return self._cloud.leads
 
     def gone(self) -> None:
         """Remove all clients of the endpoint, which has ended or is not reachable."""

@@ -6,6 +6,7 @@ Those of this host dial a Unix socket; those of other hosts come by the port for
 import asyncio
 import logging
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,6 +17,7 @@ from engine.processes.liveness import watch
 from engine.protocols.address import UnixAddress
 from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import listen
+from engine.protocols.unproven_peers import UnprovenPeers
 from engine.service.cloud import Cloud
 from engine.service.endpoints.cloud_calls import CloudCalls
 from engine.service.endpoints.interface import MasterCalls
@@ -79,6 +81,7 @@ class EndpointServer:
         self._server: asyncio.Server | None = None
         self._links: dict[ServedEndpoint, FrameStream[Frame]] = {}
         self._background = Background()
+        self._unproven = UnprovenPeers("master, links of endpoints")
 
     def serve_also(self, make: Callable[[], Extra]) -> None:
         """Let endpoints call other methods, too; ``make`` is called for each endpoint that connects from now on."""
@@ -111,6 +114,8 @@ class EndpointServer:
         endpoint.caller = Caller(stream, interfaces, endpoint, of_cloud, *(extra.served for extra in extras))
         endpoint.caller.admits = endpoint.may_call
         self._links[endpoint] = stream
+        self._unproven.came(stream)
+        endpoint.registered = partial(self._unproven.proved, stream)
         late = asyncio.get_running_loop().call_later(REGISTER_TIMEOUT, self._check_registered, endpoint, stream)
         try:
             await endpoint.caller.serve()
@@ -118,6 +123,7 @@ class EndpointServer:
             logger.warning("closed the link of endpoint %s: %s", endpoint.name or "without a name", error)
         finally:
             late.cancel()
+            self._unproven.proved(stream)
             endpoint.gone()
             for extra in extras:
                 extra.close()

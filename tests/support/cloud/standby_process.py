@@ -2,10 +2,11 @@
 
 import asyncio
 import json
+import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -28,9 +29,11 @@ class Standby:
         Folder for its data, its log and its ready file.
     arguments : str
         Further arguments; ``--standby`` is one of them.
+    environment : mapping of str, optional
+        Further environment variables.
     """
 
-    def __init__(self, folder: Path, *arguments: str) -> None:
+    def __init__(self, folder: Path, *arguments: str, environment: Mapping[str, str] | None = None) -> None:
         folder.mkdir(exist_ok=True)
         password, self._ready, self.log = folder / "password", folder / "ready.json", folder / "standby.log"
         password.write_text(ADMIN_PASSWORD)
@@ -38,7 +41,9 @@ class Standby:
         command = [sys.executable, "-m", cli.__name__, "up", "--port", "0", "--data", str(folder / "data")]
         files = ["--admin-password-file", str(password), "--ready-file", str(self._ready)]
         with self.log.open("wb") as output:
-            self.process = subprocess.Popen([*command, *files, *arguments], stdout=output, stderr=output)
+            self.process = subprocess.Popen(
+                [*command, *files, *arguments], stdout=output, stderr=output, env=os.environ | dict(environment or {})
+            )
 
     async def stands_by(self) -> None:
         """Wait until it is ready to take over."""
@@ -60,9 +65,9 @@ class Standby:
 
 
 @contextmanager
-def standing_by(folder: Path, *arguments: str) -> Iterator[Standby]:
+def standing_by(folder: Path, *arguments: str, environment: Mapping[str, str] | None = None) -> Iterator[Standby]:
     """Start a standby; stop it with SIGTERM unless it has ended, and check that it leaves no process behind."""
-    standby = Standby(folder, *arguments)
+    standby = Standby(folder, *arguments, environment=environment)
     try:
         yield standby
     except BaseException:

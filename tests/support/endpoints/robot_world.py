@@ -22,6 +22,7 @@ from engine.master.master import Master
 from engine.service.master_driver import MasterDriver
 from engine.service.robot_sessions import RobotSessions
 from engine.specs.checkpoints import CheckpointSelection
+from ppaas.wire.resumption import ID_HEADER, STATE_HEADER, TAKEN_HEADER
 from tests.support.endpoints.serving import serve
 from tests.support.engine.played_container import PlayedContainer, PlayingMachine
 from tests.support.storage import records
@@ -123,6 +124,13 @@ async def next_of(container: PlayedContainer, kind: type[Any]) -> Any:
     while not isinstance(frame := await container.next(), kind):
         assert frame is not None
     return frame
+
+
+def session_headers(client: ClientConnection) -> tuple[str, str, int]:
+    """Return the session headers of the handshake: state, id, number of frames received."""
+    assert client.response is not None
+    headers = client.response.headers
+    return headers[STATE_HEADER], headers[ID_HEADER], int(headers[TAKEN_HEADER])
 
 
 async def refusal(url: str) -> tuple[int, dict[str, Any]]:

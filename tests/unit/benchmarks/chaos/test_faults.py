@@ -4,11 +4,14 @@ import itertools
 from collections import Counter
 from random import Random
 
-from benchmarks.chaos.faults import OF_MORE, OF_ONE_MACHINE, FaultKind, deck
+from benchmarks.chaos.faults import LONGEST_STOP, OF_MORE, OF_ONE_MACHINE, OF_TWO_MASTERS, FaultKind, deck, pauses
+from engine.leadership.candidate import Timing
+
+TIMING = Timing()
 
 
-def first(count: int, seed: int, machines: int) -> list[FaultKind]:
-    return list(itertools.islice(deck(Random(seed), machines), count))
+def first(count: int, seed: int, machines: int, *, standby: bool = False) -> list[FaultKind]:
+    return list(itertools.islice(deck(Random(seed), machines, standby=standby), count))
 
 
 def test_the_order_of_faults_depends_only_on_the_seed() -> None:
@@ -16,12 +19,18 @@ def test_the_order_of_faults_depends_only_on_the_seed() -> None:
 
 
 def test_all_kinds_are_equally_frequent() -> None:
-    kinds = (*OF_ONE_MACHINE, *OF_MORE)
-    assert Counter(first(3 * len(kinds), 5, 2)) == Counter(3 * kinds)
+    kinds = (*OF_ONE_MACHINE, *OF_MORE, *OF_TWO_MASTERS)
+    assert Counter(first(3 * len(kinds), 5, 2, standby=True)) == Counter(3 * kinds)
 
 
 def test_a_cloud_of_one_machine_has_no_faults_of_machines() -> None:
     assert set(first(100, 1, 1)) == set(OF_ONE_MACHINE)
+
+
+def test_only_a_master_with_a_standby_stays_stopped_until_it_is_replaced() -> None:
+    [alone] = pauses("master", standby=False)
+    assert max(pauses("master", standby=True)) > TIMING.patience >= alone
+    assert pauses("router", standby=True) == pauses("router", standby=False) == (LONGEST_STOP,)
 
 
 def test_a_kind_is_described_in_words() -> None:

@@ -12,7 +12,7 @@ from typing import cast
 import psutil
 import pytest
 
-from benchmarks.chaos import injector
+from benchmarks.chaos import faults, injector
 from benchmarks.chaos.cloud_processes import CloudProcessInfo
 from benchmarks.chaos.faults import FaultKind
 from benchmarks.chaos.injector import Injector
@@ -32,14 +32,14 @@ def victim() -> Iterator[psutil.Process]:
 def injecting(victim: psutil.Process, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Injector:
     """Return an injector that does one fault: it stops the victim."""
     monkeypatch.setattr(injector, "cloud_processes", lambda _: [CloudProcessInfo(victim, "router", "local")])
-    monkeypatch.setattr(injector, "deck", lambda *_: iter([FaultKind("router", "stop")] * 9))
-    return Injector(cast(RestClient, None), tmp_path, Random(1), 1, pytest.fail)
+    monkeypatch.setattr(injector, "deck", lambda *_, **__: iter([FaultKind("router", "stop")] * 9))
+    return Injector(cast(RestClient, None), tmp_path, Random(1), 1, pytest.fail, standby=False)
 
 
 async def test_a_stopped_process_continues_after_its_pause(
     injecting: Injector, victim: psutil.Process, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(injector, "LONGEST_STOP", 0.5)
+    monkeypatch.setattr(faults, "LONGEST_STOP", 0.5)
     running = asyncio.create_task(injecting.run(30.0, 30.0))
     await until(lambda: injecting.faults)
     [fault] = injecting.faults

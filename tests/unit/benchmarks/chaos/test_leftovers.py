@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.chaos.cloud_processes import MACHINES, OWN, cloud_processes
+from benchmarks.chaos.cloud_processes import MACHINES, OWN, STANDBY, cloud_processes
 from benchmarks.chaos.leftovers import ZOMBIE_GRACE, Leftovers
 from ppaas.clock import ManualClock
 
@@ -50,6 +50,24 @@ def test_processes_are_identified_by_their_folder(tmp_path: Path, running: subpr
         assert found == {running.pid: ("other", OWN), router.pid: ("router", "m2")}
         for process in (router, other):
             process.communicate()
+
+
+def test_a_standby_is_no_master_until_it_leads(tmp_path: Path) -> None:
+    arguments = "robots.cli", "up", "--standby"
+
+    def kinds() -> list[str]:
+        return [member.kind for member in cloud_processes(tmp_path)]
+
+    with start(tmp_path, WAIT, *arguments) as process:
+        assert kinds() == [STANDBY]
+        (tmp_path / "ready.json").write_text('{"url":"","pid":1,"admin_user":"admin"}')
+        assert kinds() == [STANDBY], "an earlier process wrote the file"
+        (tmp_path / "ready.json").write_text(f'{{"url":"","pid":{process.pid},"admin_user":"admin"}}')
+        assert kinds() == ["master"]
+        process.communicate()
+    with start(tmp_path, WAIT, *arguments[:2]) as process:
+        assert kinds() == ["master"]
+        process.communicate()
 
 
 def test_without_leftovers_nothing_is_reported(

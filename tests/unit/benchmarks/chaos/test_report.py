@@ -18,10 +18,12 @@ from benchmarks.chaos.silences import Gap
 
 def report(*wrong: str) -> ChaosReport:
     return ChaosReport(
-        seed=1, robots=2, machines=2, seconds=60.0, faults={"container, killed": 3}, longest_gap_s={"web, killed": 4.5},
+        seed=1, robots=2, operators=1, machines=2, standby=True, seconds=60.0,
+        faults={"container, killed": 3}, longest_gap_s={"web, killed": 4.5},
         longest_silence_s={"web, killed": 3.5},
         goals={"sent": 9, "result": 8, "status": 0, "lost": 1}, statuses={"SUCCEEDED": 8}, paths={"path": 7},
-        commands=1000, sessions=2, cloud_starts=1, log=[InjectedFault("container, killed", 3.0, "m2", 77)],
+        commands=1000, sessions=2, cloud_starts=1, take_overs=1,
+        log=[InjectedFault("container, killed", 3.0, "m2", 77)],
         silences=[Silence("r", 3.0, 4.0, ["container, killed"])], wrong=list(wrong),
     )  # fmt: skip
 

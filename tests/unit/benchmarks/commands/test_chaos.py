@@ -18,10 +18,11 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[chaos.ChaosOptions]:
     async def run(options: chaos.ChaosOptions, progress: Progress) -> ChaosReport:
         seen.append(options)
         return ChaosReport(
-            seed=options.seed, robots=options.robots, machines=options.machines, seconds=options.seconds,
+            seed=options.seed, robots=options.robots, operators=options.operators, machines=options.machines,
+            standby=options.standby, seconds=options.seconds,
             faults={"web, killed": 2}, longest_gap_s={"web, killed": 4.5}, longest_silence_s={"web, killed": 3.5},
             goals={"sent": 3, "result": 2, "status": 0, "lost": 1}, statuses={"SUCCEEDED": 2}, paths={"path": 5},
-            commands=100, sessions=2, cloud_starts=2, log=[], silences=[],
+            commands=100, sessions=2, cloud_starts=2, take_overs=1, log=[], silences=[],
             wrong=["3.0 s: a zombie"] if options.seed == 13 else [],
         )  # fmt: skip
 
@@ -29,12 +30,16 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[chaos.ChaosOptions]:
     return seen
 
 
-def test_defaults_are_ten_minutes_ten_robots_and_three_machines(
+def test_defaults_are_ten_minutes_ten_robots_three_operators_three_machines_and_a_standby(
     runs: list[chaos.ChaosOptions], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["bench", "chaos"]) == 0
-    assert main(["bench", "chaos", "--minutes", "0.5", "--robots", "2", "--machines", "1", "--every", "2"]) == 0
-    assert runs == [chaos.ChaosOptions(600.0, 10, 3, 5.0, 1), chaos.ChaosOptions(30.0, 2, 1, 2.0, 1)]
+    assert main(["bench", "chaos", "--minutes", "0.5", "--robots", "2", "--machines", "1", "--every", "2",
+                 "--operators", "0", "--no-standby"]) == 0  # fmt: skip
+    assert runs == [
+        chaos.ChaosOptions(600.0, 10, 3, 3, True, 5.0, 1),
+        chaos.ChaosOptions(30.0, 2, 0, 1, False, 2.0, 1),
+    ]
     heading, row, *_ = (line.split() for line in capsys.readouterr().out.splitlines())
     assert heading == ["fault", "times", "longest", "gap", "s", "served", "by", "nobody", "s"]
     assert row == ["web,", "killed", "2", "4.5", "3.5"]

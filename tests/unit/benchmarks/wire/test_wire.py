@@ -6,7 +6,7 @@ from typing import Any
 import psutil
 import pytest
 
-from benchmarks.wire import command, frame_cpu, idle_memory, latency, suite, two_endpoints
+from benchmarks.wire import command, frame_cpu, half_open, idle_memory, latency, suite, two_endpoints
 from benchmarks.wire.echo_runtime import NO_PROCESS, VELOCITY, Echo
 from benchmarks.wire.load import FrameCosts, frame_costs
 from benchmarks.wire.site import BEAMS, scan_frame
@@ -74,6 +74,18 @@ def test_the_ratio_of_cpu_times_is_that_of_loads_in_turn() -> None:
 def test_idle_memory_has_its_bar() -> None:
     assert [figure.kept for figure in idle_memory.figures(61.0, 20.0, 1000, 1)] == [False, None]
     assert idle_memory.figures(60.0, 20.0, 1000, 2)[0].kept
+
+
+def test_a_request_without_an_answer_among_half_open_connections_misses_the_limit() -> None:
+    *times, failed, held = half_open.figures([0.001] * 3, [0.002, 0.002, 0.009], 1, 10_000, 5_100)
+    assert [(figure.value, figure.yardstick) for figure in times] == [
+        (2.0, False),
+        (9.0, False),
+        (1.0, True),
+        (1.0, True),
+    ]
+    assert (failed.value, failed.kept, held.value) == (1, False, 5_100)
+    assert half_open.figures([0.1], [0.1], 0, 1, 1)[-2].kept
 
 
 async def test_costs_of_a_load_leave_out_what_is_taken_without_it() -> None:

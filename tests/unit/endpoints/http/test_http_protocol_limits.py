@@ -217,6 +217,22 @@ async def test_connections_that_wait_make_room_for_new_ones() -> None:
             writer.close()
 
 
+async def test_hundreds_of_half_open_connections_are_not_noticed_by_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "HEAD_SECONDS", 60.0)
+    table = ConnectionTable(400, 300)
+    async with serve(echo, http=http_protocol(table)) as port:
+        with contextlib.ExitStack() as half_open:
+            for number in range(500):
+                client = half_open.enter_context(socket.create_connection(("127.0.0.1", port)))
+                if number % 2:
+                    client.sendall(GET % b"never")
+                if number % 50 == 0:
+                    assert statuses(await answers(port, GET % b"" + b"Connection: close\r\n\r\n")) == [200]
+            for _ in range(5):
+                assert statuses(await answers(port, GET % b"" + b"Connection: close\r\n\r\n")) == [200]
+            assert 250 < len(table) <= 300
+
+
 async def test_a_connection_beyond_the_limit_is_told_so() -> None:
     table = ConnectionTable(1, 1)
     async with serve(echo, http=http_protocol(table)) as port:

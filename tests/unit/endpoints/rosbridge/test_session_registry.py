@@ -14,8 +14,8 @@ from endpoints.rosbridge.robot_socket import TAKEN_OVER
 from engine.protocols import robot_link
 from engine.sessions import host
 from ppaas.errors import Unavailable
-from ppaas.wire.resumption import ID_HEADER, LEFT, STATE_HEADER, TAKEN_HEADER
-from tests.support.endpoints.robot_world import KEY, World, closed, hear, next_of, refusal, say
+from ppaas.wire.resumption import LEFT, STATE_HEADER
+from tests.support.endpoints.robot_world import KEY, World, closed, hear, next_of, refusal, say, session_headers
 from tests.support.engine.played_container import PlayedContainer
 from tests.support.waiting import until
 
@@ -36,13 +36,6 @@ async def robot(world: World, **query: str) -> AsyncIterator[tuple[ClientConnect
         yield client, container
         world.linger(0.0)
     await world.service.close_place(KEY, Unavailable("the test is over"))
-
-
-def session_headers(client: ClientConnection) -> tuple[str, str, int]:
-    """Return the session headers of the handshake: state, id, number of frames received."""
-    assert client.response is not None
-    headers = client.response.headers
-    return headers[STATE_HEADER], headers[ID_HEADER], int(headers[TAKEN_HEADER])
 
 
 async def cut_off(world: World, client: ClientConnection) -> None:

@@ -10,7 +10,7 @@ from websockets.asyncio.client import ClientConnection
 from endpoints.rosbridge.rights_watch import RightsWatch
 from engine.protocols import robot_link
 from storage.sharing_records import ALL, Share, TokenScope
-from tests.support.endpoints.robot_world import PASSWORD, World, closed, hear, next_of, refusal, say
+from tests.support.endpoints.robot_world import PASSWORD, World, closed, hear, next_of, refusal, say, session_headers
 
 DRIVE = Share("bob", "drive", ("cmd_vel", "move_base"), ("odom", "map"))
 
@@ -192,3 +192,20 @@ async def test_users_do_not_take_over_each_others_sessions_at_a_shared_robot(wor
     ):
         await bob.ping()
         await ann.ping()
+
+
+@pytest.mark.parametrize("name", ["s", "mine"])
+async def test_a_session_id_of_another_user_begins_a_new_session(world: World, name: str) -> None:
+    share(world, DRIVE)
+    token = await token_of(world)
+    async with world.robot() as (_, container), world.connected("operator", session="s", resume="none") as ann:
+        await say(ann, op="subscribe", topic="/odom")
+        await next_of(container, robot_link.Subscribe)
+        stolen = session_headers(ann)[1]
+        async with operator(world, token, session=name, resume=f"{stolen}.0") as bob:
+            state, session, taken = session_headers(bob)
+            assert (state, taken) == ("new", 0) and session != stolen
+            container.stream.write(robot_link.Published("odom", b"{}"))
+            assert (await hear(ann))["topic"] == "/odom", "she keeps her socket and her session"
+            await say(bob, op="publish", topic="map", msg={})
+            assert (await hear(bob))["op"] == "status", "he got none of her frames before this answer"

@@ -22,7 +22,7 @@ async def test_checkpoints_are_stored_only_while_the_lease_holds(tmp_path: Path)
     stream.write(machine_link.Attach("c1", "secret"))
     stream.write(machine_link.SaveClone(1, {"n": b"old"}))
     refused = await receive(stream)
-    assert refused.refusal.slug == "unavailable" and "lost contact with its cloud" in refused.refusal.text
+    assert refused.refusal.slug == "conflict" and "lost contact with its cloud" in refused.refusal.text
     with pytest.raises(NotFound):
         store.clone("ann", "tb1")
     acting = True
@@ -46,7 +46,7 @@ async def test_shut_out_container_cannot_save_or_share(tmp_path: Path) -> None:
     stream.write(machine_link.Share("amcl_pose", b"{}"))
     stream.write(machine_link.SaveClone(2, {"n": b"late"}))
     refused = await receive(stream)
-    assert refused.refusal.slug == "unavailable"
+    assert refused.refusal.slug == "conflict"
     assert store.clone("ann", "tb1").nodes["n"] == b"old"
     assert fabric.published == []
     await stream.close()

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from engine.endpoint.link_listener import LinkListener, MachineAccess
 from engine.endpoint.places import EndpointPlaces
-from engine.protocols import robot_link
+from engine.protocols import robot_link, unproven_peers
 from engine.protocols.address import TlsAddress, parse_address
 from engine.protocols.framing import FrameStream
 from engine.protocols.pinned import dial_pinned
@@ -134,6 +134,25 @@ async def test_a_silent_client_is_closed_and_nobody_else_notices(
     await check_served(places, served)
     await silent.close()
     await served.close()
+
+
+async def test_many_silent_clients_make_room_for_a_container(
+    listener: LinkListener, places: EndpointPlaces, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(unproven_peers, "MOST", 20)
+    monkeypatch.setattr("engine.endpoint.link_listener.HELLO_TIMEOUT", 60.0)
+    served = await dial(listener, hello_of(listener, OTHER, "c2"))
+    await places.link(OTHER).ready(10.0)
+    silent = [await dial_link(listener.path) for _ in range(100)]
+    late = await dial(listener, hello_of(listener))
+    await places.link(PLACE).ready(10.0)
+    for stream in silent[:80]:
+        assert await receive(stream) is None
+    assert caplog.text.count("say nothing") == 1
+    await check_served(places, late)
+    await check_served(places, served, OTHER)
+    for stream in (served, late, *silent):
+        await stream.close()
 
 
 async def test_invalid_bytes_are_refused(listener: LinkListener, caplog: pytest.LogCaptureFixture) -> None:

@@ -2,16 +2,18 @@
 
 import asyncio
 import contextlib
+import datetime
 import ssl
 from collections.abc import AsyncIterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from engine.protocols.address import TlsAddress
 from engine.protocols.sockets import dial
 from engine.protocols.tls_identity import TlsIdentity, stranger_context
-from engine.remote import tls_listener
+from engine.remote import certificates, tls_listener
 from engine.remote.authority import Authority
 from engine.remote.tls_listener import TlsListener
 from ppaas.errors import InvalidInput, Unavailable
@@ -138,6 +140,30 @@ async def test_a_machine_cannot_impersonate_the_cloud(authority: Authority, tmp_
     address = ANYWHERE._replace(port=server.sockets[0].getsockname()[1])
     with pytest.raises(Unavailable, match="certificate"):
         await dial(address, machine.client_context("control"))
+    server.close()
+
+
+async def test_hosts_trust_each_other_although_the_clock_of_one_is_hours_behind(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Ahead(datetime.datetime):
+        """Clock of a cloud, seen by a host that is three hours behind."""
+
+        @classmethod
+        def now(cls, tz: datetime.tzinfo | None = None) -> datetime.datetime:
+            return datetime.datetime.now(tz) + datetime.timedelta(hours=3)
+
+    monkeypatch.setattr(certificates, "datetime", SimpleNamespace(datetime=Ahead, UTC=datetime.UTC))
+    authority = Authority(tmp_path / "cloud")
+    machine = joined(authority, tmp_path / "m5", "m5")
+    came = asyncio.Event()
+    context = authority.identity.server_context()
+    server = await asyncio.start_server(lambda *_: came.set(), "127.0.0.1", 0, ssl=context)
+    address = ANYWHERE._replace(port=server.sockets[0].getsockname()[1])
+    _, writer = await dial(address, machine.client_context("control"))
+    async with asyncio.timeout(5.0):
+        await came.wait()
+    writer.transport.abort()
     server.close()
 
 

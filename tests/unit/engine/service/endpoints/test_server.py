@@ -1,6 +1,7 @@
 """An endpoint registers with the master over a Unix socket, and is shown with its load while it is connected."""
 
 import asyncio
+import contextlib
 from collections.abc import AsyncIterator, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
 from functools import partial
@@ -14,35 +15,23 @@ from engine.calls.caller import Caller
 from engine.calls.frames import Frame
 from engine.endpoint.master_access import OwnMaster
 from engine.endpoint.master_link import MasterLink
+from engine.protocols import unproven_peers
 from engine.protocols.address import UnixAddress
 from engine.protocols.endpoint_sockets import EndpointAddress
 from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import dial, listen
+from engine.service.endpoints import server as module
 from engine.service.endpoints.cloud_calls import CloudCalls
 from engine.service.endpoints.interface import EndpointCalls, EndpointState, MasterCalls, Registration
 from engine.service.endpoints.server import EndpointServer
-from engine.service.news.news import News
-from engine.service.news.robot_facts import FactSources
 from engine.service.views import EndpointView
 from ppaas.clock import ManualClock
 from ppaas.errors import Conflict, NotPermitted, PPaaSError, Unavailable
 from tests.support.endpoints.fake_cloud import FakeCloud
+from tests.support.endpoints.master_cloud import MasterCloud
 from tests.support.waiting import until
 
 SECRET = "of the cloud"
-
-
-class MasterCloud(FakeCloud):
-    """Cloud in the process of the master."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.news = News()
-        self.fact_sources = FactSources()
-        self.removed: set[str] = set()
-
-    def is_removed(self, machine: str) -> bool:
-        return machine in self.removed
 
 
 class NoCalls:
@@ -64,8 +53,13 @@ def clock() -> ManualClock:
 
 
 @pytest.fixture
-async def server(tmp_path: Path, clock: ManualClock) -> AsyncIterator[EndpointServer]:
-    made = EndpointServer(tmp_path / "e.sock", SECRET, MasterCloud(), None)  # type: ignore[arg-type]
+def cloud() -> MasterCloud:
+    return MasterCloud()
+
+
+@pytest.fixture
+async def server(tmp_path: Path, clock: ManualClock, cloud: MasterCloud) -> AsyncIterator[EndpointServer]:
+    made = EndpointServer(tmp_path / "e.sock", SECRET, cloud, None)  # type: ignore[arg-type]
     made.endpoints.clock = clock
     await made.start()
     yield made
@@ -102,6 +96,16 @@ async def test_an_endpoint_is_ready_while_it_reports_its_load(server: EndpointSe
         await link.call(MasterCalls.report, EndpointState(3, 60.0, 0.25, 90 << 20))
         assert server.endpoints.views() == [ready]
     await until(lambda: not server.endpoints.views())
+
+
+async def test_an_endpoint_learns_that_its_master_does_not_lead(
+    server: EndpointServer, cloud: MasterCloud, clock: ManualClock
+) -> None:
+    async with linked(server, clock) as link:
+        assert await link.call(MasterCalls.report, EndpointState(0, 0.0, 0.0, 0)) is True
+        cloud.leads = False
+        assert await link.call(MasterCalls.report, EndpointState(1, 0.0, 0.0, 0)) is False
+        assert [one.sockets for one in server.endpoints.views()] == [1], "it is no frozen endpoint all the same"
 
 
 async def test_endpoints_are_read_over_the_link(server: EndpointServer, clock: ManualClock) -> None:
@@ -141,6 +145,25 @@ async def test_an_endpoint_may_call_nothing_before_it_has_registered(server: End
             with pytest.raises(NotPermitted, match="before it has registered"):
                 await asked
     assert server.endpoints.views() == []
+
+
+async def test_silent_strangers_are_closed_in_time_and_make_room_before(
+    server: EndpointServer, clock: ManualClock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(unproven_peers, "MOST", 20)
+    monkeypatch.setattr(module, "REGISTER_TIMEOUT", 60.0)
+    async with contextlib.AsyncExitStack() as stack:
+        served = await stack.enter_async_context(linked(server, clock))
+        await until(lambda: bool(server.endpoints.views()))
+        silent = [await dial(UnixAddress(server.path)) for _ in range(100)]
+        for reader, _ in silent[:80]:
+            assert await asyncio.wait_for(reader.read(), 10.0) == b""
+        monkeypatch.setattr(module, "REGISTER_TIMEOUT", 0.05)
+        late, _ = await dial(UnixAddress(server.path))
+        assert await asyncio.wait_for(late.read(), 10.0) == b""
+        await served.call(MasterCalls.report, EndpointState(0, 0.0, 0.0, 0))
+        for _, writer in silent:
+            writer.close()
 
 
 @pytest.mark.parametrize(

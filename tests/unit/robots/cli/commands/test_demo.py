@@ -89,6 +89,14 @@ async def test_a_cloud_that_fails_to_start_reports_why_and_leaves_nothing() -> N
     assert not folder.exists()
 
 
+async def test_a_cloud_in_a_folder_of_its_caller_leaves_its_files(tmp_path: Path) -> None:
+    cloud = CloudProcess(folder=tmp_path, arguments=("--port", "none"))
+    with pytest.raises(Unavailable, match="the cloud exited with status 2"):
+        async with cloud:
+            pytest.fail("it started")
+    assert "--port" in (tmp_path / "log").read_text()
+
+
 @pytest.mark.journey
 async def test_cancelling_the_start_of_a_cloud_leaves_nothing() -> None:
     cloud = CloudProcess()

@@ -1,0 +1,74 @@
+"""An endpoint whose master is alive, and was outranked by another one."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+
+from engine.endpoint import endpoint as module
+from engine.endpoint.endpoint import Endpoint, Here
+from engine.endpoint.master_access import OwnMaster
+from engine.master.quotas import Quota
+from engine.protocols.address import UnixAddress
+from engine.service.endpoints.server import EndpointServer
+from tests.support.endpoints.master_cloud import MasterCloud
+from tests.support.waiting import until
+
+SECRET = "of the cloud"
+
+
+class OtherLeader:
+    """The lease as the endpoint reads it in the store."""
+
+    def __init__(self) -> None:
+        self.taken = False
+        self.asked = 0
+
+    async def __call__(self) -> bool:
+        self.asked += 1
+        return self.taken
+
+
+@pytest.fixture
+def cloud() -> MasterCloud:
+    return MasterCloud()
+
+
+@pytest.fixture
+async def server(short_path: Path, cloud: MasterCloud) -> AsyncIterator[EndpointServer]:
+    made = EndpointServer(short_path / "e.sock", SECRET, cloud, None)  # type: ignore[arg-type]
+    await made.start()
+    yield made
+    await made.close()
+
+
+async def nobody(_user: str, _robot: str, _session: str | None) -> None:
+    """Displace no socket."""
+
+
+def endpoint_of(server: EndpointServer, lease: OtherLeader, folder: Path) -> Endpoint:
+    master = OwnMaster(UnixAddress(server.path), SECRET, lease)
+    here = Here("hall-1", "hall", folder, "http://h:8500")
+    return Endpoint(here, master, Quota(), displace=nobody, load=lambda: (0, 0.0))
+
+
+async def test_an_endpoint_ends_when_its_master_was_outranked(
+    server: EndpointServer, cloud: MasterCloud, short_path: Path, monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:  # fmt: skip
+    monkeypatch.setattr(module, "PERIOD", 0.02)
+    lease = OtherLeader()
+    endpoint = endpoint_of(server, lease, short_path)
+    await endpoint.start()
+    running = asyncio.create_task(endpoint.run(30.0))
+    await until(lambda: bool(server.endpoints.views()))
+    await asyncio.sleep(0.2)
+    assert not lease.asked, "its master leads"
+    cloud.leads = False
+    await until(lambda: lease.asked > 2)
+    assert not running.done(), "nobody else leads, as when the store fails"
+    lease.taken = True
+    await asyncio.wait_for(running, 10.0)
+    assert "another process leads this cloud now" in caplog.text
+    await endpoint.close()
