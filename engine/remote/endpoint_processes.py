@@ -1,4 +1,4 @@
-"""Endpoint processes of joined machines and nodes, as their agents are told of them."""
+"""Endpoint processes of joined machines and nodes: the description that their agents get."""
 
 from typing import Any
 
