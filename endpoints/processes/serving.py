@@ -16,14 +16,17 @@ from ppaas.errors import PPaaSError
 
 logger = logging.getLogger(__name__)
 
-REFUSED = 3
-"""Exit status of an endpoint that the master refuses."""
+REFUSED, NO_SETTINGS = 3, 4
+"""Exit statuses of an endpoint that the master refuses, and of one that got no settings."""
 
 
 def main() -> int:
     """Serve robots, operators and REST until SIGTERM, or until there was no master for a while; return the status."""
     keep_new_files_private()
-    config = msgspec.json.decode(sys.stdin.buffer.read(), type=Config)
+    settings = sys.stdin.buffer.read()
+    if not settings:  # its keeper was killed meanwhile
+        return NO_SETTINGS
+    config = msgspec.json.decode(settings, type=Config)
     logging.basicConfig(
         level=config.front.log_level.upper(),
         format=f"%(asctime)s %(levelname)s {config.name} %(name)s: %(message)s",

@@ -17,8 +17,9 @@ from engine.container.monitor.parameters import NAME as MONITOR
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
-from ppaas.messages.move_base_msgs import MoveBaseActionFeedback
+from ppaas.messages.move_base_msgs import MoveBaseActionFeedback, MoveBaseActionResult
 from robots.client.rest import RestClient
+from robots.client.robot_client import RobotClient
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot, running_cloud, shared_memory
 from tests.support.cloud.drive import Drive, driving
 from tests.support.cloud.joined_machine import JoinedMachine, container_of, machines, ticket
@@ -140,15 +141,21 @@ async def test_a_robot_with_local_nodes_drives_on_and_finds_the_new_cloud(tmp_pa
                 await until(lambda: manager.running == own)
 
 
-async def test_a_machine_of_another_host_is_adopted(tmp_path: Path, office_map: GridMap) -> None:
-    listen = (*ADOPTED, "--listen-machines", f"127.0.0.1:{free_ports(2)[0]}", "--cores", "1")
+async def test_a_machine_of_another_host_is_adopted_and_its_endpoint_keeps_its_sockets(
+    tmp_path: Path, office_map: GridMap
+) -> None:
+    machines_port, _, port = free_ports(3)
+    listen = (*ADOPTED, "--listen-machines", f"127.0.0.1:{machines_port}", "--cores", "1")
     joined = JoinedMachine(tmp_path / "m2", THERE)
     with running_cloud(tmp_path, *listen) as cloud:
-        joined.start(ticket(tmp_path / "data"))
+        joined.start(ticket(tmp_path / "data"), "--endpoints", "1", "--port", str(port))
         rest = await cloud.admin()
         await joined.is_in(rest)
         await rest.patch("/v1/machines/local", {"max_containers": 0})
-        async with driving_robot(cloud, rest, office_map, "survivor") as (drive, wire):
+        async with (
+            driving_robot(cloud, rest, office_map, "survivor") as (drive, wire),
+            operator_at(f"http://127.0.0.1:{port}", rest, "survivor") as (operator, results),
+        ):
             before = await container_of(rest, "survivor")
             assert before["machine"] == THERE
             await rest.patch("/v1/machines/local", {"max_containers": 100})
@@ -156,7 +163,24 @@ async def test_a_machine_of_another_host_is_adopted(tmp_path: Path, office_map: 
             with running_cloud(tmp_path, *listen) as second:
                 await assert_continues(drive, wire, second, before)
                 assert await machines(await second.admin()) == ["local", THERE]
+                await until(lambda: len(results) == 1)
+                assert (operator.connections, results[0].status.status) == (1, Status.SUCCEEDED)
                 joined.end()
+
+
+@asynccontextmanager
+async def operator_at(
+    url: str, rest: RestClient, robot: str
+) -> AsyncIterator[tuple[RobotClient, list[MoveBaseActionResult]]]:
+    """Connect an operator of a robot at an endpoint, once that serves; yield it with the results that it hears."""
+    async with asyncio.timeout(60.0):
+        while len(await rest.items("/v1/endpoints")) < 2:
+            await asyncio.sleep(0.05)
+    assert rest.token is not None
+    results: list[MoveBaseActionResult] = []
+    async with RobotClient(url, robot=robot, token=rest.token, role="operator") as operator:
+        await operator.subscribe("move_base/result", MoveBaseActionResult, results.append)
+        yield operator, results
 
 
 async def test_a_cloud_that_never_returns_leaves_nothing(tmp_path: Path, office_map: GridMap) -> None:

@@ -5,10 +5,13 @@ import contextlib
 import json
 import signal
 import stat
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
+from endpoints.processes import serving
 from endpoints.processes.server import admin_password
 from engine.agent import main as agent_main
 from engine.fabric import router
@@ -126,6 +129,12 @@ def test_a_cloud_listens_at_both_ipv6_and_ipv4_and_names_its_address_in_brackets
     for host in ("[::1]", "127.0.0.1"):
         assert asyncio.run(RestClient(f"http://{host}:{port}").get("/v1/health"))["status"]
     assert up.end(signal.SIGTERM) == 0
+
+
+def test_an_endpoint_whose_keeper_was_killed_before_it_got_its_settings_ends_without_a_word() -> None:
+    command = [sys.executable, "-m", serving.__name__]
+    ended = subprocess.run(command, check=False, stdin=subprocess.DEVNULL, capture_output=True)
+    assert (ended.returncode, ended.stderr) == (serving.NO_SETTINGS, b"")
 
 
 def test_a_start_error_is_one_line_and_leaves_nothing_behind(tmp_path: Path) -> None:
