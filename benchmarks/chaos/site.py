@@ -49,10 +49,11 @@ class ChaosSite:
         if standby:
             folder = self.folder / MACHINES / STANDBY / "t"
             self._clouds.append(CloudProcess(folder=folder, arguments=self._arguments(self._ports[1], listens=listens)))
-        self._names = [f"m{number}" for number in range(2, machines + 1)]
+        ports = free_ports(machines - 1)
+        self._joined = {f"m{number}": port for number, port in enumerate(ports, 2)}
         self._machines: list[JoinedMachine] = []
         self._keepers: list[asyncio.Task[None]] = []
-        self._front = Front(self._ports[: len(self._clouds)])
+        self._front = Front(self._ports[: len(self._clouds)], ports)
         self._open = contextlib.AsyncExitStack()
         self.restarts = 0
 
@@ -90,10 +91,8 @@ class ChaosSite:
         try:
             await self._open.enter_async_context(self._front.serving())
             await self._front.is_ready()
-            for name in self._names:
-                ticket = await ticket_of(self.folder / "data")
-                machine = await JoinedMachine.start(name, self.folder / MACHINES / name, ticket, restarts=True)
-                self._machines.append(machine)
+            for name, port in self._joined.items():
+                await self._join(name, port)
             await self._all_in((await self.login()).rest)
             await self._stand_by(*self._clouds[1:])
             self._keepers = [asyncio.create_task(self._keep(cloud)) for cloud in self._clouds]
@@ -110,11 +109,17 @@ class ChaosSite:
             await self.stop()
         await self._open.aclose()
 
+    async def _join(self, name: str, port: int) -> None:
+        """Start a machine with an endpoint."""
+        options = ("--endpoints", "1", "--port", str(port))
+        ticket, folder = await ticket_of(self.folder / "data"), self.folder / MACHINES / name
+        self._machines.append(await JoinedMachine.start(name, folder, ticket, restarts=True, options=options))
+
     async def _stand_by(self, *standbys: CloudProcess) -> None:
         """Start a standby; if machines have joined, give it a ticket, and wait until it has the leader's files."""
         for standby in standbys:
             standby.folder.mkdir(parents=True)
-            ticket = [await ticket_of(self.folder / "data", "--standby", STANDBY)] if self._names else []
+            ticket = [await ticket_of(self.folder / "data", "--standby", STANDBY)] if self._joined else []
             ordinary = standby.arguments
             standby.arguments = [*ordinary, "--standby", *ticket]
             await standby.begin()

@@ -1,7 +1,8 @@
-"""TCP proxy before a leader and its standby, which sends each new connection to the one that is ready."""
+"""TCP proxy before the endpoints of a cloud, which sends each new connection to one that is ready."""
 
 import asyncio
 import contextlib
+import itertools
 from collections.abc import AsyncIterator, Coroutine, Sequence
 from typing import Any
 
@@ -19,12 +20,14 @@ BLOCK = 1 << 16
 
 
 class Front:
-    """Forwards connections to the address whose ``/v1/health/ready`` answers 200, or did last, as a load balancer does.
+    """Forwards connections to addresses whose ``/v1/health/ready`` answers 200, or did last, as a load balancer does.
 
     Parameters
     ----------
     ports : sequence of int
-        Ports of loopback. Earlier ones are preferred.
+        Ports of the processes that may lead, on loopback. Only one of them serves; earlier ones are preferred.
+    others : sequence of int
+        Ports of endpoints of joined machines, which take their turns with that one.
 
     Attributes
     ----------
@@ -34,8 +37,10 @@ class Front:
         Number of times that another port than before became ready.
     """
 
-    def __init__(self, ports: Sequence[int]) -> None:
-        self._ready = dict.fromkeys(ports, False)
+    def __init__(self, ports: Sequence[int], others: Sequence[int] = ()) -> None:
+        self._leading, self._others = tuple(ports), tuple(others)
+        self._ready = dict.fromkeys((*ports, *others), False)
+        self._turn = itertools.count()
         self._chosen: int | None = None
         self.url = ""
         self.changes = 0
@@ -70,15 +75,20 @@ class Front:
             await asyncio.sleep(PERIOD)
 
     def _count_changes(self) -> None:
-        ready = next((port for port, ready in self._ready.items() if ready), None)
+        ready = next((port for port in self._leading if self._ready[port]), None)
         if ready is not None and ready != self._chosen:
             self.changes += self._chosen is not None
             self._chosen = ready
 
+    def _next(self) -> int | None:
+        """Return the port of the next connection."""
+        ready = [self._chosen, *(port for port in self._others if self._ready[port])]
+        return ready[next(self._turn) % len(ready)]
+
     async def _forward(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Forward a connection to the address that was ready last, in both directions until one side ends it."""
         with contextlib.suppress(OSError):
-            far_reader, far_writer = await asyncio.open_connection(LOCAL, self._chosen)
+            far_reader, far_writer = await asyncio.open_connection(LOCAL, self._next())
             with contextlib.closing(far_writer):
                 await _either(_pass(reader, far_writer), _pass(far_reader, writer))
         writer.close()

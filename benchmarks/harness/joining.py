@@ -6,6 +6,7 @@ import os
 import signal
 import sys
 from asyncio.subprocess import DEVNULL, PIPE, Process
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Self
 
@@ -57,24 +58,32 @@ class JoinedMachine:
         The process.
     restarts : bool
         Whether the process is restarted whenever it exits, as by a process supervisor.
+    options : sequence of str
+        Further arguments of ``ppaas machine join``.
     """
 
-    def __init__(self, name: str, folder: Path, process: Process, *, restarts: bool) -> None:
+    def __init__(
+        self, name: str, folder: Path, process: Process, *, restarts: bool, options: Sequence[str] = ()
+    ) -> None:
         self.name = name
         self._folder = folder
         self._process = process
+        self._options = options
         self._keeper = asyncio.create_task(self._keep()) if restarts else None
 
     @classmethod
-    async def start(cls, name: str, folder: Path, ticket: str, *, restarts: bool = False) -> Self:
+    async def start(
+        cls, name: str, folder: Path, ticket: str, *, restarts: bool = False, options: Sequence[str] = ()
+    ) -> Self:
         """Start a machine that joins the cloud by a ticket."""
-        return cls(name, folder, await _join(name, folder, ticket), restarts=restarts)
+        process = await _join(name, folder, options, ticket)
+        return cls(name, folder, process, restarts=restarts, options=options)
 
     async def _keep(self) -> None:
         while True:
             await self._process.wait()
             await asyncio.sleep(RESTART)
-            self._process = await _join(self.name, self._folder)
+            self._process = await _join(self.name, self._folder, self._options)
 
     async def is_in(self, rest: RestClient) -> None:
         """Wait until the machine has joined the cloud.
@@ -120,13 +129,13 @@ class JoinedMachine:
             raise Unavailable(f"machine {self.name} did not exit within {END_TIMEOUT:g} s after SIGTERM") from error
 
 
-async def _join(name: str, folder: Path, ticket: str | None = None) -> Process:
+async def _join(name: str, folder: Path, options: Sequence[str], ticket: str | None = None) -> Process:
     """Start the process of a machine; one that has joined before needs no ticket, but uses its key."""
     (folder / "t").mkdir(parents=True, exist_ok=True)
     shown = () if ticket is None else (ticket,)
     with (folder / "log").open("ab") as log:
         return await asyncio.create_subprocess_exec(
-            *MACHINE, "join", *shown, "--name", name, "--data", str(folder / "data"),
+            *MACHINE, "join", *shown, "--name", name, "--data", str(folder / "data"), *options,
             stdin=DEVNULL, stdout=log, stderr=log, env=os.environ | {"TMPDIR": str(folder / "t")},
             start_new_session=True,
         )  # fmt: skip
