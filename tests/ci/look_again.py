@@ -8,8 +8,8 @@ import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-FEW = 3
-"""Tests that may fail, of all, and be run once more."""
+FEW = 6
+"""Tests that may fail, of all, and be run once more: one in three thousand. Each is named, and must pass alone."""
 
 
 def failed(report: str) -> list[str]:
