@@ -39,6 +39,10 @@ START_PATIENCE = 60.0
 SILENCE = 1.0
 """Time within which the master answers a report [s]."""
 
+GIVE_UP = 4.0
+"""Time without an answer after which the link to a master of another host is closed [s]: TCP may not notice that the
+network is down. The master closes it after as long without a report."""
+
 Displace = Callable[[str, str, str | None], Awaitable[None]]
 """Displaces the socket of a user's robot, if it is dead or of the named session."""
 
@@ -185,6 +189,9 @@ class Endpoint:
         while True:
             await asyncio.sleep(PERIOD)
             led = await self._report()
+            if self._access.is_far and self.master.is_up and self.master.silence > GIVE_UP:
+                logger.warning("the master is silent: it or the network is down, and this endpoint dials again")
+                self.master.hang_up()
             if self.master.is_up:  # a master that is slow, or stopped, has not ended
                 until = loop.time() + orphaned
             elif loop.time() >= until:

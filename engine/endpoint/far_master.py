@@ -23,6 +23,7 @@ class FarMaster:
     """
 
     secret = ""
+    is_far = True
 
     def __init__(self, membership: Membership, settings: ClusterSettings) -> None:
         self._membership = membership

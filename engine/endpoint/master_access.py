@@ -26,9 +26,12 @@ class MasterAccess(Protocol):
     ----------
     secret : str
         Secret of the cloud's own processes; empty if a certificate identifies this machine.
+    is_far : bool
+        Whether the master is on another host, so that the network may be down.
     """
 
     secret: str
+    is_far: bool
 
     async def dial(self) -> Streams:
         """Connect to the master that leads.
@@ -59,6 +62,8 @@ class OwnMaster:
     is_replaced : callable
         Returns whether another process leads.
     """
+
+    is_far = False
 
     def __init__(self, address: UnixAddress, secret: str, is_replaced: Callable[[], Awaitable[bool]]) -> None:
         self.secret = secret

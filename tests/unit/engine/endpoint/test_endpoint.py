@@ -6,11 +6,16 @@ from pathlib import Path
 
 import pytest
 
+from engine.calls.caller import Caller
+from engine.calls.frames import Frame
 from engine.endpoint import endpoint as module
 from engine.endpoint.endpoint import Endpoint, Here
 from engine.endpoint.master_access import OwnMaster
 from engine.master.quotas import Quota
 from engine.protocols.address import UnixAddress
+from engine.protocols.framing import FrameStream
+from engine.protocols.sockets import listen
+from engine.service.endpoints.interface import EndpointState, MasterCalls, Registration
 from engine.service.endpoints.server import EndpointServer
 from tests.support.endpoints.master_cloud import MasterCloud
 from tests.support.waiting import until
@@ -72,3 +77,49 @@ async def test_an_endpoint_ends_when_its_master_was_outranked(
     await asyncio.wait_for(running, 10.0)
     assert "another process leads this cloud now" in caplog.text
     await endpoint.close()
+
+
+class SilentMaster:
+    """Master that registers endpoints and then answers nothing, as one whose network is down."""
+
+    def __init__(self) -> None:
+        self.links = 0
+
+    async def connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self.links += 1
+        stream: FrameStream[Frame] = FrameStream(reader, writer, Frame)
+        await Caller(stream, [MasterCalls], self).serve()
+        await stream.close()
+
+    async def register(self, registration: Registration) -> None:
+        """Register an endpoint."""
+
+    async def report(self, state: EndpointState) -> bool:
+        """Answer never."""
+        await asyncio.Event().wait()
+        return True
+
+
+@pytest.mark.parametrize("is_far", [True, False])
+async def test_the_link_to_a_silent_master_is_closed_if_the_network_may_be_down(
+    short_path: Path, monkeypatch: pytest.MonkeyPatch, is_far: bool
+) -> None:
+    monkeypatch.setattr(module, "PERIOD", 0.01)
+    monkeypatch.setattr(module, "SILENCE", 0.01)
+    monkeypatch.setattr(module, "GIVE_UP", 0.1)
+    silent = SilentMaster()
+    address = UnixAddress(short_path / "m.sock")
+    listening = await listen(address, silent.connected)
+    access = OwnMaster(address, SECRET, OtherLeader())
+    monkeypatch.setattr(access, "is_far", is_far)
+    here = Here("hall-1", "hall", short_path, "http://h:8500")
+    endpoint = Endpoint(here, access, Quota(), displace=nobody, load=lambda: (0, 0.0))
+    await endpoint.start()
+    running = asyncio.create_task(endpoint.run(30.0))
+    await until(lambda: silent.links == (2 if is_far else 1))
+    await asyncio.sleep(0.3)
+    assert (silent.links > 1) is is_far
+    running.cancel()
+    await asyncio.gather(running, return_exceptions=True)
+    await endpoint.close()
+    listening.close()
