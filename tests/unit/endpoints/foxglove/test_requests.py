@@ -139,8 +139,11 @@ def parameters(place: ClonePlace) -> ClonePlace:
 
 
 async def _values(viewer: StillViewer) -> list[dict[str, Any]]:
-    await until(lambda: len(viewer.viewer.outbox) > 0)
-    viewer.read()
+    def has_answered() -> bool:
+        viewer.read()  # a status message may come before the answer
+        return bool(viewer.answers)
+
+    await until(has_answered)
     answer = viewer.answers.pop()
     assert answer["op"] == "parameterValues"
     found: list[dict[str, Any]] = answer["parameters"]
