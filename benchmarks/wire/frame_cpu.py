@@ -36,7 +36,7 @@ def figures(taken: list[tuple[float, float]], endpoints: int) -> list[Figure]:
     cloud, bare = ([pair[which] for pair in taken] for which in (0, 1))
     ratios = [one / other for one, other in taken]
     load = f"{ROBOTS} robots at {RATE:g} Hz, nothing sent back; beyond what silent robots take"
-    which = "of the one endpoint, which is the web process" if endpoints == 1 else f"of {endpoints} endpoints"
+    which = "of the one endpoint" if endpoints == 1 else f"of {endpoints} endpoints"
     return [
         median_of(PART, "endpoint, a scan", cloud, "µs", note=f"CPU time {which}; {load}"),
         median_of(PART, "uvicorn and websockets", bare, "µs", yardstick=True, note="copy the frame to a Unix socket"),

@@ -47,7 +47,7 @@ async def _memory_of_each(urls: list[str], memory: Callable[[], float]) -> float
 
 def figures(served: float, bare: float, count: int, endpoints: int) -> list[Figure]:
     """Return the figures of the memory of each of ``count`` sockets [KB]."""
-    which = "of the one endpoint, the master in it" if endpoints == 1 else f"of {endpoints} endpoints"
+    which = "of the one endpoint" if endpoints == 1 else f"of {endpoints} endpoints"
     note = f"private memory {which}; {count:,} robots, each with its container, that send nothing"
     return [
         Figure(PART, "idle robot", round(served, 1), "KB", limit=IDLE_LIMIT, note=note),
