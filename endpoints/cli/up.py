@@ -133,7 +133,7 @@ def _add_standby(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         const="",
         metavar="TICKET",
-        help="wait while another process leads the cloud of this store, and take over within 5 s when it dies; the "
+        help="wait while another process leads the cloud of this store, and take over when it dies; the "
         "output of 'ppaas machine ticket --standby' is needed once if machines of other hosts have joined",
     )
 
