@@ -58,8 +58,13 @@ def listen(host: str, port: int, *, shared: bool = False, accept: bool = True) -
 
 
 def url_of(listener: socket.socket, scheme: str = "http") -> str:
-    """Return the URL of a listening socket; an IPv6 address has brackets (RFC 3986, 3.2.2)."""
+    """Return the URL of a listening socket."""
     host, port = listener.getsockname()[:2]
+    return url_at(host, port, scheme)
+
+
+def url_at(host: str, port: int, scheme: str = "http") -> str:
+    """Return the URL of a port; an IPv6 address has brackets (RFC 3986, 3.2.2)."""
     if ":" in host:
         host = f"[{host.replace('%', '%25')}]"  # the zone of a link-local address (RFC 6874)
     return f"{scheme}://{host}:{port}"

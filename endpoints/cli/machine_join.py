@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from endpoints.cli import front_options
 from ppaas.bounded_numbers import whole
-from ppaas.errors import InvalidInput
 
 if TYPE_CHECKING:
     from engine.remote.endpoint_processes import EndpointProcesses
@@ -79,16 +78,12 @@ def _endpoints(arguments: argparse.Namespace) -> "EndpointProcesses":
     InvalidInput
         Their options do not fit together.
     """
+    from endpoints.http.tls import server_tls  # noqa: PLC0415
     from endpoints.processes.config import front_config  # noqa: PLC0415
     from endpoints.processes.joined_processes import joined_processes  # noqa: PLC0415
 
-    if arguments.port == 0:
-        raise InvalidInput("the endpoints of a machine need a --port other than 0: all of them listen there")
-    if (arguments.tls_cert is None) != (arguments.tls_key is None):
-        raise InvalidInput("TLS needs a certificate and its key: give both --tls-cert and --tls-key")
-    scheme = "http" if arguments.tls_cert is None else "https"
-    front = front_config(arguments, url=f"{scheme}://{arguments.host}:{arguments.port}", port=arguments.port)
-    return joined_processes(arguments.endpoints, front, arguments.listen)
+    server_tls(arguments.tls_cert, arguments.tls_key)
+    return joined_processes(arguments.endpoints, front_config(arguments, port=arguments.port), arguments.listen)
 
 
 def _replace_process(module: str, folder: Path, options: object) -> None:

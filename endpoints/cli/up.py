@@ -23,7 +23,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
     _add_other_protocols(parser)
     _add_machines(parser)
     _add_endpoints(parser)
-    _add_node_endpoints(parser)
     _add_standby(parser)
     _add_limits(parser)
     parser.add_argument(
@@ -116,8 +115,6 @@ def _add_endpoints(parser: argparse.ArgumentParser) -> None:
         "them (%(default)s)",
     )
 
-
-def _add_node_endpoints(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--ray-endpoints",
         type=whole(0),

@@ -101,6 +101,21 @@ class ServerTls:
         connection.context = self._newest
 
 
+def server_tls(certificate: Path | None, key: Path | None) -> ServerTls | None:
+    """Return the certificate of the server from the options ``--tls-cert`` and ``--tls-key``; None if there is none.
+
+    Raises
+    ------
+    InvalidInput
+        Certificate or key is missing or unusable.
+    """
+    if certificate is None and key is None:
+        return None
+    if certificate is None or key is None:
+        raise InvalidInput("TLS needs a certificate and its key: give both --tls-cert and --tls-key")
+    return ServerTls(certificate, key)
+
+
 def warn_if_open_to_others(listeners: Sequence[socket.socket]) -> None:
     """Log a warning if other hosts can connect, because passwords and tokens then cross the network unencrypted."""
     hosts = [str(listener.getsockname()[0]) for listener in listeners]

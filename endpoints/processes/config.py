@@ -19,7 +19,7 @@ class FrontConfig(msgspec.Struct, frozen=True, kw_only=True):
     rapyuta, foxglove : int, optional
         Ports of robots of Rapyuta, and of viewers of Foxglove.
     url : str
-        Address at which it serves clients, for the log and lists.
+        Address at which it serves clients, for lists; empty on a joined machine until its endpoint knows the host.
     advertised : str
         Address that robots whose container is on this machine are told; empty for none.
     dead : float
@@ -38,7 +38,7 @@ class FrontConfig(msgspec.Struct, frozen=True, kw_only=True):
     port: int
     rapyuta: int | None = None
     foxglove: int | None = None
-    url: str
+    url: str = ""
     advertised: str
     dead: float
     log_level: str
@@ -52,7 +52,7 @@ class FrontConfig(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def front_config(
-    arguments: argparse.Namespace, *, url: str, port: int, rapyuta: int | None = None, foxglove: int | None = None
+    arguments: argparse.Namespace, *, port: int, url: str = "", rapyuta: int | None = None, foxglove: int | None = None
 ) -> FrontConfig:
     """Return the settings from the options that ``endpoints.cli.front_options`` adds."""
     return FrontConfig(

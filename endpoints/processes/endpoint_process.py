@@ -3,7 +3,6 @@
 import asyncio
 import contextlib
 import logging
-import signal
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -30,6 +29,7 @@ from engine.endpoint.link_listener import MachineAccess
 from engine.endpoint.master_access import OwnMaster
 from engine.leadership.leadership import MASTER
 from engine.processes.run_dir import add_owner
+from engine.processes.stopping import cancel_all, run_unless_stopped, stop_on_signals
 from engine.protocols.address import UnixAddress, parse_host_port
 from engine.service.endpoints.server import SOCKET
 from ppaas.errors import PPaaSError
@@ -61,25 +61,16 @@ def run(config: Config) -> None:
 
 
 async def _run(config: Config) -> None:
-    stop = asyncio.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        asyncio.get_running_loop().add_signal_handler(number, stop.set)
+    stop = stop_on_signals()
     if isinstance(config, EndpointConfig):
         await _serve(config, None, stop)
         return
     from endpoints.processes.joined import joined  # noqa: PLC0415 - imports cryptography, for other hosts only
 
     add_owner(Path(config.run_dir))  # kept while this process runs, also if the agent of the machine is killed
-    asking, stopping = asyncio.create_task(joined(config)), asyncio.create_task(stop.wait())
-    try:
-        await asyncio.wait((asking, stopping), return_when=asyncio.FIRST_COMPLETED)
-        if not stop.is_set():
-            found = asking.result()
-            await _serve(found.config, found, stop)
-    finally:
-        for task in (asking, stopping):
-            task.cancel()
-        await asyncio.gather(asking, stopping, return_exceptions=True)
+    found = await run_unless_stopped(stop, joined(config))
+    if found is not None:
+        await _serve(found.config, found, stop)
 
 
 async def _serve(config: EndpointConfig, far: "Joined | None", stop: asyncio.Event) -> None:
@@ -97,12 +88,6 @@ async def _serve(config: EndpointConfig, far: "Joined | None", stop: asyncio.Eve
             web.stop()
             stopping.cancel()
             await asyncio.gather(serving, stopping, return_exceptions=True)
-
-
-async def _end(tasks: list[asyncio.Task[None]]) -> None:
-    for task in tasks:
-        task.cancel()
-    await asyncio.gather(*tasks, return_exceptions=True)
 
 
 async def _is_led_by_another(store: Store, holder: str) -> bool:
@@ -141,7 +126,7 @@ async def _composed(
         config.quota, displace=displace, load=load,
     )  # fmt: skip
     stack.push_async_callback(endpoint.close)
-    stack.push_async_callback(_end, linked)
+    stack.push_async_callback(cancel_all, linked)
     await endpoint.start()
     web = Web(
         await _services(config, endpoint, store, stack, is_far=far is not None),

@@ -6,15 +6,17 @@ import socket
 from pathlib import Path
 from typing import NamedTuple
 
-from endpoints.processes.config import EndpointConfig, JoinedEndpointConfig
+import msgspec
+
+from endpoints.listeners import url_at
+from endpoints.processes.config import EndpointConfig, FrontConfig, JoinedEndpointConfig
 from engine.endpoint.far_master import FarMaster
 from engine.endpoint.link_listener import MachineAccess
 from engine.remote.cluster_settings import ClusterSettings
 from engine.remote.masters import Masters
 from engine.remote.membership import Membership, membership_in
-from ppaas import __version__
-from ppaas.errors import Conflict, Unavailable
-from storage.urls.opening import check_exists
+from engine.remote.settings_check import check_settings
+from ppaas.errors import Unavailable
 
 logger = logging.getLogger(__name__)
 
@@ -35,24 +37,19 @@ async def joined(wanted: JoinedEndpointConfig) -> Joined:
 
     Raises
     ------
-    Conflict
-        The cloud runs another release.
-    InvalidInput, NotFound
-        The machine has not joined, or the stores of the cloud cannot be reached from here.
+    Conflict, InvalidInput, NotFound
+        The machine has not joined, or as of ``check_settings``.
+    Unavailable
+        This host has no way to the cloud.
     """
     membership = await asyncio.to_thread(membership_in, Path(wanted.folder))
-    settings = await _settings(Masters(membership))
-    if settings.release != __version__:
-        raise Conflict(
-            f"the cloud runs release {settings.release or '(unknown)'}, but endpoint {wanted.name} is of "
-            f"{__version__}: install the cloud's release and start the machine again"
-        )
-    for url in (settings.store, settings.map_store):
-        check_exists(url)
+    masters = Masters(membership)
+    settings = await _settings(masters)
+    check_settings(settings, membership.machine)
     host = wanted.listen or await asyncio.to_thread(_address_towards, membership.cloud.host, membership.cloud.port)
     return Joined(
         _config(wanted, membership, settings),
-        FarMaster(membership, settings),
+        FarMaster(membership, masters, settings),
         MachineAccess(host, membership.identity.authority),
     )
 
@@ -83,6 +80,10 @@ def _address_towards(host: str, port: int) -> str:
         raise Unavailable(f"this host has no way to {host}: {error}; give --listen HOST") from error
 
 
+def _url(front: FrontConfig) -> str:
+    return url_at(front.host, front.port, "https" if front.tls_cert else "http")
+
+
 def _config(wanted: JoinedEndpointConfig, membership: Membership, settings: ClusterSettings) -> EndpointConfig:
     return EndpointConfig(
         name=wanted.name,
@@ -91,7 +92,7 @@ def _config(wanted: JoinedEndpointConfig, membership: Membership, settings: Clus
         secret="",  # the certificate identifies the machine
         store=settings.store,
         map_store=settings.map_store,
-        outbox=str(membership.folder / "outbox.sqlite"),
+        outbox=str(membership.outbox),
         reserve=None,
         recordings=None,
         machines=None,
@@ -103,5 +104,5 @@ def _config(wanted: JoinedEndpointConfig, membership: Membership, settings: Clus
         holder="",
         orphaned=settings.runs.adopt_within,
         allowed=settings.runs.allowed,
-        front=wanted.front,
+        front=msgspec.structs.replace(wanted.front, url=_url(wanted.front)),
     )

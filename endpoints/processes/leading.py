@@ -13,6 +13,7 @@ from endpoints.listeners import listen
 from engine.bootstrap import CloudConfig
 from engine.leadership.holder import holder_of
 from engine.leadership.leadership import Leadership
+from engine.processes.stopping import cancel_all
 from engine.protocols.address import parse_host_port
 from engine.remote.replica import LAST, MACHINES
 from ppaas.errors import Conflict, InvalidInput
@@ -75,15 +76,10 @@ async def _copy_files(
         return
     link = StandbyLink(arguments.data, membership, address)
     copying = asyncio.create_task(link.run())
-    stack.push_async_callback(_cancel, copying)
+    stack.push_async_callback(cancel_all, (copying,))
     if not (arguments.data / LAST).exists():
         logger.info("waiting for the files of the leader at %s", membership.cloud)
         await link.complete.wait()
-
-
-async def _cancel(task: asyncio.Task[None]) -> None:
-    task.cancel()
-    await asyncio.gather(task, return_exceptions=True)
 
 
 def _get_ready(arguments: argparse.Namespace) -> None:

@@ -6,7 +6,6 @@ import contextlib
 import logging
 import os
 import secrets
-import signal
 from collections.abc import Callable, Coroutine, Iterator
 from functools import partial
 from pathlib import Path
@@ -22,7 +21,7 @@ from endpoints.accounts.user_turns import LocalTurns, UserTurns
 from endpoints.audit.cloud_audit import cloud_audit
 from endpoints.audit.data_folder import DataFolderCalls
 from endpoints.http.open_files import raise_file_limit
-from endpoints.http.tls import ServerTls, warn_if_open_to_others
+from endpoints.http.tls import server_tls, warn_if_open_to_others
 from endpoints.listeners import url_of
 from endpoints.processes.cloud_jobs import CloudJobs
 from endpoints.processes.config import front_config
@@ -40,6 +39,7 @@ from engine.master.quotas import Quota
 from engine.processes.background import Background
 from engine.processes.exclusive_owner import LOCK, sole_owner
 from engine.processes.private_files import keep_new_files_private, make_private_folder, warn_if_open, write_private
+from engine.processes.stopping import run_unless_stopped, stop_on_signals
 from engine.remote.endpoint_processes import EndpointProcesses
 from engine.remote.replica import MACHINES
 from engine.service.endpoints.server import Extra
@@ -178,10 +178,7 @@ def _ray_endpoints(arguments: argparse.Namespace) -> EndpointProcesses | None:
     """Return the endpoints of the nodes of a Ray cluster from the command line; None for none."""
     if not arguments.ray_endpoints:
         return None
-    if arguments.port == 0:
-        raise InvalidInput("--ray-endpoints needs a --port other than 0: the endpoints of all nodes listen there")
-    front = front_config(arguments, url="", port=arguments.port)  # the nodes know their addresses
-    return joined_processes(arguments.ray_endpoints, front)
+    return joined_processes(arguments.ray_endpoints, front_config(arguments, port=arguments.port))
 
 
 def admin_password(path: Path) -> str:
@@ -200,60 +197,25 @@ def admin_password(path: Path) -> str:
     return password
 
 
-def server_tls(arguments: argparse.Namespace) -> ServerTls | None:
-    """Return the certificate of the server from the command line; None if there is none.
-
-    Raises
-    ------
-    InvalidInput
-        Certificate or key is missing or unusable.
-    """
-    certificate, key = arguments.tls_cert, arguments.tls_key
-    if certificate is None and key is None:
-        return None
-    if certificate is None or key is None:
-        raise InvalidInput("TLS needs a certificate and its key: give both --tls-cert and --tls-key")
-    return ServerTls(certificate, key)
-
-
 async def _serve(arguments: argparse.Namespace) -> None:
-    stop = _stop_on_signals()
+    stop = stop_on_signals()
     async with contextlib.AsyncExitStack() as stack:
         config = cloud_config(arguments)
-        leadership = await _run_unless_stopped(stop, take_the_lead(arguments, config, stack))
+        leadership = await run_unless_stopped(stop, take_the_lead(arguments, config, stack))
         if leadership is None:
             return
         ports = Ports.reserve(arguments, stack)
-        tls = server_tls(arguments)
+        tls = server_tls(arguments.tls_cert, arguments.tls_key)
         if tls is None:
             warn_if_open_to_others(ports.web)
         raise_file_limit()  # before processes are started, which inherit it
         engine = Engine(config, leadership)
         stack.push_async_callback(engine.close)
-        keeper = await _run_unless_stopped(stop, _start(engine, arguments, stack, ports))
+        keeper = await run_unless_stopped(stop, _start(engine, arguments, stack, ports))
         if keeper is not None:
             ports.log(tls=tls is not None)
             url = url_of(ports.web[0], "http" if tls is None else "https")
             await _run(keeper, stop, url, arguments.ready_file)
-
-
-def _stop_on_signals() -> asyncio.Event:
-    stop = asyncio.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        asyncio.get_running_loop().add_signal_handler(number, stop.set)
-    return stop
-
-
-async def _run_unless_stopped(stop: asyncio.Event, work: Coroutine[Any, Any, T]) -> T | None:
-    """Return the result of ``work``; cancel it and return None if ``stop`` is set first."""
-    tasks = working, stopping = asyncio.create_task(work), asyncio.create_task(stop.wait())
-    try:
-        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-        return working.result() if working.done() else None
-    finally:
-        working.cancel()
-        stopping.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
 
 
 async def _start(

@@ -22,6 +22,7 @@ from engine.agent.relays.robot_link_relay import RobotLinkRelay
 from engine.fabric.router import RouterProcess
 from engine.fabric.session import Fabric
 from engine.processes.instances import folder_of, instance_name
+from engine.processes.stopping import cancel_all
 from engine.protocols import control_link
 from engine.protocols.address import TlsAddress, parse_address, reached_as
 from engine.protocols.endpoint_sockets import RELAY, EndpointAddress
@@ -153,13 +154,8 @@ def _router(config: AgentConfig, stack: contextlib.AsyncExitStack) -> asyncio.Ta
         return router
 
     starting = asyncio.create_task(start())
-    stack.push_async_callback(_give_up, starting)
+    stack.push_async_callback(cancel_all, (starting,))
     return starting
-
-
-async def _give_up(starting: asyncio.Task[RouterProcess]) -> None:
-    starting.cancel()
-    await asyncio.gather(starting, return_exceptions=True)
 
 
 async def _fabric(router: RouterProcess, stack: contextlib.AsyncExitStack) -> Fabric:

@@ -18,6 +18,8 @@ class FarMaster:
     ----------
     membership : Membership
         The machine, and the cloud that it has joined.
+    masters : Masters
+        Masters of that cloud, as this process has asked them.
     settings : ClusterSettings
         Settings of the cloud with which this endpoint started.
     """
@@ -25,11 +27,10 @@ class FarMaster:
     secret = ""
     is_far = True
 
-    def __init__(self, membership: Membership, settings: ClusterSettings) -> None:
+    def __init__(self, membership: Membership, masters: Masters, settings: ClusterSettings) -> None:
         self._membership = membership
         self._settings = _lasting(settings)
-        self._masters = Masters(membership)
-        self._masters.note(settings.masters)
+        self._masters = masters
 
     async def dial(self) -> Streams:
         """Find the master that leads, and connect to it."""

@@ -29,13 +29,11 @@ from engine.processes.run_dir import keep_temporary_files_in, remove_folder
 from engine.remote.cluster_settings import ClusterSettings
 from engine.remote.endpoint_processes import EndpointProcesses
 from engine.remote.machine_endpoints import MachineEndpoints
-from engine.remote.machines import check_reachable
 from engine.remote.masters import Masters
 from engine.remote.membership import Membership, membership_in
-from ppaas import __version__
+from engine.remote.settings_check import check_settings
 from ppaas.clock import monotonic
 from ppaas.errors import Conflict, PPaaSError, Unavailable
-from storage.urls.opening import check_exists
 
 logger = logging.getLogger(__name__)
 
@@ -150,19 +148,10 @@ def config_of(
 
     Raises
     ------
-    Conflict
-        The cloud runs another release of this program.
-    InvalidInput, NotFound
-        The stores of the cloud cannot be reached from here.
+    Conflict, InvalidInput, NotFound
+        As of ``check_settings``.
     """
-    if settings.release != __version__:
-        raise Conflict(
-            f"the cloud runs release {settings.release or '(unknown)'}, but machine {membership.machine} runs "
-            f"{__version__}: install the cloud's release and start the machine again"
-        )
-    for url in (settings.store, settings.map_store):
-        check_reachable(url)
-        check_exists(url)  # opening a path that is not shared would create an empty store
+    check_settings(settings, membership.machine)
     places.run_dir.mkdir(mode=0o700, exist_ok=True)
     return AgentConfig(
         machine=membership.machine,
@@ -172,7 +161,7 @@ def config_of(
         cloud=settings.cloud,
         store=settings.store,
         map_store=settings.map_store,
-        outbox=str(membership.folder / "outbox.sqlite"),
+        outbox=str(membership.outbox),
         cores=options.cores,
         labels=options.labels,
         peering=membership.peering(settings, masters.routers()),

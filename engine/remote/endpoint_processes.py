@@ -26,5 +26,5 @@ class EndpointProcesses(msgspec.Struct, frozen=True):
 def at_address(processes: EndpointProcesses, address: str) -> EndpointProcesses:
     """Return endpoint processes that listen at one address of their machine, for clients and for containers."""
     settings = processes.settings
-    front = {**settings["front"], "host": address, "url": f"http://{address}:{settings['front']['port']}"}
+    front = {**settings["front"], "host": address}
     return msgspec.structs.replace(processes, settings={**settings, "listen": address, "front": front})

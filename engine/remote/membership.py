@@ -52,6 +52,11 @@ class Membership:
         """Key and certificates of the machine."""
         return TlsIdentity.in_folder(self.folder, "machine")
 
+    @property
+    def outbox(self) -> Path:
+        """File that queues plans of the machine while a store is unavailable."""
+        return self.folder / "outbox.sqlite"
+
     async def settings(self, master: TlsAddress | None = None) -> ClusterSettings:
         """Request the settings of the cluster from a master, by default the one that this machine has joined.
 

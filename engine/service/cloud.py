@@ -194,7 +194,7 @@ class Cloud:
 
     @property
     def leads(self) -> bool:
-        """Whether this master may give orders now."""
+        """True while this master may give orders."""
         control, _ = self._driver.servers
         return control.mandate.leads()
 

@@ -111,7 +111,7 @@ async def test_machine_exits_if_the_cloud_runs_another_release(
     # A machine keeps its temporary files in its own folder; later tests must not.
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    monkeypatch.setattr("engine.remote.agent.__version__", "0.0.9")
+    monkeypatch.setattr("engine.remote.settings_check.__version__", "0.0.9")
     with pytest.raises(Conflict, match="the cloud runs release"):
         await stay(membership, MachineOptions())
 
