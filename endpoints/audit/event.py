@@ -61,6 +61,11 @@ class AuditEvent(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     repeats: int = 0
 
 
+def lost_events(count: int) -> AuditEvent:
+    """Return the event that a number of others could not be recorded."""
+    return AuditEvent(action="lose_events", outcome="failed", details={"events": count})
+
+
 @dataclass(frozen=True, slots=True)
 class AuditQuery:
     """Query of events: at or after a time [s since the epoch], of a user, of an action, with an outcome."""

@@ -6,7 +6,7 @@ import queue
 import threading
 from pathlib import Path
 
-from endpoints.audit.event import AuditEvent, AuditQuery
+from endpoints.audit.event import AuditEvent, AuditQuery, lost_events
 from endpoints.audit.files import FILES, MAX_SIZE, AuditFiles
 from endpoints.audit.flood_guard import FloodGuard
 from engine.processes.private_files import PRIVATE
@@ -130,8 +130,7 @@ class FileAuditLog:
     def _store(self, *, closed: bool) -> None:
         lost = self._lost
         if lost > self._reported_lost and len(self._unstored) < MAX_WAITING:
-            details = {"events": lost - self._reported_lost}
-            self._unstored.append(AuditEvent(action="lose_events", outcome="failed", details=details))
+            self._unstored.append(lost_events(lost - self._reported_lost))
             self._reported_lost = lost
         retry = self._failed_at is None or closed or monotonic() - self._failed_at >= self._period
         if not self._unstored or not retry:

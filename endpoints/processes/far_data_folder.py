@@ -7,7 +7,8 @@ from collections import deque
 from itertools import islice
 
 from endpoints.audit.data_folder import DataFolderCalls
-from endpoints.audit.event import AuditEvent, AuditQuery
+from endpoints.audit.event import AuditEvent, AuditQuery, lost_events
+from endpoints.audit.file_log import MAX_BATCH, MAX_WAITING
 from engine.endpoint.master_link import MasterLink
 from engine.processes.background import Background, repeat
 from ppaas.errors import Unavailable
@@ -16,12 +17,6 @@ logger = logging.getLogger(__name__)
 
 PERIOD = 0.5
 """Interval of transfers to the master [s]."""
-
-MAX_WAITING = 50_000
-"""Largest number of events that wait for the master; later ones are counted and dropped."""
-
-MAX_BATCH = 1000
-"""Largest number of events of a transfer."""
 
 READ_TIMEOUT, CLOSE_TIMEOUT = 10.0, 2.0
 """Time limits of a query, and to send the last events at the end [s]."""
@@ -84,8 +79,8 @@ class FarAuditLog:
 
     async def _send_all(self) -> None:
         if self._lost and len(self._waiting) < MAX_WAITING:
-            details, self._lost = {"events": self._lost}, 0
-            self._waiting.append(AuditEvent(action="lose_events", outcome="failed", details=details))
+            lost, self._lost = self._lost, 0
+            self._waiting.append(lost_events(lost))
         while self._waiting:
             batch = list(islice(self._waiting, MAX_BATCH))
             try:
