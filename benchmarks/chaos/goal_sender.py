@@ -60,7 +60,7 @@ class GoalSender:
 
     @property
     def is_over(self) -> bool:
-        """Whether ``enough`` was called."""
+        """True once ``enough`` was called."""
         return self._enough.is_set()
 
     async def run(self, client: RobotClient) -> None:

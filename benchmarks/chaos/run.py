@@ -31,8 +31,7 @@ MAPS = 2
 """Number of maps: the balancer keeps robots of a map together, so several maps use several machines."""
 
 ORPHANED = 45.0
-"""Time within which the machine of a master that another one replaced has ended: ``--adopt-within``, and what it takes
-to end containers [s]."""
+"""Time for the machine of a replaced master to end [s]: ``--adopt-within``, and the end of its containers."""
 
 LOOK = 1.0
 """Period at which leftovers are checked [s]."""

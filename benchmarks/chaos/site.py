@@ -71,7 +71,7 @@ class ChaosSite:
 
     @property
     def has_standby(self) -> bool:
-        """Whether a second cloud process stands by."""
+        """True if a second cloud process stands by."""
         return len(self._clouds) > 1
 
     @property

@@ -25,7 +25,7 @@ ADDRESSES = 4
 """Number of loopback addresses from which strangers connect, since connections of one address are limited."""
 
 BEGUN = b"GET /v1/health HTTP/1.1\r\nHost: "
-"""What half of the strangers send; the others send nothing."""
+"""Bytes that half of the strangers send; the others send nothing."""
 
 OWN_FILES = 200
 """Open files of the bench beside the connections."""
