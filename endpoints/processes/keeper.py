@@ -9,6 +9,7 @@ from pathlib import Path
 from endpoints.processes import serving
 from endpoints.processes.config import EndpointConfig
 from engine.local.process_keeper import ProcessKeeper
+from engine.local.spare_processes import SpareProcesses
 from engine.service.endpoints.server import EndpointServer
 from ppaas.errors import Unavailable
 
@@ -38,11 +39,21 @@ class EndpointKeeper:
         Folder of the sockets of the cloud.
     file : Path
         File that records them for the next cloud process.
+    spares : SpareProcesses
+        Endpoint processes that wait for their settings; those that are not needed are ended.
     """
 
-    def __init__(self, configs: Sequence[EndpointConfig], server: EndpointServer, run_dir: Path, file: Path) -> None:
+    def __init__(
+        self,
+        configs: Sequence[EndpointConfig],
+        server: EndpointServer,
+        run_dir: Path,
+        file: Path,
+        spares: SpareProcesses,
+    ) -> None:
         self._server = server
-        self._keeper = ProcessKeeper(COMMAND, {config.name: config for config in configs}, run_dir, file)
+        self._spares = spares
+        self._keeper = ProcessKeeper(COMMAND, {config.name: config for config in configs}, run_dir, file, spares)
 
     async def start(self) -> None:
         """Start or adopt all endpoints, and wait until they serve.
@@ -56,6 +67,7 @@ class EndpointKeeper:
         until = asyncio.get_running_loop().time() + START_TIMEOUT
         while asyncio.get_running_loop().time() < until:
             if self._registered() >= self._keeper.names:
+                await self._spares.close()
                 return
             if self._keeper.deaths >= HOPELESS:
                 break

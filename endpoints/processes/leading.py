@@ -13,6 +13,7 @@ from endpoints.listeners import listen
 from engine.bootstrap import CloudConfig
 from engine.leadership.holder import holder_of
 from engine.leadership.leadership import Leadership
+from engine.local.spare_processes import SpareProcesses
 from engine.processes.stopping import cancel_all
 from engine.protocols.address import parse_host_port
 from engine.remote.replica import LAST, MACHINES
@@ -26,9 +27,11 @@ REPLACED = 1
 
 
 async def take_the_lead(
-    arguments: argparse.Namespace, config: CloudConfig, stack: contextlib.AsyncExitStack
+    arguments: argparse.Namespace, config: CloudConfig, spares: SpareProcesses, stack: contextlib.AsyncExitStack
 ) -> Leadership:
     """Return the leadership of this process once it leads; ``stack`` gives it up.
+
+    A standby starts its endpoints as ``spares``, which takes half a second of the time of a take-over otherwise.
 
     Raises
     ------
@@ -44,6 +47,7 @@ async def take_the_lead(
         if standby:
             await asyncio.to_thread(_get_ready, arguments)
             await _copy_files(arguments, config.listen_machines, meanwhile)
+            await spares.start(arguments.endpoints)
             logger.info("standing by: this process leads once no other one does")
         await leadership.acquire(standby=standby)
     if standby:

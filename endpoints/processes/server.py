@@ -26,7 +26,7 @@ from endpoints.listeners import url_of
 from endpoints.processes.cloud_jobs import CloudJobs
 from endpoints.processes.config import front_config
 from endpoints.processes.joined_processes import joined_processes
-from endpoints.processes.keeper import EndpointKeeper
+from endpoints.processes.keeper import COMMAND, EndpointKeeper
 from endpoints.processes.leading import take_the_lead
 from endpoints.processes.ports import Ports, endpoint_configs
 from endpoints.processes.records import ENDPOINTS_HERE
@@ -35,6 +35,7 @@ from endpoints.services.caches import Caches
 from endpoints.services.robot_facts import RobotFacts
 from endpoints.services.services import Services
 from engine.bootstrap import CloudConfig, Engine
+from engine.local.spare_processes import SpareProcesses
 from engine.master.quotas import Quota
 from engine.processes.background import Background
 from engine.processes.exclusive_owner import LOCK, sole_owner
@@ -201,7 +202,9 @@ async def _serve(arguments: argparse.Namespace) -> None:
     stop = stop_on_signals()
     async with contextlib.AsyncExitStack() as stack:
         config = cloud_config(arguments)
-        leadership = await run_unless_stopped(stop, take_the_lead(arguments, config, stack))
+        spares = SpareProcesses(COMMAND)
+        stack.push_async_callback(spares.close)
+        leadership = await run_unless_stopped(stop, take_the_lead(arguments, config, spares, stack))
         if leadership is None:
             return
         ports = Ports.reserve(arguments, stack)
@@ -211,7 +214,7 @@ async def _serve(arguments: argparse.Namespace) -> None:
         raise_file_limit()  # before processes are started, which inherit it
         engine = Engine(config, leadership)
         stack.push_async_callback(engine.close)
-        keeper = await run_unless_stopped(stop, _start(engine, arguments, stack, ports))
+        keeper = await run_unless_stopped(stop, _start(engine, arguments, stack, ports, spares))
         if keeper is not None:
             ports.log(tls=tls is not None)
             url = url_of(ports.web[0], "http" if tls is None else "https")
@@ -219,7 +222,11 @@ async def _serve(arguments: argparse.Namespace) -> None:
 
 
 async def _start(
-    engine: Engine, arguments: argparse.Namespace, stack: contextlib.AsyncExitStack, ports: Ports
+    engine: Engine,
+    arguments: argparse.Namespace,
+    stack: contextlib.AsyncExitStack,
+    ports: Ports,
+    spares: SpareProcesses,
 ) -> EndpointKeeper:
     """Start the local machine, and meanwhile the endpoints."""
     machine = asyncio.create_task(engine.start())
@@ -241,7 +248,7 @@ async def _start(
         await _ensure_admin(services.accounts, arguments, stack)
         await engine.listening()
         configs = endpoint_configs(arguments, engine, ports)
-        keeper = EndpointKeeper(configs, engine.endpoints, engine.run_dir, arguments.data / ENDPOINTS_HERE)
+        keeper = EndpointKeeper(configs, engine.endpoints, engine.run_dir, arguments.data / ENDPOINTS_HERE, spares)
         stack.push_async_callback(keeper.stop)
         await keeper.start()
         await machine

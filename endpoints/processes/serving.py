@@ -17,14 +17,19 @@ from ppaas.errors import PPaaSError
 logger = logging.getLogger(__name__)
 
 REFUSED, NO_SETTINGS = 3, 4
-"""Exit statuses of an endpoint that the master refuses, and of one that got no settings."""
+"""Exit statuses of an endpoint that the master refuses, and of one that gets no settings."""
 
 
 def main() -> int:
     """Serve robots, operators and REST until SIGTERM, or until there was no master for a while; return the status."""
     keep_new_files_private()
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # it would search all distributions for its plug-ins
+    with without_collection():
+        from endpoints.processes.endpoint_process import run  # noqa: PLC0415 - the keeper does not import it
+
+    # Last of all: a standby starts endpoints that have no settings until it leads.
     settings = sys.stdin.buffer.read()
-    if not settings:  # its keeper was killed meanwhile
+    if not settings:  # its keeper was killed, or does not need it
         return NO_SETTINGS
     config = msgspec.json.decode(settings, type=Config)
     logging.basicConfig(
@@ -32,10 +37,6 @@ def main() -> int:
         format=f"%(asctime)s %(levelname)s {config.name} %(name)s: %(message)s",
         datefmt="%H:%M:%S",
     )
-    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # it would search all distributions for its plug-ins
-    with without_collection():
-        from endpoints.processes.endpoint_process import run  # noqa: PLC0415 - the keeper does not import it
-
     try:
         run(config)
     except PPaaSError as error:

@@ -5,13 +5,14 @@ import contextlib
 import logging
 import os
 import signal
-from asyncio.subprocess import PIPE, Process
+from asyncio.subprocess import Process
 from collections.abc import Callable, Mapping, Sequence
 
 import msgspec
 
 from engine.agent import main as agent_main
 from engine.local.adopted_process import AdoptedProcess
+from engine.local.spare_processes import SpareProcesses, start_process
 from engine.runtimes.memory_tuning import lean_python
 
 logger = logging.getLogger(__name__)
@@ -44,6 +45,8 @@ class KeptProcess:
         Environment of the process and its children.
     started : callable
         Called with the id of each process that is started.
+    spares : SpareProcesses, optional
+        Processes of ``command`` that were started earlier; used before another one is started.
     """
 
     def __init__(
@@ -55,6 +58,7 @@ class KeptProcess:
         done: int | None = None,
         environment: Mapping[str, str] = os.environ,
         started: Callable[[int], None] = lambda _: None,
+        spares: SpareProcesses | None = None,
     ) -> None:
         self._title = title
         self._config = config
@@ -62,6 +66,7 @@ class KeptProcess:
         self._done = done
         self._environment = environment
         self._started = started
+        self._spares = spares
         self._adopted: AdoptedProcess | None = None
         self._process: Process | AdoptedProcess | None = None
         self._keeper: asyncio.Task[None] | None = None
@@ -115,10 +120,8 @@ class KeptProcess:
         return status
 
     async def _spawn(self) -> Process:
-        # In its own session, so that a signal from the terminal does not end it before the processes that need it.
-        process = await asyncio.create_subprocess_exec(
-            *self._command, stdin=PIPE, start_new_session=True, env=dict(self._environment)
-        )
+        spare = self._spares.take() if self._spares is not None else None
+        process = spare or await start_process(self._command, self._environment)
         if process.stdin is None:
             raise RuntimeError("the process has no standard input")
         process.stdin.write(msgspec.json.encode(self._config))

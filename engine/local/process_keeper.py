@@ -11,6 +11,7 @@ from typing import Any
 import msgspec
 
 from engine.local.kept_process import KeptProcess
+from engine.local.spare_processes import SpareProcesses
 from engine.processes.background import Background
 from engine.processes.beat_file import BeatFile
 from engine.processes.ending import end_process
@@ -61,9 +62,18 @@ class ProcessKeeper:
         Folder of their beat files.
     file : Path
         File that records them for the next keeper.
+    spares : SpareProcesses, optional
+        Processes of ``command`` that were started earlier; used before others are started.
     """
 
-    def __init__(self, command: Sequence[str], settings: Mapping[str, Any], run_dir: Path, file: Path) -> None:
+    def __init__(
+        self,
+        command: Sequence[str],
+        settings: Mapping[str, Any],
+        run_dir: Path,
+        file: Path,
+        spares: SpareProcesses | None = None,
+    ) -> None:
         self._settings = {name: msgspec.Raw(msgspec.json.encode(one)) for name, one in settings.items()}
         self._file = file
         self._pids: dict[str, int] = {}
@@ -71,7 +81,12 @@ class ProcessKeeper:
         self._watching = Background()
         self._kept = {
             name: KeptProcess(
-                f"process {name}", one, command, environment=dict(os.environ), started=partial(self._started, name)
+                f"process {name}",
+                one,
+                command,
+                environment=dict(os.environ),
+                started=partial(self._started, name),
+                spares=spares,
             )
             for name, one in self._settings.items()
         }

@@ -78,10 +78,12 @@ async def test_robots_keep_their_clones_when_a_standby_takes_over(
                 await heir.stands_by()
                 await drives(drive, goal, "there")
                 pid = (await container_of(rest, ROBOT))["pid"]
+                spares = heir.endpoints()
                 os.kill(cloud.pid, signal.SIGKILL)
                 cloud.status = -signal.SIGKILL
                 wire.cut()
                 leader = await heir.leads()
+                assert heir.endpoints() == spares != [], "it has started them while it stood by"
                 await finds_its_clone(drive, wire, leader, pid, "there")
                 await until(lambda: has_ended(agent.pid), 30.0)
                 with standing_by(first, "--standby", *of_first) as again:

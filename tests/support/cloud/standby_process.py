@@ -12,8 +12,9 @@ from pathlib import Path
 
 import psutil
 
+from endpoints.processes import serving
 from robots import cli
-from tests.support.cloud.cloud import ADMIN_PASSWORD, LOG_SHOWN, RunningCloud
+from tests.support.cloud.cloud import ADMIN_PASSWORD, LOG_SHOWN, RunningCloud, named
 from tests.support.waiting import until
 
 STANDING_BY = "standing by"
@@ -48,6 +49,10 @@ class Standby:
     async def stands_by(self) -> None:
         """Wait until it is ready to take over."""
         await until(lambda: self._is_running() and STANDING_BY in self.log.read_text(), 60.0)
+
+    def endpoints(self) -> list[psutil.Process]:
+        """Return its endpoint processes; they wait for their settings until it leads."""
+        return named(psutil.Process(self.process.pid).children(), serving.__name__)
 
     async def leads(self) -> RunningCloud:
         """Wait until it leads and serves, and return it as a cloud."""

@@ -7,8 +7,10 @@ from pathlib import Path
 import pytest
 
 from endpoints.cli import up
+from endpoints.processes.keeper import COMMAND
 from endpoints.processes.leading import take_the_lead
 from endpoints.processes.server import cloud_config
+from engine.local.spare_processes import SpareProcesses
 from engine.remote.authority import STANDBY, Authority
 from engine.remote.machines import ADDRESS
 from engine.remote.replica import MACHINES
@@ -26,7 +28,9 @@ async def start(data: Path, *arguments: str) -> None:
     up.configure(parser)
     parsed = parser.parse_args(["--data", str(data), "--port", "0", *arguments])
     async with contextlib.AsyncExitStack() as stack:
-        leadership = await take_the_lead(parsed, cloud_config(parsed), stack)
+        spares = SpareProcesses(COMMAND)
+        stack.push_async_callback(spares.close)
+        leadership = await take_the_lead(parsed, cloud_config(parsed), spares, stack)
         assert leadership.leads()
 
 

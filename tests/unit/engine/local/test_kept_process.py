@@ -11,6 +11,7 @@ import pytest
 from engine.agent.config import AgentConfig
 from engine.local import kept_process
 from engine.local.kept_process import KeptProcess
+from engine.local.spare_processes import SpareProcesses
 from tests.support.waiting import until
 
 STAND_IN = (sys.executable, "-m", "tests.support.engine.agent_stand_in")
@@ -19,10 +20,10 @@ STAND_IN = (sys.executable, "-m", "tests.support.engine.agent_stand_in")
 class AgentUnderTest:
     """A ``KeptProcess``, and the file that its agents write."""
 
-    def __init__(self, folder: Path, machine: str) -> None:
+    def __init__(self, folder: Path, machine: str, spares: SpareProcesses | None = None) -> None:
         self.file = folder / "agents"
         config = AgentConfig(machine, "", "secret", str(folder), "", "memory:", "memory:")
-        self.process = KeptProcess("agent", config, STAND_IN)
+        self.process = KeptProcess("agent", config, STAND_IN, spares=spares)
 
     def runs(self) -> list[list[int]]:
         """Return the process ids of each run so far, the agent first."""
@@ -49,6 +50,34 @@ async def test_an_agent_that_is_killed_is_started_again(tmp_path: Path) -> None:
     await until(lambda: len(agents.runs()) == 2)
     await agents.process.stop()
     assert len(agents.runs()) == 2
+
+
+async def test_a_spare_process_is_used_first_and_another_one_is_started_after_it(tmp_path: Path) -> None:
+    spares = SpareProcesses(STAND_IN)
+    await spares.start(1)
+    [spare] = psutil.Process().children()
+    agents = AgentUnderTest(tmp_path, "stay", spares)
+    await agents.process.start()
+    await until(agents.runs)
+    assert agents.runs() == [[spare.pid]]
+    spare.kill()
+    await until(lambda: len(agents.runs()) == 2)
+    await agents.process.stop()
+
+
+async def test_spare_processes_that_died_are_not_used_and_the_rest_are_ended() -> None:
+    spares = SpareProcesses(STAND_IN)
+    await spares.start(3)
+    children = psutil.Process().children()
+    children[-1].kill()
+    await asyncio.sleep(0.2)
+    taken = spares.take()
+    assert taken is not None
+    assert taken.pid == children[-2].pid
+    await spares.close()
+    assert [child.is_running() for child in children] == [False, True, False]
+    taken.kill()
+    await taken.wait()
 
 
 async def test_an_agent_that_keeps_exiting_is_restarted_with_delays(
