@@ -61,6 +61,6 @@ class GoalResults:
         """Record that a clone does not know a goal although no new session began."""
         self._tell(f"{self._robot}: the clone lost {goal} without a new session")
 
-    def missing(self, goal: str, seconds: float) -> None:
-        """Record that a goal neither ended nor was lost within a time limit [s]."""
-        self._tell(f"{self._robot}: {goal} did not end within {seconds:.0f} s")
+    def missing(self, goal: str, seconds: float, trace: str) -> None:
+        """Record that a goal neither ended nor was lost within a time limit [s], and what happened meanwhile."""
+        self._tell(f"{self._robot}: {goal} did not end within {seconds:.0f} s: {trace}")

@@ -5,6 +5,7 @@ import itertools
 from collections.abc import Callable, Sequence
 
 from benchmarks.chaos.goal_results import GoalResults
+from benchmarks.chaos.goal_trace import GoalTrace, Standing
 from benchmarks.chaos.silences import Silences
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
@@ -34,6 +35,8 @@ class GoalSender:
         The goals, which the robot visits in a circle.
     expecting : sequence of Silences
         Told when the robot has a goal.
+    standing : callable
+        Returns the state of the robot.
     tell : callable
         Called with a description of each error.
 
@@ -44,12 +47,18 @@ class GoalSender:
     """
 
     def __init__(
-        self, name: str, targets: Sequence[Pose2D], expecting: Sequence[Silences], tell: Callable[[str], None]
+        self,
+        name: str,
+        targets: Sequence[Pose2D],
+        expecting: Sequence[Silences],
+        standing: Callable[[], Standing],
+        tell: Callable[[str], None],
     ) -> None:
         self.goals = GoalResults(name, tell)
         self._name = name
         self._targets = itertools.cycle(targets)
         self._expecting = expecting
+        self._standing = standing
         self._numbers = itertools.count(1)
         self._enough = asyncio.Event()
         self._following: TrackedGoal | None = None
@@ -95,7 +104,7 @@ class GoalSender:
         try:
             session = _session_of(client)
             await client.publish("move_base/goal", MoveBaseActionGoal(MoveBaseGoal(pose), GoalID(id=goal)))
-            await self._follow(client, following, session)
+            await self._follow(client, following, session, GoalTrace(target.x, target.y, self._standing))
         except (PPaaSError, asyncio.CancelledError):
             self.goals.end("lost", "the client gave up")
             raise
@@ -103,11 +112,12 @@ class GoalSender:
             for messages in self._expecting:
                 messages.goal_ended(monotonic())
 
-    async def _follow(self, client: RobotClient, following: TrackedGoal, session: int) -> None:
+    async def _follow(self, client: RobotClient, following: TrackedGoal, session: int, trace: GoalTrace) -> None:
         began = now = monotonic()
         while now - began < PATIENCE:
             await asyncio.wait([following.result], timeout=LOOK)
             now = monotonic()
+            trace.look(now - began)
             if following.result.done():
                 self.goals.end("result", Status(following.result.result().status).name)
                 return
@@ -119,7 +129,7 @@ class GoalSender:
                     self.goals.forgotten(following.goal)
                 self.goals.end("lost", "unknown to its clone")
                 return
-        self.goals.missing(following.goal, PATIENCE)
+        self.goals.missing(following.goal, PATIENCE, f"{Status(following.status.status).name}, {trace}")
 
 
 def _session_of(client: RobotClient) -> int:

@@ -30,7 +30,7 @@ class MessageChecks:
         self._tell = tell
         self._cycle = self._scan = 0.0
         self._cycles: deque[float] = deque()
-        self.commands = 0
+        self.commands = self.cycles = 0
         self.driven = asyncio.Event()
         self.uncommanded = Silences()
         self._scans: Counter[float] = Counter()
@@ -46,6 +46,7 @@ class MessageChecks:
         if stamp <= self._cycle:
             self._tell(f"{self._robot} received the feedback of a control cycle {_again(stamp, self._cycle)}")
         self._cycle = max(self._cycle, stamp)
+        self.cycles += 1
         self._cycles.append(stamp)
         while self._cycles[0] < self._cycle - 1.0:
             self._cycles.popleft()

@@ -5,6 +5,7 @@ import logging
 from collections.abc import Callable
 
 from benchmarks.chaos.goal_sender import GoalSender
+from benchmarks.chaos.goal_trace import Standing
 from benchmarks.chaos.message_checks import MessageChecks
 from benchmarks.chaos.silences import Silences
 from ppaas.clock import monotonic
@@ -39,6 +40,8 @@ class RobotUnderTest:
         Its goals, which it visits in a circle.
     tell : callable
         Called with a description of each error.
+    clock : callable
+        Returns the time of its world [s].
     operator : bool
         Whether an operator with a connection of its own sends the goals, instead of the robot.
     """
@@ -51,6 +54,7 @@ class RobotUnderTest:
         course: Course,
         tell: Callable[[str], None],
         *,
+        clock: Callable[[], float],
         operator: bool = False,
     ) -> None:
         self.name = name
@@ -58,11 +62,12 @@ class RobotUnderTest:
         self.silences = Silences()
         sender = f"operator-of-{name}" if operator else name
         expecting = self.checks.uncommanded, self.silences
-        self.sender = GoalSender(sender, (*course.goals, course.start), expecting, tell)
+        self.sender = GoalSender(sender, (*course.goals, course.start), expecting, self._standing, tell)
         self.sessions = 0
         self._operator = operator
         self._address = address
         self._robot = robot
+        self._clock = clock
         self._ended = asyncio.Event()
 
     def enough(self) -> None:
@@ -75,6 +80,10 @@ class RobotUnderTest:
             group.create_task(self._run_robot())
             if self._operator:
                 group.create_task(self._run_operator())
+
+    def _standing(self) -> Standing:
+        pose = self._robot.base.pose
+        return Standing(pose.x, pose.y, self._clock(), self.checks.commands, self.checks.cycles)
 
     async def _run_robot(self) -> None:
         url, token = self._address

@@ -125,7 +125,11 @@ class _Scene:
             await target.register(name, self.map_id, course.start, CORES)
             simulated = self.world.add_robot(course.start)
             address = target.url, target.token
-            robots.append(RobotUnderTest(address, name, simulated, course, tell, operator=number < self.operated))
+            robots.append(
+                RobotUnderTest(
+                    address, name, simulated, course, tell, clock=self.world.time, operator=number < self.operated
+                )
+            )
         return robots
 
 

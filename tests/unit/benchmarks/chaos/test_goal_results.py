@@ -13,12 +13,12 @@ def test_missing_repeated_and_unknown_results_are_reported() -> None:
     assert errors == []
     goals.result("a")
     goals.result("c")
-    goals.missing("b", 240.0)
+    goals.missing("b", 240.0, "ACTIVE")
     goals.forgotten("b")
     assert errors == [
         "r received 2 results of a",
         "r received the result of a goal that it never sent: c",
-        "r: b did not end within 240 s",
+        "r: b did not end within 240 s: ACTIVE",
         "r: the clone lost b without a new session",
     ]
     assert (goals.sent, goals.endings["result"], goals.statuses["SUCCEEDED"]) == (2, 1, 1)
