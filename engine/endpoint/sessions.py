@@ -12,7 +12,7 @@ from engine.processes.background import Background
 from engine.protocols.refusals import refusal_of
 from engine.service.endpoints.interface import Join, MasterCalls
 from engine.service.links.place_link import PlaceLink
-from ppaas.errors import PPaaSError, Unavailable
+from ppaas.errors import Conflict, PPaaSError, Unavailable
 
 logger = logging.getLogger(__name__)
 
@@ -104,7 +104,10 @@ class EndpointSessions:
         await self._master.call(MasterCalls.let_go, place.key, refusal_of(reason))
 
     def master_found(self) -> None:
-        """Join the places of all clients again, at a new master; clients that it refuses are notified."""
+        """Join the places of all clients again, at a new master; clients that it refuses are notified.
+
+        A link that is lost meanwhile ends this; the next master is told of all clients, too.
+        """
         self._told.clear()
         self._masters += 1
         for kind in tuple(self._clients):
@@ -114,12 +117,22 @@ class EndpointSessions:
         user, robot = self._robots[kind.key]
         join = Join(user, robot, kind.as_robot, hold=True, queue=True)
         try:
-            while self._masters == master and self._told[kind] < self._clients[kind]:
+            while self._has_master(master) and self._told[kind] < self._clients[kind]:
                 await self._try_again(kind, join)
+        except Conflict as error:
+            self._refuse(kind, Unavailable(f"another endpoint has the robot now: {error}"))
         except PPaaSError as error:
-            self._places.close(kind.key, error)
+            self._refuse(kind, error)
         finally:
             self._settle(kind)
+
+    def _has_master(self, number: int) -> bool:
+        """Return whether the link to a master, by its number, is still up; a call would wait for the next one."""
+        return self._masters == number and self._master.is_up
+
+    def _refuse(self, kind: _Kind, error: PPaaSError) -> None:
+        logger.warning("the master refuses the clients of %s: %s", kind.key, error)
+        self._places.close(kind.key, error)
 
     async def _try_again(self, kind: _Kind, join: Join) -> None:
         """Join once; if that is not possible now, the clients drive on with the container they have."""

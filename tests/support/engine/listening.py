@@ -21,3 +21,6 @@ class Listening:
     def closed(self, reason: PPaaSError) -> None:
         """Record the reason why the place was closed."""
         self.reasons.append(reason)
+
+    def acknowledged(self, sequence: int) -> None:
+        """Ignore that messages are in a checkpoint."""

@@ -1,0 +1,153 @@
+"""Clients of an endpoint join their places again, once each, at every new master."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+
+from engine.calls.caller import Caller
+from engine.calls.frames import Frame
+from engine.endpoint import sessions as module
+from engine.endpoint.master_access import OwnMaster
+from engine.endpoint.master_link import MasterLink
+from engine.endpoint.places import EndpointPlaces
+from engine.endpoint.sessions import EndpointSessions
+from engine.protocols.address import UnixAddress
+from engine.protocols.endpoint_sockets import EndpointAddress
+from engine.protocols.framing import FrameStream
+from engine.protocols.sockets import listen
+from engine.service.endpoints.interface import Join, JoinedPlace, MasterCalls, Registration
+from ppaas.errors import Conflict, Unavailable
+from tests.support.engine.listening import Listening
+from tests.support.waiting import until
+
+KEY = "robot:ada/tb1"
+
+
+class Master:
+    """Master that admits each robot once, or loses its endpoints as soon as they join."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.joins: list[Join] = []
+        self.loses = False
+        self.has_robot = False
+        self._streams: list[FrameStream[Frame]] = []
+        self._server: asyncio.Server | None = None
+
+    async def start(self) -> None:
+        """Listen as a new master, which has no clients."""
+        self.joins.clear()
+        self._server = await listen(UnixAddress(self.path), self._connected)
+
+    async def end(self) -> None:
+        """Close the socket and all links."""
+        assert self._server is not None
+        self._server.close()
+        for stream in self._streams:
+            await stream.close()
+        self._streams.clear()
+        self.path.unlink(missing_ok=True)
+
+    async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        stream: FrameStream[Frame] = FrameStream(reader, writer, Frame)
+        self._streams.append(stream)
+        await Caller(stream, [MasterCalls], self).serve()
+
+    async def register(self, registration: Registration) -> None:
+        """Register an endpoint."""
+
+    async def leave(self, key: str, as_robot: bool) -> None:
+        """Remove a client."""
+
+    async def join(self, join: Join) -> JoinedPlace:
+        """Add a client, or lose the endpoint."""
+        self.joins.append(join)
+        if self.loses:
+            await asyncio.Event().wait()
+        if join.as_robot and (self.has_robot or [one.as_robot for one in self.joins].count(True) > 1):
+            raise Conflict("robot 'tb1' is connected already")
+        return JoinedPlace(KEY, "base_link", None, "")
+
+
+class AtEndpoint:
+    """The sessions of an endpoint with the socket of a robot and an operator, and its link to the master."""
+
+    def __init__(self, master: Master) -> None:
+        access = OwnMaster(UnixAddress(master.path), "secret", nobody_else)
+        self._places = EndpointPlaces()
+        self._link = MasterLink(access, registration, None, self._found)  # type: ignore[arg-type]
+        self.sessions = EndpointSessions(self._link, self._places)
+        self.client = Listening()
+        self._running = asyncio.create_task(self._link.run())
+
+    def _found(self) -> None:
+        self.sessions.master_found()
+
+    async def join(self) -> None:
+        """Connect a robot and an operator."""
+        for as_robot in (True, False):
+            place = await self.sessions.join("ada", "tb1", as_robot=as_robot)
+        place.join(self.client)
+
+    async def end(self) -> None:
+        """End the sessions and the link."""
+        self._running.cancel()
+        await asyncio.gather(self._running, return_exceptions=True)
+        await self.sessions.close()
+
+
+async def nobody_else() -> bool:
+    """Return that no other process leads."""
+    return False
+
+
+def registration() -> Registration:
+    """Return the first call of the endpoint."""
+    return Registration("hall-1", "secret", "1", 1, EndpointAddress("hall", "unix:e"), "of containers", "http://h")
+
+
+@pytest.fixture
+async def master(short_path: Path) -> AsyncIterator[Master]:
+    made = Master(short_path / "m.sock")
+    await made.start()
+    yield made
+    await made.end()
+
+
+@pytest.fixture
+async def endpoint(master: Master) -> AsyncIterator[AtEndpoint]:
+    made = AtEndpoint(master)
+    await made.join()
+    yield made
+    await made.end()
+
+
+async def test_clients_join_once_at_a_master_that_came_after_one_that_was_lost_meanwhile(
+    master: Master, endpoint: AtEndpoint, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "RETRY", 0.05)
+    await master.end()
+    master.loses = True
+    await master.start()
+    await until(lambda: len(master.joins) == 2)
+    await master.end()
+    await asyncio.sleep(0.3)  # the clients would try again now, if there were a master
+    master.loses = False
+    await master.start()
+    await until(lambda: len(master.joins) >= 2)
+    await asyncio.sleep(0.3)
+    assert sorted(join.as_robot for join in master.joins) == [False, True]
+    assert endpoint.client.reasons == []
+
+
+async def test_clients_of_a_robot_that_is_connected_elsewhere_now_may_connect_again(
+    master: Master, endpoint: AtEndpoint
+) -> None:
+    await master.end()
+    master.has_robot = True
+    await master.start()
+    await until(lambda: bool(endpoint.client.reasons))
+    assert isinstance(endpoint.client.reasons[0], Unavailable)
+    assert "is connected already" in str(endpoint.client.reasons[0])
