@@ -102,11 +102,17 @@ class RobotUnderTest:
         while not self.sender.is_over:
             try:
                 async with RobotClient(url, robot=self.name, token=token, role="operator") as client:
-                    await self.sender.run(client)
-            except PPaaSError as error:
-                logger.warning("operator of %s: %s", self.name, error)
+                    await self._operate(client)
+            except* PPaaSError as errors:
+                logger.warning("operator of %s: %s", self.name, errors.exceptions[0])
                 await asyncio.sleep(RETRY)
         self._ended.set()
+
+    async def _operate(self, client: RobotClient) -> None:
+        async with asyncio.TaskGroup() as group:
+            gave_up = group.create_task(client.closed())
+            await self.sender.run(client)
+            gave_up.cancel()
 
     async def _drive(self, client: RobotClient) -> None:
         client.attach(self)
