@@ -1,10 +1,9 @@
 """Two endpoints on two cores beside one on one core: the frames that they carry, by the CPU time that each takes.
 
 An endpoint carries as many frames a second as its core has time for. So two carry what the busier one has time for, and
-all that robots' sockets are not spread evenly over them counts against them.
+all that robots' sockets are not spread evenly over them counts against them. The load for each endpoint is the same in
+both runs, since a frame takes more CPU time of a process that is idle more often.
 """
-
-import argparse
 
 from rich.progress import Progress
 
@@ -12,21 +11,18 @@ from benchmarks.harness.figures import Figure
 from benchmarks.harness.process_usage import cpu_of
 from benchmarks.wire.load import FrameCosts, frame_costs
 from benchmarks.wire.site import Endpoints, echo_cloud, opened, robots, scan_frame
-from endpoints.cli import up
 
 PART = "endpoints"
 ROBOTS, QUICK_ROBOTS = 40, 4
+"""Robots for each endpoint."""
+
 SECONDS, QUICK_SECONDS = 10.0, 1.0
 GAIN_LIMIT = 1.8
 """Smallest acceptable number of frames beside those of one endpoint."""
 
-OPTION = "--endpoints"
-
 
 async def measure(progress: Progress, quick: bool) -> list[Figure]:
-    """Put the same load on one endpoint, and on two."""
-    if not takes_endpoints():
-        return [one_endpoint()]
+    """Put a load on one endpoint, and twice that load on two."""
     task = progress.add_task("two endpoints", total=2)
     one = await _loaded(1, quick)
     progress.advance(task)
@@ -35,29 +31,20 @@ async def measure(progress: Progress, quick: bool) -> list[Figure]:
     return figures(one, two)
 
 
-def takes_endpoints() -> bool:
-    """Return whether ``ppaas up`` starts as many endpoints as are wanted."""
-    parser = argparse.ArgumentParser()
-    up.configure(parser)
-    return OPTION in parser.format_help()
-
-
 async def _loaded(endpoints: int, quick: bool) -> tuple[FrameCosts, float]:
-    """Return the CPU times of endpoints for a load, and the CPU time of all other processes of the cloud [s]."""
-    count, seconds = (QUICK_ROBOTS, QUICK_SECONDS) if quick else (ROBOTS, SECONDS)
-    async with echo_cloud(count, OPTION, str(endpoints)) as site, opened(*await robots(site, 0, count)) as sockets:
+    """Return the CPU times of endpoints, with a load for each, and that of all other processes of the cloud [s]."""
+    each, seconds = (QUICK_ROBOTS, QUICK_SECONDS) if quick else (ROBOTS, SECONDS)
+    count = each * endpoints
+    async with (
+        echo_cloud(count, "--endpoints", str(endpoints)) as site,
+        opened(*await robots(site, 0, count)) as sockets,
+    ):
         found = Endpoints(site)
         costs = await frame_costs(
             lambda: [*found.cpu(), sum(map(cpu_of, found.others))], sockets, scan_frame(), seconds
         )
-    *each, others = costs.seconds
-    return FrameCosts(each, costs.frames), others
-
-
-def one_endpoint() -> Figure:
-    """Return the figure of a cloud that has one endpoint."""
-    note = f"there is one endpoint: 'ppaas up' has no option {OPTION}"
-    return Figure(PART, "two endpoints beside one", 1.0, "x", limit=GAIN_LIMIT, floor=True, note=note)
+    *own, others = costs.seconds
+    return FrameCosts(own, costs.frames), others
 
 
 def carried(costs: FrameCosts) -> float:

@@ -1,6 +1,5 @@
 """Pure parts of ``ppaas bench wire``: its frame, the node that answers it, and the figures."""
 
-import asyncio
 from typing import Any
 
 import psutil
@@ -107,11 +106,3 @@ def test_two_endpoints_carry_what_the_busier_one_has_time_for() -> None:
     gains = [two_endpoints.figures((alone, 0.0), (both, 0.1))[-1] for both in (even, uneven)]
     assert [(gain.value, gain.kept) for gain in gains] == [(2.0, True), (1.33, False)]
     assert "+50% of an even share" in gains[1].note and "takes +0% CPU time" in gains[1].note
-
-
-def test_one_endpoint_misses_the_bar_of_two() -> None:
-    figure = two_endpoints.one_endpoint()
-    assert (figure.value, figure.kept) == (1.0, False)
-    assert "one endpoint" in figure.note
-    if not two_endpoints.takes_endpoints():
-        assert asyncio.run(two_endpoints.measure(None, quick=True)) == [figure]  # type: ignore[arg-type]
