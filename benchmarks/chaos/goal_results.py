@@ -4,6 +4,8 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Literal
 
+from ppaas.messages.actionlib_msgs import Status
+
 Ending = Literal["result", "status", "lost"]
 
 
@@ -24,6 +26,7 @@ class GoalResults:
         self._sent: dict[str, int] = {}
         self.endings: Counter[Ending] = Counter()
         self.statuses: Counter[str] = Counter()
+        self.texts: Counter[str] = Counter()
 
     @property
     def sent(self) -> int:
@@ -43,7 +46,7 @@ class GoalResults:
         if self._sent[goal] > 1:
             self._tell(f"{self._robot} received {self._sent[goal]} results of {goal}")
 
-    def end(self, ending: Ending, status: str) -> None:
+    def end(self, ending: Ending, status: str, text: str = "") -> None:
         """Record the end of a goal.
 
         Parameters
@@ -53,9 +56,13 @@ class GoalResults:
             session began whose clone does not know the goal, or if the client gave up.
         status : str
             Final status of the goal.
+        text : str
+            Reason of a goal that the robot has not reached.
         """
         self.endings[ending] += 1
         self.statuses[status] += 1
+        if status != Status.SUCCEEDED.name:
+            self.texts[f"{self._robot}: {status}, {text}"] += 1
 
     def forgotten(self, goal: str) -> None:
         """Record that a clone does not know a goal although no new session began."""

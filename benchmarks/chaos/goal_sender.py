@@ -119,10 +119,11 @@ class GoalSender:
             now = monotonic()
             trace.look(now - began)
             if following.result.done():
-                self.goals.end("result", Status(following.result.result().status).name)
+                ended = following.result.result()
+                self.goals.end("result", Status(ended.status).name, ended.text)
                 return
             if following.is_over(now):
-                self.goals.end("status", Status(following.status.status).name)
+                self.goals.end("status", Status(following.status.status).name, following.status.text)
                 return
             if following.is_unknown(now):
                 if _session_of(client) == session:

@@ -14,6 +14,8 @@ class Standing(NamedTuple):
     ----------
     x, y : float
         Its position [m].
+    lost : float
+        Distance between its position and the one that its clone believes in [m].
     simulated : float
         Time of its world [s]; it lags behind if the computer is too slow.
     commands, cycles : int
@@ -22,6 +24,7 @@ class Standing(NamedTuple):
 
     x: float
     y: float
+    lost: float
     simulated: float
     commands: int
     cycles: int
@@ -51,7 +54,8 @@ class GoalTrace:
         now, last = self._standing(), self._last
         away = ((now.x - self._x) ** 2 + (now.y - self._y) ** 2) ** 0.5
         self._entries.append(
-            f"after {seconds:.0f} s {away:.1f} m away, {now.simulated - last.simulated:.0f} s simulated, "
+            f"after {seconds:.0f} s {away:.1f} m away, {now.lost:.1f} m lost, "
+            f"{now.simulated - last.simulated:.0f} s simulated, "
             f"{now.commands - last.commands} commands in {now.cycles - last.cycles} cycles"
         )
         self._last = now

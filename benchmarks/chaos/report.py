@@ -50,6 +50,8 @@ class ChaosReport(msgspec.Struct, frozen=True):
         (``status``), or that were reported ``lost``.
     statuses : dict of str to int
         Number of goals by their final status.
+    not_reached : dict of str to int
+        Number of goals that were not reached by robot, status and reason; the most frequent ones.
     paths : dict of str to int
         Path requests by REST, by their answer: a path, or the code of an error.
     commands : int
@@ -79,6 +81,7 @@ class ChaosReport(msgspec.Struct, frozen=True):
     longest_silence_s: dict[str, float]
     goals: dict[str, int]
     statuses: dict[str, int]
+    not_reached: dict[str, int]
     paths: dict[str, int]
     commands: int
     sessions: int

@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+import math
 from collections.abc import Callable
 
 from benchmarks.chaos.goal_sender import GoalSender
@@ -10,8 +11,9 @@ from benchmarks.chaos.message_checks import MessageChecks
 from benchmarks.chaos.silences import Silences
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
+from ppaas.geometry import Pose2D
 from ppaas.messages.base.message import Message
-from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped, Twist
+from ppaas.messages.geometry_msgs import Point, PoseWithCovarianceStamped, Twist
 from ppaas.messages.move_base_msgs import MoveBaseActionFeedback
 from ppaas.messages.sensor_msgs import LaserScan
 from robots.client.robot_client import RobotClient
@@ -68,6 +70,7 @@ class RobotUnderTest:
         self._address = address
         self._robot = robot
         self._clock = clock
+        self._believed: Pose2D | Point = course.start
         self._ended = asyncio.Event()
 
     def enough(self) -> None:
@@ -83,7 +86,8 @@ class RobotUnderTest:
 
     def _standing(self) -> Standing:
         pose = self._robot.base.pose
-        return Standing(pose.x, pose.y, self._clock(), self.checks.commands, self.checks.cycles)
+        lost = math.hypot(pose.x - self._believed.x, pose.y - self._believed.y)
+        return Standing(pose.x, pose.y, lost, self._clock(), self.checks.commands, self.checks.cycles)
 
     async def _run_robot(self) -> None:
         url, token = self._address
@@ -147,3 +151,4 @@ class RobotUnderTest:
 
     def _on_pose(self, message: PoseWithCovarianceStamped) -> None:
         self.checks.localized(message.header.stamp.seconds())
+        self._believed = message.pose.pose.position

@@ -33,6 +33,9 @@ MAPS = 2
 ORPHANED = 45.0
 """Time for the machine of a replaced master to end [s]: ``--adopt-within``, and the end of its containers."""
 
+TEXTS = 20
+"""Number of reasons of goals that were not reached in the report."""
+
 LOOK = 1.0
 """Period at which leftovers are checked [s]."""
 MORE_FILES = 16
@@ -204,6 +207,7 @@ def _reckon(options: ChaosOptions, robots: list[RobotUnderTest], injector: Injec
         longest_silence_s=longest_by_fault(injector.faults, silences),
         goals={"sent": sum(one.sent for one in goals)} | {e: endings[e] for e in ("result", "status", "lost")},
         statuses=dict(sum((one.statuses for one in goals), Counter())),
+        not_reached=dict(sum((one.texts for one in goals), Counter()).most_common(TEXTS)),
         commands=sum(robot.checks.commands for robot in robots),
         sessions=sum(robot.sessions for robot in robots),
         **rest,
