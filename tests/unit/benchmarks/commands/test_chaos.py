@@ -21,7 +21,8 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[chaos.ChaosOptions]:
             seed=options.seed, robots=options.robots, operators=options.operators, machines=options.machines,
             standby=options.standby, seconds=options.seconds,
             faults={"web, killed": 2}, longest_gap_s={"web, killed": 4.5}, longest_silence_s={"web, killed": 3.5},
-            goals={"sent": 3, "result": 2, "status": 0, "lost": 1}, statuses={"SUCCEEDED": 2}, paths={"path": 5},
+            goals={"sent": 3, "result": 2, "status": 0, "lost": 1}, statuses={"SUCCEEDED": 2}, not_reached={},
+            paths={"path": 5},
             commands=100, sessions=2, cloud_starts=2, take_overs=1, log=[], silences=[],
             wrong=["3.0 s: a zombie"] if options.seed == 13 else [],
         )  # fmt: skip
