@@ -106,7 +106,7 @@ class EndpointSessions:
     def master_found(self) -> None:
         """Join the places of all clients again, at a new master; clients that it refuses are notified.
 
-        A link that is lost meanwhile ends this; the next master is told of all clients, too.
+        A link that is lost meanwhile ends this: all clients join at the next master.
         """
         self._told.clear()
         self._masters += 1
