@@ -1,0 +1,1 @@
+"""Fleet: plans for many robots on one map that keep out of each other's way."""

@@ -1,0 +1,133 @@
+"""Arrays that the kernels of fleet plans share, and their random numbers.
+
+Cells are numbered from 0 to v − 1, robots from 0 to n − 1. A cell has at most four neighbours.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.planners.kernels.jit_decorators import bare, joined
+
+Ints = NDArray[np.int32]
+
+NOBODY = np.int32(-1)
+"""Robot of an empty cell, and cell of a robot that has not decided yet."""
+
+UNREACHABLE = np.int16(32_000)
+"""Distance of cells from which a goal cannot be reached [cells]; greatest distance, plus one, that a table may have."""
+
+
+class Board(NamedTuple):
+    """Cells, and where the robots want to go.
+
+    Parameters
+    ----------
+    neighbours : (v, 4) int32 array
+        Neighbours of each cell, −1 behind the last one.
+    distances : (n, v) int16 array
+        Distance of each cell from the goal of each robot [cells], `UNREACHABLE` without a way.
+    guide : (n, v) int8 array
+        Index of the neighbour to which the guide of a robot leads, −1 off its way; (0, 0) without guides.
+    goals : (n,) int32 array
+        Goal of each robot.
+    """
+
+    neighbours: Ints
+    distances: NDArray[np.int16]
+    guide: NDArray[np.int8]
+    goals: Ints
+
+
+class Step(NamedTuple):
+    """One step of all robots while it is decided.
+
+    Parameters
+    ----------
+    at, to : (n,) int32 array
+        Cells before and after the step; ``to`` is −1 for robots that have not decided.
+    here, next : (v,) int32 array
+        Robot in each cell before and after the step, −1 for none. Both are −1 everywhere between two steps.
+    pushed : (n + 1,) int32 array
+        Stack of the robots that push each other away.
+    turn : (n + 1,) int32 array
+        Index of the choice that each robot of the stack has taken.
+    choices : (n + 1, 7) int32 array
+        Cells of each robot of the stack from the best to the worst, their number at `COUNT`, and the robot with which
+        it swaps, or −1, at `PARTNER`.
+    keys : (5,) float32 array
+        Scratch memory.
+    bits : (1,) uint64 array
+        State of the random numbers.
+    """
+
+    at: Ints
+    to: Ints
+    here: Ints
+    next: Ints
+    pushed: Ints
+    turn: Ints
+    choices: Ints
+    keys: NDArray[np.float32]
+    bits: NDArray[np.uint64]
+
+
+COUNT, PARTNER = 5, 6
+
+
+def step_of(cells: int, at: Ints, seed: int) -> Step:
+    """Return the arrays for the steps of robots that are in the cells ``at``; seeds give the same random numbers."""
+    n = len(at)
+    return Step(
+        at.astype(np.int32),
+        np.full(n, NOBODY, np.int32),
+        np.full(cells, NOBODY, np.int32),
+        np.full(cells, NOBODY, np.int32),
+        np.empty(n + 1, np.int32),
+        np.empty(n + 1, np.int32),
+        np.empty((n + 1, 7), np.int32),
+        np.empty(5, np.float32),
+        seeded(seed),
+    )
+
+
+def seeded(seed: int) -> NDArray[np.uint64]:
+    """Return the state of random numbers that begin with a seed."""
+    return np.random.default_rng(seed).integers(1, 1 << 63, 1, np.uint64)
+
+
+@joined
+def draw(bits: NDArray[np.uint64]) -> np.uint64:
+    """Return 64 random bits: the xorshift generator of Marsaglia (2003)."""
+    x = bits[0]
+    x ^= x << np.uint64(13)
+    x ^= x >> np.uint64(7)
+    x ^= x << np.uint64(17)
+    bits[0] = x
+    return x  # type: ignore[no-any-return]
+
+
+@joined
+def fraction(bits: NDArray[np.uint64]) -> np.float32:
+    """Return a random number between 0 and 1."""
+    return np.float32(draw(bits) >> np.uint64(40)) * np.float32(2.0**-24)
+
+
+@joined
+def below(bits: NDArray[np.uint64], limit: int) -> np.int64:
+    """Return a random whole number of at least 0 and below ``limit``."""
+    return np.int64((draw(bits) >> np.uint64(33)) % np.uint64(limit))
+
+
+@bare
+def shuffle(bits: NDArray[np.uint64], items: Ints) -> None:
+    """Bring items into a random order."""
+    for last in range(len(items) - 1, 0, -1):
+        other = below(bits, last + 1)
+        items[last], items[other] = items[other], items[last]
+
+
+def warm() -> None:
+    """Compile and call each kernel once."""
+    shuffle(seeded(0), np.arange(3, dtype=np.int32))

@@ -1,0 +1,200 @@
+"""Kernel: guides, ways of single robots that avoid each other's traffic.
+
+The way of each robot is planned by A* over costs that the ways of all others make: moves against their stream and cells
+that many of them cross are dearer. All ways are planned anew a number of rounds. `pibt.choose` prefers the guide of a
+robot to all other cells, so robots form lanes. Idea: Chen et al., "Traffic Flow Optimisation for Lifelong Multi-Agent
+Path Finding", AAAI 2024.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.fleet.kernels.board import Board, Ints
+from ppaas.planners.kernels.jit_decorators import bare
+
+STEP = 10
+"""Cost of a move without traffic."""
+
+MOST_TRAFFIC = 400
+"""Greatest cost of the traffic of one move."""
+
+BUCKETS = 16_384
+"""Number of buckets of the queue: a way may cost so much more than one without traffic."""
+
+ENTRIES = 6
+"""Queue entries for each cell."""
+
+
+class Traffic(NamedTuple):
+    """What the ways of all robots do to each cell, and the memory of a search.
+
+    Parameters
+    ----------
+    back : (v, 4) int8 array
+        Index of a cell among the neighbours of its neighbour: ``neighbours[neighbours[c, k], back[c, k]] = c``.
+    flow : (v, 4) int32 array
+        Number of ways that lead from each cell to its neighbour.
+    load : (v,) int32 array
+        Number of ways that lead into each cell.
+    costs : (v,) int32 array
+        Least cost of each cell in the current search; valid where ``marks`` is its number.
+    came : (v,) int8 array
+        Index of the neighbour from which the cell was reached.
+    marks, closed : (v,) int32 array
+        Number of the last search that reached each cell, and that expanded it.
+    heads : (BUCKETS,) int32 array
+        First entry of each bucket, −1 for none.
+    entries : (ENTRIES·v, 2) int32 array
+        Cell, and next entry of the same bucket.
+    """
+
+    back: NDArray[np.int8]
+    flow: Ints
+    load: Ints
+    costs: Ints
+    came: NDArray[np.int8]
+    marks: Ints
+    closed: Ints
+    heads: Ints
+    entries: Ints
+
+
+@bare
+def find_back(neighbours: Ints, back: NDArray[np.int8]) -> None:
+    """Fill in `Traffic.back`."""
+    for cell in range(len(neighbours)):
+        for k in range(4):
+            near = neighbours[cell, k]
+            back[cell, k] = -1
+            for other in range(4):
+                if near >= 0 and neighbours[near, other] == cell:
+                    back[cell, k] = other
+
+
+@bare
+def take_out(board: Board, traffic: Traffic, robot: int, start: int) -> None:
+    """Remove the way of a robot."""
+    cell, guide = start, board.guide[robot]
+    while cell != board.goals[robot] and guide[cell] >= 0:
+        k = guide[cell]
+        guide[cell] = -1
+        traffic.flow[cell, k] -= 1
+        cell = board.neighbours[cell, k]
+        traffic.load[cell] -= 1
+
+
+@bare
+def put_in(board: Board, traffic: Traffic, robot: int, start: int) -> None:
+    """Add the way of a robot that `search` has found."""
+    cell, guide = board.goals[robot], board.guide[robot]
+    while cell != start:
+        before = board.neighbours[cell, traffic.came[cell]]
+        k = traffic.back[cell, traffic.came[cell]]
+        guide[before] = k
+        traffic.flow[before, k] += 1
+        traffic.load[cell] += 1
+        cell = before
+
+
+@bare
+def search(board: Board, traffic: Traffic, robot: int, start: int, against: int, crowd: int, number: int) -> bool:
+    """Find the cheapest way of a robot by A*; return whether there is one within the buckets.
+
+    Parameters
+    ----------
+    board, traffic
+        See there.
+    robot, start : int
+        The robot and its cell.
+    against, crowd : int
+        Cost of each way in the opposite direction of a move, and of each way through its cell; 10 is a free move.
+    number : int
+        Number of this search, greater than those before.
+    """
+    distances, goal = board.distances[robot], board.goals[robot]
+    heads, entries, costs = traffic.heads, traffic.entries, traffic.costs
+    heads[:] = -1
+    least = STEP * distances[start]
+    costs[start], traffic.marks[start] = 0, number
+    entries[0, 0], entries[0, 1] = start, -1
+    heads[0] = 0
+    used, bucket = 1, 0
+    while bucket < BUCKETS:
+        entry = heads[bucket]
+        if entry < 0:
+            bucket += 1
+            continue
+        heads[bucket] = entries[entry, 1]
+        cell = entries[entry, 0]
+        if traffic.closed[cell] == number:
+            continue
+        traffic.closed[cell] = number
+        if cell == goal:
+            return True
+        for k in range(4):
+            near = board.neighbours[cell, k]
+            if near < 0:
+                break
+            back = traffic.back[cell, k]
+            met = against * traffic.flow[near, back] + crowd * traffic.load[near]
+            cost = costs[cell] + STEP + min(met, MOST_TRAFFIC)
+            if traffic.closed[near] == number or (traffic.marks[near] == number and cost >= costs[near]):
+                continue
+            costs[near], traffic.marks[near], traffic.came[near] = cost, number, back
+            place = cost + STEP * distances[near] - least
+            if place < BUCKETS and used < len(entries):
+                entries[used, 0], entries[used, 1] = near, heads[place]
+                heads[place] = used
+                used += 1
+    return False
+
+
+@bare
+def guide_some(
+    board: Board, traffic: Traffic, starts: Ints, robots: Ints, against: int, crowd: int, number: int
+) -> None:
+    """Plan the ways of some robots anew.
+
+    Parameters
+    ----------
+    board, traffic
+        See there. ``board.guide`` is in and out; a robot without a way within the buckets gets none.
+    starts : (n,) int32 array
+    robots : (m,) int32 array
+        The robots, in the order in which they are planned.
+    against, crowd, number : int
+        As in `search`; the searches are numbered from ``number``.
+    """
+    for k in range(len(robots)):
+        robot = robots[k]
+        take_out(board, traffic, robot, starts[robot])
+        if search(board, traffic, robot, starts[robot], against, crowd, number + k):
+            put_in(board, traffic, robot, starts[robot])
+
+
+def traffic_of(neighbours: Ints) -> Traffic:
+    """Return the arrays for robots without ways."""
+    cells = len(neighbours)
+    back = np.empty((cells, 4), np.int8)
+    find_back(neighbours, back)
+    return Traffic(
+        back,
+        np.zeros((cells, 4), np.int32),
+        np.zeros(cells, np.int32),
+        np.empty(cells, np.int32),
+        np.empty(cells, np.int8),
+        np.zeros(cells, np.int32),
+        np.zeros(cells, np.int32),
+        np.empty(BUCKETS, np.int32),
+        np.empty((ENTRIES * cells, 2), np.int32),
+    )
+
+
+def warm() -> None:
+    """Compile and call each kernel once."""
+    neighbours = np.array([[1, -1, -1, -1], [0, -1, -1, -1]], np.int32)
+    board = Board(neighbours, np.array([[1, 0]], np.int16), np.full((1, 2), -1, np.int8), np.ones(1, np.int32))
+    robots = np.zeros(1, np.int32)
+    guide_some(board, traffic_of(neighbours), np.zeros(1, np.int32), robots, 5, 1, 1)

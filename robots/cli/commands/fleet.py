@@ -1,0 +1,63 @@
+"""Command ``ppaas fleet``: plans for many robots that keep out of each other's way."""
+
+import argparse
+from pathlib import Path
+
+from ppaas.bounded_numbers import above_zero, whole
+from robots.cli import event_loop
+from robots.cli.output import show
+from robots.cli.progress import progress_bar
+
+NAME = "fleet"
+HELP = "plan paths for many robots that keep out of each other's way"
+
+COLUMNS = ("agents", "cost", "bound", "makespan", "cpu_seconds")
+
+MOST_SECONDS, MOST_THREADS = 86_400.0, 256
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
+    plan = verbs.add_parser("plan", help="plan for the agents of a scenario of the MovingAI benchmarks")
+    plan.epilog = (
+        "Agents move to one of four neighbouring cells or wait in each step. No two are in one cell, none exchange "
+        "their cells, and none turn in a closed ring. Cost is the sum of the last arrivals, bound that of the shortest "
+        "paths."
+    )
+    plan.add_argument("map", type=Path, metavar="MAP.map", help="map of MovingAI")
+    plan.add_argument("--scen", type=Path, required=True, metavar="FILE", help="scenario with starts and goals")
+    plan.add_argument(
+        "--agents", type=whole(), metavar="N", help="number of agents, from the first of the scenario on (all)"
+    )
+    plan.add_argument(
+        "--seconds",
+        type=above_zero(MOST_SECONDS),
+        metavar="S",
+        help="CPU time until the plan is printed: improve it meanwhile (print the first one)",
+    )
+    plan.add_argument(
+        "--threads", type=whole(most=MOST_THREADS), default=1, metavar="N", help="threads that improve it (%(default)s)"
+    )
+    plan.add_argument(
+        "--seed", type=whole(least=0), default=0, metavar="N", help="seed of the random numbers (%(default)s)"
+    )
+    plan.add_argument(
+        "--json", action="store_true", help="print JSON, with the paths: a list of [row, column] an agent"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Execute the verb."""
+    from robots.plans import fleet  # noqa: PLC0415 - ``ppaas --help`` loads this module
+
+    with event_loop.terminable(), progress_bar("fleet") as report:
+        answer = fleet.answer_of(
+            lambda: fleet.read_problem(arguments.map, arguments.scen, arguments.agents),
+            arguments.seconds or 0.0,
+            threads=arguments.threads,
+            seed=arguments.seed,
+            tell=report or (lambda _text, _done: None),
+        )
+    show(answer, COLUMNS, as_json=arguments.json)
+    return 0

@@ -1,0 +1,106 @@
+"""Plans for the fleets of the MovingAI benchmarks, without a cloud."""
+
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ppaas.errors import InvalidInput
+from ppaas.fleet.first_plan import first_plan
+from ppaas.fleet.improvement import Improvement
+from ppaas.fleet.plan import FleetPlan
+from ppaas.fleet.problem import FleetProblem
+from ppaas.fleet.roadmap import Roadmap
+from ppaas.maps.formats.movingai import parse_map, parse_scenario
+from ppaas.maps.grid import FREE
+
+Tell = Callable[[str, float], None]
+"""Receives what is being done, and the part of the time that has passed."""
+
+
+def read_problem(map_file: Path, scenario_file: Path, agents: int | None) -> FleetProblem:
+    """Return the problem of the first agents of a scenario, or of all for None.
+
+    Raises
+    ------
+    InvalidInput, NoValidPath
+        A file cannot be read, it has fewer agents, or an agent cannot reach its goal.
+    """
+    roadmap = Roadmap.of_grid(parse_map(_read(map_file)).data == FREE)
+    scenario = parse_scenario(_read(scenario_file))
+    if agents is not None and agents > len(scenario):
+        raise InvalidInput(f"{scenario_file.name} has {len(scenario)} agents, not {agents}")
+    chosen = scenario.first(agents)
+    return FleetProblem.of(roadmap, chosen.starts, chosen.goals)
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise InvalidInput(f"cannot read {path}: {error.strerror}") from error
+
+
+def answer_of(
+    read: Callable[[], FleetProblem], seconds: float, *, threads: int, seed: int, tell: Tell
+) -> dict[str, Any]:
+    """Plan for a fleet, and improve the plan for the rest of a time.
+
+    Parameters
+    ----------
+    read : callable
+        Returns the problem; its time counts.
+    seconds : float
+        CPU time of all threads [s]; the first plan is not interrupted by it.
+    threads : int
+        Number of threads that improve the plan, each with random numbers of its own; the best plan is kept.
+    seed : int
+        Seed of the random numbers.
+    tell : callable
+        Receives the progress.
+    """
+    began = time.process_time()
+    tell("first plan", 0.0)
+    problem = read()
+    first = first_plan(problem, seed)
+    spent = time.process_time() - began
+
+    def goes_on() -> bool:
+        passed = time.process_time() - began
+        tell(f"improving, cost {best.cost}", min(passed / seconds, 1.0) if seconds else 1.0)
+        return passed < seconds
+
+    best = first
+    if spent < seconds:
+        best = _improved(problem, first, goes_on, threads, seed)
+    return {
+        "agents": len(problem),
+        "cost": best.cost,
+        "bound": problem.bound,
+        "makespan": best.makespan,
+        "first": {"cpu_seconds": round(spent, 3), "cost": first.cost},
+        "cpu_seconds": round(time.process_time() - began, 3),
+        "paths": _paths(problem, best),
+    }
+
+
+def _improved(
+    problem: FleetProblem, plan: FleetPlan, goes_on: Callable[[], bool], threads: int, seed: int
+) -> FleetPlan:
+    def improve(number: int) -> FleetPlan:
+        improvement = Improvement(problem, plan, seed + number)
+        improvement.run(goes_on)
+        return improvement.plan()
+
+    with ThreadPoolExecutor(threads) as pool:
+        return min(pool.map(improve, range(threads)), key=lambda found: found.cost)
+
+
+def _paths(problem: FleetProblem, plan: FleetPlan) -> list[list[list[int]]]:
+    """Return row and column of each agent at each step."""
+    places = problem.roadmap.cells[plan.steps]
+    paths: list[list[list[int]]] = np.swapaxes(places, 0, 1).tolist()
+    return paths

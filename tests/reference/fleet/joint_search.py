@@ -1,0 +1,40 @@
+"""Slow, obvious twin of LaCAM: breadth-first search over the cells of all robots together."""
+
+import itertools
+from collections.abc import Iterator, Sequence
+
+from ppaas.fleet.roadmap import Roadmap
+
+Cells = tuple[int, ...]
+
+
+def shortest(roadmap: Roadmap, starts: Sequence[int], goals: Sequence[int]) -> int | None:
+    """Return the least number of steps after which all robots are at their goals; None if they never are."""
+    wanted, first = tuple(map(int, goals)), tuple(map(int, starts))
+    known, layer, steps = {first}, [first], 0
+    while layer:
+        if wanted in known:
+            return steps
+        layer = [after for before in layer for after in _next(roadmap, before) if after not in known]
+        known |= set(layer)
+        steps += 1
+    return None
+
+
+def _next(roadmap: Roadmap, before: Cells) -> Iterator[Cells]:
+    ways = [[cell, *(int(near) for near in roadmap.neighbours[cell] if near >= 0)] for cell in before]
+    for after in itertools.product(*ways):
+        if len(set(after)) == len(after) and not has_ring(before, after):
+            yield after
+
+
+def has_ring(before: Cells, after: Cells) -> bool:
+    """Return whether robots exchange their cells, two or more in a closed ring."""
+    follows = {here: there for here, there in zip(before, after, strict=True) if here != there}
+    for first in follows:
+        cell = first
+        for _ in follows:
+            cell = follows.get(cell, -1)
+            if cell == first:
+                return True
+    return False
