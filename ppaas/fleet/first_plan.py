@@ -5,12 +5,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.errors import NoValidPath
-from ppaas.fleet.kernels import guides, lacam
-from ppaas.fleet.kernels.board import Ints, seeded, shuffle, step_of
+from ppaas.fleet.configuration_search import ConfigurationSearch
+from ppaas.fleet.kernels import guides
+from ppaas.fleet.kernels.board import seeded, shuffle
 from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.problem import NO_GUIDE, FleetProblem
-from ppaas.planners.array_growth import doubled
 from ppaas.planners.watch import proceed
 
 DENSE = 0.1
@@ -20,9 +19,7 @@ ROUNDS, AGAINST, CROWD = 2, 5, 1
 """Number of times that each way is planned, and costs of traffic (`ppaas.fleet.kernels.guides`)."""
 
 BUDGET = 2_000_000
-"""Number of decisions of robots between two checks: some 10 ms."""
-
-FIRST_NODES, FIRST_TABLE, FIRST_CONSTRAINTS = 256, 1024, 2048
+"""Number of cells that searches of ways may visit between two checks: some 10 ms."""
 
 
 def first_plan(problem: FleetProblem, seed: int = 0, check: Callable[[], None] = proceed) -> FleetPlan:
@@ -45,7 +42,9 @@ def first_plan(problem: FleetProblem, seed: int = 0, check: Callable[[], None] =
         return FleetPlan(np.empty((1, 0), np.int32), 0)
     is_dense = len(problem) > DENSE * len(problem.roadmap)
     guide = guide_of(problem, seed, check) if is_dense else NO_GUIDE
-    return FleetPlan(_Search(problem, guide, seed).run(check), problem.bound)
+    board, everybody = problem.board(guide), np.ones(len(problem), np.bool_)
+    search = ConfigurationSearch(board, problem.starts, everybody, seed)
+    return FleetPlan(search.run(check), problem.bound)
 
 
 def guide_of(problem: FleetProblem, seed: int, check: Callable[[], None] = proceed) -> NDArray[np.int8]:
@@ -63,57 +62,3 @@ def guide_of(problem: FleetProblem, seed: int, check: Callable[[], None] = proce
             guides.guide_some(board, traffic, problem.starts, some, AGAINST, CROWD, number)
             number += len(some)
     return guide
-
-
-class _Search:
-    """Search of LaCAM, whose memory grows as needed."""
-
-    def __init__(self, problem: FleetProblem, guide: NDArray[np.int8], seed: int) -> None:
-        n = len(problem)
-        self._board = problem.board(guide)
-        self._step = step_of(len(problem.roadmap), problem.starts, seed)
-        self._step.to[:] = problem.starts
-        self._budget = max(1, BUDGET // n)
-        self._search = lacam.Search(
-            np.empty((FIRST_NODES, n), np.int32),
-            np.empty((FIRST_NODES, n), np.float32),
-            np.empty((FIRST_NODES, 3), np.int32),
-            np.empty((FIRST_CONSTRAINTS, 5), np.int32),
-            np.empty(FIRST_NODES, np.int32),
-            np.full(FIRST_TABLE, -1, np.int32),
-            np.random.default_rng(seed).integers(1, 1 << 62, n, np.uint64) | np.uint64(1),
-            np.zeros(n, np.int64),
-            np.array([0, 0, 0, -1, 1], np.int64),
-        )
-
-    def run(self, check: Callable[[], None]) -> Ints:
-        """Return the configurations of a plan, (t, n) int32."""
-        while True:
-            check()
-            found = lacam.explore(self._board, self._step, self._search, self._budget)
-            if found == lacam.FOUND:
-                return self._plan()
-            if found == lacam.EXHAUSTED:
-                raise NoValidPath("there is no plan: the robots cannot pass each other")
-            if found == lacam.FULL:
-                self._grow(check)
-
-    def _plan(self) -> Ints:
-        chain = [int(self._search.state[lacam.CURRENT])]
-        while (parent := int(self._search.nodes[chain[-1], lacam.PARENT])) >= 0:
-            chain.append(parent)
-        return self._search.cells[chain[::-1]]
-
-    def _grow(self, check: Callable[[], None]) -> None:
-        search, state = self._search, self._search.state
-        if state[lacam.NODES] == len(search.nodes):
-            more = {name: doubled(getattr(search, name), check) for name in ("cells", "ages", "nodes")}
-            search = search._replace(**more)
-        if state[lacam.HEIGHT] == len(search.stack):
-            search = search._replace(stack=doubled(search.stack, check))
-        if state[lacam.CONSTRAINTS] + lacam.BRANCHES > len(search.constraints):
-            search = search._replace(constraints=doubled(search.constraints, check))
-        if 2 * state[lacam.NODES] >= len(search.table):
-            search = search._replace(table=np.full(2 * len(search.table), -1, np.int32))
-            lacam.fill_table(search)
-        self._search = search

@@ -54,6 +54,8 @@ class Search(NamedTuple):
         Random odd number of each robot, for hashes.
     order : (n,) int64 array
         Robots by priority in the current node.
+    required : (n,) bool array
+        True for robots that must be at their goals at the end.
     state : (5,) int64 array
     """
 
@@ -65,6 +67,7 @@ class Search(NamedTuple):
     table: Ints
     salt: NDArray[np.uint64]
     order: Longs
+    required: NDArray[np.bool_]
     state: Longs
 
 
@@ -170,6 +173,15 @@ def constrain(step: Step, search: Search, constraint: int) -> bool:
 
 
 @_compiled
+def is_goal(board: Board, step: Step, search: Search) -> bool:
+    """Return whether all required robots are at their goals."""
+    for robot in range(len(step.at)):  # noqa: SIM110 - a kernel has no generators
+        if search.required[robot] and step.at[robot] != board.goals[robot]:
+            return False
+    return True
+
+
+@_compiled
 def explore(board: Board, step: Step, search: Search, budget: int) -> int:
     """Search on for up to ``budget`` steps of all robots.
 
@@ -203,7 +215,7 @@ def explore(board: Board, step: Step, search: Search, budget: int) -> int:
             state[CURRENT] = node
             step.at[:] = search.cells[node]
             search.order[:] = np.argsort(-search.ages[node])
-            if np.array_equal(step.at, board.goals):
+            if is_goal(board, step, search):
                 return FOUND
         constraint = search.nodes[node, FIRST]
         if constraint < 0:
@@ -225,7 +237,7 @@ def warm() -> None:
     search = Search(
         np.empty((4, 1), np.int32), np.empty((4, 1), np.float32), np.empty((4, 3), np.int32),
         np.empty((32, 5), np.int32), np.empty(8, np.int32), np.full(16, -1, np.int32), np.ones(1, np.uint64),
-        np.zeros(1, np.int64), np.array([0, 0, 0, -1, 1]),
+        np.zeros(1, np.int64), np.ones(1, np.bool_), np.array([0, 0, 0, -1, 1]),
     )  # fmt: skip
     explore(board, step, search, 4)
     search.table[:] = -1

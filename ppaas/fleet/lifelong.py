@@ -1,0 +1,117 @@
+"""Lifelong plan of a fleet: it is extended step by step, and robots get new goals meanwhile."""
+
+import contextlib
+import itertools
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.errors import InvalidInput, NoValidPath, PlanTimeout
+from ppaas.fleet.configuration_search import ConfigurationSearch
+from ppaas.fleet.kernels.board import UNREACHABLE, Board, step_of
+from ppaas.fleet.kernels.distances import flood
+from ppaas.fleet.kernels.lifelong import advance
+from ppaas.fleet.problem import NO_GUIDE
+from ppaas.fleet.roadmap import Roadmap
+
+PATIENCE = 20
+"""Number of steps that a goal may be open beyond twice the length of the way before the robot is helped."""
+
+TRIES = 20
+"""Number of slices of some 10 ms that a search for it may take."""
+
+
+class LifelongPlan:
+    """Conflict-free steps of robots whose goals change.
+
+    A plan that is only ever extended breaks nothing off: robots that are about to exchange their places in a lane
+    finish that. The robot whose goal is open for the longest time decides first. If its goal is open much longer than
+    its way is, robots circle around each other; then a search finds steps after which it is at its goal.
+
+    Parameters
+    ----------
+    roadmap : Roadmap
+    starts : (n,) int32 array
+        Cells of the robots, all different. They have no goals and give way, until `set_goal`.
+    seed : int
+        Seed of the random numbers.
+
+    Raises
+    ------
+    InvalidInput
+        Two robots start in one cell.
+    """
+
+    def __init__(self, roadmap: Roadmap, starts: NDArray[np.int32], seed: int = 0) -> None:
+        if len(np.unique(starts)) < len(starts):
+            raise InvalidInput("two robots start in the same cell")
+        self._roadmap = roadmap
+        distances = np.empty((len(starts), len(roadmap)), np.int16)
+        self._board = Board(roadmap.neighbours, distances, NO_GUIDE, starts.astype(np.int32))
+        self._step = step_of(len(roadmap), starts, seed)
+        self._ages = np.random.default_rng(seed).random(len(starts)).astype(np.float32)
+        self._queue = np.empty(len(roadmap), np.int32)
+        self._seed = seed
+        self._patience = np.zeros(len(starts), np.int64)
+        self._found: deque[NDArray[np.int32]] = deque()
+        for robot, cell in enumerate(starts):
+            self.set_goal(robot, int(cell))
+
+    @property
+    def cells(self) -> NDArray[np.int32]:
+        """Cell of each robot after the last step, (n,) int32."""
+        return self._step.at.copy()
+
+    @property
+    def goals(self) -> NDArray[np.int32]:
+        """Goal of each robot, (n,) int32."""
+        return self._board.goals.copy()
+
+    @property
+    def ages(self) -> NDArray[np.int64]:
+        """Number of steps for which each robot's goal has been open, (n,) int64."""
+        return self._ages.astype(np.int64)
+
+    def can_reach(self, robot: int) -> bool:
+        """Return whether there is a way from a robot's cell to its goal."""
+        return bool(self._board.distances[robot, self._step.at[robot]] < UNREACHABLE)
+
+    def set_goal(self, robot: int, cell: int) -> None:
+        """Give a robot a new goal.
+
+        Raises
+        ------
+        InvalidInput
+            The map is too large (``distances_from``).
+        """
+        self._board.goals[robot] = cell
+        self._ages[robot] %= 1.0
+        if not flood(self._roadmap.neighbours, cell, self._board.distances[robot], self._queue):
+            raise InvalidInput(f"the map is too large: two of its cells are {UNREACHABLE} moves apart")
+        self._patience[robot] = PATIENCE + 2 * int(self._board.distances[robot, self._step.at[robot]])
+
+    def extend(self) -> NDArray[np.int32]:
+        """Plan one more step; return the cell of each robot after it, (n,) int32."""
+        if not self._found:
+            self._help_oldest()
+        advance(self._board, self._step, self._ages)
+        self._step.at[:] = self._found.popleft() if self._found else self._step.to
+        return self.cells
+
+    def _help_oldest(self) -> None:
+        """Search steps that bring the robot to its goal that has waited longest for it, if that is too long."""
+        oldest = int(np.argmax(self._ages))
+        if self._ages[oldest] < self._patience[oldest] or not self.can_reach(oldest):
+            return
+        required = np.arange(len(self._ages)) == oldest
+        self._seed += 1
+        tries = itertools.count()
+
+        def check() -> None:
+            if next(tries) >= TRIES:
+                raise PlanTimeout("no steps were found in time")
+
+        self._patience[oldest] += PATIENCE
+        with contextlib.suppress(NoValidPath, PlanTimeout):  # it waits on, and others may clear the way
+            self._found.extend(ConfigurationSearch(self._board, self.cells, required, self._seed).run(check)[1:])
