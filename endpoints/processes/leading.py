@@ -31,7 +31,7 @@ async def take_the_lead(
 ) -> Leadership:
     """Return the leadership of this process once it leads; ``stack`` gives it up.
 
-    A standby starts its endpoints as ``spares``, which takes half a second of the time of a take-over otherwise.
+    A standby starts its endpoints as ``spares``; otherwise their start would be part of the take-over.
 
     Raises
     ------

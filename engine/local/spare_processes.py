@@ -1,11 +1,14 @@
 """Spare processes: started before they are needed, they import their modules, and then wait for their settings."""
 
 import asyncio
+import logging
 import os
 from asyncio.subprocess import PIPE, Process
 from collections.abc import Mapping, Sequence
 
 from engine.processes.child_process import end
+
+logger = logging.getLogger(__name__)
 
 STOP_GRACE = 5.0
 """Time for a process to exit by itself once its standard input is closed [s]."""
@@ -38,15 +41,12 @@ class SpareProcesses:
         self._waiting: list[Process] = []
 
     async def start(self, number: int) -> None:
-        """Start a number of processes.
-
-        Raises
-        ------
-        OSError
-            A process cannot be started.
-        """
-        for _ in range(number):
-            self._waiting.append(await start_process(self._command))
+        """Start a number of processes; if one cannot be started, there are fewer."""
+        try:
+            for _ in range(number):
+                self._waiting.append(await start_process(self._command))
+        except OSError as error:
+            logger.warning("a process cannot be started ahead, and will be when it is needed: %s", error)
 
     def take(self) -> Process | None:
         """Return a process that waits for its settings, which now belongs to the caller; None if none is left."""

@@ -80,6 +80,16 @@ async def test_spare_processes_that_died_are_not_used_and_the_rest_are_ended() -
     await taken.wait()
 
 
+async def test_spare_processes_that_cannot_be_started_are_done_without(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    spares = SpareProcesses((str(tmp_path / "nowhere"),))
+    await spares.start(2)
+    assert spares.take() is None
+    assert "cannot be started ahead" in caplog.text
+    await spares.close()
+
+
 async def test_an_agent_that_keeps_exiting_is_restarted_with_delays(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
