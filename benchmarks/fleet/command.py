@@ -1,0 +1,35 @@
+"""``ppaas bench fleet``: plans of fleets, CPU time and cost."""
+
+import argparse
+from typing import TYPE_CHECKING
+
+from robots.cli.benches import Measured
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+HELP = "plans of fleets: CPU time, cost beside the bound, lifelong steps and waits"
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    parser.add_argument(
+        "--case",
+        nargs=3,
+        metavar=("MAP.map", "FILE.scen", "N"),
+        action="append",
+        help="map and scenario of MovingAI with a number of robots, again for more (two halls that are made up)",
+    )
+    parser.add_argument("--quick", action="store_true", help="little time: a check that it runs, not for comparison")
+
+
+def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
+    """Return the figures of all cases."""
+    from benchmarks.fleet import cases, lifelong, one_shot  # noqa: PLC0415 - ``ppaas bench --help`` loads this
+    from benchmarks.harness.figures import measured  # noqa: PLC0415
+
+    chosen = [cases.case_of(words) for words in arguments.case] if arguments.case else cases.MADE
+    parts = [part for case in chosen for part in ((one_shot.measure, case), (lifelong.measure, case))]
+    return measured(
+        [figure for part, case in progress.track(parts, description="fleet") for figure in part(case, arguments.quick)]
+    )
