@@ -53,9 +53,9 @@ async def test_an_agent_that_is_killed_is_started_again(tmp_path: Path) -> None:
 
 
 async def test_a_spare_process_is_used_first_and_another_one_is_started_after_it(tmp_path: Path) -> None:
-    spares = SpareProcesses(STAND_IN)
+    before, spares = psutil.Process().children(), SpareProcesses(STAND_IN)
     await spares.start(1)
-    [spare] = psutil.Process().children()
+    [spare] = [child for child in psutil.Process().children() if child not in before]
     agents = AgentUnderTest(tmp_path, "stay", spares)
     await agents.process.start()
     await until(agents.runs)
@@ -66,9 +66,9 @@ async def test_a_spare_process_is_used_first_and_another_one_is_started_after_it
 
 
 async def test_spare_processes_that_died_are_not_used_and_the_rest_are_ended() -> None:
-    spares = SpareProcesses(STAND_IN)
+    before, spares = psutil.Process().children(), SpareProcesses(STAND_IN)
     await spares.start(3)
-    children = psutil.Process().children()
+    children = [child for child in psutil.Process().children() if child not in before]
     children[-1].kill()
     await asyncio.sleep(0.2)
     taken = spares.take()
