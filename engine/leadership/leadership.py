@@ -141,7 +141,8 @@ class Leadership:
                 if candidate.role is Role.WAITING and not patient:
                     raise
                 self._note_failure(error)
-            self._note_renewal()
+            else:
+                self._note_renewal()
             self._news.set()
 
     async def _answer(self, request: Request) -> None:

@@ -101,10 +101,9 @@ async def test_queued_plans_survive_kill_9(
         for plan_id in waiting:  # a plan that was read back was acknowledged
             await rest.get(f"/v1/plans/{plan_id}")
         await kill(cloud, victim)
-        if victim == "machine":
-            waiting += await served_again(rest, office_map)
         await asyncio.to_thread(cassandra_server.start)
         if victim == "machine":
+            waiting += await served_again(rest, office_map)
             await arrived(rest, waiting)
     if victim == "cloud":
         (tmp_path / "ready.json").unlink()
@@ -125,7 +124,7 @@ async def kill(cloud: RunningCloud, victim: str) -> None:
 
 
 async def served_again(rest: RestClient, grid: GridMap) -> list[str]:
-    """Retry until a machine has registered again, while Cassandra is still down."""
+    """Retry until a machine has registered again, and the master may start containers, since its lease is renewed."""
     async with asyncio.timeout(BACK):
         while True:
             try:

@@ -95,7 +95,9 @@ async def test_a_standby_replaces_a_leader_without_a_store_which_finds_out(store
         assert not first.leads()
 
 
-async def test_a_leader_whose_store_is_back_leads_on_and_says_so(store: MemoryStore) -> None:
+async def test_a_leader_whose_store_is_back_leads_on_and_says_so(
+    store: MemoryStore, caplog: pytest.LogCaptureFixture
+) -> None:
     reached, renewals = Reached(store), 0
 
     def renewed() -> None:
@@ -107,10 +109,12 @@ async def test_a_leader_whose_store_is_back_leads_on_and_says_so(store: MemorySt
         await leadership.acquire(standby=False)
         reached.cut = True
         await until(lambda: not leadership.leads())
-        before = renewals
+        before, told = renewals, [record.levelname for record in caplog.records]
+        assert told == ["ERROR"], "not that it was renewed, which would be wrong"
         reached.cut = False
         await until(lambda: leadership.leads() and renewals > before)
         assert leadership.epoch == 1
+    assert "the lease of the master is renewed" in caplog.text
 
 
 async def test_a_leader_that_hears_of_a_later_epoch_is_replaced(store: MemoryStore) -> None:
