@@ -69,5 +69,5 @@ class GoalResults:
         self._tell(f"{self._robot}: the clone lost {goal} without a new session")
 
     def missing(self, goal: str, seconds: float, trace: str) -> None:
-        """Record that a goal neither ended nor was lost within a time limit [s], and what happened meanwhile."""
+        """Report a goal that has neither ended nor been lost within a time limit [s], with its trace."""
         self._tell(f"{self._robot}: {goal} did not end within {seconds:.0f} s: {trace}")

@@ -1,5 +1,6 @@
-"""Trace of a goal: how far its robot was from it, and what the robot had received, every now and then."""
+"""Trace of a goal: distance of its robot, and numbers of messages that the robot received, in each period."""
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -52,7 +53,7 @@ class GoalTrace:
         if seconds < PERIOD * (len(self._entries) + 1):
             return
         now, last = self._standing(), self._last
-        away = ((now.x - self._x) ** 2 + (now.y - self._y) ** 2) ** 0.5
+        away = math.dist((now.x, now.y), (self._x, self._y))
         self._entries.append(
             f"after {seconds:.0f} s {away:.1f} m away, {now.lost:.1f} m lost, "
             f"{now.simulated - last.simulated:.0f} s simulated, "

@@ -4,6 +4,7 @@ import time
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.fleet.cases import Case, drawn
 from benchmarks.harness.figures import Figure
@@ -52,5 +53,5 @@ def measure(case: Case, quick: bool) -> Iterator[Figure]:
     yield Figure(PART, f"{name}: faults", len(faults), "", limit=0.0, note="; ".join(faults[:2]))
 
 
-def _mean_way(roadmap: Roadmap, cells: "np.ndarray[tuple[int], np.dtype[np.int32]]") -> float:
+def _mean_way(roadmap: Roadmap, cells: NDArray[np.int32]) -> float:
     return float(distances_from(roadmap, cells[:ALONE])[:, cells].mean())

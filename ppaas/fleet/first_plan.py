@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from ppaas.fleet.configuration_search import ConfigurationSearch
 from ppaas.fleet.kernels import guides
-from ppaas.fleet.kernels.board import seeded, shuffle
+from ppaas.fleet.kernels.board import NO_GUIDE, seeded, shuffle
 from ppaas.fleet.plan import FleetPlan
-from ppaas.fleet.problem import NO_GUIDE, FleetProblem
+from ppaas.fleet.problem import FleetProblem
 from ppaas.planners.watch import proceed
 
 DENSE = 0.1

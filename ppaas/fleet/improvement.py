@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ppaas.fleet.kernels.board import seeded
 from ppaas.fleet.kernels.neighbourhood import improve_some, memory_of
@@ -37,7 +38,7 @@ class Improvement:
         for robot in range(len(problem)):
             mark(self._schedule, robot, robot + 1)
         self._memory = memory_of(steps, cells, GROUP)
-        self._least = problem.distances[np.arange(len(problem)), problem.starts].astype(np.int64)
+        self._least = problem.least
         self._bits, self._random = seeded(seed), np.random.default_rng(seed)
         self._number = 1
 
@@ -56,16 +57,17 @@ class Improvement:
 
         Returns earlier if no plan is better.
         """
+        board, bound = self._problem.board(), self._problem.bound
         for firsts, alone in self._tries():
-            if not goes_on() or self.cost == self._problem.bound:
+            if not goes_on() or self.cost == bound:
                 return
             improve_some(
-                self._problem.board(), self._problem.starts, self._schedule, self._memory,
+                board, self._problem.starts, self._schedule, self._memory,
                 firsts, alone, self._number, self._bits,
             )  # fmt: skip
             self._number += len(firsts) * GROUP
 
-    def _tries(self) -> Iterator[tuple["np.ndarray[tuple[int], np.dtype[np.int32]]", bool]]:
+    def _tries(self) -> Iterator[tuple[NDArray[np.int32], bool]]:
         """Yield robots to plan anew: first each alone, the latest first, then groups around robots by their delays."""
         latest = np.argsort(self._least - self._schedule.arrivals, kind="stable").astype(np.int32)
         for begin in range(0, len(latest), AT_ONCE):

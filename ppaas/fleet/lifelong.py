@@ -7,12 +7,11 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.errors import InvalidInput, NoValidPath, PlanTimeout
+from ppaas.errors import NoValidPath, PlanTimeout
 from ppaas.fleet.configuration_search import ConfigurationSearch
-from ppaas.fleet.kernels.board import UNREACHABLE, Board, step_of
-from ppaas.fleet.kernels.distances import flood
-from ppaas.fleet.kernels.lifelong import advance
-from ppaas.fleet.problem import NO_GUIDE
+from ppaas.fleet.kernels.board import NO_GUIDE, NOBODY, UNREACHABLE, Board, step_of
+from ppaas.fleet.kernels.pibt import decide
+from ppaas.fleet.problem import check_distinct, distances_from
 from ppaas.fleet.roadmap import Roadmap
 
 PATIENCE = 20
@@ -44,14 +43,12 @@ class LifelongPlan:
     """
 
     def __init__(self, roadmap: Roadmap, starts: NDArray[np.int32], seed: int = 0) -> None:
-        if len(np.unique(starts)) < len(starts):
-            raise InvalidInput("two robots start in the same cell")
+        check_distinct(starts, roadmap, "starts")
         self._roadmap = roadmap
         distances = np.empty((len(starts), len(roadmap)), np.int16)
         self._board = Board(roadmap.neighbours, distances, NO_GUIDE, starts.astype(np.int32))
         self._step = step_of(len(roadmap), starts, seed)
         self._ages = np.random.default_rng(seed).random(len(starts)).astype(np.float32)
-        self._queue = np.empty(len(roadmap), np.int32)
         self._seed = seed
         self._patience = np.zeros(len(starts), np.int64)
         self._found: deque[NDArray[np.int32]] = deque()
@@ -87,16 +84,21 @@ class LifelongPlan:
         """
         self._board.goals[robot] = cell
         self._ages[robot] %= 1.0
-        if not flood(self._roadmap.neighbours, cell, self._board.distances[robot], self._queue):
-            raise InvalidInput(f"the map is too large: two of its cells are {UNREACHABLE} moves apart")
+        self._board.distances[robot] = distances_from(self._roadmap, np.array([cell], np.int32))[0]
         self._patience[robot] = PATIENCE + 2 * int(self._board.distances[robot, self._step.at[robot]])
 
     def extend(self) -> NDArray[np.int32]:
         """Plan one more step; return the cell of each robot after it, (n,) int32."""
         if not self._found:
             self._help_oldest()
-        advance(self._board, self._step, self._ages)
-        self._step.at[:] = self._found.popleft() if self._found else self._step.to
+        step, ages = self._step, self._ages
+        ages[:] = np.where(step.at == self._board.goals, ages % 1.0, ages + 1.0)
+        if self._found:
+            step.at[:] = self._found.popleft()
+        else:
+            step.to[:] = NOBODY
+            decide(self._board, step, np.argsort(-ages))
+            step.at[:] = step.to
         return self.cells
 
     def _help_oldest(self) -> None:

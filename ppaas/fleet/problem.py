@@ -7,15 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput, NoValidPath
-from ppaas.fleet.kernels.board import UNREACHABLE, Board
+from ppaas.fleet.kernels.board import NO_GUIDE, UNREACHABLE, Board
 from ppaas.fleet.kernels.distances import flood_all
 from ppaas.fleet.roadmap import Roadmap
 from ppaas.planners.watch import proceed
 
 SLICE = 1 << 22
 """Number of distances that are computed between two checks: some 10 ms."""
-
-NO_GUIDE = np.empty((0, 0), np.int8)
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,20 +63,25 @@ class FleetProblem:
             raise InvalidInput(f"there are {len(starts)} starts and {len(goals)} goals; give as many of both")
         first, last = roadmap.at(starts, "start"), roadmap.at(goals, "goal")
         for cells, what in ((first, "starts"), (last, "goals")):
-            _check_distinct(cells, roadmap, what)
-        distances = distances_from(roadmap, last, check)
-        for robot in np.nonzero(distances[np.arange(len(first)), first] == UNREACHABLE)[0][:1]:
+            check_distinct(cells, roadmap, what)
+        problem = cls(roadmap, first, last, distances_from(roadmap, last, check))
+        for robot in np.nonzero(problem.least == UNREACHABLE)[0][:1]:
             raise NoValidPath(f"robot {robot} cannot reach its goal, not even without other robots")
-        return cls(roadmap, first, last, distances)
+        return problem
 
     def __len__(self) -> int:
         """Return the number of robots."""
         return len(self.starts)
 
     @property
+    def least(self) -> NDArray[np.int64]:
+        """Length of the shortest path of each robot, (n,) int64 [cells]."""
+        return self.distances[np.arange(len(self)), self.starts].astype(np.int64)
+
+    @property
     def bound(self) -> int:
         """Sum of the lengths of shortest paths."""
-        return int(self.distances[np.arange(len(self)), self.starts].astype(np.int64).sum())
+        return int(self.least.sum())
 
     def board(self, guide: NDArray[np.int8] = NO_GUIDE) -> Board:
         """Return the arrays for kernels, with guides of the robots."""
@@ -106,7 +109,8 @@ def distances_from(
     return distances
 
 
-def _check_distinct(cells: NDArray[np.int32], roadmap: Roadmap, what: str) -> None:
+def check_distinct(cells: NDArray[np.int32], roadmap: Roadmap, what: str) -> None:
+    """Raise ``InvalidInput`` if two of the cells are the same; ``what`` names them."""
     order = np.argsort(cells, kind="stable")
     for k in np.nonzero(np.diff(cells[order]) == 0)[0][:1]:
         row, column = roadmap.cells[cells[order[k]]]

@@ -70,12 +70,10 @@ def answer_of(
 
     def goes_on() -> bool:
         passed = time.process_time() - began
-        tell(f"improving, cost {best.cost}", min(passed / seconds, 1.0) if seconds else 1.0)
+        tell("improving", min(passed / seconds, 1.0))
         return passed < seconds
 
-    best = first
-    if spent < seconds:
-        best = _improved(problem, first, goes_on, threads, seed)
+    best = _improved(problem, first, goes_on, threads, seed) if spent < seconds else first
     return {
         "agents": len(problem),
         "cost": best.cost,

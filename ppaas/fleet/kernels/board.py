@@ -75,6 +75,15 @@ class Step(NamedTuple):
 
 COUNT, PARTNER = 5, 6
 
+NO_GUIDE = np.empty((0, 0), np.int8)
+"""Guides of robots that have none."""
+
+
+def smallest_board(guide: NDArray[np.int8] = NO_GUIDE) -> Board:
+    """Return a board of two cells for one robot, whose goal is the second one: for ``warm`` of kernels."""
+    neighbours = np.array([[1, -1, -1, -1], [0, -1, -1, -1]], np.int32)
+    return Board(neighbours, np.array([[1, 0]], np.int16), guide, np.ones(1, np.int32))
+
 
 def step_of(cells: int, at: Ints, seed: int) -> Step:
     """Return the arrays for the steps of robots that are in the cells ``at``; seeds give the same random numbers."""

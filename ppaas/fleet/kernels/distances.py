@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.fleet.kernels.board import UNREACHABLE, Ints
+from ppaas.fleet.kernels.board import UNREACHABLE, Ints, smallest_board
 from ppaas.planners.kernels.jit_decorators import bare
 
 
@@ -58,5 +58,4 @@ def flood_all(neighbours: Ints, goals: Ints, distances: NDArray[np.int16], queue
 
 def warm() -> None:
     """Compile and call each kernel once."""
-    neighbours = np.array([[1, -1, -1, -1], [0, -1, -1, -1]], np.int32)
-    flood_all(neighbours, np.zeros(1, np.int32), np.empty((1, 2), np.int16), np.empty(2, np.int32))
+    flood_all(smallest_board().neighbours, np.zeros(1, np.int32), np.empty((1, 2), np.int16), np.empty(2, np.int32))

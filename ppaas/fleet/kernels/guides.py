@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.fleet.kernels.board import Board, Ints
+from ppaas.fleet.kernels.board import Board, Ints, smallest_board
 from ppaas.planners.kernels.jit_decorators import bare
 
 STEP = 10
@@ -28,7 +28,7 @@ ENTRIES = 6
 
 
 class Traffic(NamedTuple):
-    """What the ways of all robots do to each cell, and the memory of a search.
+    """Numbers of the ways of all robots through each cell, and the memory of a search.
 
     Parameters
     ----------
@@ -194,7 +194,6 @@ def traffic_of(neighbours: Ints) -> Traffic:
 
 def warm() -> None:
     """Compile and call each kernel once."""
-    neighbours = np.array([[1, -1, -1, -1], [0, -1, -1, -1]], np.int32)
-    board = Board(neighbours, np.array([[1, 0]], np.int16), np.full((1, 2), -1, np.int8), np.ones(1, np.int32))
+    board = smallest_board(np.full((1, 2), -1, np.int8))
     robots = np.zeros(1, np.int32)
-    guide_some(board, traffic_of(neighbours), np.zeros(1, np.int32), robots, 5, 1, 1)
+    guide_some(board, traffic_of(board.neighbours), np.zeros(1, np.int32), robots, 5, 1, 1)

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ppaas.fleet.kernels.board import UNREACHABLE, Board, Ints, Step, step_of
+from ppaas.fleet.kernels.board import UNREACHABLE, Board, Ints, Step, smallest_board, step_of
 from ppaas.fleet.kernels.pibt import decide, is_possible
 
 Longs = NDArray[np.int64]
@@ -21,7 +21,7 @@ BRANCHES = 6
 """Largest number of constraints that one iteration adds."""
 
 FOUND, EXHAUSTED, PAUSED, FULL = 1, 2, 3, 4
-"""Why `explore` returned: it found a plan, there is none, its budget is used up, or an array is full."""
+"""Results of `explore`: a plan was found, no plan exists, the budget is used up, or an array is full."""
 
 PARENT, FIRST, LAST = 0, 1, 2
 """Columns of ``nodes``: parent, and first and last constraint that was not tried, −1 for none."""
@@ -230,8 +230,6 @@ def explore(board: Board, step: Step, search: Search, budget: int) -> int:
 
 def warm() -> None:
     """Compile and call each kernel once."""
-    neighbours = np.array([[1, -1, -1, -1], [0, -1, -1, -1]], np.int32)
-    board = Board(neighbours, np.array([[1, 0]], np.int16), np.empty((0, 0), np.int8), np.ones(1, np.int32))
     step = step_of(2, np.zeros(1, np.int32), 0)
     step.to[:] = step.at
     search = Search(
@@ -239,6 +237,6 @@ def warm() -> None:
         np.empty((32, 5), np.int32), np.empty(8, np.int32), np.full(16, -1, np.int32), np.ones(1, np.uint64),
         np.zeros(1, np.int64), np.ones(1, np.bool_), np.array([0, 0, 0, -1, 1]),
     )  # fmt: skip
-    explore(board, step, search, 4)
+    explore(smallest_board(), step, search, 4)
     search.table[:] = -1
     fill_table(search)

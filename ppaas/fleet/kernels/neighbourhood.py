@@ -8,7 +8,7 @@ Path Finding via Large Neighborhood Search", IJCAI 2021; groups as its agent-bas
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.fleet.kernels.board import Board, Ints, below, seeded, shuffle
+from ppaas.fleet.kernels.board import Board, Ints, below, seeded, shuffle, smallest_board
 from ppaas.fleet.kernels.timed_search import NODES, Memory, Schedule, mark, search
 from ppaas.planners.kernels.jit_decorators import bare
 
@@ -166,8 +166,6 @@ def memory_of(steps: int, cells: int, group: int) -> Memory:
 
 def warm() -> None:
     """Compile and call each kernel once."""
-    neighbours = np.array([[1, -1, -1, -1], [0, -1, -1, -1]], np.int32)
-    board = Board(neighbours, np.array([[1, 0]], np.int16), np.empty((0, 0), np.int8), np.ones(1, np.int32))
     schedule = Schedule(np.array([[1, 0], [0, 1]], np.int32), np.array([[0, 1]], np.int32), np.ones(1, np.int32))
     robots = np.zeros(1, np.int32)
-    improve_some(board, robots, schedule, memory_of(2, 2, 2), robots, False, 1, seeded(0))
+    improve_some(smallest_board(), robots, schedule, memory_of(2, 2, 2), robots, False, 1, seeded(0))

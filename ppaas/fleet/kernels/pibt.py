@@ -12,7 +12,7 @@ until the cell ahead is empty would wait for ever.
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.fleet.kernels.board import COUNT, NOBODY, PARTNER, Board, Ints, Step, fraction, step_of
+from ppaas.fleet.kernels.board import COUNT, NOBODY, PARTNER, Board, Ints, Step, fraction, smallest_board, step_of
 from ppaas.fleet.kernels.swap import partner
 from ppaas.planners.kernels.jit_decorators import bare
 
@@ -23,7 +23,7 @@ AHEAD = np.float32(-1.0)
 """Key of the cell to which the robot's guide leads: before all distances."""
 
 DECIDED, FAILED, PUSHES, TRIES = 1, 2, 3, 0
-"""What the robot on top of the stack has found: a place, none, that it pushes another one, or nothing yet."""
+"""State of the robot on top of the stack: it has a place, has none, pushes another one, or has not tried yet."""
 
 
 @bare
@@ -184,9 +184,6 @@ def clear(step: Step) -> None:
 
 def warm() -> None:
     """Compile and call each kernel once."""
-    neighbours = np.array([[1, -1, -1, -1], [0, -1, -1, -1]], np.int32)
-    distances, goals = np.array([[1, 0]], np.int16), np.ones(1, np.int32)
-    board = Board(neighbours, distances, np.empty((0, 0), np.int8), goals)
     step = step_of(2, np.zeros(1, np.int32), 0)
-    decide(board, step, np.zeros(1, np.int64))
+    decide(smallest_board(), step, np.zeros(1, np.int64))
     is_possible(step)

@@ -1,4 +1,4 @@
-"""The trace of a goal tells how far its robot was, and what it received in each period."""
+"""The trace of a goal has the distance of its robot and the numbers of its messages in each period."""
 
 from benchmarks.chaos.goal_trace import PERIOD, GoalTrace, Standing
 

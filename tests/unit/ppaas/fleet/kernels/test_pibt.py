@@ -4,9 +4,9 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppaas.fleet.kernels.board import UNREACHABLE, Board, Step, step_of
+from ppaas.fleet.kernels.board import NO_GUIDE, UNREACHABLE, Board, Step, step_of
 from ppaas.fleet.kernels.pibt import decide, is_possible
-from ppaas.fleet.problem import NO_GUIDE, distances_from
+from ppaas.fleet.problem import distances_from
 from tests.reference.fleet.joint_search import has_ring
 from tests.support.fleet.halls import Hall, hall_of, halls
 
