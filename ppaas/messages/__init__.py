@@ -20,6 +20,7 @@ from ppaas.messages import (
     std_srvs,
     tf2_msgs,
     tf2_web_republisher,
+    traffic,
     vision_msgs,
 )
 from ppaas.messages.base import map_msgs, std_msgs
@@ -54,6 +55,7 @@ __all__ = [
     "std_srvs",
     "tf2_msgs",
     "tf2_web_republisher",
+    "traffic",
     "type_name",
     "vision_msgs",
 ]

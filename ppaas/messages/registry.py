@@ -21,6 +21,7 @@ from ppaas.messages import (
     std_srvs,
     tf2_msgs,
     tf2_web_republisher,
+    traffic,
     vision_msgs,
 )
 from ppaas.messages.base import map_msgs, std_msgs
@@ -31,6 +32,7 @@ _PACKAGES: tuple[ModuleType, ...] = (
     std_msgs, geometry_msgs, nav_msgs, sensor_msgs, actionlib_msgs, move_base_msgs, nav2_msgs, tf2_msgs, ppaas_msgs,
     people_msgs, std_srvs, rosapi, tf2_web_republisher, map_msgs, slam_toolbox, explore_msgs,
     octomap_msgs, vision_msgs, people_coordination, diagnostic_msgs, observe, recorder, follow_path,
+    traffic,
 )  # fmt: skip
 
 

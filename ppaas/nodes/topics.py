@@ -40,6 +40,7 @@ from ppaas.messages.tf2_web_republisher import (
     TFSubscriptionActionGoal,
     TFSubscriptionActionResult,
 )
+from ppaas.messages.traffic import TrafficGrants, TrafficReport, TrafficState
 from ppaas.messages.vision_msgs import Detection3DArray
 from ppaas.nodes.base import Topic
 from ppaas.nodes.nav2_actions import EXPLORE, NAV2_ACTIONS
@@ -112,6 +113,12 @@ PLAN = Topic("plan", Path, stream=True, depth=1)
 LOCAL_PLAN = Topic("local_plan", Path, stream=True, depth=1)
 ROBOTS = Topic("robots", RobotStates, stream=True)
 SPEED_LIMIT = Topic("speed_limit", SpeedLimit)
+
+# -- traffic of the robots of a map -----------------------------------------------------------------------------------
+
+TRAFFIC_REPORT = Topic("traffic/report", TrafficReport, stream=True, depth=1, robot_only=True)
+TRAFFIC_GRANTS = Topic("traffic/grants", TrafficGrants, stream=True, depth=1)
+TRAFFIC_STATE = Topic("traffic/state", TrafficState, latched=True, stream=True, depth=1)
 
 # -- paths that a robot follows itself ---------------------------------------------------------------------------------
 

@@ -1,0 +1,1 @@
+"""Grants robots of a map how far they may drive."""
