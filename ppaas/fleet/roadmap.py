@@ -38,15 +38,27 @@ class Roadmap:
         free : (h, w) bool array
             True where a robot may stand.
         """
-        rows, columns = np.nonzero(free)
-        numbers = np.full(free.shape, BLOCKED, np.int32)
-        numbers[rows, columns] = np.arange(len(rows), dtype=np.int32)
-        padded = np.pad(numbers, 1, constant_values=BLOCKED)
-        beside = ((0, 1), (2, 1), (1, 0), (1, 2))
-        near = np.stack([padded[rows + down, columns + right] for down, right in beside], axis=1)
-        last = np.argsort(near == BLOCKED, axis=1, kind="stable")
-        neighbours = np.ascontiguousarray(np.take_along_axis(near, last, axis=1), np.int32)
-        return cls(neighbours, np.stack([rows, columns], axis=1).astype(np.int32), numbers)
+        cells, numbers, near = _beside(free)
+        return cls(_packed(near), cells, numbers)
+
+    @classmethod
+    def of_moves(cls, free: NDArray[np.bool_], in_rows: NDArray[np.bool_], in_columns: NDArray[np.bool_]) -> "Roadmap":
+        """Return the roadmap of a grid in which some moves between free cells are missing, in both directions.
+
+        Parameters
+        ----------
+        free : (h, w) bool array
+            True where a robot may stand.
+        in_rows : (h, w − 1) bool array
+            True where a robot may move between a cell and the next one of its row.
+        in_columns : (h − 1, w) bool array
+            True where a robot may move between a cell and the next one of its column.
+        """
+        cells, numbers, near = _beside(free)
+        rows, columns = cells.T
+        down, right = np.pad(in_columns, ((1, 1), (0, 0))), np.pad(in_rows, ((0, 0), (1, 1)))
+        exists = (down[rows, columns], down[rows + 1, columns], right[rows, columns], right[rows, columns + 1])
+        return cls(_packed(np.where(np.stack(exists, axis=1), near, BLOCKED)), cells, numbers)
 
     def __len__(self) -> int:
         """Return the number of cells."""
@@ -76,3 +88,23 @@ class Roadmap:
             why = "is blocked" if inside[robot] else f"is outside the map of {height} rows and {width} columns"
             raise InvalidInput(f"the {what} of robot {robot}, row {row} column {column}, {why}")
         return found
+
+
+def _beside(free: NDArray[np.bool_]) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
+    """Return row and column of each cell, the numbers of a grid, and the four cells beside each, `BLOCKED` for none.
+
+    The four are those of the row before, the row behind, the column before and the column behind.
+    """
+    rows, columns = np.nonzero(free)
+    numbers = np.full(free.shape, BLOCKED, np.int32)
+    numbers[rows, columns] = np.arange(len(rows), dtype=np.int32)
+    padded = np.pad(numbers, 1, constant_values=BLOCKED)
+    beside = ((0, 1), (2, 1), (1, 0), (1, 2))
+    near = np.stack([padded[rows + down, columns + right] for down, right in beside], axis=1)
+    return np.stack([rows, columns], axis=1).astype(np.int32), numbers, near
+
+
+def _packed(near: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return neighbours with all that are `BLOCKED` behind the others, (v, 4) int32."""
+    last = np.argsort(near == BLOCKED, axis=1, kind="stable")
+    return np.ascontiguousarray(np.take_along_axis(near, last, axis=1), np.int32)

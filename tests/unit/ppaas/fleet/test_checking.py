@@ -31,6 +31,12 @@ def test_faults(steps: list[list[int]], faults: list[str]) -> None:
         assert faults_of(ROADMAP, plan, steps[0], steps[-1]) == faults
 
 
+def test_a_move_that_the_roadmap_lacks_is_a_jump() -> None:
+    apart = Roadmap.of_moves(np.ones((1, 3), np.bool_), np.array([[True, False]]), np.ones((0, 3), np.bool_))
+    plan = FleetPlan(np.array([[0], [1], [2]], np.int32), 0)
+    assert faults_of(apart, plan, [0], [2]) == ["robot 0 jumps at time 1"]
+
+
 def test_wrong_ends_and_shapes() -> None:
     plan = FleetPlan(np.array([[0, 1], [0, 2]], np.int32), 1)
     assert faults_of(ROADMAP, plan, [0, 4], [1, 2]) == [

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput
 from ppaas.fleet.roadmap import Roadmap
@@ -18,6 +20,29 @@ def test_neighbours_are_the_free_cells_beside_a_cell_and_each_is_a_neighbour_of_
         assert found == set(np.nonzero(beside)[0].tolist())
         assert (own[len(found) :] == -1).all()
         assert all(cell in roadmap.neighbours[near] for near in found)
+
+
+@given(st.data(), st.integers(1, 4), st.integers(1, 4))
+def test_of_all_moves_between_free_cells_only_those_exist_that_are_given(data: st.DataObject, h: int, w: int) -> None:
+    free, in_rows, in_columns = (data.draw(masks(*shape)) for shape in ((h, w), (h, w - 1), (h - 1, w)))
+    roadmap = Roadmap.of_moves(free, in_rows, in_columns)
+    expected: dict[int, set[int]] = {cell: set() for cell in range(len(roadmap))}
+    for exists, (down, right) in ((in_rows, (0, 1)), (in_columns, (1, 0))):
+        for row, column in np.argwhere(exists & free[: h - down, : w - right] & free[down:, right:]):
+            here, there = int(roadmap.numbers[row, column]), int(roadmap.numbers[row + down, column + right])
+            expected[here].add(there)
+            expected[there].add(here)
+    for cell, own in enumerate(roadmap.neighbours):
+        count = len(expected[cell])
+        assert set(own[:count].tolist()) == expected[cell]
+        assert (own[count:] == -1).all()
+
+
+def masks(height: int, width: int) -> st.SearchStrategy[NDArray[np.bool_]]:
+    size = height * width
+    return st.lists(st.booleans(), min_size=size, max_size=size).map(
+        lambda bits: np.array(bits, np.bool_).reshape(height, width)
+    )
 
 
 @pytest.mark.parametrize(
