@@ -9,6 +9,7 @@ import msgspec
 
 from ppaas.clone.exploring import exploring
 from ppaas.clone.follow_path import move_base_defaults, move_base_kind
+from ppaas.clone.granted_driving import in_traffic
 from ppaas.clone.localization import Localization, on_map, while_mapping
 from ppaas.clone.node_parameters import NodeParameters
 from ppaas.clone.octomap import octomap_makers
@@ -81,7 +82,8 @@ def build_clone(
     A robot that makes a new map has ``grid_slam`` in place of the map server and ``amcl``, and ``explore``.
     With a depth camera it also has ``octomap_server``, as a robot with parameters for that node has.
     A robot has the nodes that see and follow people (`ppaas.clone.people`) if it has parameters for them.
-    A robot with parameters for ``follow_path`` follows paths itself.
+    A robot with parameters for ``follow_path`` follows paths itself; one with parameters for ``traffic`` drives as far
+    as the traffic of its map grants.
 
     Parameters
     ----------
@@ -130,7 +132,15 @@ def build_clone(
     located = _located(given, layers, initial_pose, threads, posegraph)
     state = given.read(StatePublisherParameters, "robot_state_publisher")
     move_base = _move_base(
-        given, driving, body, located, costs=costs, threads=threads, reuse=reuse or ReuseSetup(), maps=layers is None
+        given,
+        driving,
+        body,
+        located,
+        costs=costs,
+        threads=threads,
+        reuse=reuse or ReuseSetup(),
+        maps=layers is None,
+        robot=robot,
     )
     touring = given.read(WaypointFollowerParameters, "waypoint_follower")
     optional = _optional(given, body, costs, located.names, threads, layers=layers, robot=robot)
@@ -172,6 +182,7 @@ def _move_base(
     threads: Threads,
     reuse: ReuseSetup,
     maps: bool,
+    robot: str,
 ) -> Callable[[Context], MoveBaseNode]:
     """Return the maker of Move Base; with ``maps`` its map comes from topics, after these layers."""
     layers, controller = located.layers, controller_for(driving, given, body)
@@ -186,7 +197,7 @@ def _move_base(
     tracked = given.read(StaticLayerParameters, STATIC_LAYER).track_unknown_space
     adapt = unchanged if tracked else partial(without_unknown, robot_radius=body.robot_radius, costs=costs)
     build = partial(_built, threads, body.robot_radius, costs) if maps else None
-    kind = move_base_kind(given, _kind(maps), maps=maps)
+    kind = in_traffic(given, move_base_kind(given, _kind(maps), maps=maps), body, robot, maps=maps)
 
     def move_base(context: Context) -> MoveBaseNode:
         surroundings = surroundings_of(

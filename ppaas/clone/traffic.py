@@ -1,8 +1,13 @@
 """Assembly of a container that grants the robots of a map how far they may drive."""
 
+from functools import partial
+
 from ppaas.costmap.map_layers import MapLayers
+from ppaas.fleet.metric_roadmap import MetricRoadmap, clearance_of, metric_roadmap
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.traffic.node import TrafficNode
+from ppaas.traffic.coordinator import MakeRoadmap
+from ppaas.traffic.settings import TrafficParameters
 
 
 def build_traffic(graph: Graph, layers: MapLayers) -> None:
@@ -15,5 +20,13 @@ def build_traffic(graph: Graph, layers: MapLayers) -> None:
     layers : MapLayers
         The map.
     """
-    del layers
-    graph.add(TrafficNode)
+    graph.add(lambda context: TrafficNode(context, roadmaps_of, layers, TrafficParameters()))
+
+
+def roadmaps_of(layers: MapLayers) -> MakeRoadmap:
+    """Return the function that makes the roadmaps of a map for robots of a radius and a margin [m]."""
+    return partial(_roadmap, layers)
+
+
+def _roadmap(layers: MapLayers, radius: float, margin: float) -> MetricRoadmap:
+    return metric_roadmap(clearance_of(layers), layers.grid.info, radius, margin)

@@ -87,8 +87,15 @@ class LifelongPlan:
         self._board.distances[robot] = distances_from(self._roadmap, np.array([cell], np.int32))[0]
         self._patience[robot] = PATIENCE + 2 * int(self._board.distances[robot, self._step.at[robot]])
 
-    def extend(self) -> NDArray[np.int32]:
-        """Plan one more step; return the cell of each robot after it, (n,) int32."""
+    def extend(self, waiting: NDArray[np.bool_] | None = None) -> NDArray[np.int32]:
+        """Plan one more step; return the cell of each robot after it, (n,) int32.
+
+        Parameters
+        ----------
+        waiting : (n,) bool array, optional
+            True for robots that stay in this step because they are behind the plan. Steps that a search has found for a
+            robot that waited too long move them all the same.
+        """
         if not self._found:
             self._help_oldest()
         step, ages = self._step, self._ages
@@ -96,7 +103,7 @@ class LifelongPlan:
         if self._found:
             step.at[:] = self._found.popleft()
         else:
-            step.to[:] = NOBODY
+            step.to[:] = NOBODY if waiting is None else np.where(waiting, step.at, NOBODY)
             decide(self._board, step, np.argsort(-ages))
             step.at[:] = step.to
         return self.cells

@@ -74,6 +74,24 @@ class MetricRoadmap:
             raise GoalOccupied(f"there is no room for a robot within {within:g} m of {x:g}, {y:g}")
         return int(cells[np.argmin(apart)])
 
+    def centre(self, cell: int) -> tuple[float, float]:
+        """Return the centre of a cell: x, y [m] in the map frame."""
+        row, column = self.roadmap.cells[cell].tolist()
+        return self.x0 + self.spacing * column, self.y0 + self.spacing * row
+
+    def nearby(self, x: float, y: float, within: float) -> list[int]:
+        """Return the numbers of the cells whose centres are within a distance of a place [m], the nearest one first."""
+        self._check_finite(x, y, within)
+        cells = self._around(x, y, within)
+        apart = np.hypot(*(self._centres_of(self.roadmap.cells[cells]) - (x, y)).T)
+        order = np.argsort(apart, kind="stable")
+        return [int(cell) for cell in cells[order[: int((apart <= within).sum())]]]
+
+    def closest(self, x: float, y: float) -> int:
+        """Return the number of the cell whose centre is closest to a place, however far it is [m]."""
+        self._check_finite(x, y)
+        return int(np.argmin(np.hypot(*(self.centres - (x, y)).T)))
+
     def touched(self, x: float, y: float, radius: float) -> NDArray[np.int32]:
         """Return the numbers of all cells whose square a disc touches, (k,) int32, in ascending order.
 

@@ -116,3 +116,8 @@ def check_distinct(cells: NDArray[np.int32], roadmap: Roadmap, what: str) -> Non
         row, column = roadmap.cells[cells[order[k]]]
         one, other = order[k], order[k + 1]
         raise InvalidInput(f"the {what} of robots {one} and {other} are the same cell: row {row} column {column}")
+
+
+def is_connected(roadmap: Roadmap, one: int, other: int) -> bool:
+    """Return whether there is a way from one cell to another, without regard to robots."""
+    return bool(distances_from(roadmap, np.array([other], np.int32))[0, one] < UNREACHABLE)

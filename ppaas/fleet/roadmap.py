@@ -1,6 +1,7 @@
 """Roadmap: the cells of a map in which a robot of a fleet may stand, and the moves between them."""
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +60,16 @@ class Roadmap:
         down, right = np.pad(in_columns, ((1, 1), (0, 0))), np.pad(in_rows, ((0, 0), (1, 1)))
         exists = (down[rows, columns], down[rows + 1, columns], right[rows, columns], right[rows, columns + 1])
         return cls(_packed(np.where(np.stack(exists, axis=1), near, BLOCKED)), cells, numbers)
+
+    def without(self, cells: Iterable[int]) -> "Roadmap":
+        """Return the roadmap without the moves from and to some cells, which keep their numbers."""
+        gone = np.zeros(len(self), np.bool_)
+        gone[list(cells)] = True
+        neighbours = self.neighbours.copy()
+        neighbours[gone] = BLOCKED
+        neighbours[(neighbours != BLOCKED) & gone[neighbours]] = BLOCKED
+        last = np.argsort(neighbours == BLOCKED, axis=1, kind="stable")
+        return replace(self, neighbours=np.ascontiguousarray(np.take_along_axis(neighbours, last, axis=1)))
 
     def __len__(self) -> int:
         """Return the number of cells."""

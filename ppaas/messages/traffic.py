@@ -25,8 +25,6 @@ class TrafficReport(OwnMessage):
         Time of the pose; frame of the map.
     robot : str
         Robot ID.
-    number : int
-        Number of the report; it grows. An older one than the last is ignored.
     x, y, theta : float
         Pose of the robot [m, rad].
     radius : float
@@ -42,7 +40,8 @@ class TrafficReport(OwnMessage):
     first : int
         Number of the first point of ``way`` within the revision.
     way : list of MapPoint
-        Centres of the cells that it holds: those that it touches, and those it is granted, in order.
+        Centres of the granted cells that it holds, in order: from the last one that it has reached. Before it has
+        reached one, it also holds what it touches.
     ahead : int
         Number of the last points of ``way`` that it has not reached.
     free : bool
@@ -60,7 +59,6 @@ class TrafficReport(OwnMessage):
 
     header: Header
     robot: str
-    number: int
     x: float
     y: float
     theta: float
@@ -105,7 +103,7 @@ class TrafficGrants(OwnMessage):
     at_goal : bool
         Whether the last one is the cell of its goal.
     goal_id : str
-        Goal that the way leads to; empty if it leads out of the way of others.
+        Goal that the way leads to, or that is refused; empty if it leads out of the way of others.
     free : bool
         Whether the robot may drive freely, because it is alone.
     give_back : bool
@@ -190,7 +188,7 @@ class TrafficState(OwnMessage):
 
 
 class RobotOfTraffic(OwnMessage):
-    """Request of ``ppaas_msgs/TakeOut`` and ``ppaas_msgs/PutBack``: the robot that an operator takes out or puts back."""
+    """Request of ``ppaas_msgs/TakeOut`` and ``ppaas_msgs/PutBack``: the robot that is taken out or put back."""
 
     robot: str
 

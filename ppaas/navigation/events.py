@@ -102,6 +102,13 @@ class PlanBlocked:
 
 
 @dataclass(frozen=True, slots=True)
+class PlanDue:
+    """There is a better plan than the one that the robot follows; it drives on until it has that."""
+
+    now: float
+
+
+@dataclass(frozen=True, slots=True)
 class GoalMoved:
     """The active goal and the poses on the way to it are elsewhere, since the map was corrected there."""
 
@@ -192,6 +199,7 @@ Event = (
     | PlanFailed
     | PlanDeferred
     | PlanBlocked
+    | PlanDue
     | GoalMoved
     | GoalUpdated
     | PosesPassed

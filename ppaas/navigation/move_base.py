@@ -40,6 +40,7 @@ from ppaas.navigation.events import (
     GoalUpdated,
     PlanBlocked,
     PlanDeferred,
+    PlanDue,
     PlanFailed,
     PlanSucceeded,
     PosesPassed,
@@ -143,6 +144,8 @@ class MoveBase:
                 self._on_goal_updated(event)
             case PlanBlocked() if self.goals.active is not None and self.state is State.CONTROLLING:
                 self._plan_again(event.now)
+            case PlanDue():
+                self._next_plan, self._plan_due = event.now, True
             case _ if self.goals.active is not None:
                 self._on_progress(event)
         return self._orders

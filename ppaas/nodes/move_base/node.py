@@ -4,7 +4,7 @@ import contextlib
 import logging
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import msgspec
 
@@ -167,7 +167,9 @@ class MoveBaseNode(Node):
         self._progress_checker = ProgressChecker()
         self._costmap_topics = costmap_topics
         self._surroundings = surroundings
-        self._planner = RobotPlanner(context, planner, surroundings, parameters, threads=threads, processor=processor)
+        self._planner = self._make_planner(
+            context, planner, surroundings, parameters, threads=threads, processor=processor
+        )
         self._period = 1.0 / parameters.controller_frequency
         self._machine = MoveBase(parameters, [name for name, _ in recoveries])
         self._topics = ActionTopics(context)
@@ -187,6 +189,10 @@ class MoveBaseNode(Node):
         self._cycle: Timer | None = None
         self._events: deque[events.Event] = deque()
         self._counter, self._handling = 0, False
+
+    def _make_planner(self, *arguments: Any, **options: Any) -> RobotPlanner:
+        """Return what makes the plans for goals, from the arguments of `RobotPlanner`."""
+        return RobotPlanner(*arguments, **options)
 
     @property
     def busy(self) -> bool:

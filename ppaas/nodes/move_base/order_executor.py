@@ -14,7 +14,7 @@ from ppaas.nodes.base import Context
 from ppaas.nodes.move_base.action_topics import ActionTopics
 from ppaas.nodes.move_base.goal_progress import GoalProgress
 from ppaas.nodes.move_base.local_plan import publish_local_plan
-from ppaas.nodes.move_base.robot_planner import Detour, NoPlan, Outdated, Planned, RobotPlanner
+from ppaas.nodes.move_base.robot_planner import Detour, NoPlan, Outdated, Planned, RobotPlanner, Waiting
 from ppaas.nodes.move_base.speed_limits import SpeedLimits
 from ppaas.nodes.move_base.surroundings import Surroundings
 from ppaas.nodes.topics import CMD_VEL, PLAN
@@ -204,7 +204,7 @@ class OrderExecutor:
         match result:
             case Outdated():
                 self._request_plan(order)
-            case Detour():
+            case Detour() | Waiting():
                 self._feed(events.PlanDeferred(now, number, result.reason))
             case PlanResult():
                 self._feed(events.PlanSucceeded(now, number, result.poses, result.origin))

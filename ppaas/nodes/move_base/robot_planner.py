@@ -60,11 +60,18 @@ class Detour:
 
 
 @dataclass(frozen=True, slots=True)
+class Waiting:
+    """The robot should wait for the given reason, and ask for a plan again."""
+
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
 class Outdated:
     """There was a plan, but the map was replaced meanwhile, and it is blocked on the new one."""
 
 
-Planned = PlanResult | Detour | NoPlan | Outdated | PPaaSError
+Planned = PlanResult | Detour | Waiting | NoPlan | Outdated | PPaaSError
 """Result of a plan request."""
 
 

@@ -1,18 +1,26 @@
 """Node ``traffic``: grants the robots of a map how far they may drive."""
 
+from collections.abc import Callable
 from typing import ClassVar
 
+from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import NotFound
-from ppaas.messages.base.message import Message
-from ppaas.messages.base.std_msgs import Header, Time
-from ppaas.messages.traffic import GetTraffic, PutBack, TakeOut, TrafficReport, TrafficState
+from ppaas.messages.base.message import Empty, Message
+from ppaas.messages.traffic import GetTraffic, PutBack, RobotOfTraffic, TakeOut, TrafficReport
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
-from ppaas.nodes.frames import MAP
 from ppaas.nodes.message_checks import expect
+from ppaas.nodes.traffic.names import TRAFFIC
+from ppaas.traffic.checkpoint import checkpoint_of, restore
+from ppaas.traffic.coordinator import Coordinator, MakeRoadmap
+from ppaas.traffic.settings import TrafficParameters
+from ppaas.traffic.state import state_of
 
-TRAFFIC = "traffic"
-"""Name of the node, and of the parameters of the robots that take part."""
+PERIOD = 0.1
+"""Time between two steps of the coordinator [s]."""
+
+STATE_PERIOD = 1.0
+"""Time between two messages about the traffic [s]."""
 
 GET_TRAFFIC = Service("traffic/get_traffic", GetTraffic)
 TAKE_OUT = Service("traffic/take_out", TakeOut)
@@ -20,24 +28,82 @@ PUT_BACK = Service("traffic/put_back", PutBack)
 
 
 class TrafficNode(Node):
-    """Takes the reports of all robots of a user on a map that take part, and publishes their grants."""
+    """Takes the reports of all robots of a user on a map that take part, and publishes their grants.
+
+    The node has a container of its own, beside those of the robots' clones. One that follows another, because its
+    container was lost, asks all robots what they hold before it grants anything.
+
+    Parameters
+    ----------
+    context : Context
+        The node's context.
+    make_roadmap : callable
+        Returns a function that makes the roadmaps of a map, from its layers.
+    layers : MapLayers
+        The map.
+    parameters : TrafficParameters
+    """
 
     name: ClassVar[str] = TRAFFIC
     subscribes: ClassVar[tuple[Topic, ...]] = (topics.TRAFFIC_REPORT,)
     publishes: ClassVar[tuple[Topic, ...]] = (topics.TRAFFIC_GRANTS, topics.TRAFFIC_STATE)
     services: ClassVar[tuple[Service, ...]] = (GET_TRAFFIC, TAKE_OUT, PUT_BACK)
 
-    def __init__(self, context: Context) -> None:
+    def __init__(
+        self,
+        context: Context,
+        make_roadmap: Callable[[MapLayers], MakeRoadmap],
+        layers: MapLayers,
+        parameters: TrafficParameters,
+    ) -> None:
         super().__init__(context)
-        self._reports: dict[str, TrafficReport] = {}
+        self._make_roadmap = make_roadmap
+        self._parameters = parameters
+        self._coordinator = Coordinator(make_roadmap(layers), parameters, now=context.elapsed())
+
+    def start(self) -> None:
+        """Begin to grant."""
+        self.context.every(PERIOD, self._step)
+        self.context.every(STATE_PERIOD, self._publish_state)
+
+    def use_layers(self, layers: MapLayers) -> None:
+        """Go on with another version of the map: all robots stop, and are granted cells of the new one."""
+        self._coordinator.use_map(self._make_roadmap(layers))
 
     def on_message(self, topic: str, message: Payload) -> None:
-        """Take the report of a robot."""
-        report = expect(message, TrafficReport)
-        self._reports[report.robot] = report
+        """Take the report of a robot; `InvalidInput` if it is not valid, which changes nothing."""
+        self._coordinator.report(expect(message, TrafficReport), self.context.elapsed())
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
-        """Answer a call."""
-        if service != GET_TRAFFIC.name:
-            raise NotFound("service", service, [GET_TRAFFIC.name])
-        reply(TrafficState(Header(stamp=Time.of(self.context.now()), frame_id=MAP), 0, 0.0))
+        """Answer with the traffic, or take a robot out or put it back.
+
+        Raises
+        ------
+        NotFound
+            There is no such robot in the traffic.
+        """
+        if service == GET_TRAFFIC.name:
+            reply(state_of(self._coordinator, self.context.now(), self.context.elapsed()))
+            return
+        if service not in {TAKE_OUT.name, PUT_BACK.name}:
+            raise NotFound("service", service, [each.name for each in self.services])
+        robot = expect(request, RobotOfTraffic).robot
+        change = self._coordinator.take_out if service == TAKE_OUT.name else self._coordinator.put_back
+        change(robot)
+        reply(Empty())
+
+    def checkpoint(self) -> bytes:
+        """Return the epoch, and what the robots hold."""
+        return checkpoint_of(self._coordinator)
+
+    def restore(self, state: bytes) -> None:
+        """Continue after a checkpoint; what its robots held is held until they say otherwise."""
+        restore(self._coordinator, state, self.context.elapsed())
+
+    def _step(self) -> None:
+        for grants in self._coordinator.step(self.context.elapsed()):
+            self.context.publish(topics.TRAFFIC_GRANTS.name, grants)
+
+    def _publish_state(self) -> None:
+        state = state_of(self._coordinator, self.context.now(), self.context.elapsed())
+        self.context.publish(topics.TRAFFIC_STATE.name, state)

@@ -1,0 +1,1 @@
+"""Simulated robots with real clones, led by the traffic of their map."""

@@ -1,0 +1,208 @@
+"""Scene: simulated Turtlebots with their clones, and the traffic node of their map, in simulated time."""
+
+from collections import deque
+from dataclasses import dataclass
+from random import Random
+
+import numpy as np
+
+from benchmarks.navigation.goals.clone import MODEL, InProcessClone
+from ppaas.clone.plugins import DEFAULT_CONTROLLER
+from ppaas.clone.traffic import build_traffic
+from ppaas.costmap.build_layers import build_layers
+from ppaas.costmap.map_layers import MapLayers
+from ppaas.fleet.metric_roadmap import MetricRoadmap, clearance_of, metric_roadmap
+from ppaas.geometry import Pose2D
+from ppaas.maps.grid import GridMap
+from ppaas.messages.actionlib_msgs import Status
+from ppaas.messages.traffic import TrafficGrants, TrafficReport
+from ppaas.nodes import topics
+from ppaas.nodes.base import Payload
+from ppaas.nodes.graph import Graph
+from ppaas.nodes.jobs import run_inline
+from ppaas.nodes.traffic.names import TRAFFIC
+from ppaas.robot_model.known_models import robot_model
+from ppaas.traffic.settings import TrafficParameters
+from robots.sim.driver import Schedule, SensorRates
+from robots.sim.world import World
+
+EPOCH = 1_000_000.0
+"""Stamp at the start [s]; a stamp of zero would mean the latest time."""
+
+DELAY = 0.1
+"""Time that a message between a clone and the traffic node takes [s]."""
+
+
+class TrafficRobot:
+    """One robot: its simulated body, and its clone.
+
+    Attributes
+    ----------
+    arrived, failed : int
+        Number of goals that it reached, and that ended otherwise.
+    goal_since : float
+        Time at which it got its goal [s].
+    """
+
+    def __init__(self, world: World, number: int, layers: MapLayers, *, obeys: bool) -> None:
+        self.id = f"tb{number}"
+        self.body = world.robots[number]
+        self._world = world
+        parameters = {"amcl": {"seed": number}, **({TRAFFIC: {}} if obeys else {})}
+        self.clone = InProcessClone(
+            layers, self.body.base.pose, DEFAULT_CONTROLLER, parameters, world.stamp, robot=self.id
+        )
+        rates = SensorRates()
+        self._odometry, self._scan = Schedule(rates.odom, 0.0), Schedule(rates.scan, 0.0)
+        self.goal: Pose2D | None = None
+        self.goal_since = 0.0
+        self.arrived = self.failed = 0
+        self.reasons: list[str] = []
+
+    def send_to(self, goal: Pose2D) -> None:
+        """Send the robot to a pose."""
+        self.goal, self.goal_since = goal, self._world.time()
+        self.clone.send_to(goal)
+
+    def step(self) -> None:
+        """Pass odometry and scans that are due to the clone, and its command to the wheels."""
+        now = self._world.time()
+        if self._odometry.take(now):
+            self.clone.odometry(self.body.odometry())
+        if self._scan.take(now):
+            self.clone.scan(self.body.scan())
+        command = self.clone.command()
+        if command is not None:
+            self.body.command(command)
+        end = self.clone.end
+        if self.goal is not None and end is not None:
+            self.goal = None
+            if end.status is Status.SUCCEEDED:
+                self.arrived += 1
+            else:
+                self.failed += 1
+                self.reasons.append(end.text)
+
+
+@dataclass
+class Outcome:
+    """What has become of a run.
+
+    Parameters
+    ----------
+    goals, failed : int
+        Number of goals reached, and ended otherwise.
+    contacts : int
+        Number of contacts of robots with each other.
+    walls : int
+        Number of contacts with walls.
+    nearest : float
+        Smallest gap between two robots [m].
+    longest : float
+        Longest time for which a goal was open [s].
+    mean : float
+        Mean time of a goal [s].
+    """
+
+    goals: int
+    failed: int
+    contacts: int
+    walls: int
+    nearest: float
+    longest: float
+    mean: float
+
+
+class TrafficScene:
+    """World, robots and traffic node, step by step.
+
+    Parameters
+    ----------
+    grid : GridMap
+    robots : int
+    seed : int
+    obeys : bool
+        Whether robots take part in the traffic; otherwise each drives around the others.
+    """
+
+    def __init__(self, grid: GridMap, robots: int, seed: int, *, obeys: bool = True) -> None:
+        self.rng = Random(seed)
+        self.world = World(grid, seed, epoch=EPOCH)
+        radius = robot_model(MODEL).robot_radius
+        self.layers = build_layers(grid, robot_radius=radius)
+        self.roadmap: MetricRoadmap = metric_roadmap(
+            clearance_of(self.layers), grid.info, radius, TrafficParameters().margin
+        )
+        self.cells = self._largest_part()
+        for cell in self.rng.sample(self.cells, robots):
+            self.world.add_robot(Pose2D(*self.roadmap.centre(cell), self.rng.uniform(-3.0, 3.0)))
+        self.robots = [TrafficRobot(self.world, number, self.layers, obeys=obeys) for number in range(robots)]
+        self._names = {robot.id: robot for robot in self.robots}
+        self._post: deque[tuple[float, TrafficReport | TrafficGrants]] = deque()
+        self.node: Graph | None = None
+        for robot in self.robots if obeys else ():
+            robot.clone.graph.tap(topics.TRAFFIC_REPORT.name, self._send)
+        if obeys:
+            self.start_node()
+        self.nearest, self.longest, self._times = 9.0, 0.0, 0.0
+
+    def start_node(self) -> None:
+        """Start a traffic node that knows nothing of any before it."""
+        self.node = Graph(run_inline, self.world.stamp, self.world.stamp)
+        build_traffic(self.node, self.layers)
+        self.node.tap(topics.TRAFFIC_GRANTS.name, self._send)
+
+    def _largest_part(self) -> list[int]:
+        roadmap, left, best = self.roadmap.roadmap, set(range(len(self.roadmap.roadmap))), set[int]()
+        while left:
+            part, new = set[int](), {left.pop()}
+            while new:
+                part.update(new)
+                new = {int(n) for cell in new for n in roadmap.neighbours[cell] if n in left}
+                left.difference_update(new)
+            best = max(best, part, key=len)
+        return sorted(best)
+
+    def _send(self, _topic: str, message: Payload) -> None:
+        if isinstance(message, TrafficReport | TrafficGrants):
+            self._post.append((self.world.time() + DELAY, message))
+
+    def _deliver(self) -> None:
+        while self._post and self._post[0][0] <= self.world.time():
+            message = self._post.popleft()[1]
+            if isinstance(message, TrafficGrants):
+                self._names[message.robot].clone.graph.inject(topics.TRAFFIC_GRANTS.name, message)
+            elif self.node is not None:
+                self.node.inject(topics.TRAFFIC_REPORT.name, message)
+        if self.node is not None:
+            self.node.run_due()
+
+    def step(self, *, again: bool = True) -> None:
+        """Simulate a step of the world; robots that have no goal get one if ``again``."""
+        for robot in self.robots:
+            if again and robot.goal is None:
+                robot.send_to(Pose2D(*self.roadmap.centre(self.rng.choice(self.cells)), self.rng.uniform(-3.0, 3.0)))
+            before = robot.arrived
+            robot.step()
+            if robot.arrived > before:
+                self._times += self.world.time() - robot.goal_since
+            if robot.goal is not None:
+                self.longest = max(self.longest, self.world.time() - robot.goal_since)
+        self._deliver()
+        self.world.step()
+        self._measure()
+
+    def _measure(self) -> None:
+        places = np.array([tuple(robot.body.base.body.position) for robot in self.robots])
+        apart = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1)) + 9.0 * np.eye(len(places))
+        self.nearest = min(self.nearest, float(apart.min()) - 2.0 * self.robots[0].body.base.model.radius)
+
+    def outcome(self) -> Outcome:
+        """Return what has become of it so far."""
+        goals = sum(robot.arrived for robot in self.robots)
+        contacts = self.world.contacts
+        return Outcome(
+            goals, sum(robot.failed for robot in self.robots), contacts.robot_contacts.total() // 2,
+            contacts.wall_contacts.total(), round(self.nearest, 3), round(self.longest, 1),
+            round(self._times / max(goals, 1), 1),
+        )  # fmt: skip

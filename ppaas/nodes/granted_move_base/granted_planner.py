@@ -1,0 +1,73 @@
+"""Planner of a robot in traffic: its plan is the way that it is granted."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ppaas.errors import GoalOccupied
+from ppaas.geometry import Pose2D, Poses
+from ppaas.nodes.granted_move_base.traffic_link import TrafficLink
+from ppaas.nodes.move_base.robot_planner import NoPlan, Planned, RobotPlanner, Waiting
+from ppaas.planners.base import PlanResult
+from ppaas.traffic.leg_path import path_along
+
+NAME = "traffic"
+"""Name of the planner in plans."""
+
+SHORT = 0.02
+"""Length below which a path leads nowhere [m]."""
+
+
+class GrantedPlanner(RobotPlanner):
+    """Plans as any robot's planner while the robot drives freely, and else returns the granted way.
+
+    Parameters
+    ----------
+    link : TrafficLink
+    options
+        As of `RobotPlanner`.
+    """
+
+    def __init__(self, link: TrafficLink, *arguments: object, **options: object) -> None:
+        super().__init__(*arguments, **options)  # type: ignore[arg-type]
+        self._link = link
+        self.goal_id = ""
+        self.is_final = False
+
+    def is_blocked(self, poses: Poses) -> bool:
+        """Return whether a plan is blocked now; a granted way is as it is."""
+        return self._link.way.free and super().is_blocked(poses)
+
+    def request(
+        self, start: Pose2D, goal: Pose2D, done: Callable[[Planned], None], through: Sequence[Pose2D] = ()
+    ) -> None:
+        """Plan to a goal, or pass on the granted way; ``done`` is called with the result."""
+        self.is_final = False
+        if self._link.way.free and not self._link.must_stop:
+            super().request(start, goal, done, through)
+        else:
+            done(self._granted(start, goal))
+
+    def _granted(self, start: Pose2D, goal: Pose2D) -> Planned:
+        link, way = self._link, self._link.way
+        if reason := link.refusal_of(self.goal_id):
+            return NoPlan(GoalOccupied(f"the traffic of the map refuses the goal: {reason}"), final=True)
+        if link.must_stop or not way.spacing:
+            return Waiting(link.waits_for())
+        leg, ends = way.leg()
+        final = self._final_pose(goal) if ends else None
+        if final is None and (not way.ahead or len(leg) < 2):
+            return Waiting(link.waits_for())
+        poses = path_along(leg, way.spacing, start, final)
+        self.is_final = final is not None
+        length = float(np.hypot(*np.diff(poses[:, :2], axis=0).T).sum())
+        return PlanResult(np.empty((0, 2), np.int32), poses, 0.0, length, 0, 0.0, NAME)
+
+    def _final_pose(self, goal: Pose2D) -> Pose2D | None:
+        """Return where the robot stops at its goal: as near as it is wholly in the cell; None on the way there."""
+        way = self._link.way
+        if not way.leads_to(self.goal_id):
+            return None
+        x, y = way.last
+        margin = way.margin
+        return Pose2D(min(max(goal.x, x - margin), x + margin), min(max(goal.y, y - margin), y + margin), goal.theta)

@@ -1,0 +1,46 @@
+"""Checkpoint of the traffic: the epoch, and what each robot was known to hold."""
+
+import msgspec
+
+from ppaas.errors import InvalidInput
+from ppaas.messages.traffic import TrafficReport
+from ppaas.traffic.coordinator import Coordinator
+
+
+class TrafficCheckpoint(msgspec.Struct):
+    """State of a coordinator from which the next one begins.
+
+    Parameters
+    ----------
+    epoch : int
+    reports : list of TrafficReport
+        The newest of each robot, with all cells that it may hold or be granted soon as its way.
+    goals : int
+        Number of goals reached.
+    """
+
+    epoch: int
+    reports: list[TrafficReport] = []
+    goals: int = 0
+
+
+def checkpoint_of(coordinator: Coordinator) -> bytes:
+    """Return the checkpoint of a coordinator."""
+    return msgspec.msgpack.encode(TrafficCheckpoint(coordinator.epoch, coordinator.known(), coordinator.goals))
+
+
+def restore(coordinator: Coordinator, state: bytes, now: float) -> None:
+    """Let a coordinator begin from a checkpoint: it waits for the robots of it, and takes what they held for held.
+
+    Raises
+    ------
+    InvalidInput
+        The checkpoint is not valid.
+    """
+    try:
+        read = msgspec.msgpack.decode(state, type=TrafficCheckpoint)
+    except msgspec.DecodeError as error:
+        raise InvalidInput(f"the checkpoint of the traffic is not valid: {error}") from error
+    coordinator.epoch, coordinator.goals = read.epoch, read.goals
+    for report in read.reports:
+        coordinator.report(report, now)

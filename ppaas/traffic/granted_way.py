@@ -1,0 +1,219 @@
+"""The way that a robot is granted: cells that it holds, in the order in which it drives through them."""
+
+import itertools
+import math
+from dataclasses import dataclass
+
+from ppaas.geometry import Pose2D
+from ppaas.messages.traffic import MapPoint, TrafficGrants
+
+Point = tuple[float, float]
+
+REACHED = 0.1
+"""Distance before the centre of a cell at which it counts as reached [m]."""
+
+STRAY = 0.4
+"""Distance from the way beyond which a robot has left it, as a part of the distance between two cells."""
+
+BEHIND = 2
+"""Number of points that are kept behind the robot, so that the curve that it drives on is known."""
+
+
+@dataclass(slots=True)
+class WayPoint:
+    """Centre of a cell [m], and whether the robot drives around the corner there in a curve."""
+
+    x: float
+    y: float
+    curved: bool = False
+
+    @property
+    def point(self) -> Point:
+        """Its coordinates."""
+        return self.x, self.y
+
+
+class GrantedWay:
+    """What a robot holds by the grants of the traffic node, and how far it has come.
+
+    The robot alone decides what it gives back: the rest of its way, at a stop. That begins another *revision* of the
+    way, for which grants of the one before are not valid. Points are numbered from 0 in each revision.
+
+    Parameters
+    ----------
+    radius : float
+        Radius of the robot [m].
+
+    Attributes
+    ----------
+    grants : TrafficGrants or None
+        The newest that are valid.
+    epoch, number : int
+        Epoch and number of them.
+    revision : int
+        Revision of the way.
+    free : bool
+        Whether the robot drives freely, because it is alone.
+    reached : int
+        Number of points that the robot has reached.
+    """
+
+    def __init__(self, radius: float) -> None:
+        self._radius = radius
+        self.grants: TrafficGrants | None = None
+        self.epoch = self.number = self.revision = 0
+        self.free = False
+        self.reached = 0
+        self._anchor: Point = (math.nan, math.nan)
+        self._first = 0
+        self._points: list[WayPoint] = []
+
+    @property
+    def end(self) -> int:
+        """Number of points granted so far."""
+        return self._first + len(self._points)
+
+    @property
+    def spacing(self) -> float:
+        """Distance of neighbouring cells [m]; 0 before the first grants."""
+        return 0.0 if self.grants is None else self.grants.spacing
+
+    @property
+    def margin(self) -> float:
+        """Distance from the centre of a cell within which the robot is wholly inside of it [m]."""
+        return max(self.spacing / 2.0 - self._radius, 0.0)
+
+    @property
+    def first(self) -> int:
+        """Number of the first point that the robot holds: the last one that it has reached, if any."""
+        return max(self.reached - 1, 0)
+
+    @property
+    def held(self) -> list[MapPoint]:
+        """Points that the robot holds, from the one that it has reached last."""
+        return [MapPoint(each.x, each.y) for each in self._points[self.first - self._first :]]
+
+    @property
+    def ahead(self) -> int:
+        """Number of points that the robot has not reached."""
+        return self.end - self.reached
+
+    @property
+    def last(self) -> Point:
+        """Centre of the last cell of the way [m]."""
+        return self._points[-1].point
+
+    def leads_to(self, goal_id: str) -> bool:
+        """Return whether the way ends in the cell of a goal."""
+        grants = self.grants
+        if grants is None or not grants.at_goal or grants.revision != self.revision or not self._points:
+            return False
+        return grants.goal_id == goal_id
+
+    def take(self, grants: TrafficGrants, pose: Pose2D) -> bool:
+        """Take grants at the robot's pose; return False if they are older than others."""
+        if (grants.epoch, grants.number) <= (self.epoch, self.number):
+            return False
+        self.grants, self.epoch, self.number = grants, grants.epoch, grants.number
+        if grants.revision != self.revision:
+            return True
+        if grants.free and not self.free:
+            self.give_back(pose)
+            self.free = True
+        skipped = max(self.end - grants.first, 0)
+        if grants.first <= self.end and not self.free:
+            for each in grants.way[skipped:]:
+                self._append(each, pose)
+        return True
+
+    def give_back(self, pose: Pose2D) -> None:
+        """Begin another revision, in which the robot holds the cells that it touches, where it stands."""
+        self.revision += 1
+        self.free = False
+        self.reached = self._first = 0
+        self._points = []
+        self._anchor = pose.x, pose.y
+
+    def advance(self, pose: Pose2D) -> bool:
+        """Take the pose of the robot; return whether it has reached another point."""
+        before = self.reached
+        while self.reached < self.end and self._has_reached(self.reached, pose):
+            self.reached += 1
+        behind = max(self.reached - BEHIND, self._first) - self._first
+        del self._points[:behind]
+        self._first += behind
+        return self.reached > before
+
+    def off(self, pose: Pose2D) -> float:
+        """Return the distance of the robot from its way [m]; a robot that drives freely is never off it."""
+        if self.free or not self.spacing:
+            return 0.0
+        ends = [self._start, *(each.point for each in self._points[self._index(self.reached) :])]
+        parts = itertools.pairwise(ends) if len(ends) > 1 else [(ends[0], ends[0])]
+        return min(_distance_to(pose, *part) for part in parts)
+
+    def is_stray(self, pose: Pose2D) -> bool:
+        """Return whether the robot has left its way."""
+        return self.off(pose) > max(STRAY * self.spacing, REACHED)
+
+    def leg(self) -> tuple[list[WayPoint], bool]:
+        """Return the points from behind the robot to where it next has to stop, and whether the way ends there.
+
+        It stops at the end, and turns in place where it drives back, or learnt too late of a corner for a curve.
+        """
+        points = self._points
+        begin = max(self._index(self.reached) - 1, 0)
+        if begin > 0 and points[begin].curved:
+            begin -= 1
+        start = [] if self.reached else [WayPoint(*self._anchor)]
+        leg = start + points[begin : self._index(self.reached)]
+        for index in range(self._index(self.reached), len(points)):
+            leg.append(points[index])
+            if index + 1 < len(points) and not points[index].curved and self._turns_at(index):
+                return leg, False
+        return leg, True
+
+    @property
+    def _start(self) -> Point:
+        return self._points[self._index(self.reached) - 1].point if self.reached else self._anchor
+
+    def _index(self, number: int) -> int:
+        return number - self._first
+
+    def _append(self, point: MapPoint, pose: Pose2D) -> None:
+        """Append a point; the robot turns in a curve in the cell before it, unless it is in that already."""
+        points = self._points
+        points.append(WayPoint(point.x, point.y))
+        corner = len(points) - 2
+        if corner >= 1 and self._turns_at(corner) and not self._goes_back(corner):
+            ahead = self._first + corner - self.reached
+            near = math.hypot(pose.x - points[corner].x, pose.y - points[corner].y) < self.spacing / 2.0
+            points[corner].curved = ahead > 0 or (ahead == 0 and not near)
+
+    def _turns_at(self, index: int) -> bool:
+        if index == 0:
+            return True
+        (ax, ay), (bx, by), (cx, cy) = (each.point for each in self._points[index - 1 : index + 2])
+        return (bx - ax) * (cx - bx) + (by - ay) * (cy - by) < 0.9 * self.spacing**2
+
+    def _goes_back(self, index: int) -> bool:
+        (ax, ay), _, (cx, cy) = (each.point for each in self._points[index - 1 : index + 2])
+        return math.hypot(cx - ax, cy - ay) < 0.1 * self.spacing
+
+    def _has_reached(self, number: int, pose: Pose2D) -> bool:
+        here = self._points[self._index(number)]
+        if number == 0:
+            return math.hypot(pose.x - here.x, pose.y - here.y) <= REACHED
+        before = self._points[self._index(number) - 1]
+        dx, dy = here.x - before.x, here.y - before.y
+        along = ((pose.x - before.x) * dx + (pose.y - before.y) * dy) / math.hypot(dx, dy)
+        return along >= self.spacing - REACHED
+
+
+def _distance_to(pose: Pose2D, begin: Point, end: Point) -> float:
+    """Return the distance of a pose from a line between two points [m]."""
+    dx, dy = end[0] - begin[0], end[1] - begin[1]
+    squared = dx * dx + dy * dy
+    along = 0.0 if squared == 0.0 else ((pose.x - begin[0]) * dx + (pose.y - begin[1]) * dy) / squared
+    along = min(max(along, 0.0), 1.0)
+    return math.hypot(pose.x - begin[0] - along * dx, pose.y - begin[1] - along * dy)

@@ -1,0 +1,59 @@
+"""Grants as messages: how many cells ahead a robot needs, and when it is told."""
+
+import math
+from collections.abc import Iterable
+
+from msgspec.structs import replace
+
+from ppaas.messages.base.std_msgs import Time
+from ppaas.messages.traffic import TrafficGrants, TrafficReport
+from ppaas.traffic.members import Member
+
+ROUND_TRIP = 0.5
+"""Time from a report to the grants that answer it [s], over a slow network."""
+
+REPEAT = 0.5
+"""Time after which grants that have not changed are sent again, since messages may be lost [s]."""
+
+MOST_AHEAD = 8
+"""Largest number of cells that a robot is granted ahead."""
+
+
+def window_of(report: TrafficReport, spacing: float) -> int:
+    """Return how many cells ahead a robot is granted: so many that it need not slow down before it learns of more."""
+    needed = report.braking + ROUND_TRIP * report.speed
+    return min(1 + math.ceil(needed / spacing), MOST_AHEAD)
+
+
+class GrantWriter:
+    """Sends grants when they change, and again now and then."""
+
+    def __init__(self) -> None:
+        self._sent: dict[str, tuple[float, TrafficGrants]] = {}
+
+    def due(self, messages: Iterable[tuple[Member, TrafficGrants]], now: float) -> list[TrafficGrants]:
+        """Return the messages that are to be sent now, with their numbers and times.
+
+        Parameters
+        ----------
+        messages : iterable of (Member, TrafficGrants)
+            The grants of all members.
+        now : float
+            Time [s].
+        """
+        due, sent = [], {}
+        for member, grants in messages:
+            last = self._sent.get(member.name)
+            if last is None or now - last[0] >= REPEAT or not _equal(last[1], grants):
+                member.number += 1
+                header = replace(grants.header, stamp=Time.of(now))
+                due.append(replace(grants, number=member.number, header=header))
+                last = now, grants
+            sent[member.name] = last
+        self._sent = sent
+        return due
+
+
+def _equal(one: TrafficGrants, other: TrafficGrants) -> bool:
+    """Return whether grants say the same, whatever their times and numbers."""
+    return replace(one, header=other.header, number=other.number) == other

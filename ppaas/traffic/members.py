@@ -1,0 +1,110 @@
+"""Members of the traffic: what the traffic node knows of each robot."""
+
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Literal
+
+from ppaas.messages.traffic import TrafficReport
+
+Cell = int
+
+Standing = Literal["joined", "stopped", "stray", "silent", "out"]
+"""Standing of a member: planned for; or an obstacle, because it does not get on, left its way, says nothing, or an
+operator took it out."""
+
+
+@dataclass(frozen=True, slots=True)
+class Arrival:
+    """Mark in the queue of a robot: it has to end its goal before it drives on."""
+
+    goal_id: str
+
+
+@dataclass(slots=True)
+class Member:
+    """A robot of the traffic.
+
+    Attributes
+    ----------
+    report : TrafficReport
+        Its newest report.
+    heard_at : float
+        Time of that [s].
+    standing : Standing
+    base : set of int
+        Cells that it touches where its way began, until it has reached the first cell of the way.
+    chain : list of int
+        Cells of its way that it holds, in order.
+    first : int
+        Number of the first cell of ``chain`` within the revision.
+    queue : deque of int or Arrival
+        Planned cells after the chain, and the ends of goals.
+    aim : str
+        Id of the goal that is planned for; empty if none is.
+    moved_at : float
+        Time at which it last got on, or had nowhere to go [s].
+    tries : int
+        Number of times that it was given up since it last got on.
+    retry_at : float
+        Time at which one that does not get on is tried again [s].
+    waits_for : str
+        Why nothing more is granted.
+    waits_since : float
+        Time at which it began to wait [s].
+    goal_since : float
+        Time from which its goal is open [s].
+    refused : tuple of str
+        Id of a goal that cannot be reached, and why.
+    no_way : str
+        Id of a goal to which this plan has no way.
+    number : int
+        Number of the last grants sent to it.
+    """
+
+    report: TrafficReport
+    heard_at: float
+    standing: Standing = "joined"
+    base: set[Cell] = field(default_factory=set)
+    chain: list[Cell] = field(default_factory=list)
+    first: int = 0
+    queue: "deque[Cell | Arrival]" = field(default_factory=deque)
+    aim: str = ""
+    moved_at: float = 0.0
+    tries: int = 0
+    retry_at: float = float("inf")
+    waits_for: str = ""
+    waits_since: float = float("inf")
+    goal_since: float = 0.0
+    refused: tuple[str, str] = ("", "")
+    no_way: str = ""
+    number: int = 0
+
+    @property
+    def name(self) -> str:
+        """Robot ID."""
+        return self.report.robot
+
+    @property
+    def held(self) -> set[Cell]:
+        """Cells that it holds."""
+        return self.base.union(self.chain)
+
+    @property
+    def at_goal(self) -> bool:
+        """True if its way ends in the cell of its goal, which it has to end now."""
+        return bool(self.queue) and isinstance(self.queue[0], Arrival)
+
+    @property
+    def ahead(self) -> int:
+        """Number of cells of its way that it has not reached, by its newest report."""
+        return self.first + len(self.chain) - self.reached
+
+    @property
+    def reached(self) -> int:
+        """Number of cells of its way that it has reached, by its newest report."""
+        return reached_by(self.report)
+
+
+def reached_by(report: TrafficReport) -> int:
+    """Return the number of cells of its way that a robot has reached by a report."""
+    return report.first + len(report.way) - report.ahead
