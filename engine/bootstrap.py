@@ -270,13 +270,13 @@ class Engine(CloudListener):
             self._roll.note(machines)
 
     def place_opened(self, key: str) -> None:
-        """Give its robot a people coordinator, if it tracks people."""
+        """Give its robot the nodes of its groups: a people coordinator, a traffic node."""
         self.cloud.place_opened(key)
 
     def place_adopted(self, key: str) -> None:
-        """Keep the place until its robot reconnects, for the time of ``linger``; coordinators follow their robots."""
+        """Keep the place until its robot reconnects, for the time of ``linger``; nodes of groups follow robots."""
         self.cloud.place_opened(key)
-        if not self.service.coordinates(key):
+        if not self.service.serves_group(key):
             self.sessions.await_back(key)
 
     async def start(self) -> None:

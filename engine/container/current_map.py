@@ -23,10 +23,11 @@ from ppaas.plans.reuse.measured_times import Times
 from ppaas.plans.reuse.scope import Note
 from ppaas.plans.reuse.setup import ReuseSetup
 from ppaas.plans.stored import PlanLibrary
+from ppaas.traffic.taking_part import TRAFFIC
 
 logger = logging.getLogger(__name__)
 
-ON_LAYERS = (AmclNode.name, LEG_DETECTOR, FOLLOW_PERSON, PEOPLE_COORDINATOR)
+ON_LAYERS = (AmclNode.name, LEG_DETECTOR, FOLLOW_PERSON, PEOPLE_COORDINATOR, TRAFFIC)
 """Nodes that use the layers of the map, beside Move Base and the map server; most containers lack some of them."""
 
 

@@ -1,4 +1,4 @@
-"""Builds the graph of a container: the nodes of a clone and their monitor, planning on a map, or a coordinator."""
+"""Builds the graph of a container: nodes of a clone and their monitor, planning on a map, or the node of a group."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,9 +8,10 @@ from engine.container.current_map import CurrentMap
 from engine.container.diagnostics import add_diagnostics
 from engine.container.monitor.setup import ContainerMonitor, of_clone
 from engine.container.recording import RecordingLink
-from engine.specs.containers import Launch
+from engine.specs.containers import ContainerSpec, Launch
 from ppaas.clone.assembly import build_clone
 from ppaas.clone.planning_container import build_planning
+from ppaas.costmap.map_layers import MapLayers
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.tf.urdf_text import UrdfText
 from ppaas.thread_budget import Threads
@@ -43,19 +44,15 @@ def build_graph(graph: Graph, launch: Launch, threads: Threads, current: Current
     Returns
     -------
     Attendants or None
-        The node monitor and the recorder of a clone; None if the container only plans or coordinates.
+        The node monitor and the recorder of a clone; None if the container only plans, or has the node of a group.
     """
     robot = launch.spec.robot
-    if launch.spec.people is not None:
-        # Imported only here, so that other containers do not load what only coordinators use.
-        from ppaas.clone.people_coordination import build_coordinator  # noqa: PLC0415
-
-        assert current.layers is not None
-        build_coordinator(graph, current.layers, launch.spec.people)
-        return None
     if robot is None:
         assert current.layers is not None
-        build_planning(graph, current.layers, threads=threads, reuse=current.reuse)
+        if launch.spec.group_node:
+            _build_group_node(graph, launch.spec, current.layers)
+        else:
+            build_planning(graph, current.layers, threads=threads, reuse=current.reuse)
         return None
     bare = of_clone(robot)
     text = UrdfText(robot.urdf_text) if robot.urdf_text else None
@@ -84,3 +81,15 @@ def build_graph(graph: Graph, launch: Launch, threads: Threads, current: Current
     monitoring = ContainerMonitor(graph, robot, build)
     add_diagnostics(graph, bare, current, monitoring.traffic)
     return Attendants(monitoring, RecordingLink(graph, robot, current, launch.spec.cores))
+
+
+def _build_group_node(graph: Graph, spec: ContainerSpec, layers: MapLayers) -> None:
+    # Imported only here, so that other containers do not load what only the node of a group uses.
+    if spec.people is not None:
+        from ppaas.clone.people_coordination import build_coordinator  # noqa: PLC0415
+
+        build_coordinator(graph, layers, spec.people)
+    else:
+        from ppaas.clone.traffic import build_traffic  # noqa: PLC0415
+
+        build_traffic(graph, layers)

@@ -38,6 +38,7 @@ from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileRes
 from ppaas.messages.people_coordination import PeopleState, ZoneCount
 from ppaas.messages.ppaas_msgs import NodeHome
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse, UseJointMapRequest, UseJointMapResponse
+from ppaas.messages.traffic import TrafficState
 from ppaas.people.settings import PeopleSettings
 from storage.records import Limits, MapRecord, User
 
@@ -279,9 +280,23 @@ class EndpointCloud:
         """Make the coordinator of a user's robots on a map use settings, which are stored already."""
         await self._master.call(CloudCalls.configure_people, user, map, settings)
 
-    async def end_people(self, map: str) -> None:  # noqa: A002
-        """End the people coordinators of a map that no robot uses and that is removed."""
-        await self._master.call(CloudCalls.end_people, map)
+    async def end_groups(self, map: str) -> None:  # noqa: A002
+        """End the people coordinators and traffic nodes of a map that no robot uses and that is removed."""
+        await self._master.call(CloudCalls.end_groups, map)
+
+    # -- traffic -------------------------------------------------------------------------------------------------------
+
+    async def traffic(self, user: str, map: str) -> TrafficState:  # noqa: A002
+        """Return the traffic of the robots of a user on a map."""
+        return await self._master.call(CloudCalls.traffic, user, map)
+
+    async def take_out(self, user: str, map: str, robot: str) -> None:  # noqa: A002
+        """Take a robot of a user out of the traffic of a map."""
+        await self._master.call(CloudCalls.take_out, user, map, robot)
+
+    async def put_back(self, user: str, map: str, robot: str) -> None:  # noqa: A002
+        """Put a robot of a user back into the traffic of a map."""
+        await self._master.call(CloudCalls.put_back, user, map, robot)
 
     # -- paths ---------------------------------------------------------------------------------------------------------
 

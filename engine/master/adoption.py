@@ -12,8 +12,7 @@ from engine.specs.containers import ContainerSpec
 
 def request_of(spec: ContainerSpec) -> PlaceRequest:
     """Return the request for the place that a container was started to fill."""
-    coordinates = spec.people is not None
-    return PlaceRequest(spec.user, spec.map, spec.cores, spec.robot, labels=spec.labels, coordinates=coordinates)
+    return PlaceRequest(spec.user, spec.map, spec.cores, spec.robot, labels=spec.labels, group_node=spec.group_node)
 
 
 def may_adopt(place: Place | None, machine: Machine, carried: RunningContainer) -> bool:

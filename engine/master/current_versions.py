@@ -45,13 +45,13 @@ def _order(event: MapChanged) -> tuple[int, bool]:
 
 
 def with_version(request: PlaceRequest, event: MapChanged) -> PlaceRequest:
-    """Return the request of a robot or a coordinator with the version of a map, if it uses that map.
+    """Return the request of a robot or a group's node with the version of a map, if it uses that map.
 
     Otherwise return an equal request.
     """
     robot = request.robot
     if robot is None:
-        follows = request.coordinates and request.map.id == event.map.id
+        follows = request.group_node != "" and request.map.id == event.map.id
         return replace(request, map=event.map) if follows else request
     if robot.new_map:
         return request

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Literal
 
-from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
+from engine.specs.containers import ContainerSpec, GroupNode, MapVersion, RobotConfig
 from engine.specs.machine_settings import labels_text
 
 CRASH_LIMIT = 5
@@ -22,6 +22,16 @@ LINGER = 30.0
 def people_key(user: str, map_id: str) -> str:
     """Return the name of the place of the coordinator of a user's robots on a map."""
     return f"people:{user}/{map_id}"
+
+
+def traffic_key(user: str, map_id: str) -> str:
+    """Return the name of the place of the traffic node of a user's robots on a map."""
+    return f"traffic:{user}/{map_id}"
+
+
+def group_key(node: GroupNode, user: str, map_id: str) -> str:
+    """Return the name of the place of a node of a user's robots on a map."""
+    return people_key(user, map_id) if node == "people" else traffic_key(user, map_id)
 
 
 def robot_key(user: str, robot: str) -> str:
@@ -43,9 +53,9 @@ class PlaceRequest:
         Robot whose clone it is for.
     labels : dict of str to str
         Labels that its machine must have.
-    coordinates : bool
-        Whether it is for the people coordinator of the user's robots on the map. It keeps no settings: each container
-        gets those that are stored when it starts.
+    group_node : {"", "people", "traffic"}
+        Node of the user's robots on the map that it is for: their people coordinator, or their traffic node. It keeps
+        no settings: each container gets those that are stored when it starts.
     """
 
     user: str
@@ -53,12 +63,12 @@ class PlaceRequest:
     cores: float
     robot: RobotConfig | None = None
     labels: dict[str, str] = field(default_factory=dict)
-    coordinates: bool = False
+    group_node: GroupNode = ""
 
     @property
     def lasts(self) -> bool:
         """Whether its containers continue from checkpoints and outlive the cloud process; those that plan do not."""
-        return self.robot is not None or self.coordinates
+        return self.robot is not None or self.group_node != ""
 
     @property
     def map_ids(self) -> tuple[str, ...]:
@@ -68,14 +78,14 @@ class PlaceRequest:
 
     @property
     def key(self) -> str:
-        """Name of the place: one for each robot, and for each user and map with a coordinator.
+        """Name of the place: one for each robot, and for each node of a user's robots on a map.
 
         For planning, one for each user, map version and set of labels.
         """
         if self.robot is not None:
             return robot_key(self.user, self.robot.id)
-        if self.coordinates:
-            return people_key(self.user, self.map.id)
+        if self.group_node:
+            return group_key(self.group_node, self.user, self.map.id)
         where = f" on {labels_text(self.labels)}" if self.labels else ""
         return f"planning:{self.user}/{self.map.id}@{self.map.version}{where}"
 

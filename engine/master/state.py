@@ -101,7 +101,7 @@ class MasterState:
         return place if place is not None and place.spec is not None and place.spec.id == container else None
 
     def may_run(self, place: Place) -> bool:
-        """Return whether a clone or a coordinator may still run on a machine that has not reconnected yet."""
+        """Return whether a clone or the node of a group may still run on a machine that has not reconnected yet."""
         return bool(self.returning) and place.request.lasts and not place.session
 
     def adopt(self, machine: Machine, carried: RunningContainer) -> list[Order]:
@@ -167,7 +167,8 @@ class MasterState:
         session = place.session or container
         spec = ContainerSpec(
             container, request.user, request.map, place.cores, request.robot, session=session, labels=request.labels,
-            people=PeopleSettings() if request.coordinates else None,
+            people=PeopleSettings() if request.group_node == "people" else None,
+            traffic=request.group_node == "traffic",
         )  # fmt: skip
         machine = self.balancer.choose(spec)
         if machine is None:

@@ -23,6 +23,7 @@ READING = frozenset(
         "rosapi/has_param",
         "rosapi/search_param",
         "static_map",
+        "traffic/get_traffic",
     }
 )
 """Services that change nothing of the robot and its clone."""
@@ -36,9 +37,11 @@ CONFIGURING = frozenset(
         "people_coordinator/configure_people",
         "rosapi/delete_param",
         "rosapi/set_param",
+        "traffic/put_back",
+        "traffic/take_out",
     }
 )
-"""Services that change what the clone consists of, or its parameters."""
+"""Services that change what the clone consists of, its parameters, or what its group does."""
 
 
 def lists_names(service: str) -> bool:

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 from engine.master.places import robot_key
 from engine.master.quotas import Quotas
+from engine.service.group_places import GroupPlaces
 from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import MasterDriver
 from engine.service.news.news import News, NewsKind
@@ -15,6 +16,7 @@ from engine.service.planning.planning import Planning
 from engine.service.planning_places import PlanningPlaces
 from engine.service.robot_navigation import RobotNavigation
 from engine.service.robot_nodes import RobotNodes
+from engine.service.traffic_groups import TrafficGroups
 from engine.service.views import (
     ContainerView,
     EndpointView,
@@ -37,6 +39,7 @@ from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileRes
 from ppaas.messages.people_coordination import PeopleState, ZoneCount
 from ppaas.messages.ppaas_msgs import NodeHome
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse, UseJointMapRequest, UseJointMapResponse
+from ppaas.messages.traffic import TrafficState
 from ppaas.people.settings import PeopleSettings
 from storage.records import Limits, MapRecord, User
 from storage.versions import OCTOMAP, YAML
@@ -72,18 +75,24 @@ class Cloud:
         self._planning_places = PlanningPlaces(driver)
         self._planning = Planning(self._use)
         self._nodes = RobotNodes(self._place_of)
-        self._people = PeopleGroups(driver)
+        self._people, self._traffic = PeopleGroups(driver), TrafficGroups(driver)
         self._navigation = RobotNavigation(driver)
 
     def close(self) -> None:
         """Cancel all timers."""
         self._planning_places.close()
-        self._people.close()
+        for places in self._groups:
+            places.close()
         self._navigation.close()
 
     def place_opened(self, key: str) -> None:
-        """Give the robot of a place a people coordinator, if it tracks people; called for adopted places, too."""
-        self._people.place_opened(key)
+        """Give the robot of a place the nodes of the groups that it is in; called for adopted places, too."""
+        for places in self._groups:
+            places.place_opened(key)
+
+    @property
+    def _groups(self) -> tuple[GroupPlaces, ...]:
+        return self._people.places, self._traffic.places
 
     async def machines(self) -> list[MachineView]:
         """Return all machines."""
@@ -277,9 +286,22 @@ class Cloud:
         """Make the coordinator of a user's robots on a map use settings, which are stored already."""
         await self._people.configure(user, map, settings)
 
-    async def end_people(self, map: str) -> None:  # noqa: A002
-        """End the people coordinators of a map that no robot uses and that is removed."""
-        await self._people.close_map(map)
+    async def traffic(self, user: str, map: str) -> TrafficState:  # noqa: A002
+        """Return the traffic of the robots of a user on a map."""
+        return await self._traffic.traffic(user, map)
+
+    async def take_out(self, user: str, map: str, robot: str) -> None:  # noqa: A002
+        """Take a robot of a user out of the traffic of a map."""
+        await self._traffic.take_out(user, map, robot)
+
+    async def put_back(self, user: str, map: str, robot: str) -> None:  # noqa: A002
+        """Put a robot of a user back into the traffic of a map."""
+        await self._traffic.put_back(user, map, robot)
+
+    async def end_groups(self, map: str) -> None:  # noqa: A002
+        """End the people coordinators and traffic nodes of a map that no robot uses and that is removed."""
+        for places in self._groups:
+            await places.close_map(map)
 
     async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002
         """Compute a path in a planning container."""

@@ -197,10 +197,10 @@ class MasterDriver:
         """Return the request of an open or queued place, or None."""
         return self._master.request_of(key)
 
-    def coordinates(self, key: str) -> bool:
-        """Return whether an open place is that of a people coordinator."""
+    def serves_group(self, key: str) -> bool:
+        """Return whether an open place is that of the node of a group."""
         request = self.request_of(key)
-        return request is not None and request.coordinates
+        return request is not None and request.group_node != ""
 
     def machine_of_place(self, key: str) -> str | None:
         """Return the machine of the container of a place; None while there is none."""

@@ -120,7 +120,7 @@ class ContainerView(msgspec.Struct, frozen=True):
     Parameters
     ----------
     robot : str, optional
-        Robot of the clone; None for a planning container or a coordinator.
+        Robot of the clone; None for a planning container or the node of a group.
     cores : float
         Size of the container [cores].
     pid : int, optional

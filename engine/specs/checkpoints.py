@@ -54,8 +54,9 @@ class CheckpointSelection:
     served it has died, and the robot is back as soon as after a lost connection. Both continue from the last
     checkpoint, if the robot and its map are unchanged; the versions of map and masks may be others, as while it drives.
 
-    People coordinators always continue from the last checkpoint of their group, so that no identity is used twice. They
-    get the settings that are stored when they start.
+    The nodes of groups always continue from the last checkpoint of their group: people coordinators, so that no
+    identity is used twice, and traffic nodes, so that no epoch is. Coordinators get the settings that are stored when
+    they start.
 
     Parameters
     ----------
@@ -93,7 +94,7 @@ class CheckpointSelection:
         if spec.people is not None:
             settings = self._store.map_people(spec.user, spec.map.id).settings
             spec = msgspec.structs.replace(spec, people=settings)
-        lasting = spec.people is not None or (spec.user, name) in self._parked
+        lasting = spec.group_node != "" or (spec.user, name) in self._parked
         idle = (spec.user, name) in self._parked
         self._parked.discard((spec.user, name))
         try:

@@ -8,8 +8,13 @@ from ppaas.costmap.global_parameters import CostParameters
 from ppaas.people.group_names import coordinator_checkpoint
 from ppaas.people.settings import PeopleSettings
 from ppaas.robot_model.description import RobotDescription
+from ppaas.traffic.taking_part import traffic_checkpoint
 
-ContainerKind = Literal["robot", "planning", "coordinator"]
+ContainerKind = Literal["robot", "planning", "coordinator", "traffic"]
+
+GroupNode = Literal["", "people", "traffic"]
+"""Node of a group, the robots of one user on one map: their people coordinator, or their traffic node. Empty: none."""
+
 Heights = tuple[float | None, float]
 
 SESSION_STATE = "session"
@@ -109,7 +114,7 @@ class ContainerSpec(msgspec.Struct, frozen=True):
     cores : float
         Size [CPU cores], a decimal number.
     robot : RobotConfig, optional
-        Robot whose clone runs in it. Without one, it only plans, or coordinates.
+        Robot whose clone runs in it. Without one, it only plans, or has the node of a group.
     checkpoint : dict of str to bytes
         Initial state of each node.
     session : str
@@ -121,6 +126,8 @@ class ContainerSpec(msgspec.Struct, frozen=True):
         Labels that its machine must have.
     people : PeopleSettings, optional
         Settings of the people coordinator in it, for the user's robots on the map. None if it has none.
+    traffic : bool
+        Whether the traffic node of the user's robots on the map runs in it.
     """
 
     id: str
@@ -133,20 +140,34 @@ class ContainerSpec(msgspec.Struct, frozen=True):
     container_group: str = ""
     labels: dict[str, str] = {}
     people: PeopleSettings | None = None
+    traffic: bool = False
+
+    @property
+    def group_node(self) -> GroupNode:
+        """Node of a group that runs in it; empty if it has none."""
+        if self.people is not None:
+            return "people"
+        return "traffic" if self.traffic else ""
 
     @property
     def kind(self) -> ContainerKind:
-        """``"robot"`` if a clone runs in it, ``"coordinator"`` if it coordinates, else ``"planning"``."""
+        """``"robot"`` for a clone, ``"coordinator"`` or ``"traffic"`` for the node of a group, else ``"planning"``."""
         if self.robot is not None:
             return "robot"
-        return "planning" if self.people is None else "coordinator"
+        return _KINDS[self.group_node]
 
     @property
     def checkpoint_name(self) -> str:
         """Name of its checkpoints among those of its user: that of the robot or group; empty if it only plans."""
         if self.robot is not None:
             return self.robot.id
-        return "" if self.people is None else coordinator_checkpoint(self.map.id)
+        match self.group_node:
+            case "people":
+                return coordinator_checkpoint(self.map.id)
+            case "traffic":
+                return traffic_checkpoint(self.map.id)
+            case _:
+                return ""
 
     @property
     def group(self) -> str:
@@ -180,8 +201,11 @@ class ContainerSpec(msgspec.Struct, frozen=True):
 
     @property
     def serves(self) -> str:
-        """The user and robot that it serves, or the user that it plans or coordinates for."""
+        """The user and robot that it serves, or the user whose paths it plans or whose group it serves."""
         return f"{self.user}/{self.robot.id}" if self.robot is not None else self.user
+
+
+_KINDS: dict[GroupNode, ContainerKind] = {"": "planning", "people": "coordinator", "traffic": "traffic"}
 
 
 class Launch(msgspec.Struct, frozen=True):

@@ -12,6 +12,7 @@ from msgspec.structs import replace
 
 from ppaas.errors import NotFound
 from ppaas.people.group_names import coordinator_checkpoint
+from ppaas.traffic.taking_part import takes_part, traffic_checkpoint
 from storage.migration.copying import PAGE, Key, RecordKind, by_pages, each
 from storage.people_records import BEFORE_ALL, MapPeople, PeopleCount
 from storage.ports import Store
@@ -49,9 +50,17 @@ def _robot_keys(store: Store) -> Iterator[list[Key]]:
 
 
 def _clone_keys(store: Store) -> Iterator[list[Key]]:
-    """Yield the keys of the checkpoints of clones, and of those of coordinators of people."""
+    """Yield the keys of the checkpoints of clones, and of those of the nodes of groups: coordinators, traffic nodes."""
     groups = ([(people.user, coordinator_checkpoint(people.map))] for people in _people(store))
-    return ([key for key in page if _has(_clone, store, key)] for page in chain(_robot_keys(store), groups))
+    pages = chain(_robot_keys(store), groups, _traffic_keys(store))
+    return ([key for key in page if _has(_clone, store, key)] for page in pages)
+
+
+def _traffic_keys(store: Store) -> Iterator[list[Key]]:
+    """Yield the keys of the checkpoints of traffic nodes: those of the maps of robots that take part, each once."""
+    robots = chain.from_iterable(_robots(store))
+    groups = dict.fromkeys((robot.user, robot.map) for robot in robots if takes_part(robot.parameters))
+    return ([(user, traffic_checkpoint(map_id))] for user, map_id in groups)
 
 
 def _beside_robots(read: Callable[[Store, Any], object]) -> Callable[[Store], Iterator[list[Key]]]:

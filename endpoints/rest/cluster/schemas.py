@@ -88,10 +88,10 @@ class PinnedMap(ResponseBody):
 
 
 class ContainerAnswer(ResponseBody):
-    """Container of a robot, for planning, or with the people coordinator of a user's robots on a map."""
+    """Container of a robot, for planning, or with the people coordinator or the traffic node of robots on a map."""
 
     id: str
-    kind: Literal["robot", "planning", "coordinator"]
+    kind: Literal["robot", "planning", "coordinator", "traffic"]
     user: str
     robot: str | None
     map: PinnedMap

@@ -25,6 +25,7 @@ from endpoints.sharing.shared_robots import may_read
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, NotFound
 from ppaas.people.group_names import coordinator_checkpoint
+from ppaas.traffic.taking_part import traffic_checkpoint
 from storage.opened_maps import OpenMap
 from storage.ports import Store
 from storage.records import MapRecord, Publication, User
@@ -131,7 +132,7 @@ async def remove_map(map_id: MapId, services: Provided, user: Caller) -> None:
     if await robots_in(services, map_id=map_id):
         raise Conflict(f"map {map_id!r} is in use by robots: disconnect them first")
     await services.plan_writer.settled()
-    await services.cloud.end_people(map_id)
+    await services.cloud.end_groups(map_id)
     with invalidated(services, map_id):
         # What belongs to the map, the map, then what was added meanwhile: it can be repeated if it is interrupted.
         await run_in_threadpool(_forget_map, services.store, map_id)
@@ -151,7 +152,8 @@ def _forget_map(store: Store, map_id: str) -> None:
     store.remove_history(map_id)
     store.remove_people(map_id)
     for user in store.users():  # any of them may have had robots on it
-        store.remove_clone(user.id, coordinator_checkpoint(map_id))
+        for checkpoint in (coordinator_checkpoint(map_id), traffic_checkpoint(map_id)):
+            store.remove_clone(user.id, checkpoint)
 
 
 @contextmanager

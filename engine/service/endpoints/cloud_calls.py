@@ -16,6 +16,7 @@ from engine.service.views import (
 from engine.specs.machine_settings import MachineSettings
 from ppaas.geometry import Pose2D
 from ppaas.messages.people_coordination import PeopleState, ZoneCount
+from ppaas.messages.traffic import TrafficState
 from ppaas.people.settings import PeopleSettings
 
 
@@ -186,9 +187,43 @@ class CloudCalls(Protocol):
         """
         ...
 
-    async def end_people(self, map: str) -> None:  # noqa: A002
-        """End the people coordinators of a map that no robot uses and that is removed.
+    async def traffic(self, user: str, map: str) -> TrafficState:  # noqa: A002
+        """Return the traffic of the robots of a user on a map.
 
-        A coordinator outlives its robots for a while, and would store its checkpoint again.
+        Raises
+        ------
+        Unavailable
+            No robot of the user takes part in the traffic of the map, or its traffic node does not answer.
+        """
+        ...
+
+    async def take_out(self, user: str, map: str, robot: str) -> None:  # noqa: A002
+        """Take a robot of a user out of the traffic of a map: what it holds is free, and nobody waits for it.
+
+        Raises
+        ------
+        NotFound
+            The traffic node knows no such robot.
+        Unavailable
+            As ``traffic``.
+        """
+        ...
+
+    async def put_back(self, user: str, map: str, robot: str) -> None:  # noqa: A002
+        """Put a robot of a user back into the traffic of a map, where it now stands.
+
+        Raises
+        ------
+        NotFound
+            The traffic node knows no such robot.
+        Unavailable
+            As ``traffic``.
+        """
+        ...
+
+    async def end_groups(self, map: str) -> None:  # noqa: A002
+        """End the people coordinators and traffic nodes of a map that no robot uses and that is removed.
+
+        They outlive their robots for a while, and would store their checkpoints again.
         """
         ...

@@ -12,7 +12,7 @@ from robots.client.rest_paths import path_of
 DEFAULT = "default"
 COLUMNS = ("quota", "used", "limit", "own")
 LIMITS = {
-    "containers": "running containers: clones, planning and coordinators of people",
+    "containers": "running containers: clones, planning, coordinators of people and traffic nodes",
     "cores": "CPU cores of these containers together",
     "robots": "registered robots",
     "maps": "maps owned",

@@ -38,6 +38,7 @@ from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileRes
 from ppaas.messages.people_coordination import PeopleState, ZoneCount
 from ppaas.messages.ppaas_msgs import NodeHome
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse, UseJointMapRequest, UseJointMapResponse
+from ppaas.messages.traffic import TrafficState
 from ppaas.people.settings import PeopleSettings
 from storage.records import Limits, MapRecord, User
 
@@ -111,8 +112,10 @@ class FakeCloud:
         self.people_states: dict[tuple[str, str], PeopleState] = {}
         self.zone_counts: dict[tuple[str, str], list[ZoneCount]] = {}
         self.people_settings: dict[tuple[str, str], list[PeopleSettings]] = {}
-        self.maps_without_people: list[str] = []
         """Settings that each coordinator was configured with."""
+        self.traffic_states: dict[tuple[str, str], TrafficState] = {}
+        self.taken_out: set[tuple[str, str, str]] = set()
+        self.maps_without_groups: list[str] = []
         self.reused = ""
         """If set, id of the stored plan that every request returns."""
 
@@ -265,8 +268,27 @@ class FakeCloud:
         if not settings.history:
             self.zone_counts.pop((user, map), None)
 
-    async def end_people(self, map: str) -> None:  # noqa: A002
-        self.maps_without_people.append(map)
+    async def traffic(self, user: str, map: str) -> TrafficState:  # noqa: A002
+        if self.error is not None:
+            raise self.error
+        if (user, map) not in self.traffic_states:
+            raise Unavailable(f"no robot of user {user!r} takes part in the traffic of map {map!r} now")
+        return self.traffic_states[user, map]
+
+    async def take_out(self, user: str, map: str, robot: str) -> None:  # noqa: A002
+        self.taken_out.add((user, map, await self._in_traffic(user, map, robot)))
+
+    async def put_back(self, user: str, map: str, robot: str) -> None:  # noqa: A002
+        self.taken_out.discard((user, map, await self._in_traffic(user, map, robot)))
+
+    async def _in_traffic(self, user: str, map_id: str, robot: str) -> str:
+        known = [one.robot for one in (await self.traffic(user, map_id)).robots]
+        if robot not in known:
+            raise NotFound("robot", robot, known)
+        return robot
+
+    async def end_groups(self, map: str) -> None:  # noqa: A002
+        self.maps_without_groups.append(map)
 
     async def robot_octomap(self, user: str, robot: str, request: GetOctomapFileRequest) -> GetOctomapFileResponse:
         self.octomaps_asked.append(request)

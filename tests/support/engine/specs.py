@@ -40,7 +40,17 @@ def coordinator_spec(container: str = "k1", user: str = "ann", version: MapVersi
 
 def coordinator_request(user: str = "ann", version: MapVersion = HOUSE, cores: float = 0.25) -> PlaceRequest:
     """Return a request for a place with the people coordinator of a user's robots on a map."""
-    return PlaceRequest(user, version, cores, coordinates=True)
+    return PlaceRequest(user, version, cores, group_node="people")
+
+
+def traffic_spec(container: str = "t1", user: str = "ann", version: MapVersion = HOUSE) -> ContainerSpec:
+    """Return a container with the traffic node of a user's robots on a map."""
+    return ContainerSpec(container, user, version, 0.25, traffic=True)
+
+
+def traffic_request(user: str = "ann", version: MapVersion = HOUSE, cores: float = 0.25) -> PlaceRequest:
+    """Return a request for a place with the traffic node of a user's robots on a map."""
+    return PlaceRequest(user, version, cores, group_node="traffic")
 
 
 def robot_request(

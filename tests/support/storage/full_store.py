@@ -6,6 +6,7 @@ from ppaas.geometry import poses_along
 from ppaas.people.group_names import coordinator_checkpoint
 from ppaas.people.settings import PeopleSettings, Zone
 from ppaas.plans.history import LinkHistory, PlannerHistory
+from ppaas.traffic.taking_part import traffic_checkpoint
 from storage.people_records import HOUR, MapPeople, PeopleCount
 from storage.ports import MapStore, Store
 from storage.records import PlanRecord, Publication
@@ -46,6 +47,8 @@ def fill(store: Store, plans: int = 80, robots: int = 12) -> None:
     store.add_history([PlannerHistory("m1", version, "astar", 4, queries=1, failed=1) for version in "vw"])
     store.put_people_settings(MapPeople("ann", "m0", PeopleSettings(history=True, zones=[ZONE])))
     store.put_people_settings(MapPeople("bob", "m0"))
+    store.put_robot(robot("tb1", user="carl", map="m0", parameters={"traffic": {}}))
+    store.save_clone(clone(traffic_checkpoint("m0"), user="carl", nodes={"traffic": b"8"}))
     store.save_clone(clone(coordinator_checkpoint("m0"), nodes={"people_coordinator": b"7"}))
     store.add_people_counts(PeopleCount("ann", "m0", HOUR * number, zone, 7) for number in range(50) for zone in ZONES)
     store.put_link(LinkHistory("robot-link", 0.02, 1e6, 5, 7.0))

@@ -101,9 +101,9 @@ export function showContainers(containers, owners) {
   byId("no-containers").hidden = containers.length > 0;
   say(byId("container-count"), containers.length ? String(containers.length) : "");
   show(byId("containers"), containers, ({ id }) => id, create, (item, container) => {
-    const coordinates = container.kind === "coordinator";
-    const name = container.robot ?? `${coordinates ? "people" : "planning"} on ${container.map.id}`;
-    const ready = coordinates ? "coordinates" : plural(container.clients, "client");
+    const group = { coordinator: "people", traffic: "traffic" }[container.kind];
+    const name = container.robot ?? `${group ?? "planning"} on ${container.map.id}`;
+    const ready = group ? "coordinates" : plural(container.clients, "client");
     const state = container.state === "ready" ? ready : "starts";
     const note = several ? `${state} · ${container.machine}` : state;
     fill(item, owners ? `${container.user} / ${name}` : name, note, containerGauges(container, largest));

@@ -28,7 +28,7 @@ def test_store_migrate_copies_compares_and_reports_all_records(
     lines = [line.split() for line in capsys.readouterr().out.splitlines()]
     assert lines[0] == ["kind", "records", "copied", "same", "different", "missing", "beyond", "digest"]
     assert [line[0] for line in lines[1:]] == list(KINDS)
-    assert lines[3][:7] == ["robots", "4", "4", "4", "0", "0", "0"]
+    assert lines[3][:7] == ["robots", "5", "5", "5", "0", "0", "0"]
     assert main.main(["store", "migrate", *stores, "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert report["good"]

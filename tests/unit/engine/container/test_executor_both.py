@@ -13,6 +13,7 @@ from ppaas.clone.assembly import DEPTH_CAMERA, build_clone
 from ppaas.clone.follow_path import FOLLOW_PATH
 from ppaas.clone.people_coordination import build_coordinator
 from ppaas.clone.planning_container import build_planning
+from ppaas.clone.traffic import build_traffic
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import PPaaSError
@@ -56,6 +57,10 @@ def a_coordinator(graph: Graph, layers: MapLayers, pose: Pose2D) -> None:
     build_coordinator(graph, layers, PeopleSettings())
 
 
+def a_traffic_node(graph: Graph, layers: MapLayers, pose: Pose2D) -> None:
+    build_traffic(graph, layers)
+
+
 BUILDS: dict[str, Build] = {"move_base/make_plan": a_clone, "make_plan": a_planning_container}
 
 
@@ -78,7 +83,8 @@ def node_classes() -> set[type[Node]]:
 
 def test_all_builds_together_have_every_node_class(layers: MapLayers) -> None:
     built: set[type[Node]] = set()
-    for build in (*BUILDS.values(), a_clone_of_a_robot_that_drives_itself, a_mapping_clone, a_coordinator):
+    others = a_clone_of_a_robot_that_drives_itself, a_mapping_clone, a_coordinator, a_traffic_node
+    for build in (*BUILDS.values(), *others):
         graph = Graph()
         build(graph, layers, free_pose(layers.grid, seed=1))
         built |= {type(node) for node in graph.nodes.values()}

@@ -31,6 +31,8 @@ from tests.support.engine.specs import (
     planning_spec,
     robot_config,
     robot_request,
+    traffic_request,
+    traffic_spec,
 )
 
 NOW = 100.0
@@ -78,16 +80,26 @@ def test_a_coordinator_is_adopted_once_and_its_place_is_not_that_of_planning(mas
     orders = master.handle(joined("m1", 4, carries=(RunningContainer(spec, 0.5, "secret", 42),)))
     assert adopted(orders) == ["old"]
     request = master.request_of("people:ann/house")
-    assert request is not None and request.coordinates and request.map.version == "v2"
+    assert request is not None and request.group_node == "people" and request.map.version == "v2"
     assert master.places["people:ann/house"].cores == 0.5
     again = master.handle(joined("m2", 4, carries=(RunningContainer(replace(spec, id="old2"), 0.5, "secret", 43),)))
     assert adopted(again) == []
 
 
-def test_a_coordinator_waits_for_machines_that_may_still_run_it(master: Master) -> None:
+def test_a_traffic_node_is_adopted_beside_the_coordinator_of_the_same_robots(master: Master) -> None:
+    specs = (traffic_spec("old"), coordinator_spec("old2"))
+    carries = tuple(RunningContainer(replace(spec, session="s"), 0.25, "secret", 42) for spec in specs)
+    assert adopted(master.handle(joined("m1", 4, carries=carries))) == ["old", "old2"]
+    assert master.request_of("traffic:ann/house") == traffic_request()
+    assert master.request_of("people:ann/house") == coordinator_request()
+    assert master.quotas.used("ann").containers == 2
+
+
+@pytest.mark.parametrize("request_", [coordinator_request(), traffic_request()], ids=["people", "traffic"])
+def test_the_node_of_a_group_waits_for_machines_that_may_still_run_it(master: Master, request_: PlaceRequest) -> None:
     master.handle(MachinesExpected(("m2",)))
     master.handle(joined("m1", 4))
-    assert master.handle(PlaceRequested(coordinator_request())) == []
+    assert master.handle(PlaceRequested(request_)) == []
     assert started(master.handle(ReturnTimedOut())) == ["m1"]
 
 

@@ -9,10 +9,10 @@ from engine.master.master import Master
 from engine.master.orders import Order, Start, UseMap
 from engine.master.places import PlaceRequest
 from engine.master.quotas import Quota, Quotas
-from engine.specs.containers import MapVersion
+from engine.specs.containers import GroupNode, MapVersion
 from ppaas.errors import Unavailable
 from tests.support.engine.placing import joined
-from tests.support.engine.specs import HOUSE, coordinator_request, robot_config
+from tests.support.engine.specs import HOUSE, robot_config
 
 NEXT = MapVersion(HOUSE.id, "v2")
 PLACE = "robot:ann/tb1"
@@ -71,13 +71,14 @@ def test_robots_on_other_maps_planning_and_mapping_robots_do_not_follow(master: 
     assert master.handle(MapChanged(NEXT)) == []
 
 
-def test_a_coordinator_follows_its_map_and_so_does_its_next_container(master: Master) -> None:
-    container = ready(master, coordinator_request())
+@pytest.mark.parametrize("node", ["people", "traffic"])
+def test_the_node_of_a_group_follows_its_map_and_so_does_its_next_container(master: Master, node: GroupNode) -> None:
+    container = ready(master, PlaceRequest("ann", HOUSE, 0.25, group_node=node))
     assert maps_of(master.handle(MapChanged(NEXT))) == [(container, NEXT)]
     assert master.handle(MapChanged(MapVersion("depot", "v9"))) == []
     [start] = master.handle(ContainerLost(container, Unavailable("boom"), 100.0))
-    assert isinstance(start, Start) and (start.spec.map, start.spec.kind) == (NEXT, "coordinator")
-    assert (start.place, start.spec.session) == ("people:ann/house", container)
+    assert isinstance(start, Start) and (start.spec.map, start.spec.group_node) == (NEXT, node)
+    assert (start.place, start.spec.session) == (f"{node}:ann/house", container)
 
 
 def test_the_current_version_again_orders_nothing(master: Master) -> None:

@@ -38,7 +38,7 @@ from engine.master.events import (
 from engine.master.master import LOG_SIZE, Master
 from engine.master.orders import Order
 from engine.master.placement_diagnostics import FullMachines
-from engine.master.places import Place, PlaceRequest, people_key, robot_key
+from engine.master.places import Place, PlaceRequest, people_key, robot_key, traffic_key
 from engine.master.quotas import Quota, Quotas
 from engine.protocols.control_link import Heartbeat, RunningContainer
 from engine.specs.containers import ContainerSpec, MapVersion
@@ -46,7 +46,7 @@ from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import InvalidMap, PPaaSError, Unavailable
 from storage.records import Limits
 from tests.support.engine.placing import joined
-from tests.support.engine.specs import coordinator_request, coordinator_spec, robot_config, robot_request
+from tests.support.engine.specs import coordinator_spec, robot_config, robot_request, traffic_spec
 
 MACHINES = st.sampled_from(["m1", "m2", "m3"])
 ROBOTS = st.sampled_from("abcdefgh")
@@ -59,11 +59,12 @@ MAPS = st.sampled_from(["office", "house"]).map(lambda name: MapVersion(name, "v
 MASKS = {"keepout_filter": MapVersion("house", "v1"), "speed_filter": MapVersion("speeds", "v1")}
 CONFIGS = ROBOTS.map(robot_config) | ROBOTS.map(lambda robot: robot_config(robot, masks=MASKS))
 REQUESTS = st.builds(PlaceRequest, USERS, MAPS, SIZES, st.none() | CONFIGS, labels=LABELS) | st.builds(
-    coordinator_request, USERS, MAPS, SIZES
+    PlaceRequest, USERS, MAPS, SIZES, group_node=st.sampled_from(["people", "traffic"])
 )
 SETTINGS = st.builds(MachineSettings, LABELS, st.sampled_from([0, 2, 100]), draining=st.booleans())
 LOADS = st.builds(Heartbeat, st.floats(0.0, 4.0), st.just(0), st.just([]), round_trips=st.dictionaries(MACHINES, TIMES))
-KEYS = st.builds(robot_key, USERS, ROBOTS) | st.builds(people_key, USERS, st.sampled_from(["office", "house"]))
+GROUPS = (USERS, st.sampled_from(["office", "house"]))
+KEYS = st.builds(robot_key, USERS, ROBOTS) | st.builds(people_key, *GROUPS) | st.builds(traffic_key, *GROUPS)
 
 
 def carried(container: str, user: str, robot: str, map_version: MapVersion) -> RunningContainer:
@@ -71,13 +72,16 @@ def carried(container: str, user: str, robot: str, map_version: MapVersion) -> R
     return RunningContainer(spec, 1.0, "secret", 42)
 
 
-def coordinating(container: str, user: str, map_version: MapVersion) -> RunningContainer:
-    spec = replace(coordinator_spec(container, user, map_version), session=f"s-{container}")
+def coordinating(container: str, user: str, map_version: MapVersion, *, traffic: bool) -> RunningContainer:
+    made = traffic_spec if traffic else coordinator_spec
+    spec = replace(made(container, user, map_version), session=f"s-{container}")
     return RunningContainer(spec, 1.0, "secret", 43)
 
 
 OLD = st.sampled_from(["old1", "old2"])
-CARRIED = st.builds(carried, OLD, USERS, ROBOTS, MAPS) | st.builds(coordinating, OLD, USERS, MAPS)
+CARRIED = st.builds(carried, OLD, USERS, ROBOTS, MAPS) | st.builds(
+    coordinating, OLD, USERS, MAPS, traffic=st.booleans()
+)
 JOINED = st.builds(joined, MACHINES, st.integers(1, 3), carries=st.just(()) | st.lists(CARRIED, max_size=2).map(tuple))
 REASONS = st.sampled_from([Unavailable("boom"), InvalidMap("not square")])
 

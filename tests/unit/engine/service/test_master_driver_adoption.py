@@ -86,7 +86,7 @@ async def test_a_coordinator_is_adopted_for_its_group(
     machine = await FakeMachine.join(tmp_path, carries=(carried, running("clone")))
     assert await machine.welcome == control_link.Welcome("this", ("old", "clone"))
     assert listener.adopted == [coordinator_request().key, robot_request().key]
-    assert [service.coordinates(key) for key in listener.adopted] == [True, False]
+    assert [service.serves_group(key) for key in listener.adopted] == [True, False]
     await machine.leave()
 
 

@@ -13,9 +13,10 @@ from engine.master.places import PlaceRequest
 from engine.master.quotas import Quota, Quotas
 from engine.protocols import control_link, robot_link
 from engine.protocols.refusals import Refusal
+from engine.service.group_places import LONGEST_RETRY, RETRY
 from engine.service.listener import CloudListener
 from engine.service.master_driver import MasterDriver
-from engine.service.people_groups import LINGER, LONGEST_RETRY, RETRY, PeopleGroups
+from engine.service.people_groups import LINGER, PeopleGroups
 from engine.service.views import PeopleGroupView
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import MapVersion
@@ -53,7 +54,7 @@ class Groups(CloudListener):
         self.robot: FarContainer | None = None
 
     def place_opened(self, key: str) -> None:
-        self.people.place_opened(key)
+        self.people.places.place_opened(key)
 
     def is_open(self) -> bool:
         return self.service.place(KEY) is not None
@@ -64,7 +65,7 @@ class Groups(CloudListener):
 
     async def after(self, seconds: float) -> None:
         self.clock.advance(seconds)
-        await self.people.step()
+        await self.people.places.step()
 
 
 @pytest.fixture
@@ -72,7 +73,7 @@ async def groups(tmp_path: Path) -> AsyncIterator[Groups]:
     made = Groups(tmp_path)
     await made.service.start()
     yield made
-    made.people.close()
+    made.people.places.close()
     await made.service.close()
 
 
@@ -193,7 +194,7 @@ async def test_coordinators_end_with_their_map(groups: Groups) -> None:
     for request in (coordinator_request(), seeing("tb2", version=MapVersion("depot", "v1"))):
         groups.connect(request)
     await groups.after(0.0)
-    await groups.people.close_map("house")
+    await groups.people.places.close_map("house")
     assert not groups.is_open()
     assert groups.service.place("people:ann/depot") is not None, "other maps keep theirs"
 

@@ -11,7 +11,7 @@ from ppaas.people.settings import PeopleSettings
 from storage.memory.store import MemoryStore
 from storage.people_records import MapPeople
 from storage.records import CloneCheckpoint
-from tests.support.engine.specs import coordinator_spec, planning_spec, robot_config, robot_spec
+from tests.support.engine.specs import coordinator_spec, planning_spec, robot_config, robot_spec, traffic_spec
 
 WITHIN = 30.0
 NOW = 1_000_000.0
@@ -64,6 +64,19 @@ def test_a_coordinator_always_continues_and_gets_the_stored_settings(
     assert (given.checkpoint["people_coordinator"], given.checkpoint[LINK_STATE]) == (b"7", b"0")
     elsewhere = coordinator_spec("k6", version=MapVersion("depot", "v1"))
     assert checkpoints.with_checkpoint(msgspec.structs.replace(elsewhere, session="k6")).checkpoint == {}
+
+
+def test_a_traffic_node_always_continues(
+    store: MemoryStore, checkpoints: CheckpointSelection, clock: ManualClock
+) -> None:
+    spec = msgspec.structs.replace(traffic_spec("t1"), session="t1")
+    assert checkpoints.with_checkpoint(spec) == spec
+    store.save_clone(CloneCheckpoint("ann", spec.checkpoint_name, {"traffic": b"7"} | marks(spec, "this"), NOW))
+    clock.advance(30 * 24 * 3600.0)
+    later = msgspec.structs.replace(spec, id="t5", session="t5", map=MapVersion("house", "v2"))
+    assert checkpoints.with_checkpoint(later).checkpoint["traffic"] == b"7"
+    elsewhere = traffic_spec("t6", version=MapVersion("depot", "v1"))
+    assert checkpoints.with_checkpoint(msgspec.structs.replace(elsewhere, session="t6")).checkpoint == {}
 
 
 def test_only_the_last_coordinator_of_a_group_is_adopted(store: MemoryStore, checkpoints: CheckpointSelection) -> None:

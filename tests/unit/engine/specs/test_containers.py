@@ -1,8 +1,10 @@
 """Specifications of containers: what follows from the robot and its map."""
 
+import msgspec
 from msgspec.structs import replace
 
-from tests.support.engine.specs import mapping_spec, planning_spec, robot_spec
+from engine.specs.containers import ContainerSpec, MapVersion
+from tests.support.engine.specs import coordinator_spec, mapping_spec, planning_spec, robot_spec, traffic_spec
 
 
 def test_containers_of_a_map_version_are_one_group() -> None:
@@ -16,3 +18,17 @@ def test_robots_that_make_maps_of_the_same_name_have_nothing_to_share() -> None:
     assert len({spec.group for spec in specs}) == 3
     assert all(spec.maps for spec in specs)
     assert not any(spec.maps for spec in (robot_spec(), planning_spec()))
+
+
+def test_the_nodes_of_a_group_are_containers_of_their_own_kind_with_checkpoints_of_their_own() -> None:
+    specs = [robot_spec(), planning_spec(), coordinator_spec(), traffic_spec()]
+    assert [spec.kind for spec in specs] == ["robot", "planning", "coordinator", "traffic"]
+    assert [spec.group_node for spec in specs] == ["", "", "people", "traffic"]
+    assert len({spec.checkpoint_name for spec in specs}) == 4
+    assert traffic_spec().checkpoint_name == traffic_spec("t2", version=MapVersion("house", "v2")).checkpoint_name
+    assert traffic_spec().checkpoint_name != traffic_spec(version=MapVersion("depot", "v1")).checkpoint_name
+
+
+def test_a_spec_of_an_earlier_release_has_no_traffic_node() -> None:
+    earlier = {name: value for name, value in msgspec.to_builtins(coordinator_spec()).items() if name != "traffic"}
+    assert msgspec.convert(earlier, ContainerSpec) == coordinator_spec()

@@ -181,7 +181,7 @@ async def test_settings_and_counts_go_with_their_map(
     for user in ("ann", "bob"):
         services.store.save_clone(clone(coordinator_checkpoint("house"), user=user))
     assert (await client.delete("/v1/maps/house", headers=ann)).status_code == 204
-    assert (services.store.people_maps(), cloud.maps_without_people) == ([], ["house"])
+    assert (services.store.people_maps(), cloud.maps_without_groups) == ([], ["house"])
     for user in ("ann", "bob"):
         with pytest.raises(NotFound):
             services.store.clone(user, coordinator_checkpoint("house"))
