@@ -3,17 +3,22 @@
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from engine.fabric.keys import COORDINATOR, Scope, parse_shared, shared_by_user, shared_key
+from engine.fabric.keys import COORDINATOR, TRAFFIC_NODE, Scope, addressed_key, parse_shared, shared_by_user, shared_key
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
-from engine.specs.containers import ContainerSpec
+from engine.specs.containers import ContainerSpec, RobotConfig
 from ppaas.errors import MessageTooLarge, NotPermitted
-from ppaas.nodes.topics import PEOPLE_REPORT, PEOPLE_STATE, TOPICS
+from ppaas.nodes.topics import PEOPLE_REPORT, PEOPLE_STATE, TOPICS, TRAFFIC_GRANTS, TRAFFIC_REPORT
 from ppaas.people.nodes import hears_coordinator
+from ppaas.traffic.taking_part import takes_part
 
 DEFAULT_GROUP = "default"
 SHARED_TOPICS = tuple(topic.name for topic in TOPICS.values() if topic.shared)
 """Names of the topics that the robots on a map receive from each other."""
+
+_NAMES = {"people": COORDINATOR, "traffic": TRAFFIC_NODE}
+_REPORTS = {"people": PEOPLE_REPORT.name, "traffic": TRAFFIC_REPORT.name}
+"""Names of the nodes of groups in keys, and the topics that they receive."""
 
 MAX_WAITING = 1 << 18
 """Bytes queued for a slow container above which shared messages to it are dropped."""
@@ -63,7 +68,7 @@ class FleetTopics:
         Raises
         ------
         NotPermitted
-            The container only plans.
+            The container only plans, or addresses a robot and is not that of a traffic node.
         MessageTooLarge
             The payload is over `MAX_SHARED` bytes, or `MAX_STATE` for the state of people.
         """
@@ -90,7 +95,7 @@ class FleetTopics:
             other = parse_shared(key)
             itself = (other.user, other.robot) == (scope.user, scope.robot)
             if not itself and stream.waiting <= MAX_WAITING:
-                stream.write(machine_link.Shared(other.user, other.robot, other.topic, payload))
+                stream.write(machine_link.Shared(other.user, other.robot, other.topic_for(scope.robot), payload))
 
         return [self._fabric.subscribe(key, heard) for key in heard_keys]
 
@@ -101,18 +106,18 @@ def _shared_key(frame: machine_link.Share, scope: Scope | None) -> str:
     most = MAX_STATE if frame.topic == PEOPLE_STATE.name else MAX_SHARED
     if len(frame.payload) > most:
         raise MessageTooLarge(f"a shared message may have up to {most} bytes, not {len(frame.payload)}")
-    return scope.shared_key(frame.topic)
+    return scope.addressed_key(frame.topic, frame.addressee) if frame.addressee else scope.shared_key(frame.topic)
 
 
 def scope_of(spec: ContainerSpec) -> Scope | None:
     """Return the scope in which a container may publish and subscribe.
 
     A robot that continues a published map shares with the robots on that map; one that makes a map from nothing with
-    those whose maps may be joined with it. A coordinator shares with the robots of its user on the map. None if the
-    container only plans.
+    those whose maps may be joined with it. The node of a group shares with the robots of its user on the map. None if
+    the container only plans.
     """
-    if spec.people is not None:
-        return Scope(spec.user, DEFAULT_GROUP, COORDINATOR, spec.map.id)
+    if spec.group_node:
+        return Scope(spec.user, DEFAULT_GROUP, _NAMES[spec.group_node], spec.map.id)
     if spec.robot is None:
         return None
     on = spec.robot.continued if spec.maps else spec.map
@@ -122,16 +127,25 @@ def scope_of(spec: ContainerSpec) -> Scope | None:
 def heard_by(spec: ContainerSpec) -> list[str]:
     """Return the key expressions of what a container receives from others.
 
-    The clone of a robot receives the topics that all robots on its map share. If it has nodes for people, and a
-    published map, it also receives the state of its user's coordinator. A coordinator receives the reports of its
-    user's robots on the map, and nobody else does.
+    The clone of a robot receives the topics that all robots on its map share. On a published map, it also receives the
+    state of its user's coordinator if it has nodes for people, and the grants of its user's traffic node for it if it
+    takes part in the traffic. The node of a group receives the reports of its user's robots on the map, and nobody else
+    does.
     """
     scope = scope_of(spec)
     if scope is None:
         return []
-    if spec.robot is None:
-        return [shared_by_user(scope.map, scope.user, PEOPLE_REPORT.name)]
+    if spec.group_node:
+        return [shared_by_user(scope.map, scope.user, _REPORTS[spec.group_node])]
     keys = [scope.shared_pattern(topic) for topic in SHARED_TOPICS]
-    if not spec.maps and hears_coordinator(spec.robot.parameters):
+    return keys if spec.robot is None or spec.maps else keys + _of_groups(spec.robot, scope)
+
+
+def _of_groups(robot: RobotConfig, scope: Scope) -> list[str]:
+    """Return the keys of what the nodes of the groups of a robot publish for it."""
+    keys = []
+    if hears_coordinator(robot.parameters):
         keys.append(shared_key(scope.map, scope.user, COORDINATOR, PEOPLE_STATE.name))
+    if takes_part(robot.parameters):
+        keys.append(addressed_key(scope.map, scope.user, TRAFFIC_GRANTS.name, scope.robot))
     return keys

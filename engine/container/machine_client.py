@@ -193,9 +193,9 @@ class MachineClient:
         """Answer that the clone uses a version of its map from now on, or why it does not."""
         self._stream.write(machine_link.MapInUse(version, None if error is None else refusal_of(error)))
 
-    def share(self, topic: str, payload: bytes) -> None:
-        """Publish a message for the robots on the same map; it may be lost."""
-        self._stream.write(machine_link.Share(topic, payload))
+    def share(self, topic: str, payload: bytes, addressee: str = "") -> None:
+        """Publish a message for the robots on the same map, or for one of them; it may be lost."""
+        self._stream.write(machine_link.Share(topic, payload, addressee))
 
     def record(self, batch: bytes) -> None:
         """Write a batch to the recordings of the robot; it may be lost."""

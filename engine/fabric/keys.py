@@ -4,9 +4,11 @@
 
     ppaas/<user>/<group>/<robot>/<topic>      private topics of a robot
     ppaas/map/<map>/<user>/<robot>/<topic>    topics that a robot shares with all robots of its map
+    ppaas/map/<map>/<user>/_traffic/<topic>/<robot>    topics of a traffic node for one robot
 
-The people coordinator of a user's robots on a map has the place of a robot in keys, under a name that no robot has:
-`COORDINATOR`. It receives what the robots of its user share, and these receive what it shares.
+The people coordinator and the traffic node of a user's robots on a map have the place of a robot in keys, under names
+that no robot has: `COORDINATOR` and `TRAFFIC_NODE`. They receive what the robots of their user share. These robots
+receive what the coordinator shares, and each of them what the traffic node addresses to it.
 
 Names of users, groups, robots and maps may contain any characters; those that a key must not contain are written as
 ``%xx``. Topics are ROS graph names. Only the agent of a machine uses the fabric. It checks a ``Scope`` before it
@@ -26,6 +28,9 @@ SHARED = "map"
 COORDINATOR = "_coordinator"
 """Name of people coordinators in keys; names of robots begin with a letter or a digit."""
 
+TRAFFIC_NODE = "_traffic"
+"""Name of traffic nodes in keys."""
+
 _SPECIAL = frozenset("*$?#")
 
 
@@ -36,6 +41,10 @@ class SharedKey(NamedTuple):
     user: str
     robot: str
     topic: str
+
+    def topic_for(self, robot: str) -> str:
+        """Return the topic as a robot receives it: without the robot's name, if the key is addressed to it."""
+        return self.topic.removesuffix(f"/{chunk(robot)}") if self.robot == TRAFFIC_NODE else self.topic
 
 
 def chunk(name: str) -> str:
@@ -61,6 +70,11 @@ def topic_key(user: str, group: str, robot: str, topic: str) -> str:
 def shared_key(map_id: str, user: str, robot: str, topic: str) -> str:
     """Return the key of a topic that a robot shares with the robots of its map."""
     return "/".join((ROOT, SHARED, chunk(map_id), chunk(user), chunk(robot), _topic(topic)))
+
+
+def addressed_key(map_id: str, user: str, topic: str, robot: str) -> str:
+    """Return the key of a topic that the traffic node of a user's robots on a map publishes for one of them."""
+    return f"{shared_key(map_id, user, TRAFFIC_NODE, topic)}/{chunk(robot)}"
 
 
 def shared_by_all(map_id: str, topic: str) -> str:
@@ -122,6 +136,18 @@ class Scope:
     def shared_key(self, topic: str) -> str:
         """Return the key of a topic that this robot shares with the robots of its map."""
         return shared_key(self.map, self.user, self.robot, topic)
+
+    def addressed_key(self, topic: str, robot: str) -> str:
+        """Return the key of a topic that this traffic node publishes for one robot of its user on its map.
+
+        Raises
+        ------
+        NotPermitted
+            It is the scope of a robot or a coordinator.
+        """
+        if self.robot != TRAFFIC_NODE:
+            raise NotPermitted(f"{self.robot!r} of user {self.user!r} may not address a robot: only a traffic node may")
+        return addressed_key(self.map, self.user, topic, robot)
 
     def shared_pattern(self, topic: str) -> str:
         """Return the key expression of a topic of all robots of its map, including itself."""

@@ -78,10 +78,17 @@ class PrepareIndex(msgspec.Struct, tag="prepare_index"):
 
 
 class Share(msgspec.Struct, tag="share"):
-    """Publish JSON on the fabric. The message may be lost."""
+    """Publish JSON on the fabric. The message may be lost.
+
+    Parameters
+    ----------
+    addressee : str
+        Robot that alone receives it, as only a traffic node may say; empty for all that receive the topic.
+    """
 
     topic: str
     payload: bytes
+    addressee: str = ""
 
 
 class MapInUse(msgspec.Struct, tag="map_in_use"):

@@ -17,7 +17,7 @@ from storage.memory.store import MemoryStore
 from tests.support.engine.attached_container import attach_container
 from tests.support.engine.engine_links import receive
 from tests.support.engine.fake_fabric import FakeFabric
-from tests.support.engine.specs import coordinator_spec, robot_config, robot_spec
+from tests.support.engine.specs import coordinator_spec, robot_config, robot_spec, traffic_spec
 from tests.support.waiting import until
 
 Attach = Callable[[ContainerSpec], Awaitable[FrameStream[machine_link.ToContainer]]]
@@ -85,6 +85,36 @@ async def test_robots_receive_the_state_of_their_own_coordinator_alone(attach: A
     ann.write(machine_link.Share(topic, b"of ann"))
     for one in (robot, other):
         assert await receive(one) == machine_link.Shared("ann", "_coordinator", topic, b"of ann")
+
+
+async def test_only_the_traffic_node_of_the_same_user_and_map_receives_reports(attach: Attach) -> None:
+    ann, bob = await attach(traffic_spec("k1", "ann")), await attach(traffic_spec("k2", "bob"))
+    people = await attach(coordinator_spec("k3", "ann"))
+    robots = [await attach(robot_spec(f"c{n}", user, f"tb{n}")) for n, user in enumerate(("ann", "bob", "ann"))]
+    for robot in robots:
+        robot.write(machine_link.Share("traffic/report", b"here"))
+    assert {(await receive(ann)).robot for _ in range(2)} == {"tb0", "tb2"}
+    assert await receive(bob) == machine_link.Shared("bob", "tb1", "traffic/report", b"here")
+    robots[0].write(machine_link.Share("people_tracker/report", b"seen"))
+    assert (await receive(people)).topic == "people_tracker/report"
+
+
+async def test_each_robot_receives_the_grants_of_its_own_traffic_node_for_itself_alone(
+    attach: Attach, fabric: FakeFabric
+) -> None:
+    topic, config = "traffic/grants", robot_config("tb1", parameters={"traffic": {}})
+    ann, bob = await attach(traffic_spec("k1", "ann")), await attach(traffic_spec("k2", "bob"))
+    first = await attach(replace(robot_spec("c1", "ann"), robot=config))
+    second = await attach(replace(robot_spec("c2", "ann", "tb.2"), robot=replace(config, id="tb.2")))
+    bob.write(machine_link.Share(topic, b"of bob", "tb1"))
+    second.write(machine_link.Share(topic, b"forged by a robot", "tb1"))
+    second.write(machine_link.Share(f"{topic}/tb1", b"forged by a robot"))
+    await until(lambda: len(fabric.published) == 2)
+    ann.write(machine_link.Share(topic, b"for all"))
+    ann.write(machine_link.Share(topic, b"for tb.2", "tb.2"))
+    ann.write(machine_link.Share(topic, b"for tb1", "tb1"))
+    assert await receive(first) == machine_link.Shared("ann", "_traffic", topic, b"for tb1")
+    assert await receive(second) == machine_link.Shared("ann", "_traffic", topic, b"for tb.2")
 
 
 HOSTILE = [

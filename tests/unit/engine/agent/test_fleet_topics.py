@@ -10,7 +10,15 @@ from engine.fabric.keys import parse_shared
 from engine.protocols import machine_link
 from ppaas.errors import MessageTooLarge, NotPermitted, PPaaSError
 from tests.support.engine.fake_fabric import FakeFabric
-from tests.support.engine.specs import HOUSE, coordinator_spec, mapping_spec, planning_spec, robot_config, robot_spec
+from tests.support.engine.specs import (
+    HOUSE,
+    coordinator_spec,
+    mapping_spec,
+    planning_spec,
+    robot_config,
+    robot_spec,
+    traffic_spec,
+)
 
 
 def test_oversized_or_unowned_messages_are_refused() -> None:
@@ -43,6 +51,37 @@ def test_only_robots_with_nodes_for_people_on_published_maps_receive_the_state_o
     mapping = msgspec.structs.replace(mapping_spec(), robot=robot_config(parameters=detector, new_map="office-2"))
     assert state not in heard_by(mapping) and len(heard_by(mapping)) == 1
     assert heard_by(planning_spec()) == []
+
+
+def test_only_robots_that_take_part_on_published_maps_receive_grants_and_only_their_own() -> None:
+    takes_part = robot_config("tb1", parameters={"traffic": {}})
+    spec = msgspec.structs.replace(robot_spec("c1", "ann", "tb1"), robot=takes_part)
+    assert heard_by(spec)[1:] == ["ppaas/map/house/ann/_traffic/traffic/grants/tb1"]
+    mapping = msgspec.structs.replace(mapping_spec(), robot=msgspec.structs.replace(takes_part, new_map="office-2"))
+    assert len(heard_by(mapping)) == 1
+    assert heard_by(traffic_spec()) == ["ppaas/map/house/ann/*/traffic/report"]
+
+
+def test_only_traffic_nodes_address_robots() -> None:
+    fabric = FakeFabric()
+    topics, grants = FleetTopics(fabric), machine_link.Share("traffic/grants", b"{}", "tb1")
+    for spec in (robot_spec("c1", "ann", "tb1"), coordinator_spec(), planning_spec()):
+        with pytest.raises(NotPermitted):
+            topics.share(scope_of(spec), grants)
+    assert fabric.published == []
+    topics.share(scope_of(traffic_spec()), grants)
+    assert fabric.published == [("ppaas/map/house/ann/_traffic/traffic/grants/tb1", b"{}")]
+
+
+@given(robot=st.text(min_size=1))
+def test_any_addressee_is_one_part_of_a_key(robot: str) -> None:
+    fabric = FakeFabric()
+    try:
+        FleetTopics(fabric).share(scope_of(traffic_spec()), machine_link.Share("traffic/grants", b"", robot))
+    except UnicodeEncodeError:
+        return  # half a character, which no frame carries
+    [(key, _)] = fabric.published
+    assert key.startswith("ppaas/map/house/ann/_traffic/traffic/grants/") and key.count("/") == 7
 
 
 def test_a_robot_that_continues_a_map_shares_with_the_robots_on_it() -> None:

@@ -3,7 +3,19 @@ import zenoh
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.fabric.keys import Scope, SharedKey, chunk, parse_shared, shared_by_all, shared_key, topic_key
+from engine.fabric.keys import (
+    COORDINATOR,
+    TRAFFIC_NODE,
+    Scope,
+    SharedKey,
+    addressed_key,
+    chunk,
+    parse_shared,
+    shared_by_all,
+    shared_by_user,
+    shared_key,
+    topic_key,
+)
 from ppaas.errors import InvalidParameter, NotPermitted
 
 names = st.text(st.characters(codec="utf-8"), min_size=1, max_size=12)
@@ -40,6 +52,37 @@ def test_a_shared_key_is_parsed_into_its_parts(map_id, user, robot, topic):
 def test_private_keys_never_look_shared(user, group, robot, topic):
     key = topic_key(user, group, robot, topic)
     assert not zenoh.KeyExpr("ppaas/map/**").intersects(zenoh.KeyExpr(key))
+
+
+def test_a_traffic_node_addresses_one_robot():
+    node = Scope("ann", "lab", TRAFFIC_NODE, "house")
+    key = node.addressed_key("traffic/grants", "tb1")
+    assert key == "ppaas/map/house/ann/_traffic/traffic/grants/tb1"
+    assert parse_shared(key).topic_for("tb1") == "traffic/grants"
+    node.check_write(key)
+
+
+@given(names, names, names, names, topics)
+def test_an_addressed_key_reaches_that_robot_alone(map_id, user, robot, other, topic):
+    key = addressed_key(map_id, user, topic, robot)
+    assert str(zenoh.KeyExpr(key)) == key
+    assert parse_shared(key)[:3] == (map_id, user, TRAFFIC_NODE)
+    assert parse_shared(key).topic_for(robot) == topic
+    assert zenoh.KeyExpr(addressed_key(map_id, user, topic, other)).intersects(zenoh.KeyExpr(key)) == (robot == other)
+    for pattern in (shared_by_all(map_id, topic), shared_by_user(map_id, user, topic)):
+        assert not zenoh.KeyExpr(pattern).intersects(zenoh.KeyExpr(key)), "nobody hears it beside"
+
+
+def test_topics_of_robots_and_coordinators_are_received_unchanged():
+    for sharer in ("tb2", COORDINATOR):
+        key = shared_key("house", "ann", sharer, "traffic/grants/tb1")
+        assert parse_shared(key).topic_for("tb1") == "traffic/grants/tb1"
+
+
+@pytest.mark.parametrize("sharer", ["tb1", COORDINATOR, "traffic"])
+def test_only_a_traffic_node_may_address_a_robot(sharer):
+    with pytest.raises(NotPermitted, match="only a traffic node may"):
+        Scope("ann", "lab", sharer, "house").addressed_key("traffic/grants", "tb1")
 
 
 def test_user_named_map_has_an_escaped_key():
