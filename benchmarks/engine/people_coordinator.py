@@ -20,7 +20,7 @@ from benchmarks.engine.samples import median_and_p99, median_and_worst, served_a
 from benchmarks.engine.site import EngineSite
 from benchmarks.harness.cloud_under_test import CORES
 from benchmarks.harness.figures import Figure, median_of
-from engine.container.people_bridge import REPORT_PERIOD
+from engine.container.group_bridges import PEOPLE_PERIOD
 from ppaas.clock import epoch, monotonic
 from ppaas.errors import NotFound, Unavailable
 from ppaas.geometry import Pose2D
@@ -154,7 +154,7 @@ async def _delays(robot: ReportingRobot, rounds: int) -> list[float]:
     """Return the times from reports to states that have them [s]; reports are sent at all times of a cycle."""
     delays = []
     for number in range(rounds):
-        await asyncio.sleep(REPORT_PERIOD + PERIOD * (number % 10) / 10.0)
+        await asyncio.sleep(PEOPLE_PERIOD + PERIOD * (number % 10) / 10.0)
         delays.append(await robot.answered())
     return delays
 

@@ -1,4 +1,4 @@
-"""Entry of a container: runs a clone, planning on a map, or a coordinator, with its robot link and machine link.
+"""Entry of a container: runs a clone, planning on a map, or the node of a group, with its robot link and machine link.
 
 The runtime calls ``main`` in the new process. It connects to the endpoint, opens the map's layers, builds the graph,
 restores the checkpoint and connects to its machine. After its hello to the endpoint, the container handles frames.
@@ -7,7 +7,7 @@ restores the checkpoint and connects to its machine. After its hello to the endp
 import asyncio
 import logging
 import os
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Sequence
 from functools import partial
 from typing import Any
 
@@ -19,9 +19,9 @@ from engine.container.endpoint_link import EndpointLink, Stream, dial
 from engine.container.executor import NodeExecutor
 from engine.container.fleet_bridge import FleetBridge
 from engine.container.graph_building import Attendants, build_graph
+from engine.container.group_bridges import GroupBridge, people_bridge, traffic_bridge
 from engine.container.machine_client import MachineClient
 from engine.container.map_follower import MapFollower
-from engine.container.people_bridge import PeopleBridge
 from engine.container.robot_link_handler import Container
 from engine.container.shared_plans import PlanningNotes, SharedPlans
 from engine.protocols import machine_link, robot_link
@@ -60,11 +60,11 @@ async def run(launch: Launch) -> None:
         launch, home, endpoint, machine, notes,
         monitoring=monitoring, sessions=None if sessions is None else sessions.host,
     )  # fmt: skip
-    outside, people = FleetBridge(launch, home.graph, machine), PeopleBridge(launch, home, machine)
+    outside, groups = FleetBridge(launch, home.graph, machine), _group_bridges(launch, home, machine)
     follow = MapFollower(current, home, container, machine, outside, notes, monitoring)
     told = _connected(attendants, machine)
     listening = asyncio.create_task(
-        machine.serve(partial(_shared, outside, people), partial(_resize, threads), endpoint.came, follow, told)
+        machine.serve(partial(_shared, outside, groups), partial(_resize, threads), endpoint.came, follow, told)
     )
     await notes.begin(machine)
     try:
@@ -96,9 +96,9 @@ def _restore(graph: Graph, launch: Launch) -> None:
     try:
         graph.restore([Checkpoint(name, state) for name, state in launch.spec.checkpoint.items()])
     except InvalidInput as error:
-        if launch.spec.people is not None:
+        if launch.spec.group_node:
             # Its group has no session that clients could begin again.
-            logger.warning("the people coordinator of map %r begins anew: %s", launch.spec.map.id, error)
+            logger.warning("the %s node of map %r begins anew: %s", launch.spec.group_node, launch.spec.map.id, error)
             return
         raise InvalidInput(f"{error}; connect again to start a new session without it") from error
 
@@ -111,9 +111,14 @@ def _connected(attendants: Attendants | None, machine: MachineClient) -> Callabl
     return attendants.recording.told
 
 
-def _shared(outside: FleetBridge, people: PeopleBridge, message: machine_link.Shared) -> None:
+def _group_bridges(launch: Launch, home: NodeExecutor, machine: MachineClient) -> list[GroupBridge]:
+    return [make(launch, home, machine) for make in (people_bridge, traffic_bridge)]
+
+
+def _shared(outside: FleetBridge, groups: Sequence[GroupBridge], message: machine_link.Shared) -> None:
     outside.shared(message)
-    people.shared(message)
+    for bridge in groups:
+        bridge.shared(message)
 
 
 def _resize(threads: KernelThreads, count: int) -> None:

@@ -25,7 +25,7 @@ from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.people.settings import PeopleSettings
 from ppaas.plans.encoding import kernels
 from storage import plan_entry, ports
-from tests.support.engine.specs import HOUSE, coordinator_spec, planning_spec, robot_config
+from tests.support.engine.specs import HOUSE, coordinator_spec, planning_spec, robot_config, traffic_spec
 
 
 def test_container_does_not_import_store_modules() -> None:
@@ -92,6 +92,13 @@ async def test_a_coordinator_serves_people_and_begins_anew_without_a_checkpoint_
     assert [node.name for node in hello.nodes] == ["people_coordinator"]
     assert robot_link.ServiceInfo("people_coordinator/get_people", "ppaas_msgs/GetPeople") in hello.services
     assert "begins anew" in caplog.text
+
+
+async def test_a_traffic_node_serves_traffic(layers: Path, tmp_path: Path) -> None:
+    hello = await first_frame(traffic_spec("t1"), layers, tmp_path)
+    assert isinstance(hello, robot_link.Hello)
+    assert [node.name for node in hello.nodes] == ["traffic"]
+    assert robot_link.ServiceInfo("traffic/get_traffic", "ppaas_msgs/GetTraffic") in hello.services
 
 
 async def test_a_coordinator_with_an_unknown_rule_reports_why(layers: Path, tmp_path: Path) -> None:

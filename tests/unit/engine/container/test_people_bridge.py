@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import pytest
 
 from engine.container.executor import NodeExecutor
+from engine.container.group_bridges import PEOPLE_PERIOD, GroupBridge, people_bridge
 from engine.container.machine_client import MachineClient
-from engine.container.people_bridge import REPORT_PERIOD, PeopleBridge
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
 from engine.specs.containers import ContainerSpec, Launch
@@ -55,7 +55,7 @@ class Bridged:
 
     graph: Graph
     node: Listener
-    bridge: PeopleBridge
+    bridge: GroupBridge
     clock: ManualClock
     machine: FrameStream[machine_link.FromContainer]
     client: MachineClient
@@ -78,7 +78,7 @@ async def bridged(spec: ContainerSpec) -> Bridged:
     home.graph = Graph(clock=clock)
     node = home.graph.add(Listener)
     launch = Launch(spec, "", "", "", "secret", (0,), 1)
-    return Bridged(home.graph, node, PeopleBridge(launch, home, client), clock, far, client)
+    return Bridged(home.graph, node, people_bridge(launch, home, client), clock, far, client)
 
 
 @pytest.fixture
@@ -96,7 +96,7 @@ ROBOT, COORDINATOR = robot_spec(), coordinator_spec()
 async def test_a_clone_shares_reports_at_a_limited_rate_and_no_state(made: Bridged) -> None:
     for number in range(3):
         made.graph.publish(PEOPLE_REPORT.name, report(following=number + 3))
-        made.clock.advance(REPORT_PERIOD * 0.6)
+        made.clock.advance(PEOPLE_PERIOD * 0.6)
     made.graph.publish(PEOPLE_STATE.name, STATE)
     assert await made.sent() == [encode(report(following=3)), encode(report(following=5))]
 
@@ -143,7 +143,7 @@ async def test_a_coordinator_takes_reports_in_the_name_of_their_robot_alone(
 async def test_a_clone_without_nodes_for_people_takes_and_shares_nothing() -> None:
     one = await bridged(ROBOT)
     empty = NodeExecutor(lambda: None)
-    bridge = PeopleBridge(Launch(ROBOT, "", "", "", "secret", (0,), 1), empty, one.client)
+    bridge = people_bridge(Launch(ROBOT, "", "", "", "secret", (0,), 1), empty, one.client)
     bridge.shared(machine_link.Shared("ann", "_coordinator", PEOPLE_STATE.name, encode(STATE)))
     assert empty.graph.topics == {}
     await one.client.close()
