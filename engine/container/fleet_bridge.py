@@ -16,6 +16,7 @@ from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped, Twist
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.ppaas_msgs import RobotState, RobotStates
+from ppaas.messages.traffic import TrafficReport
 from ppaas.nodes import topics
 from ppaas.nodes.base import Payload
 from ppaas.nodes.frames import MAP
@@ -33,7 +34,7 @@ TELL_PERIOD = 0.1
 """Smallest time between two messages to the clone about other robots [s]; limits the cost with many robots."""
 
 FRESH = 1.0
-"""Age at which the position of another robot, or the own velocity, is discarded [s]."""
+"""Age at which the position of another robot, or the own velocity or report to the traffic node, is discarded [s]."""
 
 
 def plan_record(launch: Launch, plan: PlanResult, created: float) -> PlanRecord:
@@ -73,6 +74,7 @@ class FleetBridge:
         self._unstored = OccasionalLog(logger)
         self._kept: tuple[bytes, float] | None = None
         self._driven: tuple[float, Twist] = float("-inf"), Twist()
+        self._granted_at = float("-inf")
         robot = launch.spec.robot
         self._radius = robot_body(robot.model, robot.urdf, robot.parameters).robot_radius if robot else 0.0
         self._frame, self._is_joint = MAP, bool(launch.spec.joint_map)
@@ -82,6 +84,8 @@ class FleetBridge:
             graph.tap(shared.name, self._share_pose)
         if topics.ODOM.name in graph.topics:
             graph.tap(topics.ODOM.name, self._note_velocity)
+        if topics.TRAFFIC_REPORT.name in graph.topics and not launch.spec.maps:
+            graph.tap(topics.TRAFFIC_REPORT.name, self._note_traffic)
         if topics.PLAN.name in graph.topics and not launch.spec.maps:
             graph.tap(topics.PLAN.name, self._keep_plan)
 
@@ -93,6 +97,10 @@ class FleetBridge:
         if isinstance(odometry, Odometry):
             self._driven = self._graph.elapsed(), odometry.twist.twist
 
+    def _note_traffic(self, _topic: str, report: Payload) -> None:
+        if isinstance(report, TrafficReport):
+            self._granted_at = float("-inf") if report.free or report.stray else self._graph.elapsed()
+
     def _share_pose(self, _topic: str, pose: Payload) -> None:
         now = self._graph.elapsed()
         if now - self._last_shared < SHARE_PERIOD or not isinstance(pose, PoseWithCovarianceStamped):
@@ -101,7 +109,8 @@ class FleetBridge:
             return
         self._last_shared = now
         since, twist = self._driven
-        state = RobotState(pose.header, pose.pose, twist if now - since < FRESH else Twist(), self._radius)
+        driven, granted = twist if now - since < FRESH else Twist(), now - self._granted_at < FRESH
+        state = RobotState(pose.header, pose.pose, driven, self._radius, granted)
         self._machine.share(topics.AMCL_POSE.name, encode(state))
 
     def _is_in_frame(self, frame: str) -> bool:
@@ -141,7 +150,14 @@ class FleetBridge:
         states = [state for _, state in self._others.values()]
         poses, twists = [state.pose.pose for state in states], [state.twist for state in states]
         header = Header(stamp=Time.of(self._graph.now()), frame_id="map")
-        self._graph.inject(topics.ROBOTS.name, RobotStates(header, poses, twists, [state.radius for state in states]))
+        radii, granted = [state.radius for state in states], self._granted()
+        self._graph.inject(topics.ROBOTS.name, RobotStates(header, poses, twists, radii, granted))
+
+    def _granted(self) -> list[bool]:
+        """Return whether each of the other robots drives by grants of this user's traffic node; empty if none does."""
+        user = self._launch.spec.user
+        granted = [state.granted and owner == user for (owner, _), (_, state) in self._others.items()]
+        return granted if any(granted) else []
 
     def _keep_plan(self, _topic: str, plan: Payload) -> None:
         if isinstance(plan, PlanResult) and len(plan.poses) and self._is_news(plan) and plan.id != plan.reused:

@@ -131,12 +131,15 @@ class RobotState(OwnMessage):
         Velocity of the robot, in its own frame.
     radius : float
         Circumscribed radius of its footprint [m]; 0 if unknown.
+    granted : bool
+        Whether it drives by grants of the traffic node of its user, and has not left what it holds.
     """
 
     header: Header
     pose: PoseWithCovariance
     twist: Twist = field(default_factory=Twist)
     radius: float = 0.0
+    granted: bool = False
 
 
 class RobotStates(OwnMessage):
@@ -152,12 +155,15 @@ class RobotStates(OwnMessage):
         Velocity of each robot, in its own frame; empty if unknown.
     radii : list of float
         Circumscribed radius of each robot [m], 0 if unknown; empty if all are unknown.
+    granted : list of bool
+        Whether each is of the same user and drives by grants of its traffic node; empty if none does.
     """
 
     header: Header
     poses: list[Pose]
     twists: list[Twist] = field(default_factory=list)
     radii: list[float] = field(default_factory=list)
+    granted: list[bool] = field(default_factory=list)
 
 
 # -- the node monitor, which decides which nodes run on the robot ------------------------------------------------------
@@ -391,5 +397,4 @@ class ProbeLinkResponse(OwnMessage):
 
 
 ProbeLink = ServiceType("ppaas_msgs/ProbeLink", ProbeLinkRequest, ProbeLinkResponse)
-
 SERVICES = (ComputePath, ComputeCosts, ListNodes, TellRobot, RunNode, HoldNode, GiveNode, ProbeLink)

@@ -27,6 +27,7 @@ from ppaas.messages.geometry_msgs import (
 )
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.ppaas_msgs import RobotState
+from ppaas.messages.traffic import TrafficReport
 from ppaas.nodes import topics
 from ppaas.nodes.base import Node, Topic
 from ppaas.nodes.graph import Graph
@@ -82,6 +83,13 @@ class Mapper(Node):
     publishes = (topics.SHARED_POSE,)
 
 
+class Driver(Node):
+    """Node that reports to a traffic node."""
+
+    name = "driver"
+    publishes = (topics.TRAFFIC_REPORT,)
+
+
 class Clone:
     """Graph with a node that receives other robots, and the machine's end of its link."""
 
@@ -94,6 +102,7 @@ class Clone:
         self.node = self.graph.add(EchoNode)
         self.graph.add(Wheels)
         self.graph.add(Mapper)
+        self.graph.add(Driver)
         self.machine = machine
         self.outside = FleetBridge(launch, self.graph, client)
 
@@ -187,6 +196,30 @@ async def test_clone_receives_velocities_and_radii_of_other_robots(clone: Clone)
     clone.outside.shared(shared("bob", encode(state(1.0, Twist(linear=Vector3(x=0.4))))))
     robots = clone.node.robots[-1]
     assert (robots.twists[0].linear.x, robots.radii) == (0.4, [0.18])
+
+
+@pytest.mark.parametrize(("fields", "granted"), [({}, True), ({"free": True}, False), ({"stray": True}, False)])
+async def test_a_robot_is_granted_while_its_reports_are_recent_and_neither_free_nor_stray(
+    clone: Clone, fields: dict[str, bool], granted: bool
+) -> None:
+    report = TrafficReport(Header(frame_id="map"), "tb1", 1, 0.0, 0.0, 0.0, 0.2, 0.5, 0.3, **fields)
+    clone.graph.publish("traffic/report", report)
+    clone.graph.publish("amcl_pose", pose(1.0))
+    wanted = replace(state(1.0), granted=granted)
+    assert await receive(clone.machine) == machine_link.Share("amcl_pose", encode(wanted))
+    clone.clock.advance(FRESH)
+    clone.graph.publish("amcl_pose", pose(1.0))
+    assert await receive(clone.machine) == machine_link.Share("amcl_pose", encode(state(1.0)))
+
+
+async def test_clone_receives_which_robots_of_its_own_user_are_granted(clone: Clone) -> None:
+    granted = replace(state(1.0), granted=True)
+    clone.outside.shared(shared("bob", encode(granted)))
+    assert clone.node.robots[-1].granted == [], "what other users' robots say does not count"
+    for robot, one in (("tb2", granted), ("tb3", state(3.0))):
+        clone.clock.advance(TELL_PERIOD)
+        clone.outside.shared(machine_link.Shared("ann", robot, "amcl_pose", encode(one)))
+    assert clone.node.robots[-1].granted == [False, True, False]
 
 
 async def test_positions_are_shared_after_the_clock_is_set_back(clone: Clone) -> None:
