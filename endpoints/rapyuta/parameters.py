@@ -9,7 +9,7 @@ from starlette.concurrency import run_in_threadpool
 
 from endpoints.rapyuta.clone import Container
 from endpoints.rapyuta.known_nodes import SECTIONS
-from endpoints.rest.robots.schemas import RobotFile
+from endpoints.rest.robots.schemas import STORED_FIELDS, RobotFile
 from ppaas.errors import InvalidParameter, NotFound, PPaaSError
 from ppaas.messages import decode, rosapi
 from ppaas.nodes.parameter_server.tree import path_of, read_value
@@ -76,7 +76,7 @@ class FileChange:
             parameters.setdefault(section, {})[name] = value
         for section, name in self.removed:
             parameters.get(section, {}).pop(name, None)
-        fields = {name: getattr(record, name) for name in RobotFile.model_fields}
+        fields = {name: getattr(record, name) for name in STORED_FIELDS}
         try:
             RobotFile.model_validate(fields | {"initial_pose": list(record.initial_pose), "parameters": parameters})
         except ValidationError as error:

@@ -10,6 +10,7 @@ import msgspec
 from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.geometry import Pose2D
 from ppaas.maps.new_map import new_map_id
+from ppaas.traffic.taking_part import with_traffic
 
 _encoder = msgspec.json.Encoder()
 
@@ -37,6 +38,9 @@ class RobotFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
         Further data of any kind; the cloud stores it and does not interpret it.
     labels : dict of str to str
         Labels that the machine of the container must have.
+    traffic : bool or dict, optional
+        Whether the robot takes part in the traffic of its map, or the parameters for that. It is read into the section
+        ``traffic`` of the parameters, and is unset from then on.
     """
 
     map: str
@@ -49,8 +53,12 @@ class RobotFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     description: str = ""
     properties: dict[str, Any] = {}
     labels: dict[str, str] = {}
+    traffic: bool | dict[str, Any] | msgspec.UnsetType = msgspec.UNSET
 
     def __post_init__(self) -> None:
+        if self.traffic is not msgspec.UNSET:
+            msgspec.structs.force_setattr(self, "parameters", with_traffic(self.parameters, self.traffic))
+            msgspec.structs.force_setattr(self, "traffic", msgspec.UNSET)
         if not self.map:
             raise ValueError("map must be the id of a map")
         if not all(map(math.isfinite, self.initial_pose)):

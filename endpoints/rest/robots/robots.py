@@ -15,7 +15,7 @@ from endpoints.rest.merge_patch import merge
 from endpoints.rest.names import RobotAddress
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
 from endpoints.rest.paging import Page, Paging
-from endpoints.rest.robots.schemas import RobotAnswer, RobotChange, RobotDetail, RobotFile, UrdfAnswer
+from endpoints.rest.robots.schemas import STORED_FIELDS, RobotAnswer, RobotChange, RobotDetail, RobotFile, UrdfAnswer
 from endpoints.rest.schemas import triple
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.services.services import Services
@@ -27,6 +27,7 @@ from ppaas.errors import Conflict, InvalidParameter, NotFound
 from ppaas.maps.new_map import new_map_id
 from ppaas.nodes.map_server.costmap_filters import check_no_masks, filter_masks
 from ppaas.robot_model.describe import describe
+from ppaas.traffic.taking_part import TRAFFIC
 from storage.records import RobotRecord, User
 
 router = APIRouter(prefix="/robots", tags=["robots"], route_class=StrictRoute)
@@ -192,8 +193,14 @@ def _record(robot_id: str, user: str, file: RobotFile) -> RobotRecord:
 
 
 def _merge(record: RobotRecord, change: dict[str, Any]) -> RobotFile:
-    present = {name: getattr(record, name) for name in RobotFile.model_fields}
+    present = {name: getattr(record, name) for name in STORED_FIELDS} | {"initial_pose": list(record.initial_pose)}
+    others = {name: value for name, value in change.items() if name != TRAFFIC}
+    merged = merge(present, others)
+    if TRAFFIC in change:
+        given = change[TRAFFIC]
+        section = None if given in (False, None) else {} if given is True else given
+        merged = merge(merged, {"parameters": {TRAFFIC: section}})
     try:
-        return RobotFile.model_validate(merge(present | {"initial_pose": list(record.initial_pose)}, change))
+        return RobotFile.model_validate(merged)
     except ValidationError as error:
         raise RequestValidationError([{**fault, "loc": ("body", *fault["loc"])} for fault in error.errors()]) from error

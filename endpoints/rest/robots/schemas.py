@@ -2,16 +2,36 @@
 
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, StrictBool, model_validator
 
 from endpoints.rest.names import Name, PluginName, RobotMap
 from endpoints.rest.nesting import showable
-from endpoints.rest.schemas import Cores, Description, FreeForm, Labels, Pose, RequestBody, ResponseBody, Triple
+from endpoints.rest.schemas import (
+    Cores,
+    Description,
+    FreeForm,
+    Labels,
+    Pose,
+    RequestBody,
+    ResponseBody,
+    Triple,
+    plain_json,
+)
 from engine.specs.machine_settings import MOST_LABELS
+from ppaas.traffic.taking_part import with_traffic
 from storage.sharing_records import ShareRole
 
 Properties = Annotated[FreeForm, Field(description="Any other properties, stored unchanged")]
 Parameters = Annotated[FreeForm, Field(description="Parameters of the clone's nodes, by node")]
+
+Traffic = Annotated[
+    StrictBool | FreeForm,
+    Field(
+        union_mode="left_to_right",
+        description="Whether the robot takes part in the traffic of its map, or the parameters for that; in place of "
+        "`parameters.traffic`, which a robot that takes part has",
+    ),
+]
 
 Stored = Annotated[dict[str, Any], BeforeValidator(showable)]
 
@@ -33,6 +53,18 @@ class RobotFile(RequestBody):
     description: Description = ""
     properties: Properties = Field({})
     labels: Labels = Field({})
+    traffic: Traffic | None = Field(None, exclude=True)
+
+    @model_validator(mode="after")
+    def _with_traffic(self) -> "RobotFile":
+        """Read ``traffic`` into the parameters, which alone are stored."""
+        if self.traffic is not None:
+            self.parameters, self.traffic = plain_json(with_traffic(self.parameters, self.traffic)), None
+        return self
+
+
+STORED_FIELDS = tuple(name for name, field in RobotFile.model_fields.items() if not field.exclude)
+"""Fields of a robot file that are in its record."""
 
 
 class RobotChange(RequestBody):
@@ -48,6 +80,7 @@ class RobotChange(RequestBody):
     description: Description | None = None
     properties: Properties | None = None
     labels: Annotated[dict[Name, Name | None], Field(max_length=MOST_LABELS)] | None = None
+    traffic: Traffic | None = None
 
 
 class RobotAnswer(ResponseBody):

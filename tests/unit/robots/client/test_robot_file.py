@@ -96,3 +96,17 @@ def test_radius_is_added_to_the_parameters() -> None:
 )  # fmt: skip
 def test_parameters_of_the_other_localization_are_named(map_id: str, tables: list[str], unused: str | None) -> None:
     assert RobotFile(map=map_id, parameters={name: {"tf_prefix": "a"} for name in tables}).unused == unused
+
+
+@pytest.mark.parametrize(
+    ("given", "section"),
+    [(True, {"traffic": {}}), ({"spacing": 0.6}, {"traffic": {"spacing": 0.6}}), (False, {})],
+)
+def test_a_robot_that_takes_part_in_traffic_has_parameters_for_it(given: object, section: dict[str, object]) -> None:
+    robot = parse_robot_file(json.dumps(WHOLE | {"traffic": given}))
+    others = {"move_base": {"controller_frequency": 10.0}}
+    assert robot.parameters == others | section
+    assert parse_robot_file(robot.encode()) == robot
+    assert parse_robot_file(json.dumps(WHOLE)).parameters == others
+    with pytest.raises(InvalidParameter, match="traffic"):
+        parse_robot_file(json.dumps(WHOLE | {"traffic": 1}))

@@ -55,6 +55,31 @@ async def test_an_invalid_patch_is_refused_and_the_robot_stays(
     assert (await client.get("/v1/robots/tb1", headers=ann)).json() == made | {"urdf": None}
 
 
+async def test_traffic_is_read_into_the_parameters(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
+    ann, amcl = await log_in("ann"), {"amcl": {"max_particles": 800, "min_particles": 100}}
+    await publish(ann)
+
+    async def put(traffic: object) -> object:
+        answer = await client.put("/v1/robots/tb1", headers=ann, json=FILE | {"traffic": traffic})
+        return answer.json()["parameters"]
+
+    async def patch(change: dict[str, Any]) -> object:
+        return (await client.patch("/v1/robots/tb1", headers=ann, json=change)).json()["parameters"]
+
+    assert await put(True) == amcl | {"traffic": {}}
+    assert await put({"spacing": 0.6}) == amcl | {"traffic": {"spacing": 0.6}}
+    assert await put(False) == await put(None) == amcl
+    assert await patch({"traffic": {"spacing": 0.6}}) == amcl | {"traffic": {"spacing": 0.6}}
+    assert await patch({"cores": 0.5}) == amcl | {"traffic": {"spacing": 0.6}}
+    assert await patch({"traffic": True}) == amcl | {"traffic": {"spacing": 0.6}}, "its parameters stay"
+    assert await patch({"traffic": None}) == amcl
+    assert await patch({"parameters": None, "traffic": True}) == {"traffic": {}}
+    assert await patch({"traffic": False}) == {}
+    for wrong in (1, "yes", []):
+        answer = await client.put("/v1/robots/tb1", headers=ann, json=FILE | {"traffic": wrong})
+        assert problem_of(answer, 422, "invalid-request")["errors"][0]["where"][:2] == ["body", "traffic"]
+
+
 async def test_a_robot_is_not_moved_to_a_map_without_read_access(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish
 ) -> None:
