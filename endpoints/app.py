@@ -32,6 +32,7 @@ from endpoints.rest.robots import (
     robot_urdf,
     robots,
 )
+from endpoints.rest.traffic import traffic
 from endpoints.rest.users import groups, scoped_tokens, tickets, tokens, users
 from endpoints.rest.viewer import add_viewer
 from endpoints.services.services import Services
@@ -64,6 +65,7 @@ RESOURCES = (
     map_cells,
     people,
     people_history,
+    traffic,
     evaluation,
     models,
     planners,

@@ -85,6 +85,7 @@ RobotAddress = Annotated[
     Annotated[str, AfterValidator(_address), WithJsonSchema(_ADDRESS_SCHEMA)],
     Path(description="Id of the robot; `OWNER:ID` for one of another user", examples=["tb1"]),
 ]
+RobotId = Annotated[Name, Path(description="Id of one of the caller's robots", examples=["tb1"])]
 Grantee = Annotated[
     Annotated[str, AfterValidator(_grantee), WithJsonSchema(_GRANTEE_SCHEMA)],
     Path(description="Id of a user, or `group:` and the name of a group", examples=["ann"]),

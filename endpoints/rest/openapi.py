@@ -26,6 +26,7 @@ TAGS = [
     {"name": "groups", "description": "Groups of users, with which robots are shared."},
     {"name": "maps", "description": "Maps, their versions and their files."},
     {"name": "people", "description": "People whom the caller's robots see on a map."},
+    {"name": "traffic", "description": "Traffic of the caller's robots on a map: what each holds, and waits for."},
     {"name": "robots", "description": "The caller's robots, and those that are shared with the caller."},
     {"name": "plans", "description": "Path requests and stored paths."},
     {"name": "models", "description": "Robot models that robot files may name."},

@@ -36,6 +36,7 @@ from tests.support.documents import table, text_of
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.fuzzed_rest import operations
 from tests.support.endpoints.still_place import StillPlace
+from tests.support.endpoints.traffic import add_traffic
 from tests.support.recordings.kept import RECORDING, kept_recordings
 from tests.support.storage import records
 from tests.support.world.mappings import room_mapping
@@ -133,6 +134,8 @@ async def seeded(passwords: Passwords) -> Seeded:
     store.put_urdf("ann", "tb1", example("turtlebot3_burger"))
     store.add_plan(records.plan("p1", poses=POSES.tobytes(), version=records.house().version))
     cloud.running = [container()]
+    for user in USERS.values():
+        add_traffic(cloud, user, "house")
     cloud.map_file = b"".join(pack_mapping(room_mapping(2)))
     cloud.places[robot_key("ann", "tb1")] = StillPlace()
     goal = cloud.navigation.send_goal("ann", "tb1", Pose2D(0.2, 0.1, 0.0))
@@ -141,7 +144,7 @@ async def seeded(passwords: Passwords) -> Seeded:
         "machine_id": "m1", "container_id": "c1", "planner": "navfn", "node": "amcl", "goal_id": goal.id,
         "endpoint_id": "local-1",
         "number": str(review.number), "grantee": "dora", "group_id": "hall",
-        "recording_id": RECORDING,
+        "recording_id": RECORDING, "robot": "tb1",
         "token": token_id(await services.accounts.login("ann", PASSWORD)),
     }  # fmt: skip
     return Seeded(services, tokens, names)

@@ -83,7 +83,7 @@ def world() -> tuple[Services, dict[str, str]]:
         "machine_id": "m1", "container_id": "c1", "planner": "navfn", "node": "amcl", "goal_id": goal.id,
         "endpoint_id": "local-1",
         "number": str(review.number), "grantee": "dora", "group_id": "hall", "token": token_id("token: look"),
-        "recording_id": RECORDING,
+        "recording_id": RECORDING, "robot": "tb1",
     }  # fmt: skip
     return services, names
 

@@ -25,6 +25,7 @@ from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.people import add_group, person
 from tests.support.endpoints.serving import serve
 from tests.support.endpoints.still_place import StillPlace
+from tests.support.endpoints.traffic import add_traffic
 from tests.support.recordings.kept import RECORDING, kept_recordings
 from tests.support.storage.records import house, pgm, plan, propose, put_map, robot
 
@@ -48,6 +49,7 @@ KNOWN = {
     "grantee": "group:hall",
     "group_id": "hall",
     "recording_id": RECORDING,
+    "robot": ROBOT,
 }
 """Ids of existing objects by path parameter."""
 
@@ -77,6 +79,7 @@ class FuzzedService:
         self.cloud.places[robot_key("root", ROBOT)] = StillPlace()
         self.cloud.groups.clear()
         add_group(self.cloud, "root", MAP, person(1))
+        add_traffic(self.cloud, "root", MAP)
 
     def _refill_map(self) -> None:
         """Publish the map and propose a version of it, if requests have changed it or closed the review."""

@@ -186,6 +186,7 @@ def with_a_store() -> list[tuple[str, str]]:
         "grantee": "bob",
         "group_id": "hall",
         "recording_id": "x",
+        "robot": "tb1",
     }
     return [
         (method.upper(), path.format(**known))

@@ -1,0 +1,1 @@
+"""Routes of the traffic of the caller's robots on a map."""
