@@ -10,17 +10,18 @@ from engine.agent.map_cache import SPARE
 from engine.bootstrap import CloudConfig
 from engine.container import fleet_bridge
 from engine.container.robot_link_handler import CHECKPOINT_PERIOD
-from engine.fabric.keys import shared_key, topic_key
+from engine.fabric.keys import addressed_key, shared_key, topic_key
 from engine.links import container_link, unacknowledged
 from engine.master.balancers.registry import DEFAULT as BALANCER
 from engine.master.places import CRASH_LIMIT, CRASH_WINDOW, LINGER
 from engine.master.quotas import Quota
 from engine.protocols.control_link import StopContainer
+from engine.service import people_groups, traffic_groups
 from engine.service.planning_places import IDLE
 from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
 from engine.specs.cores import OVERSUBSCRIPTION
 from engine.specs.machine_settings import MAX_CONTAINERS
-from ppaas.nodes.topics import AMCL_POSE, CMD_VEL
+from ppaas.nodes.topics import AMCL_POSE, CMD_VEL, TRAFFIC_GRANTS
 from robots.onboard.base_controller import BaseLimits
 from tests.support.documents import text_of
 from tests.support.sources import ROOT, pyproject
@@ -46,6 +47,8 @@ def test_limits_of_places_and_machines_are_those_of_the_code() -> None:
     assert states(ARCHITECTURE, f"while a client is connected and {LINGER:g} s longer")
     assert states(ARCHITECTURE, f"until {IDLE:g} s after the last path")
     assert states(DATA_FLOW, f"until {IDLE:g} s after")
+    assert states(ARCHITECTURE, f"track people, until {people_groups.LINGER:g} s after the place of the last one")
+    assert states(ARCHITECTURE, f"take part in the traffic of the map, until {traffic_groups.LINGER:g} s after that")
     assert states(ARCHITECTURE, f"die more than {CRASH_LIMIT} times in {CRASH_WINDOW:g} s is closed")
     assert OVERSUBSCRIPTION == 4.0 and states(ARCHITECTURE, "gives out four times the cores it has")
     assert states(ARCHITECTURE, f"It holds {MAX_CONTAINERS} at most")
@@ -57,11 +60,15 @@ def test_limits_of_places_and_machines_are_those_of_the_code() -> None:
 def test_shared_keys_are_those_of_the_code() -> None:
     keys = re.findall(r"`(ppaas/[\w/<>]*<[\w/<>]*)`", text_of(ARCHITECTURE))
     names = dict.fromkeys(("<map>", "<user>", "<group>", "<robot>", "<topic>"))
-    shown = shared_key(*("<map>", "<user>", "<robot>"), "topic"), topic_key("<user>", "<group>", "<robot>", "topic")
+    shown = (
+        shared_key(*("<map>", "<user>", "<robot>"), "topic"),
+        topic_key("<user>", "<group>", "<robot>", "topic"),
+        addressed_key("<map>", "<user>", TRAFFIC_GRANTS.name, "<robot>"),
+    )
     plain = [key.replace("%3C", "<").replace("%3E", ">") for key in shown]
     assert names.keys() >= set(re.findall(r"<\w+>", " ".join(keys)))
     [shared] = SHARED_TOPICS
-    assert keys == [plain[0].replace("/topic", f"/{shared}"), plain[1].replace("/topic", "/<topic>")]
+    assert keys == [plain[0].replace("/topic", f"/{shared}"), plain[1].replace("/topic", "/<topic>"), plain[2]]
 
 
 def test_positions_of_a_container_use_the_shared_key() -> None:
