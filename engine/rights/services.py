@@ -5,6 +5,7 @@ from ppaas.wire import rosapi
 READING = frozenset(
     {
         "compute_costs",
+        "compute_fleet_plan",
         "compute_path",
         "dynamic_map",
         "make_plan",

@@ -24,7 +24,9 @@ def build_planning(
     costmap, processor = variants.usual
 
     def planner_server(context: Context) -> PlannerServerNode:
-        return PlannerServerNode(context, costmap, base_global_planner, threads, processor=processor, variants=variants)
+        return PlannerServerNode(
+            context, costmap, base_global_planner, threads, processor=processor, variants=variants, layers=layers
+        )
 
     graph.add(lambda context: MapServerNode(context, layers))
     graph.add(planner_server)

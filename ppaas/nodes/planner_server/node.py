@@ -3,9 +3,11 @@
 from typing import ClassVar
 
 from ppaas.costmap.costmap import Costmap
+from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.messages.base.message import Message
+from ppaas.messages.fleet.fleet_plans import ComputeFleetPlan, ComputeFleetPlanRequest
 from ppaas.messages.geometry_msgs import PoseStamped
 from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest
 from ppaas.messages.ppaas_msgs import ComputeCosts, ComputeCostsRequest, ComputePath, ComputePathRequest
@@ -13,6 +15,7 @@ from ppaas.nodes.base import Context, Node, Reply, Service
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.message_checks import finite_pose
 from ppaas.nodes.planner_server.cost_service import CostService
+from ppaas.nodes.planner_server.fleet_service import FleetService
 from ppaas.nodes.planner_server.path_services import PathServices, get_plan_response
 from ppaas.nodes.planner_server.variants import Variants
 from ppaas.plans.reuse.processor import PlanProcessor
@@ -20,7 +23,7 @@ from ppaas.thread_budget import Threads
 
 
 class PlannerServerNode(Node):
-    """Answers ``make_plan`` (``nav_msgs/GetPlan``), ``compute_path`` and ``compute_costs`` (``ppaas_msgs``).
+    """Answers ``make_plan`` (``nav_msgs/GetPlan``), and ``compute_path``, ``compute_costs`` and ``compute_fleet_plan``.
 
     Poses are in the map frame. If there is no path, the reply is the planning error.
 
@@ -38,6 +41,8 @@ class PlannerServerNode(Node):
         Finds stored plans.
     variants : Variants
         Makes planners and costmaps for requests with parameters.
+    layers : MapLayers
+        The map, on which fleets are planned for.
     """
 
     name: ClassVar[str] = "planner_server"
@@ -45,6 +50,7 @@ class PlannerServerNode(Node):
         Service("make_plan", GetPlan),
         Service("compute_path", ComputePath),
         Service("compute_costs", ComputeCosts),
+        Service("compute_fleet_plan", ComputeFleetPlan),
     )
 
     def __init__(
@@ -56,15 +62,17 @@ class PlannerServerNode(Node):
         *,
         processor: PlanProcessor,
         variants: Variants,
+        layers: MapLayers,
     ) -> None:
         super().__init__(context)
         self._paths = PathServices(
             context, costmap, base_global_planner, threads, processor=processor, variants=variants
         )
         self._costs = CostService(context, variants, threads)
+        self._fleets = FleetService(context, layers)
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
-        """Start planning a path or computing costs.
+        """Start planning a path or for a fleet, or computing costs.
 
         Raises
         ------
@@ -79,6 +87,8 @@ class PlannerServerNode(Node):
             self._paths.compute(request, reply)
         elif isinstance(request, ComputeCostsRequest):
             self._costs.compute(request, reply)
+        elif isinstance(request, ComputeFleetPlanRequest):
+            self._fleets.compute(request, reply)
         elif isinstance(request, GetPlanRequest):
             start, goal = _in_map(request.start, "the start"), _in_map(request.goal, "the goal")
             self._paths.plan(start, goal, reply, get_plan_response, tolerance=request.tolerance)

@@ -58,7 +58,10 @@ def test_planning_container_has_map_and_planner_only():
     build_planning(graph, LAYERS)
     assert set(graph.nodes) == {"map_server", "planner_server"}
     masks = {"keepout_filter_mask", "speed_filter_mask"}
-    assert set(graph.services) == {"static_map", "make_plan", "compute_path", "compute_costs"} | masks
+    assert (
+        set(graph.services)
+        == {"static_map", "make_plan", "compute_path", "compute_costs", "compute_fleet_plan"} | masks
+    )
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,1 @@
+"""Messages on many robots together: plans of fleets."""

@@ -1,0 +1,71 @@
+"""Types of ``ppaas_msgs`` for plans of fleets."""
+
+from ppaas.messages.base.message import Message, OwnMessage, ServiceType
+from ppaas.messages.geometry_msgs import Pose
+
+PACKAGE = "ppaas_msgs"
+"""ROS package of these types."""
+
+
+class ComputeFleetPlanRequest(Message):
+    """``ppaas_msgs/ComputeFleetPlan`` request.
+
+    Parameters
+    ----------
+    starts, goals : list of Pose
+        One each a robot, in the frame of the map; headings are ignored.
+    radius, margin : float
+        Radius of the robots, and the distance by which they may stray from their paths [m].
+    speed : float
+        Speed of the robots [m/s]: each step takes as long as they need from one cell to the next.
+    seconds : float
+        Time in which the first plan is improved [s].
+    seed : int
+        Seed of the random numbers.
+    timeout : float
+        Time limit for the whole request [s]; it ends the improvement, too.
+    """
+
+    starts: list[Pose]
+    goals: list[Pose]
+    radius: float
+    margin: float = 0.05
+    speed: float = 0.5
+    seconds: float = 0.0
+    seed: int = 0
+    timeout: float = 10.0
+
+
+class ComputeFleetPlanResponse(OwnMessage):
+    """``ppaas_msgs/ComputeFleetPlan`` response.
+
+    Parameters
+    ----------
+    paths : str
+        JSON: a list for each robot with the x, y [m] of a cell's centre at each step, in the frame of the map.
+    spacing : float
+        Distance of the centres of neighbouring cells [m].
+    step_seconds : float
+        Duration of a step [s].
+    cost : int
+        Sum of the last arrivals of all robots at their goals [steps].
+    bound : int
+        Sum of the lengths of shortest paths, below which no cost is [steps].
+    makespan : int
+        Last arrival of all [steps].
+    seconds : float
+        Computing time [s].
+    """
+
+    paths: str
+    spacing: float
+    step_seconds: float
+    cost: int
+    bound: int
+    makespan: int
+    seconds: float
+
+
+ComputeFleetPlan = ServiceType("ppaas_msgs/ComputeFleetPlan", ComputeFleetPlanRequest, ComputeFleetPlanResponse)
+
+SERVICES = (ComputeFleetPlan,)

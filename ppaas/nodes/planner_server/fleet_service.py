@@ -1,0 +1,163 @@
+"""Service ``ppaas_msgs/ComputeFleetPlan``: paths of many robots that keep out of each other's way."""
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.bounded_dict import BoundedDict
+from ppaas.costmap.map_layers import MapLayers
+from ppaas.errors import InvalidInput, PlanTimeout
+from ppaas.messages.fleet.fleet_plans import ComputeFleetPlanRequest, ComputeFleetPlanResponse
+from ppaas.messages.geometry_msgs import Pose
+from ppaas.nodes.base import Context, Job, Reply
+from ppaas.nodes.message_checks import finite_pose
+from ppaas.nodes.planner_server.path_services import MAX_TIMEOUT
+from ppaas.nodes.planner_server.planner_queue import PlannerQueue
+from ppaas.planners.base import PlanRequest
+from ppaas.planners.watch import Watch
+
+if TYPE_CHECKING:
+    from ppaas.fleet.metric_problem import MetricFloor
+    from ppaas.fleet.metric_roadmap import MetricRoadmap
+    from ppaas.fleet.plan import FleetPlan
+    from ppaas.fleet.problem import FleetProblem
+
+MAX_ROBOTS = 2_000
+"""Largest number of robots in a request."""
+
+MAX_SECONDS = 10.0
+"""Longest time of improvement [s]."""
+
+MAX_PLACES = 1_000_000
+"""Largest number of robots times steps in a response, some 15 MB of text."""
+
+MAX_SCHEDULE = 50_000_000
+"""Largest number of cells times steps of a plan that is improved: 8 bytes each."""
+
+MOST_FLOORS = 2
+"""Number of roadmaps that are kept, the last used ones."""
+
+DECIMALS = 3
+"""Decimals of x and y in metres."""
+
+
+class FleetService:
+    """Plans for fleets, one request after the other.
+
+    Parameters
+    ----------
+    context : Context
+        Context of the node that offers the service.
+    layers : MapLayers
+        The map.
+    """
+
+    def __init__(self, context: Context, layers: MapLayers) -> None:
+        self._layers = layers
+        self._queue = PlannerQueue(context)
+        self._floors: BoundedDict[tuple[float, float], MetricFloor] = BoundedDict(MOST_FLOORS)
+
+    def compute(self, request: ComputeFleetPlanRequest, reply: Reply) -> Job:
+        """Plan for a fleet, and reply with the plan or with the error.
+
+        Returns
+        -------
+        Job
+            Handle to cancel the request.
+
+        Raises
+        ------
+        InvalidInput
+            A pose is invalid, there are too many, or another number is out of range.
+        Unavailable
+            Too many requests are waiting.
+        """
+        _check_numbers(request)
+        starts, goals = _places(request.starts, "start"), _places(request.goals, "goal")
+
+        def work(cancelled: Callable[[], bool]) -> ComputeFleetPlanResponse:
+            origin = self._layers.grid.info.origin
+            watch = Watch(PlanRequest(origin, origin, timeout=request.timeout, cancelled=cancelled))
+            floor = self._floor(request.radius, request.margin, watch.check)
+            problem = floor.problem(starts, goals, watch.check)
+            plan = _plan(problem, request, watch)
+            return ComputeFleetPlanResponse(
+                paths=_text(floor.metric, plan),
+                spacing=floor.metric.spacing,
+                step_seconds=floor.metric.spacing / request.speed,
+                cost=plan.cost,
+                bound=plan.bound,
+                makespan=plan.makespan,
+                seconds=watch.seconds(),
+            )
+
+        return self._queue.submit(work, reply)
+
+    def _floor(self, radius: float, margin: float, check: Callable[[], None]) -> "MetricFloor":
+        # Imported by the first request: few containers need the modules.
+        from ppaas.fleet.metric_problem import MetricFloor  # noqa: PLC0415 - see above
+        from ppaas.fleet.metric_roadmap import clearance_of, metric_roadmap  # noqa: PLC0415 - see above
+
+        found = self._floors.get((radius, margin))
+        if found is None:
+            to_lethal, info = clearance_of(self._layers), self._layers.grid.info
+            metric = metric_roadmap(to_lethal, info, radius, margin, check=check)
+            found = MetricFloor(to_lethal, info, metric, radius)
+        self._floors[radius, margin] = found
+        return found
+
+
+def _plan(problem: "FleetProblem", request: ComputeFleetPlanRequest, watch: Watch) -> "FleetPlan":
+    """Return the first plan, improved for the time that the request allows."""
+    from ppaas.fleet.first_plan import first_plan  # noqa: PLC0415 - its kernels are not for every container
+    from ppaas.fleet.improvement import Improvement  # noqa: PLC0415 - see above
+
+    plan = first_plan(problem, request.seed, watch.check)
+    if len(problem) * len(plan.steps) > MAX_PLACES:
+        raise InvalidInput(
+            f"a plan of {len(problem)} robots and {len(plan.steps)} steps is too long for an answer: their product may "
+            f"be {MAX_PLACES}; plan for fewer robots, or nearer goals"
+        )
+    if request.seconds == 0.0 or len(plan.steps) * len(problem.roadmap) > MAX_SCHEDULE:
+        return plan
+    until = watch.seconds() + request.seconds
+
+    def goes_on() -> bool:
+        try:
+            watch.check()
+        except PlanTimeout:
+            return False
+        return watch.seconds() < until
+
+    improvement = Improvement(problem, plan, request.seed)
+    improvement.run(goes_on)
+    return improvement.plan()
+
+
+def _check_numbers(request: ComputeFleetPlanRequest) -> None:
+    if not 0.0 < request.timeout <= MAX_TIMEOUT:
+        raise InvalidInput(f"timeout must be above 0 and at most {MAX_TIMEOUT:g} s, not {request.timeout}")
+    if not 0.0 <= request.seconds <= MAX_SECONDS:
+        raise InvalidInput(f"seconds of improvement must be from 0 to {MAX_SECONDS:g}, not {request.seconds}")
+    if not (math.isfinite(request.speed) and request.speed > 0.0):
+        raise InvalidInput(f"speed must be a positive number of metres a second, not {request.speed}")
+    if request.seed < 0:
+        raise InvalidInput(f"seed must be at least 0, not {request.seed}")
+
+
+def _places(poses: list[Pose], what: str) -> NDArray[np.float64]:
+    if len(poses) > MAX_ROBOTS:
+        raise InvalidInput(f"a request may have at most {MAX_ROBOTS} {what}s, not {len(poses)}")
+    places = [finite_pose(pose, f"the {what} of robot {robot}")[:2] for robot, pose in enumerate(poses)]
+    return np.array(places, dtype=np.float64).reshape(-1, 2)
+
+
+def _text(metric: "MetricRoadmap", plan: "FleetPlan") -> str:
+    """Return the paths as JSON; the text of each cell is made once."""
+    centres = metric.centres.round(DECIMALS)
+    texts = {cell: f"[{centres[cell, 0]},{centres[cell, 1]}]" for cell in np.unique(plan.steps).tolist()}
+    paths = [",".join([texts[cell] for cell in path.tolist()]) for path in plan.steps.T]
+    return f"[{','.join([f'[{path}]' for path in paths])}]"
