@@ -19,7 +19,16 @@ from endpoints.rest.dependencies import single_query_values
 from endpoints.rest.maps import map_cells, map_merge, map_reviews, map_versions, maps
 from endpoints.rest.openapi import EVERYWHERE, TAGS, describe, operation_id
 from endpoints.rest.people import people, people_history
-from endpoints.rest.plans import cost_matrix, evaluation, plan_database, planners, planning, plans, stored_plans
+from endpoints.rest.plans import (
+    cost_matrix,
+    evaluation,
+    fleet_plans,
+    plan_database,
+    planners,
+    planning,
+    plans,
+    stored_plans,
+)
 from endpoints.rest.plans.fast_path import PlanFastPath
 from endpoints.rest.recordings import robot_recordings
 from endpoints.rest.robots import (
@@ -53,6 +62,7 @@ Lengths are in metres, angles in radians, times in seconds. Errors are problems 
 RESOURCES = (
     planning,
     cost_matrix,
+    fleet_plans,
     tokens,
     scoped_tokens,
     tickets,

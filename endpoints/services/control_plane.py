@@ -6,6 +6,7 @@ from engine.master.quotas import Quotas
 from engine.service.endpoints.cloud_calls import CloudCalls
 from engine.service.news.news import NewsKind
 from engine.service.news.robot_facts import FactKind
+from engine.service.planning.fleet_requests import FleetAnswer, FleetRequest
 from engine.service.planning.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from engine.specs.containers import MapVersion
 from ppaas.diagnosis.observations.facts import Observations
@@ -168,6 +169,18 @@ class ControlPlane(CloudCalls, Protocol):
         ------
         InvalidInput
             There are too many starts or goals.
+        PlanningError, QuotaExceeded, Unavailable
+            As ``compute_path``.
+        """
+        ...
+
+    async def plan_fleet(self, user: User, map: MapVersion, request: FleetRequest) -> FleetAnswer:  # noqa: A002
+        """Plan for a fleet in a container of the user.
+
+        Raises
+        ------
+        InvalidInput
+            There are too many robots or cells, a number is out of range, or two robots share a cell.
         PlanningError, QuotaExceeded, Unavailable
             As ``compute_path``.
         """

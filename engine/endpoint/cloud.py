@@ -11,6 +11,7 @@ from engine.service.endpoints.interface import MasterCalls
 from engine.service.links.place_link import PlaceLink
 from engine.service.news.news import NewsKind
 from engine.service.news.robot_facts import FactKind
+from engine.service.planning.fleet_requests import FleetAnswer, FleetRequest
 from engine.service.planning.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from engine.service.planning.planning import Planning
 from engine.service.robot_nodes import RobotNodes
@@ -307,3 +308,7 @@ class EndpointCloud:
     async def compute_costs(self, user: User, map: MapVersion, request: CostRequest) -> CostAnswer:  # noqa: A002
         """Compute the costs from each start to each goal in a planning container."""
         return await self._planning.compute_costs(user.id, map, request)
+
+    async def plan_fleet(self, user: User, map: MapVersion, request: FleetRequest) -> FleetAnswer:  # noqa: A002
+        """Plan for a fleet in a planning container."""
+        return await self._planning.plan_fleet(user.id, map, request)

@@ -10,6 +10,7 @@ from engine.service.master_driver import MasterDriver
 from engine.service.news.news import News, NewsKind
 from engine.service.news.robot_facts import FactKind, FactSources
 from engine.service.people_groups import PeopleGroups
+from engine.service.planning.fleet_requests import FleetAnswer, FleetRequest
 from engine.service.planning.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from engine.service.planning.plan_rate import PlanRate
 from engine.service.planning.planning import Planning
@@ -310,3 +311,7 @@ class Cloud:
     async def compute_costs(self, user: User, map: MapVersion, request: CostRequest) -> CostAnswer:  # noqa: A002
         """Compute the costs from each start to each goal in a planning container."""
         return await self._planning.compute_costs(user.id, map, request)
+
+    async def plan_fleet(self, user: User, map: MapVersion, request: FleetRequest) -> FleetAnswer:  # noqa: A002
+        """Plan for a fleet in a planning container."""
+        return await self._planning.plan_fleet(user.id, map, request)

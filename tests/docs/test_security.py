@@ -51,6 +51,7 @@ POSES = poses_along(np.stack((np.arange(60) * 0.05, np.zeros(60)), axis=1), 0.0)
 BODIES: dict[str, Any] = {
     "make_plan": {"start": [0.1, 0.1], "goal": [0.2, 0.1]},
     "compute_costs": {"starts": [[0.1, 0.1]], "goals": [[0.2, 0.1]]},
+    "plan_fleet": {"starts": [[0.1, 0.1]], "goals": [[0.2, 0.1]], "radius": 0.2},
     "log_in": {"user": "ann", "password": PASSWORD},
     "create_user": {"id": "dora", "password": PASSWORD},
     "change_user": {"old_password": PASSWORD, "password": "another password"},

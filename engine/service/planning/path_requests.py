@@ -26,8 +26,8 @@ RequestPose = Annotated[tuple[_Coordinate, ...], Meta(min_length=2, max_length=3
 
 _Name = Annotated[str, Meta(pattern=rf"^{PATTERN}\Z")]
 _PluginName = Annotated[str, Meta(pattern=rf"^{PATTERN}((/|::){PATTERN})?\Z")]
-_Labels = Annotated[dict[_Name, _Name], Meta(max_length=MOST_LABELS)]
-_Timeout = Annotated[float, Meta(gt=0.0)]
+RequestLabels = Annotated[dict[_Name, _Name], Meta(max_length=MOST_LABELS)]
+Timeout = Annotated[float, Meta(gt=0.0)]
 
 
 class PathRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -57,9 +57,9 @@ class PathRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     goal: RequestPose
     planner: _PluginName = "dijkstra"
     tolerance: Annotated[float, Meta(ge=0.0)] = 0.0
-    timeout: _Timeout = DEFAULT_TIMEOUT
+    timeout: Timeout = DEFAULT_TIMEOUT
     reuse: bool = True
-    labels: _Labels = {}
+    labels: RequestLabels = {}
     queue: bool = False
     parameters: dict[str, Any] = {}
 
@@ -130,8 +130,8 @@ class CostRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     starts: tuple[RequestPose, ...]
     goals: tuple[RequestPose, ...]
-    timeout: _Timeout = DEFAULT_TIMEOUT
-    labels: _Labels = {}
+    timeout: Timeout = DEFAULT_TIMEOUT
+    labels: RequestLabels = {}
     parameters: dict[str, Any] = {}
 
 

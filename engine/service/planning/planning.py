@@ -9,12 +9,14 @@ import msgspec
 from msgspec import Raw
 
 from engine.service.links.place_link import PlaceLink
+from engine.service.planning.fleet_requests import FleetAnswer, FleetRequest
 from engine.service.planning.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from engine.specs.containers import MapVersion
 from ppaas.errors import Queued, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.messages import decode, encode
 from ppaas.messages.base.message import Message
+from ppaas.messages.fleet.fleet_plans import ComputeFleetPlanRequest, ComputeFleetPlanResponse
 from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.ppaas_msgs import (
     ComputeCostsRequest,
@@ -107,12 +109,32 @@ class Planning:
         PlanningError, QuotaExceeded, Unavailable
             As ``compute_path`` raises them.
         """
-        starts, goals = ([Pose.of(Pose2D(*pose)) for pose in ends] for ends in (request.starts, request.goals))
-        question = ComputeCostsRequest(starts, goals, request.timeout, _json(request.parameters))
+        question = ComputeCostsRequest(*_ends(request), request.timeout, _json(request.parameters))
         asked = await self._ask((user, version, request.labels), "compute_costs", question, request.timeout)
         response = decode(ComputeCostsResponse, asked.answer)
         costs = Raw(response.costs)
         return CostAnswer(costs, response.seconds, asked.container, asked.pid, version.id, version.version)
+
+    async def plan_fleet(self, user: str, version: MapVersion, request: FleetRequest) -> FleetAnswer:
+        """Plan for a fleet in the user's planning container for this map version.
+
+        Raises
+        ------
+        InvalidInput
+            There are too many robots or cells, a number is out of range, or two robots share a cell.
+        PlanningError, QuotaExceeded, Unavailable
+            As ``compute_path`` raises them.
+        """
+        question = ComputeFleetPlanRequest(
+            *_ends(request), request.radius, request.margin, request.speed, request.seconds, request.seed,
+            request.timeout,
+        )  # fmt: skip
+        asked = await self._ask((user, version, request.labels), "compute_fleet_plan", question, request.timeout)
+        found = decode(ComputeFleetPlanResponse, asked.answer)
+        return FleetAnswer(
+            Raw(found.paths), found.spacing, found.step_seconds, found.cost, found.bound, found.makespan,
+            found.seconds, asked.container, asked.pid, version.id, version.version,
+        )  # fmt: skip
 
     async def _ask(
         self, where: _Where, service: str, question: Message, timeout: float, *, queue: bool = False
@@ -129,6 +151,12 @@ class Planning:
         if container is None or pid is None:
             raise Unavailable("the container was lost; send the request again")
         return _Asked(answer, container, pid)
+
+
+def _ends(request: CostRequest | FleetRequest) -> tuple[list[Pose], list[Pose]]:
+    """Return starts and goals as poses."""
+    starts, goals = ([Pose.of(Pose2D(*pose)) for pose in ends] for ends in (request.starts, request.goals))
+    return starts, goals
 
 
 def _json(parameters: dict[str, Any]) -> str:

@@ -12,6 +12,7 @@ from msgspec import Raw
 from engine.master.machine import Machine
 from engine.master.quotas import Quotas
 from engine.service.links.place_link import PlaceLink
+from engine.service.planning.fleet_requests import FleetAnswer, FleetRequest
 from engine.service.planning.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from engine.service.planning.plan_rate import PlanRate
 from engine.service.robot_navigation import RobotNavigation
@@ -89,6 +90,7 @@ class FakeCloud:
         """Facts about robots that other processes know, as JSON."""
         self.asked: list[tuple[str, MapVersion, PathRequest]] = []
         self.costs_asked: list[tuple[str, MapVersion, CostRequest]] = []
+        self.fleets_asked: list[tuple[str, MapVersion, FleetRequest]] = []
         self.error: Exception | None = None
         self.observations: Observations | None = None
         """Observations of every robot; None: robots have no containers."""
@@ -318,3 +320,11 @@ class FakeCloud:
         row = [None if number == 0 else 50.0 for number in range(len(request.goals))]
         costs = Raw(json.dumps([row] * len(request.starts)))
         return CostAnswer(costs, 0.001, "c9", 4711, map.id, map.version)
+
+    async def plan_fleet(self, user: User, map: MapVersion, request: FleetRequest) -> FleetAnswer:  # noqa: A002
+        """Answer with robots that are at their goals already, without a step."""
+        self.fleets_asked.append((user.id, map, request))
+        if self.error is not None:
+            raise self.error
+        paths = Raw(json.dumps([[pose[:2]] for pose in request.starts]))
+        return FleetAnswer(paths, 0.5, 0.5 / request.speed, 0, 0, 0, 0.001, "c9", 4711, map.id, map.version)

@@ -217,6 +217,7 @@ BODIES: dict[str, object] = {
     "/v1/maps/house/reviews/1/approve": {},
     "/v1/maps/house/reviews/1/refuse": {"why": "no"},
     "/v1/maps/house/cost_matrix": {"starts": [[0, 0]], "goals": [[1, 1]]},
+    "/v1/maps/house/fleet_plans": {"starts": [[0, 0]], "goals": [[1, 1]], "radius": 0.2},
 }
 
 

@@ -59,6 +59,18 @@ async def test_a_cost_matrix_counts_one_path_per_start(
     assert (await client.post("/v1/maps/house/plans", headers=ann, json=PATH)).status_code == 201
 
 
+async def test_a_plan_of_a_fleet_counts_one_path_per_robot(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, limit: Callable[..., None]
+) -> None:
+    ann = await log_in("ann")
+    limit("ann", plans_per_minute=5)
+    await publish(ann)
+    fleet = {"starts": [[0.0, 0.0]] * 4, "goals": [[1.0, 1.0]] * 4, "radius": 0.2}
+    assert (await client.post("/v1/maps/house/fleet_plans", headers=ann, json=fleet)).status_code == 200
+    problem_of(await client.post("/v1/maps/house/fleet_plans", headers=ann, json=fleet), 429, "quota-exceeded")
+    assert (await client.post("/v1/maps/house/plans", headers=ann, json=PATH)).status_code == 201
+
+
 async def test_the_limits_in_the_store_apply_to_a_change_of_size(
     client: httpx.AsyncClient, log_in: LogIn, cloud: FakeCloud, limit: Callable[..., None]
 ) -> None:

@@ -12,8 +12,10 @@ from pydantic import ValidationError
 from starlette.types import Message
 
 from endpoints.rest.plans import fast_path
+from endpoints.rest.plans.fleet_plans import FleetFile, FleetPlanAnswer
 from endpoints.rest.plans.schemas import CostFile, CostMatrixAnswer, NewPlanAnswer, PlanFile
 from endpoints.rest.strict_json import parse
+from engine.service.planning.fleet_requests import FleetAnswer, FleetRequest
 from engine.service.planning.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from tests.unit.endpoints.conftest import LogIn, Publish
 
@@ -62,7 +64,14 @@ async def test_the_fast_path_reads_a_request_as_the_route_does(file: dict[str, A
 
 @pytest.mark.parametrize(
     "pair",
-    [(PlanFile, PathRequest), (CostFile, CostRequest), (NewPlanAnswer, PathAnswer), (CostMatrixAnswer, CostAnswer)],
+    [
+        (PlanFile, PathRequest),
+        (CostFile, CostRequest),
+        (FleetFile, FleetRequest),
+        (NewPlanAnswer, PathAnswer),
+        (CostMatrixAnswer, CostAnswer),
+        (FleetPlanAnswer, FleetAnswer),
+    ],
     ids=lambda pair: pair[1].__name__,
 )
 def test_openapi_describes_the_fields_of_requests_and_answers(pair: tuple[Any, Any]) -> None:

@@ -1,0 +1,80 @@
+"""Plans of fleets on their way to a planning container, whose nodes are real and whose link is played."""
+
+from typing import Any, cast
+
+import msgspec
+import numpy as np
+import pytest
+
+from engine.service.links.place_link import PlaceLink
+from engine.service.planning.fleet_requests import FleetRequest
+from engine.service.planning.planning import Planning
+from engine.specs.containers import MapVersion
+from ppaas.clone.planning_container import build_planning
+from ppaas.costmap.build_layers import build_layers
+from ppaas.errors import PPaaSError, StartOccupied
+from ppaas.fleet.checking import faults_of
+from ppaas.fleet.metric_roadmap import clearance_of, metric_roadmap
+from ppaas.fleet.plan import FleetPlan
+from ppaas.messages import decode, encode
+from ppaas.messages.fleet.fleet_plans import ComputeFleetPlanRequest
+from ppaas.nodes.graph import Graph
+from tests.support.world.planar_world import walled_map
+
+MAP = MapVersion("house", "v")
+LAYERS = build_layers(walled_map(6, 4, [(2.9, 0.0, 3.1, 2.5)]))
+REQUEST = FleetRequest(((1.0, 1.0), (5.0, 1.0, 0.5)), ((5.0, 1.0), (1.0, 1.0)), 0.15, speed=0.8, seed=3)
+
+
+class _Place:
+    """A place whose container is in this process."""
+
+    container, pid = "c1", 4711
+
+    def __init__(self) -> None:
+        self.asked: list[tuple[str, float]] = []
+
+    async def ready(self, timeout: float) -> None:
+        assert timeout > 0.0
+
+    async def call(self, service: str, request: bytes, timeout: float) -> bytes:
+        self.asked.append((service, timeout))
+        graph, answers = Graph(), list[Any]()
+        build_planning(graph, LAYERS)
+        graph.call(service, decode(ComputeFleetPlanRequest, request), answers.append)
+        if isinstance(answers[0], PPaaSError):
+            raise answers[0]
+        return encode(answers[0])
+
+
+@pytest.fixture
+def place() -> _Place:
+    return _Place()
+
+
+@pytest.fixture
+def planning(place: _Place) -> Planning:
+    async def use(user: str, version: MapVersion, labels: dict[str, str], queue: bool) -> tuple[PlaceLink, None]:
+        assert (user, version, labels, queue) == ("ann", MAP, {}, False)
+        return cast("PlaceLink", place), None
+
+    return Planning(use)
+
+
+async def test_the_answer_is_a_valid_plan_with_map_and_container(planning: Planning, place: _Place) -> None:
+    answer = await planning.plan_fleet("ann", MAP, REQUEST)
+    assert place.asked == [("compute_fleet_plan", REQUEST.timeout + 5.0)]
+    told = msgspec.json.decode(msgspec.json.encode(answer))
+    assert (told["map"], told["version"], told["container"], told["pid"]) == ("house", "v", "c1", 4711)
+    assert told["step_seconds"] == pytest.approx(told["spacing"] / 0.8)
+    metric = metric_roadmap(clearance_of(LAYERS), LAYERS.grid.info, 0.15, 0.05)
+    steps = np.array([[metric.nearest(*place, 0.01) for place in path] for path in told["paths"]], np.int32).T
+    ends = [[metric.nearest(*pose[:2], 0.3) for pose in poses] for poses in (REQUEST.starts, REQUEST.goals)]
+    plan = FleetPlan(steps, told["bound"])
+    assert faults_of(metric.roadmap, plan, *ends) == []
+    assert (plan.cost, plan.makespan) == (told["cost"], told["makespan"])
+
+
+async def test_errors_of_the_container_keep_their_class(planning: Planning) -> None:
+    with pytest.raises(StartOccupied, match="the start of robot 1, 3, 1, is 0 m from an obstacle"):
+        await planning.plan_fleet("ann", MAP, msgspec.structs.replace(REQUEST, starts=((1.0, 1.0), (3.0, 1.0))))
