@@ -10,7 +10,7 @@ from msgspec import Raw
 
 from engine.service.links.place_link import PlaceLink
 from engine.service.planning.fleet_requests import FleetAnswer, FleetRequest
-from engine.service.planning.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
+from engine.service.planning.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest, RequestPose
 from engine.specs.containers import MapVersion
 from ppaas.errors import Queued, Unavailable
 from ppaas.geometry import Pose2D
@@ -109,7 +109,8 @@ class Planning:
         PlanningError, QuotaExceeded, Unavailable
             As ``compute_path`` raises them.
         """
-        question = ComputeCostsRequest(*_ends(request), request.timeout, _json(request.parameters))
+        starts, goals = ([Pose.of(Pose2D(*pose)) for pose in ends] for ends in (request.starts, request.goals))
+        question = ComputeCostsRequest(starts, goals, request.timeout, _json(request.parameters))
         asked = await self._ask((user, version, request.labels), "compute_costs", question, request.timeout)
         response = decode(ComputeCostsResponse, asked.answer)
         costs = Raw(response.costs)
@@ -126,8 +127,8 @@ class Planning:
             As ``compute_path`` raises them.
         """
         question = ComputeFleetPlanRequest(
-            *_ends(request), request.radius, request.margin, request.speed, request.seconds, request.seed,
-            request.timeout,
+            _flat(request.starts), _flat(request.goals), request.radius, request.margin, request.speed,
+            request.seconds, request.seed, request.timeout,
         )  # fmt: skip
         asked = await self._ask((user, version, request.labels), "compute_fleet_plan", question, request.timeout)
         found = decode(ComputeFleetPlanResponse, asked.answer)
@@ -153,10 +154,9 @@ class Planning:
         return _Asked(answer, container, pid)
 
 
-def _ends(request: CostRequest | FleetRequest) -> tuple[list[Pose], list[Pose]]:
-    """Return starts and goals as poses."""
-    starts, goals = ([Pose.of(Pose2D(*pose)) for pose in ends] for ends in (request.starts, request.goals))
-    return starts, goals
+def _flat(poses: tuple[RequestPose, ...]) -> list[float]:
+    """Return x, y of poses, one after the other."""
+    return [number for pose in poses for number in pose[:2]]
 
 
 def _json(parameters: dict[str, Any]) -> str:

@@ -1,7 +1,6 @@
 """Types of ``ppaas_msgs`` for plans of fleets."""
 
 from ppaas.messages.base.message import Message, OwnMessage, ServiceType
-from ppaas.messages.geometry_msgs import Pose
 
 PACKAGE = "ppaas_msgs"
 """ROS package of these types."""
@@ -12,8 +11,8 @@ class ComputeFleetPlanRequest(Message):
 
     Parameters
     ----------
-    starts, goals : list of Pose
-        One each a robot, in the frame of the map; headings are ignored.
+    starts, goals : list of float
+        x, y of each robot, one after the other, in the frame of the map [m].
     radius, margin : float
         Radius of the robots, and the distance by which they may stray from their paths [m].
     speed : float
@@ -26,8 +25,8 @@ class ComputeFleetPlanRequest(Message):
         Time limit for the whole request [s]; it ends the improvement, too.
     """
 
-    starts: list[Pose]
-    goals: list[Pose]
+    starts: list[float]
+    goals: list[float]
     radius: float
     margin: float = 0.05
     speed: float = 0.5

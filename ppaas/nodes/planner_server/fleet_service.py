@@ -11,9 +11,7 @@ from ppaas.bounded_dict import BoundedDict
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import InvalidInput, PlanTimeout
 from ppaas.messages.fleet.fleet_plans import ComputeFleetPlanRequest, ComputeFleetPlanResponse
-from ppaas.messages.geometry_msgs import Pose
 from ppaas.nodes.base import Context, Job, Reply
-from ppaas.nodes.message_checks import finite_pose
 from ppaas.nodes.planner_server.path_services import MAX_TIMEOUT
 from ppaas.nodes.planner_server.planner_queue import PlannerQueue
 from ppaas.planners.base import PlanRequest
@@ -30,6 +28,9 @@ MAX_ROBOTS = 2_000
 
 MAX_SECONDS = 10.0
 """Longest time of improvement [s]."""
+
+LEAST_SPEED = 1e-3
+"""Least speed of robots [m/s]."""
 
 MAX_PLACES = 1_000_000
 """Largest number of robots times steps in a response, some 15 MB of text."""
@@ -71,7 +72,7 @@ class FleetService:
         Raises
         ------
         InvalidInput
-            A pose is invalid, there are too many, or another number is out of range.
+            A place is invalid, there are too many, or another number is out of range.
         Unavailable
             Too many requests are waiting.
         """
@@ -142,17 +143,22 @@ def _check_numbers(request: ComputeFleetPlanRequest) -> None:
         raise InvalidInput(f"timeout must be above 0 and at most {MAX_TIMEOUT:g} s, not {request.timeout}")
     if not 0.0 <= request.seconds <= MAX_SECONDS:
         raise InvalidInput(f"seconds of improvement must be from 0 to {MAX_SECONDS:g}, not {request.seconds}")
-    if not (math.isfinite(request.speed) and request.speed > 0.0):
-        raise InvalidInput(f"speed must be a positive number of metres a second, not {request.speed}")
+    if not (math.isfinite(request.speed) and request.speed >= LEAST_SPEED):
+        raise InvalidInput(f"speed must be finite and at least {LEAST_SPEED:g} m/s, not {request.speed}")
     if request.seed < 0:
         raise InvalidInput(f"seed must be at least 0, not {request.seed}")
 
 
-def _places(poses: list[Pose], what: str) -> NDArray[np.float64]:
-    if len(poses) > MAX_ROBOTS:
-        raise InvalidInput(f"a request may have at most {MAX_ROBOTS} {what}s, not {len(poses)}")
-    places = [finite_pose(pose, f"the {what} of robot {robot}")[:2] for robot, pose in enumerate(poses)]
-    return np.array(places, dtype=np.float64).reshape(-1, 2)
+def _places(numbers: list[float], what: str) -> NDArray[np.float64]:
+    """Return x, y of each robot, (n, 2) float64 [m]; raise ``InvalidInput`` if they are no such list."""
+    if len(numbers) % 2:
+        raise InvalidInput(f"{what}s must have x and y for each robot, not {len(numbers)} numbers")
+    places = np.array(numbers, dtype=np.float64).reshape(-1, 2)
+    if len(places) > MAX_ROBOTS:
+        raise InvalidInput(f"a request may have at most {MAX_ROBOTS} {what}s, not {len(places)}")
+    for robot in np.nonzero(~np.isfinite(places).all(axis=1))[0][:1]:
+        raise InvalidInput(f"the {what} of robot {robot} must be finite x, y in metres")
+    return places
 
 
 def _text(metric: "MetricRoadmap", plan: "FleetPlan") -> str:

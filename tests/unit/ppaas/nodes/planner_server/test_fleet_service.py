@@ -25,11 +25,9 @@ from ppaas.errors import (
 from ppaas.fleet.checking import faults_of
 from ppaas.fleet.metric_roadmap import MetricRoadmap, clearance_of, metric_roadmap
 from ppaas.fleet.plan import FleetPlan
-from ppaas.geometry import Pose2D
 from ppaas.maps.grid import UNKNOWN
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.fleet.fleet_plans import ComputeFleetPlanRequest, ComputeFleetPlanResponse
-from ppaas.messages.geometry_msgs import Pose
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.planner_server import fleet_service
 from ppaas.nodes.planner_server.fleet_service import MAX_ROBOTS, MAX_SECONDS
@@ -37,7 +35,7 @@ from tests.support.world.planar_world import walled_map
 
 LAYERS = build_layers(walled_map(6, 4, [(2.9, 0.0, 3.1, 2.5)]))
 PARTED = build_layers(walled_map(6, 4, [(2.9, 0.0, 3.1, 4.0)]))
-Places = Sequence[tuple[float, float]]
+Places = Sequence[tuple[float, ...]]
 STARTS: Places = [(1.0, 1.0), (5.0, 1.0), (1.0, 3.0), (5.0, 3.0)]
 GOALS: Places = [(5.0, 1.0), (1.0, 1.0), (5.0, 3.0), (1.0, 3.0)]
 RADIUS, MARGIN = 0.15, 0.05
@@ -46,7 +44,7 @@ RADIUS, MARGIN = 0.15, 0.05
 def planned(starts: Places = STARTS, goals: Places = GOALS, layers=LAYERS, **fields: Any) -> Any:
     graph, answers = Graph(), list[Any]()
     build_planning(graph, layers)
-    ends = ([Pose.of(Pose2D(*place)) for place in places] for places in (starts, goals))
+    ends = ([number for place in places for number in place] for places in (starts, goals))
     graph.call("compute_fleet_plan", ComputeFleetPlanRequest(*ends, **{"radius": RADIUS, **fields}), answers.append)
     (answer,) = answers
     return answer
@@ -93,7 +91,7 @@ def test_the_same_seed_gives_the_same_plan_also_on_a_roadmap_that_is_kept() -> N
     assert planned(seed=3).paths == planned(seed=3).paths
     graph, answers = Graph(), list[Any]()
     build_planning(graph, LAYERS)
-    ends = ([Pose.of(Pose2D(*place)) for place in places] for places in (STARTS, GOALS))
+    ends = ([number for place in places for number in place] for places in (STARTS, GOALS))
     request = ComputeFleetPlanRequest(*ends, RADIUS, seed=3)
     for _ in range(2):
         graph.call("compute_fleet_plan", request, answers.append)
@@ -126,8 +124,8 @@ def test_no_robots_have_no_paths_and_robots_at_their_goals_stay() -> None:
         ({"radius": 0.0}, InvalidInput, "the radius must be a positive number"),
         ({"radius": 1e-5, "margin": 0.0}, InvalidInput, "the map is too large for robots so small"),
         ({"margin": -0.1}, InvalidInput, "the margin must be at least 0 m"),
-        ({"speed": 0.0}, InvalidInput, "speed must be a positive number of metres a second"),
-        ({"speed": math.inf}, InvalidInput, "speed must be a positive number"),
+        ({"speed": 0.0}, InvalidInput, "speed must be finite and at least 0.001 m/s"),
+        ({"speed": math.inf}, InvalidInput, "speed must be finite"),
         ({"seconds": 11.0}, InvalidInput, f"seconds of improvement must be from 0 to {MAX_SECONDS:g}, not 11"),
         ({"seconds": math.nan}, InvalidInput, "seconds of improvement must be"),
         ({"seed": -1}, InvalidInput, "seed must be at least 0"),
@@ -136,8 +134,9 @@ def test_no_robots_have_no_paths_and_robots_at_their_goals_stay() -> None:
         (
             {"starts": [(math.nan, 1.0)]},
             InvalidInput,
-            "the position and orientation of the start of robot 0 must be fin",
+            "the start of robot 0 must be finite x, y in metres",
         ),
+        ({"starts": [*STARTS, (1.0,)]}, InvalidInput, "starts must have x and y for each robot, not 9 numbers"),
         ({"goals": [(1.0, 1.0)] * (MAX_ROBOTS + 1)}, InvalidInput, f"at most {MAX_ROBOTS} goals, not {MAX_ROBOTS + 1}"),
     ],
 )
@@ -188,7 +187,7 @@ def test_plans_that_are_too_large_are_refused_or_not_improved(
 def test_a_request_can_be_cancelled_at_any_time(after: int) -> None:
     context = _Context(after)
     answers = list[Any]()
-    ends = ([Pose.of(Pose2D(*place)) for place in places] for places in (STARTS, GOALS))
+    ends = ([number for place in places for number in place] for places in (STARTS, GOALS))
     service = fleet_service.FleetService(context, LAYERS)  # type: ignore[arg-type]
     service.compute(ComputeFleetPlanRequest(*ends, RADIUS, seconds=10.0), answers.append)
     assert isinstance(answers[0], PlanCancelled)
