@@ -24,6 +24,9 @@ MAX_SECONDS = 10.0
 
 MAX_SEED = (1 << 31) - 1
 
+LEAST_SPEED = 1e-3
+"""Least speed of robots [m/s]."""
+
 LONGEST = 1000.0
 """Largest radius and margin [m], and largest speed [m/s]."""
 
@@ -41,7 +44,9 @@ class FleetFile(RequestBody):
     margin: Annotated[Number, Field(ge=0.0, le=LONGEST)] = Field(
         DEFAULT_MARGIN, description="Distance by which robots may stray from their paths [m]"
     )
-    speed: Annotated[Number, Field(gt=0.0, le=LONGEST)] = Field(DEFAULT_SPEED, description="Speed of the robots [m/s]")
+    speed: Annotated[Number, Field(ge=LEAST_SPEED, le=LONGEST)] = Field(
+        DEFAULT_SPEED, description="Speed of the robots [m/s]"
+    )
     seconds: Annotated[Number, Field(ge=0.0, le=MAX_SECONDS)] = Field(
         0.0, description="Time in which the first plan is improved [s]; the time limit ends it, too"
     )

@@ -58,6 +58,7 @@ async def test_all_fields_reach_the_planner(
         {"radius": "wide"},
         {"margin": -1},
         {"speed": 0},
+        {"speed": 5e-324},
         {"seconds": 10.1},
         {"seed": 1.5},
         {"seed": -1},
@@ -107,4 +108,5 @@ async def test_a_map_without_read_access_is_not_found(
 
 def test_route_and_container_have_the_same_limits() -> None:
     assert fleet_plans.MAX_ROBOTS == fleet_service.MAX_ROBOTS
+    assert fleet_plans.LEAST_SPEED == fleet_service.LEAST_SPEED
     assert fleet_plans.MAX_SECONDS == fleet_service.MAX_SECONDS
