@@ -13,10 +13,10 @@ from ppaas.clone.robot_body import robot_body
 from ppaas.errors import PPaaSError
 from ppaas.messages import decode, encode
 from ppaas.messages.base.std_msgs import Header, Time
+from ppaas.messages.fleet.traffic import TrafficReport
 from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped, Twist
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.ppaas_msgs import RobotState, RobotStates
-from ppaas.messages.traffic import TrafficReport
 from ppaas.nodes import topics
 from ppaas.nodes.base import Payload
 from ppaas.nodes.frames import MAP

@@ -35,12 +35,12 @@ from ppaas.diagnosis.observations.facts import Observations
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.messages.base.message import Message
+from ppaas.messages.fleet.traffic import TrafficState
 from ppaas.messages.health.recorder import RecorderState
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
 from ppaas.messages.people_coordination import PeopleState, ZoneCount
 from ppaas.messages.ppaas_msgs import NodeHome
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse, UseJointMapRequest, UseJointMapResponse
-from ppaas.messages.traffic import TrafficState
 from ppaas.people.settings import PeopleSettings
 from storage.records import Limits, MapRecord, User
 from storage.versions import OCTOMAP, YAML

@@ -5,7 +5,7 @@ from engine.service.master_driver import MasterDriver
 from ppaas.clock import Clock, monotonic
 from ppaas.messages import decode
 from ppaas.messages.base.message import Empty
-from ppaas.messages.traffic import RobotOfTraffic, TrafficState
+from ppaas.messages.fleet.traffic import RobotOfTraffic, TrafficState
 from ppaas.traffic.taking_part import TRAFFIC, takes_part
 
 LINGER = 60.0

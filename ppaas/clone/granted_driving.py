@@ -8,9 +8,9 @@ from ppaas.clone.node_parameters import NodeParameters
 from ppaas.errors import InvalidParameter
 from ppaas.nodes.base import Context
 from ppaas.nodes.move_base.node import MoveBaseNode
-from ppaas.nodes.traffic.names import TRAFFIC
 from ppaas.parameters import Parameters, check_numbers
 from ppaas.robot_model.known_models import RobotModel
+from ppaas.traffic.taking_part import TRAFFIC
 
 STAYS_ON_PATH = "pure_pursuit"
 """Local planner for granted ways: unlike others it does not drive around what is in the way."""

@@ -20,7 +20,6 @@ from ppaas.messages import (
     std_srvs,
     tf2_msgs,
     tf2_web_republisher,
-    traffic,
     vision_msgs,
 )
 from ppaas.messages.base import map_msgs, std_msgs
@@ -55,7 +54,6 @@ __all__ = [
     "std_srvs",
     "tf2_msgs",
     "tf2_web_republisher",
-    "traffic",
     "type_name",
     "vision_msgs",
 ]

@@ -21,12 +21,11 @@ from ppaas.messages import (
     std_srvs,
     tf2_msgs,
     tf2_web_republisher,
-    traffic,
     vision_msgs,
 )
 from ppaas.messages.base import map_msgs, std_msgs
 from ppaas.messages.base.message import Message, ServiceType
-from ppaas.messages.fleet import fleet_plans
+from ppaas.messages.fleet import fleet_plans, traffic
 from ppaas.messages.health import diagnostic_msgs, observe, recorder
 
 _PACKAGES: tuple[ModuleType, ...] = (

@@ -7,6 +7,7 @@ from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray
 from ppaas.messages.base.map_msgs import OccupancyGridUpdate
 from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import Float64, String
+from ppaas.messages.fleet.traffic import TrafficGrants, TrafficReport, TrafficState
 from ppaas.messages.follow_path import (
     FollowPathActionFeedback,
     FollowPathActionGoal,
@@ -40,7 +41,6 @@ from ppaas.messages.tf2_web_republisher import (
     TFSubscriptionActionGoal,
     TFSubscriptionActionResult,
 )
-from ppaas.messages.traffic import TrafficGrants, TrafficReport, TrafficState
 from ppaas.messages.vision_msgs import Detection3DArray
 from ppaas.nodes.base import Topic
 from ppaas.nodes.nav2_actions import EXPLORE, NAV2_ACTIONS

@@ -3,7 +3,7 @@
 import msgspec
 
 from ppaas.errors import InvalidInput
-from ppaas.messages.traffic import TrafficReport
+from ppaas.messages.fleet.traffic import TrafficReport
 from ppaas.traffic.coordinator import Coordinator
 
 

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from ppaas.errors import InvalidInput, NotFound, PPaaSError
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.fleet.problem import is_connected
-from ppaas.messages.traffic import MapPoint, TrafficGrants, TrafficReport
+from ppaas.messages.fleet.traffic import MapPoint, TrafficGrants, TrafficReport
 from ppaas.traffic.grants import GrantWriter, window_of
 from ppaas.traffic.holders import Holders
 from ppaas.traffic.members import Arrival, Cell, Member, reached_by

@@ -5,7 +5,7 @@ import math
 from dataclasses import dataclass
 
 from ppaas.geometry import Pose2D
-from ppaas.messages.traffic import MapPoint, TrafficGrants
+from ppaas.messages.fleet.traffic import MapPoint, TrafficGrants
 
 Point = tuple[float, float]
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from msgspec.structs import replace
 
 from ppaas.messages.base.std_msgs import Time
-from ppaas.messages.traffic import TrafficGrants, TrafficReport
+from ppaas.messages.fleet.traffic import TrafficGrants, TrafficReport
 from ppaas.traffic.members import Member
 
 ROUND_TRIP = 0.5

@@ -4,7 +4,7 @@ from collections import deque
 from dataclasses import dataclass, field
 from typing import Literal
 
-from ppaas.messages.traffic import TrafficReport
+from ppaas.messages.fleet.traffic import TrafficReport
 
 Cell = int
 

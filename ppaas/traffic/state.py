@@ -1,7 +1,7 @@
 """State of the traffic, for those who look at it."""
 
 from ppaas.messages.base.std_msgs import Header, Time
-from ppaas.messages.traffic import MapPoint, TrafficRobot, TrafficState
+from ppaas.messages.fleet.traffic import MapPoint, TrafficRobot, TrafficState
 from ppaas.traffic.coordinator import Coordinator
 from ppaas.traffic.members import Member
 

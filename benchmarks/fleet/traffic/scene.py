@@ -15,14 +15,14 @@ from ppaas.fleet.metric_roadmap import MetricRoadmap, clearance_of, metric_roadm
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
-from ppaas.messages.traffic import TrafficGrants, TrafficReport
+from ppaas.messages.fleet.traffic import TrafficGrants, TrafficReport
 from ppaas.nodes import topics
 from ppaas.nodes.base import Payload
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.jobs import run_inline
-from ppaas.nodes.traffic.names import TRAFFIC
 from ppaas.robot_model.known_models import robot_model
 from ppaas.traffic.settings import TrafficParameters
+from ppaas.traffic.taking_part import TRAFFIC
 from robots.sim.driver import Schedule, SensorRates
 from robots.sim.world import World
 

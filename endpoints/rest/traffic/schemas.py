@@ -3,7 +3,7 @@
 from pydantic import Field
 
 from endpoints.rest.schemas import ResponseBody
-from ppaas.messages.traffic import MapPoint, TrafficRobot, TrafficState
+from ppaas.messages.fleet.traffic import MapPoint, TrafficRobot, TrafficState
 
 Point = tuple[float, float]
 

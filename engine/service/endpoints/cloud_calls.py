@@ -15,8 +15,8 @@ from engine.service.views import (
 )
 from engine.specs.machine_settings import MachineSettings
 from ppaas.geometry import Pose2D
+from ppaas.messages.fleet.traffic import TrafficState
 from ppaas.messages.people_coordination import PeopleState, ZoneCount
-from ppaas.messages.traffic import TrafficState
 from ppaas.people.settings import PeopleSettings
 
 

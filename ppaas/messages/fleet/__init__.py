@@ -1,1 +1,1 @@
-"""Messages on many robots together: plans of fleets."""
+"""Messages on many robots together: plans of fleets, and traffic."""

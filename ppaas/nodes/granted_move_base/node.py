@@ -5,7 +5,7 @@ from typing import Any, ClassVar
 from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
-from ppaas.messages.traffic import MapPoint, TrafficGrants
+from ppaas.messages.fleet.traffic import MapPoint, TrafficGrants
 from ppaas.navigation import events
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Payload, Topic

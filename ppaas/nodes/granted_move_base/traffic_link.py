@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from ppaas.geometry import Pose2D
 from ppaas.messages.base.std_msgs import Header, Time
-from ppaas.messages.traffic import MapPoint, TrafficGrants, TrafficReport
+from ppaas.messages.fleet.traffic import MapPoint, TrafficGrants, TrafficReport
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context
 from ppaas.nodes.frames import MAP

@@ -6,15 +6,15 @@ from typing import ClassVar
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import NotFound
 from ppaas.messages.base.message import Empty, Message
-from ppaas.messages.traffic import GetTraffic, PutBack, RobotOfTraffic, TakeOut, TrafficReport
+from ppaas.messages.fleet.traffic import GetTraffic, PutBack, RobotOfTraffic, TakeOut, TrafficReport
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
 from ppaas.nodes.message_checks import expect
-from ppaas.nodes.traffic.names import TRAFFIC
 from ppaas.traffic.checkpoint import checkpoint_of, restore
 from ppaas.traffic.coordinator import Coordinator, MakeRoadmap
 from ppaas.traffic.settings import TrafficParameters
 from ppaas.traffic.state import state_of
+from ppaas.traffic.taking_part import TRAFFIC
 
 PERIOD = 0.1
 """Time between two steps of the coordinator [s]."""

@@ -34,12 +34,12 @@ from ppaas.diagnosis.observations.facts import Observations
 from ppaas.errors import Conflict, NotFound, PPaaSError, Unavailable
 from ppaas.geometry import Pose2D, poses_along
 from ppaas.messages.base.message import Message
+from ppaas.messages.fleet.traffic import TrafficState
 from ppaas.messages.health.recorder import RecorderState
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
 from ppaas.messages.people_coordination import PeopleState, ZoneCount
 from ppaas.messages.ppaas_msgs import NodeHome
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse, UseJointMapRequest, UseJointMapResponse
-from ppaas.messages.traffic import TrafficState
 from ppaas.people.settings import PeopleSettings
 from storage.records import Limits, MapRecord, User
 

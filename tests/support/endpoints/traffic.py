@@ -1,7 +1,7 @@
 """Traffic of the robots of the fake cloud."""
 
 from ppaas.messages.base.std_msgs import Header, Time
-from ppaas.messages.traffic import MapPoint, TrafficRobot, TrafficState
+from ppaas.messages.fleet.traffic import MapPoint, TrafficRobot, TrafficState
 from tests.support.endpoints.fake_cloud import FakeCloud
 
 

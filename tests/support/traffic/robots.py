@@ -8,7 +8,7 @@ import numpy as np
 
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.messages.base.std_msgs import Header, Time
-from ppaas.messages.traffic import MapPoint, TrafficGrants, TrafficReport
+from ppaas.messages.fleet.traffic import MapPoint, TrafficGrants, TrafficReport
 from ppaas.traffic.granted_way import GrantedWay
 from ppaas.traffic.leg_path import path_along
 

@@ -8,7 +8,7 @@ import numpy as np
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.fleet.roadmap import Roadmap
 from ppaas.geometry import Pose2D
-from ppaas.messages.traffic import TrafficGrants, TrafficReport
+from ppaas.messages.fleet.traffic import TrafficGrants, TrafficReport
 from ppaas.traffic.coordinator import Coordinator
 from ppaas.traffic.settings import TrafficParameters
 from tests.support.traffic.robots import PERIOD, Network, SimulatedRobot

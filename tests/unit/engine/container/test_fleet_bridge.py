@@ -15,6 +15,7 @@ from engine.specs.containers import ContainerSpec, Launch
 from ppaas.clock import ManualClock
 from ppaas.messages import encode
 from ppaas.messages.base.std_msgs import Header
+from ppaas.messages.fleet.traffic import TrafficReport
 from ppaas.messages.geometry_msgs import (
     Point,
     Pose,
@@ -27,7 +28,6 @@ from ppaas.messages.geometry_msgs import (
 )
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.ppaas_msgs import RobotState
-from ppaas.messages.traffic import TrafficReport
 from ppaas.nodes import topics
 from ppaas.nodes.base import Node, Topic
 from ppaas.nodes.graph import Graph

@@ -16,7 +16,7 @@ from engine.specs.containers import ContainerSpec, Launch
 from ppaas.clock import ManualClock
 from ppaas.messages import encode
 from ppaas.messages.base.std_msgs import Header
-from ppaas.messages.traffic import TrafficGrants, TrafficReport
+from ppaas.messages.fleet.traffic import TrafficGrants, TrafficReport
 from ppaas.nodes.base import Node, Payload
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.topics import TRAFFIC_GRANTS, TRAFFIC_REPORT

@@ -23,7 +23,7 @@ from ppaas.errors import Unavailable
 from ppaas.messages import decode, encode
 from ppaas.messages.base.message import Empty
 from ppaas.messages.base.std_msgs import Header
-from ppaas.messages.traffic import RobotOfTraffic, TrafficState
+from ppaas.messages.fleet.traffic import RobotOfTraffic, TrafficState
 from ppaas.nodes.traffic import node
 from ppaas.traffic.taking_part import TRAFFIC, takes_part, with_traffic
 from storage.memory.store import MemoryStore
