@@ -59,6 +59,21 @@ def add_limit_argument(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--limit", type=_count, help="maximum number of items (all)")
 
 
+def add_interval_argument(parser: argparse.ArgumentParser) -> None:
+    """Add the option ``--interval`` of a live view."""
+    parser.add_argument(
+        "--interval", type=seconds, default=1.0, metavar="SECONDS", help="time between updates (%(default)s)"
+    )
+
+
+def seconds(text: str) -> float:
+    """Return the interval of a live view [s], for ``argparse``; ``ArgumentTypeError`` if it is out of range."""
+    interval = float(text)
+    if not 0.1 <= interval <= 3600.0:
+        raise argparse.ArgumentTypeError(f"must be from 0.1 to 3600 seconds, not {text}")
+    return interval
+
+
 def _count(text: str) -> int:
     count = int(text)
     if count < 1:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from ppaas.bounded_numbers import whole
 from ppaas.errors import InvalidInput, InvalidParameter
 from robots.cli import event_loop
-from robots.cli.commands.top import seconds
+from robots.cli.session import seconds
 
 if TYPE_CHECKING:
     from rich.console import Console

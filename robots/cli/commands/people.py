@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from robots.cli import event_loop
-from robots.cli.commands.top import seconds
 from robots.cli.output import show
-from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
+from robots.cli.session import add_interval_argument, add_limit_argument, add_session_arguments, logged_in
 from robots.cli.verbs.people_view import COUNT_COLUMNS, SETTINGS_COLUMNS, as_text, counts_for_people, render
 from robots.client.rest_paths import path_of
 
@@ -34,9 +33,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--put", type=Path, metavar="FILE.json", help="replace settings by a file, then apply other options"
     )
     shown.add_argument("--forget", action="store_true", help="remove all counts of the map")
-    parser.add_argument(
-        "--interval", type=seconds, default=1.0, metavar="SECONDS", help="time between updates (%(default)s)"
-    )
+    add_interval_argument(parser)
     chosen = parser.add_mutually_exclusive_group()
     chosen.add_argument(
         "--follow", nargs="+", metavar="PERSON", help=f"ids or names of people to follow, {NOBODY} for nobody"

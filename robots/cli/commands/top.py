@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ppaas.clock import epoch
 from ppaas.errors import NotPermitted
 from robots.cli import event_loop
-from robots.cli.session import add_session_arguments, logged_in
+from robots.cli.session import add_interval_argument, add_session_arguments, logged_in
 from robots.cli.verbs.top_view import SORT_KEYS, as_text, render
 from robots.client.rest_paths import path_of
 
@@ -24,9 +24,7 @@ HELP = "watch the machines and containers, and what they use"
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.add_argument("--once", action="store_true", help="show them once and exit")
-    parser.add_argument(
-        "--interval", type=seconds, default=1.0, metavar="SECONDS", help="time between updates (%(default)s)"
-    )
+    add_interval_argument(parser)
     parser.add_argument("--sort", choices=SORT_KEYS, default="cpu", help="sort key (%(default)s)")
     add_session_arguments(parser)
 
@@ -73,11 +71,3 @@ async def read_state(client: "RestClient") -> dict[str, Any]:
     with contextlib.suppress(NotPermitted):
         machines = await client.items(path_of("machines"))
     return {"time": epoch(), "machines": machines, "containers": await client.items(path_of("containers"))}
-
-
-def seconds(text: str) -> float:
-    """Return the interval of a live view [s], for ``argparse``; ``ArgumentTypeError`` if it is out of range."""
-    interval = float(text)
-    if not 0.1 <= interval <= 3600.0:
-        raise argparse.ArgumentTypeError(f"must be from 0.1 to 3600 seconds, not {text}")
-    return interval
