@@ -252,8 +252,9 @@ class RestClient:
         return _parse(await self._request("PATCH", path, _json(change, "application/merge-patch+json")))
 
     async def post(self, path: str, value: Any) -> Any:
-        """Post JSON to a path; return the JSON of the response."""
-        return _parse(await self._request("POST", path, _json(value)))
+        """Post JSON to a path; return the JSON of the response, None if it has no content."""
+        answer = await self._request("POST", path, _json(value))
+        return _parse(answer) if answer else None
 
     async def put(self, path: str, value: Any) -> Any:
         """Put JSON at a path; return the JSON of the response."""

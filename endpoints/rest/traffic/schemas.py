@@ -12,7 +12,7 @@ class TrafficRobotAnswer(ResponseBody):
     """Robot that takes part in the traffic of a map."""
 
     robot: str
-    state: str = Field(description="`driving`, `waiting`, `idle`, `free`, `stopped`, `stray` or `silent`")
+    state: str = Field(description="`driving`, `waiting`, `idle`, `free`, `stopped`, `stray`, `silent` or `out`")
     pose: tuple[float, float, float] = Field(description="x, y [m], yaw [rad]")
     way: list[Point] = Field(description="Cells that it holds, x, y [m], in the order in which it passes them")
     waits_for: str = Field(description="Why it waits; empty if it does not")

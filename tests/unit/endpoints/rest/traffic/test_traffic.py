@@ -31,7 +31,7 @@ async def test_traffic_is_shown_with_what_each_robot_holds_and_waits_for(
     assert (answer["map"], answer["at"], answer["spacing"], answer["goals"]) == ("house", 100.5, 0.5, 12)
     waiting, idle = answer["robots"]
     assert (waiting["robot"], waiting["state"], waiting["pose"]) == ("tb1", "waiting", [1.0, 2.0, 0.5])
-    assert (waiting["way"], waiting["waits_for"]) == ([[1.0, 2.0], [1.5, 2.0]], "tb2 is in the way")
+    assert (waiting["way"], waiting["waits_for"]) == ([[1.0, 2.0], [1.5, 2.0]], "tb2")
     assert (waiting["goal_id"], waiting["goal"], waiting["waited"]) == ("g1", [4.0, 2.0], 3.5)
     assert (idle["state"], idle["goal_id"], idle["goal"]) == ("idle", "", None)
 
