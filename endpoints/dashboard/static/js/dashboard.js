@@ -13,10 +13,12 @@ import { RecordingsDialog } from "./recordings.js";
 import { Refused, Unreachable } from "./rest.js";
 import { RobotCard } from "./robot_card.js";
 import { RobotList } from "./robot_list.js";
-import { containersOf, mapsOf, mayDrive, withShared } from "./shared_robots.js";
+import { containersOf, mapsOf, mayAdminister, mayDrive, withShared } from "./shared_robots.js";
 import { Stage } from "./stage.js";
 import { toast } from "./toasts.js";
 import { Tools } from "./tools.js";
+import { Traffic } from "./traffic.js";
+import { hasTraffic } from "./traffic_state.js";
 
 const REDRAW = 250; // ms between two looks at what lists and cards say
 
@@ -38,6 +40,7 @@ export class Dashboard {
     merge: (other, into) => this.#ask(`${this.#mapPath}/merge`, { with: other, into }, `${into} is merged of both maps`),
   });
   #people;
+  #traffic;
   #poller;
   #expired;
 
@@ -47,9 +50,11 @@ export class Dashboard {
     this.#expired = expired;
     const events = { changed: () => this.#stage?.renderer.ask(), ended: this.#ended, told: this.#told };
     this.#fleet = new Fleet((robot) => rest.socketUrl(robot), this.#layers.shown, events);
-    this.#stage = new Stage(this.#fleet, this.#tools, { select: (id) => this.#select(id), order: (pose) => this.#order(pose), pick: (point, reach) => this.#pick(point, reach) });
-    this.#people = new People(rest, { changed: () => this.#stage.renderer.ask(), failed: (error) => this.#failed(error), ask: (order, done) => this.#tell(order, done) });
-    this.#stage.renderer.people = this.#people.layer;
+    this.#stage = new Stage(this.#fleet, this.#tools, { select: (id) => this.#select(id), order: (pose) => this.#order(pose), pick: (point, reach) => this.#people.pickAt(point, reach) });
+    const told = { changed: () => this.#stage.renderer.ask(), failed: (error) => this.#failed(error), ask: (order, done) => this.#tell(order, done) };
+    this.#people = new People(rest, told);
+    this.#traffic = new Traffic(rest, told, { colourOf: (id) => this.#stage.renderer.colourOfId(id), mayChange: (id) => mayAdminister(this.#fleet.link(id)?.robot) });
+    for (const layer of ["people", "traffic"]) this.#switch(layer, true);
     this.#list = new RobotList(this.#fleet, (link) => this.#stage.renderer.colourOf(link), (id) => this.#select(id));
     this.#card = new RobotCard({
       drive: (pose) => this.#drive(pose),
@@ -87,6 +92,7 @@ export class Dashboard {
     showEndpoints(endpoints);
     showContainers(containers, isAdmin);
     this.#refresh();
+    this.#traffic.follow(this.#mapPath, hasTraffic(containers, this.#me.id, this.#maps.current));
     // Last: a coordinator that is frozen answers late.
     await this.#people.poll(maps.some(({ id }) => id === this.#maps.current) ? this.#mapPath : null);
   }
@@ -188,13 +194,10 @@ export class Dashboard {
   }
 
   #switch(layer, on) {
-    if (layer === "people") this.#stage.renderer.people = on ? this.#people.layer : null;
-    else this.#fleet.layer(layer, on);
-  }
-
-  /** Pick the person at a point of the map. */
-  #pick(point, reach) {
-    this.#people.pick(this.#people.state.at(point, reach)?.id ?? null);
+    const drawn = { people: this.#people, traffic: this.#traffic }[layer]?.layer;
+    if (!drawn) this.#fleet.layer(layer, on);
+    else if (on) this.#stage.renderer.put(layer, drawn);
+    else this.#stage.renderer.remove(layer);
   }
 
   #select(id) {
@@ -205,8 +208,7 @@ export class Dashboard {
   }
 
   #order(pose) {
-    if (this.#tools.current === "drive") this.#drive(pose);
-    else this.#locate(pose);
+    return this.#tools.current === "drive" ? this.#drive(pose) : this.#locate(pose);
   }
 
   #drive(pose) {

@@ -32,6 +32,11 @@ export class Fleet {
     return this.#links.get(this.#selected ?? "") ?? null;
   }
 
+  /** @param {string} id @returns {RobotLink | null} */
+  link(id) {
+    return this.#links.get(id) ?? null;
+  }
+
   /** @param {string | null} id */
   select(id) {
     this.#selected = id;

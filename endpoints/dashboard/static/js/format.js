@@ -15,6 +15,12 @@ export function number(value, digits = 1) {
   return Number.isFinite(value) ? value.toFixed(digits).replace(/^-(0(\.0+)?)$/, "$1") : "–";
 }
 
+/** A time in its largest unit. @param {number} seconds */
+export function duration(seconds) {
+  if (seconds < 60) return `${number(Math.floor(seconds), 0)} s`;
+  return seconds < 3600 ? `${number(Math.floor(seconds / 60), 0)} min` : `${number(Math.floor(seconds / 3600), 0)} h`;
+}
+
 /** @param {number} radians */
 export function degrees(radians) {
   return `${number((radians * 180) / Math.PI, 0)}°`;

@@ -53,6 +53,11 @@ export class People {
     this.#show();
   }
 
+  /** Pick the person at a point of the map, or nobody. @param {{x: number, y: number}} point @param {number} reach [m] */
+  pickAt(point, reach) {
+    this.pick(this.state.at(point, reach)?.id ?? null);
+  }
+
   /** Look again soon: the other lists of the page change less often. */
   async #again() {
     const path = this.#path;

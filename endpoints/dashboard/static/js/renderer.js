@@ -8,7 +8,11 @@ const LEAST = 8; // pixels: a robot seen from afar is still found
 export class Renderer {
   /** @type {MapPicture | null} */ #picture = null;
   /** @type {{from: import("./geometry.js").Point, theta: number | null, colour: string} | null} */ #aim = null;
-  /** @type {import("./people_layer.js").PeopleLayer | null} */ #people = null;
+  /**
+   * What else is drawn: the traffic, below robots, and people, above their paths and goals.
+   * @type {Map<"traffic" | "people", import("./traffic_layer.js").TrafficLayer | import("./people_layer.js").PeopleLayer>}
+   */
+  #layers = new Map();
   /** @type {{column: number, row: number, width: number, height: number}[]} */ #changes = [];
   #asked = false;
   #canvas;
@@ -36,16 +40,22 @@ export class Renderer {
     this.ask();
   }
 
-  /** Set what draws people, or null to hide them. */
-  set people(layer) {
-    this.#people = layer;
-    if (layer) layer.theme = this.#theme;
+  /** Draw people or the traffic. @param {"traffic" | "people"} name */
+  put(name, layer) {
+    layer.theme = this.#theme;
+    this.#layers.set(name, layer);
+    this.ask();
+  }
+
+  /** Draw people or the traffic no longer. @param {"traffic" | "people"} name */
+  remove(name) {
+    this.#layers.delete(name);
     this.ask();
   }
 
   set theme(theme) {
     this.#theme = theme;
-    if (this.#people) this.#people.theme = theme;
+    for (const layer of this.#layers.values()) layer.theme = theme;
     this.#picture?.paint(theme.palette);
     this.ask();
   }
@@ -81,10 +91,11 @@ export class Renderer {
     context.fillStyle = this.#theme.ground;
     context.fillRect(0, 0, this.#view.width, this.#view.height);
     this.#drawMap(context);
+    this.#layers.get("traffic")?.draw(context, this.#view);
     const links = this.#fleet.links.filter((link) => link.connected && link.state.pose);
     for (const link of links) this.#drawSurroundings(context, link);
     for (const link of links) this.#drawTarget(context, link);
-    this.#people?.draw(context, this.#view);
+    this.#layers.get("people")?.draw(context, this.#view);
     for (const link of links) this.#drawRobot(context, link);
     if (this.#aim) target(context, this.#aim.from, this.#aim.theta, this.#aim.colour, this.#theme.halo);
   }
@@ -103,6 +114,12 @@ export class Renderer {
   /** @param {import("./robot_link.js").RobotLink} link */
   colourOf(link) {
     return this.#theme.robots[link.robot.colour % this.#theme.robots.length];
+  }
+
+  /** Colour of the robot with an id, also of one that is not on the map. @param {string} id */
+  colourOfId(id) {
+    const link = this.#fleet.link(id);
+    return link ? this.colourOf(link) : this.#theme.ink;
   }
 
   #drawSurroundings(context, link) {

@@ -50,7 +50,7 @@ async function ask(path, options, read, patience = PATIENCE) {
   }
 }
 
-const json = (response) => response.json();
+const json = (response) => (response.status === 204 ? undefined : response.json());
 const bytes = (response) => response.arrayBuffer();
 const nothing = async () => undefined;
 

@@ -19,6 +19,23 @@ export function line(context, view, points, colour, width) {
   context.stroke();
 }
 
+/** A band over cells of the world: as wide as they are, and joined where they are neighbours. */
+export function band(context, view, cells, size, colour) {
+  if (!cells.length) return;
+  context.beginPath();
+  cells.forEach(([x, y], i) => {
+    const at = view.toScreen({ x, y });
+    const [a, b] = cells[i - 1] ?? [Infinity, Infinity];
+    if (Math.hypot(x - a, y - b) > 1.1 * size) context.moveTo(at.x - 0.01, at.y); // a path without length is not drawn
+    context.lineTo(at.x, at.y);
+  });
+  context.lineJoin = "round";
+  context.lineCap = "round";
+  context.strokeStyle = colour;
+  context.lineWidth = size * view.scale;
+  context.stroke();
+}
+
 /** A dot for each point of the world. */
 export function dots(context, view, points, colour, size) {
   context.fillStyle = colour;

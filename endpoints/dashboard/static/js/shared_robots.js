@@ -21,6 +21,11 @@ export function mayDrive(robot) {
   return Boolean(robot) && robot.role !== "look";
 }
 
+/** The right of the user to change a robot; a robot that is not listed is the user's own. @param {{role: string} | null | undefined} robot */
+export function mayAdminister(robot) {
+  return !robot || robot.role === "administer";
+}
+
 /**
  * The containers of a user, and those of robots that are shared.
  * @param {object[]} containers @param {object[]} robots of `withShared` @param {string} me

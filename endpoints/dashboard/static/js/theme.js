@@ -1,6 +1,6 @@
 /** The colours of the drawing, which are those of the page: light or dark, as the system wants it. */
 
-/** @typedef {{ground: string, ink: string, halo: string, palette: import("./grid.js").Palette, robots: string[]}} Theme */
+/** @typedef {{ground: string, ink: string, halo: string, heat: string, palette: import("./grid.js").Palette, robots: string[]}} Theme */
 
 const ROBOTS = 8;
 
@@ -18,6 +18,7 @@ export function readTheme() {
     ground: read("ground"),
     ink: read("ink"),
     halo: read("halo"),
+    heat: read("heat"),
     palette: { free: colourOf(read("free")), occupied: colourOf(read("occupied")), unknown: colourOf(read("unknown")) },
     robots: Array.from({ length: ROBOTS }, (_, i) => style.getPropertyValue(`--robot-${i}`).trim()),
   };

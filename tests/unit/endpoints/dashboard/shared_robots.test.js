@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 
 import { Refused } from "../../../../endpoints/dashboard/static/js/rest.js";
-import { containersOf, mapsOf, mayDrive, withShared } from "../../../../endpoints/dashboard/static/js/shared_robots.js";
+import { containersOf, mapsOf, mayAdminister, mayDrive, withShared } from "../../../../endpoints/dashboard/static/js/shared_robots.js";
 
 const OWN = [{ id: "tb1", user: "bob", map: "office" }];
 const SHARED = [{ id: "tb1", user: "ann", map: "house" }, { id: "tb2", user: "ann", map: "new:attic" }];
@@ -14,6 +14,11 @@ test("robots of others have their address as their id", () => {
 test("a robot is driven by those whose role is more than to look", () => {
   assert.deepEqual(["look", "drive", "administer"].map((role) => mayDrive({ role })), [false, true, true]);
   assert.deepEqual([null, undefined].map(mayDrive), [false, false]);
+});
+
+test("a robot is changed by its owner and those who administer it", () => {
+  assert.deepEqual(["look", "drive", "administer"].map((role) => mayAdminister({ role })), [false, false, true]);
+  assert.equal(mayAdminister(null), true);
 });
 
 test("containers are those of the user, and of robots that are shared", () => {
