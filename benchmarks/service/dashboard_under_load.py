@@ -1,31 +1,42 @@
 """Measures the dashboard in a browser while robots drive, or takes screenshots of it.
 
-``python -m benchmarks.service.dashboard_under_load [--robots N] [--screenshots FOLDER]``. The first paint is measured
-by the browser with an empty cache; the frame rate is measured for ten seconds with all layers shown.
+``python -m benchmarks.service.dashboard_under_load [--robots N] [--screenshots FOLDER [--traffic]]``.
+The first paint is measured by the browser with an empty cache; the frame rate is measured for ten seconds with all
+layers shown.
 """
 
 import argparse
 import asyncio
 import contextlib
+import itertools
+import re
 import statistics
 import sys
 import tempfile
+from collections.abc import AsyncIterator
 from itertools import pairwise
 from pathlib import Path
 from typing import Literal
 
 from playwright.async_api import Browser, Page, ViewportSize, expect
 
+from ppaas.geometry import Pose2D
 from ppaas.maps.generate import office
 from ppaas.maps.grid import GridMap
 from tests.support.cloud.browser import Eye, browsing, enter
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot, running_cloud
-from tests.support.cloud.drive import driving
+from tests.support.cloud.drive import Drive, driving
 from tests.support.world.places import free_pose, reachable_pose
 
 VISITS = 9
 SECONDS = 10.0
 DESK, PHONE = ViewportSize(width=1280, height=800), ViewportSize(width=390, height=844)
+APART = 1.5
+"""Least distance of robots at their start [m]."""
+
+WAITED = re.compile(r"^([1-9]\d s|\d+ min)$")
+"""The longest time for which robots waited in a cell, once it is at least 10 s."""
+
 ONLINE = '#robots .presence[data-presence="online"]'
 
 
@@ -68,6 +79,66 @@ async def take_screenshots(browser: Browser, url: str, token: str, grid: GridMap
         await context.close()
 
 
+async def take_traffic_screenshot(browser: Browser, url: str, token: str, grid: GridMap, folder: Path) -> None:
+    """Write a screenshot of the dashboard once a robot waits, and robots have waited for some time."""
+    context = await browser.new_context(viewport=DESK, color_scheme="light")
+    page = await context.new_page()
+    await enter(page, url, token)
+    for layer in ("Laser scans", "Particles"):
+        await page.get_by_role("switch", name=layer).uncheck()
+    await expect(page.locator("#traffic-longest")).to_have_text(WAITED, timeout=240_000)
+    await Eye.on(page, grid.info)
+    await expect(page.locator("#traffic")).to_contain_text("Waits for", timeout=60_000)
+    await page.locator("#panel-traffic").scroll_into_view_if_needed()
+    await page.screenshot(path=folder / "traffic.png")
+    await context.close()
+
+
+async def drive_on(drive: Drive, grid: GridMap, number: int) -> None:
+    """Send a robot to one goal after another."""
+    for seed in itertools.count(number, 100):
+        pose = drive.world.robots[0].base.pose
+        await drive.send(reachable_pose(grid, pose, seed, at_least=5.0))
+        await drive.result(timeout=300.0)
+
+
+async def in_traffic(stack: contextlib.AsyncExitStack, cloud: RunningCloud, grid: GridMap, robots: int) -> str:
+    """Make some robots drive in the traffic of a map without end; return their owner's token."""
+    rest = await cloud.admin()
+    await publish_map(rest, "office", grid)
+    starts = standing_apart(grid, robots)
+    drivers = await stack.enter_async_context(cancelled_at_the_end())
+    token = ""
+    for number, start in enumerate(starts):
+        name = f"tb{number + 1}"
+        token = await register_robot(rest, name, "office", start, {"traffic": {}})
+        drive = await stack.enter_async_context(driving(cloud.url, token, name, grid, start, seed=number))
+        drivers.append(asyncio.create_task(drive_on(drive, grid, number)))
+    return token
+
+
+def standing_apart(grid: GridMap, robots: int) -> list[Pose2D]:
+    """Return free poses that are some distance apart."""
+    starts: list[Pose2D] = []
+    for seed in itertools.count(1):
+        pose = free_pose(grid, seed)
+        if all(pose.distance_to(other) > APART for other in starts):
+            starts.append(pose)
+        if len(starts) == robots:
+            return starts
+    raise AssertionError
+
+
+@contextlib.asynccontextmanager
+async def cancelled_at_the_end() -> AsyncIterator[list[asyncio.Task[None]]]:
+    """Return a list of tasks, which are cancelled at the end."""
+    tasks: list[asyncio.Task[None]] = []
+    yield tasks
+    for task in tasks:
+        task.cancel()
+    await asyncio.gather(*tasks, return_exceptions=True)
+
+
 async def under_way(stack: contextlib.AsyncExitStack, cloud: RunningCloud, grid: GridMap, robots: int) -> str:
     """Make some robots drive to distant goals; return their owner's token."""
     rest = await cloud.admin()
@@ -80,12 +151,16 @@ async def under_way(stack: contextlib.AsyncExitStack, cloud: RunningCloud, grid:
     return token
 
 
-async def measure(folder: Path, robots: int, screenshots: Path | None) -> None:
+async def measure(folder: Path, robots: int, screenshots: Path | None, *, traffic: bool) -> None:
     """Start a cloud, a browser and robots; print the measurements, or write the screenshots."""
     grid = office(seed=1, width=24.0, height=16.0)
     async with contextlib.AsyncExitStack() as stack:
         cloud = stack.enter_context(running_cloud(folder))
         browser = await stack.enter_async_context(browsing())
+        if screenshots and traffic:
+            token = await in_traffic(stack, cloud, grid, robots)
+            await take_traffic_screenshot(browser, cloud.url, token, grid, screenshots)
+            return
         if screenshots:
             token = await under_way(stack, cloud, grid, robots)
             await take_screenshots(browser, cloud.url, token, grid, screenshots)
@@ -112,9 +187,12 @@ def main() -> None:
     parser.add_argument(
         "--screenshots", type=Path, metavar="FOLDER", help="write screenshots there instead of measuring"
     )
+    parser.add_argument(
+        "--traffic", action="store_true", help="with --screenshots: robots take part in traffic, and only that is shown"
+    )
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        asyncio.run(measure(Path(folder), arguments.robots, arguments.screenshots))
+        asyncio.run(measure(Path(folder), arguments.robots, arguments.screenshots, traffic=arguments.traffic))
 
 
 if __name__ == "__main__":
