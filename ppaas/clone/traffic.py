@@ -24,9 +24,10 @@ def build_traffic(graph: Graph, layers: MapLayers) -> None:
 
 
 def roadmaps_of(layers: MapLayers) -> MakeRoadmap:
-    """Return the function that makes the roadmaps of a map for robots of a radius and a margin [m]."""
+    """Return the function that makes the roadmaps of a map for robots of a radius [m] and margins."""
     return partial(_roadmap, layers)
 
 
-def _roadmap(layers: MapLayers, radius: float, margin: float) -> MetricRoadmap:
-    return metric_roadmap(clearance_of(layers), layers.grid.info, radius, margin)
+def _roadmap(layers: MapLayers, radius: float, margins: TrafficParameters) -> MetricRoadmap:
+    clearance = radius + margins.margin + margins.wall_margin
+    return metric_roadmap(clearance_of(layers), layers.grid.info, radius, margins.margin, clearance=clearance)

@@ -148,6 +148,7 @@ def metric_roadmap(
     margin: float,
     spacing: float | None = None,
     *,
+    clearance: float | None = None,
     check: Callable[[], None] = proceed,
 ) -> MetricRoadmap:
     """Return the roadmap of a map for robots of a radius.
@@ -172,6 +173,9 @@ def metric_roadmap(
     spacing : float, optional
         Distance of the centres of neighbouring cells [m]; by default a robot's diameter and twice the margin. Two
         robots in neighbouring cells must fit.
+    clearance : float, optional
+        Least distance of robots' ways from lethal cells [m], by default the radius and the margin; more where sensors
+        see walls nearer than the map has them.
     check : callable
         Called between two lattices that are tried; ends the work by raising.
 
@@ -190,7 +194,7 @@ def metric_roadmap(
             f"the map is too large for robots so small: it has {places} places at {spacing:g} m, and at most "
             f"{MOST_PLACES} are allowed; plan on a part of the map"
         )
-    clear = to_lethal >= np.float32(reach)
+    clear = to_lethal >= np.float32(max(reach, clearance or 0.0))
     lattice, moves = best_lattice(Clear(clear, info), bounds, spacing, info.resolution, check)
     if not moves.free.any():
         raise InvalidInput(f"a robot of radius {radius:g} m with a margin of {margin:g} m fits nowhere on the map")

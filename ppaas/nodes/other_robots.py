@@ -50,8 +50,8 @@ def others_of(message: RobotStates, own_radius: float) -> tuple[MovingObstacle, 
     if message.header.frame_id.lstrip("/") != MAP:
         raise TransformError(f"poses of robots must be in frame {MAP!r}, not {message.header.frame_id!r}")
     count = len(message.poses)
-    if len(message.twists) not in {0, count} or len(message.radii) not in {0, count}:
-        raise InvalidInput(f"twists and radii must be empty or have one entry per pose ({count})")
+    if any(len(each) not in {0, count} for each in (message.twists, message.radii, message.granted)):
+        raise InvalidInput(f"twists, radii and granted must be empty or have one entry per pose ({count})")
     twists, radii = message.twists or [Twist()] * count, message.radii or [0.0] * count
     movers = map(mover_of, message.poses, twists, radii)
     return tuple(mover._replace(radius=(mover.radius or own_radius) + OTHERS_MARGIN) for mover in movers)

@@ -31,8 +31,8 @@ LARGEST, FASTEST, FARTHEST, LONGEST = 5.0, 10.0, 20.0, 1000
 ASIDE = frozenset({"stopped", "silent", "stray"})
 """Standings of robots that are obstacles with what they hold."""
 
-MakeRoadmap = Callable[[float, float], MetricRoadmap]
-"""Called with the radius of the largest robot and the margin [m]; returns the roadmap of the map for it."""
+MakeRoadmap = Callable[[float, TrafficParameters], MetricRoadmap]
+"""Called with the radius of the largest robot [m] and the margins; returns the roadmap of the map for it."""
 
 
 class Coordinator:
@@ -180,7 +180,7 @@ class Coordinator:
             self._change_roadmap()
 
     def _change_roadmap(self) -> None:
-        self._map = self._make_roadmap(self._radius, self.parameters.margin)
+        self._map = self._make_roadmap(self._radius, self.parameters)
         self._blocked.clear()
         for member in self.members.values():
             self._holders.let_all_go(member.name)

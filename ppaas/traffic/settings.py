@@ -10,6 +10,8 @@ class TrafficParameters(Parameters, frozen=True):
     ----------
     margin : float
         Distance that a robot may be off its way [m]. Cells are as wide as the largest robot and two margins.
+    wall_margin : float
+        Distance from walls that robots keep in addition [m]: lasers see walls nearer than the map has them.
     patience : float
         Time after which a robot that does not get on counts as an obstacle [s].
     retry : float
@@ -23,6 +25,7 @@ class TrafficParameters(Parameters, frozen=True):
     """
 
     margin: float = 0.1
+    wall_margin: float = 0.1
     patience: float = 15.0
     retry: float = 10.0
     silence: float = 3.0

@@ -8,16 +8,20 @@ import numpy as np
 
 from benchmarks.navigation.goals.clone import MODEL, InProcessClone
 from ppaas.clone.plugins import DEFAULT_CONTROLLER
-from ppaas.clone.traffic import build_traffic
+from ppaas.clone.traffic import build_traffic, roadmaps_of
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.map_layers import MapLayers
-from ppaas.fleet.metric_roadmap import MetricRoadmap, clearance_of, metric_roadmap
+from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.fleet.traffic import TrafficGrants, TrafficReport
+from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped
+from ppaas.messages.ppaas_msgs import RobotState, RobotStates
 from ppaas.nodes import topics
 from ppaas.nodes.base import Payload
+from ppaas.nodes.frames import MAP
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.jobs import run_inline
 from ppaas.robot_model.known_models import robot_model
@@ -31,6 +35,10 @@ EPOCH = 1_000_000.0
 
 DELAY = 0.1
 """Time that a message between a clone and the traffic node takes [s]."""
+
+
+SHARE_RATE = 5.0
+"""Rate at which robots share their positions [Hz]."""
 
 
 class TrafficRobot:
@@ -58,11 +66,27 @@ class TrafficRobot:
         self.goal_since = 0.0
         self.arrived = self.failed = 0
         self.reasons: list[str] = []
+        self._pose = PoseWithCovarianceStamped(Header(frame_id=MAP), PoseWithCovariance(Pose.of(self.body.base.pose)))
+        self._granted = False
+        for topic in (topics.AMCL_POSE, topics.TRAFFIC_REPORT) if obeys else (topics.AMCL_POSE,):
+            self.clone.graph.tap(topic.name, self._hear)
 
     def send_to(self, goal: Pose2D) -> None:
         """Send the robot to a pose."""
         self.goal, self.goal_since = goal, self._world.time()
         self.clone.send_to(goal)
+
+    def _hear(self, _topic: str, message: Payload) -> None:
+        match message:
+            case PoseWithCovarianceStamped():
+                self._pose = message
+            case TrafficReport():
+                self._granted = not message.free and not message.stray
+
+    def state(self) -> RobotState:
+        """Return what the robot shares with the others."""
+        twist = self.body.odometry().twist.twist
+        return RobotState(self._pose.header, self._pose.pose, twist, self.body.base.model.radius, self._granted)
 
     def step(self) -> None:
         """Pass odometry and scans that are due to the clone, and its command to the wheels."""
@@ -130,9 +154,7 @@ class TrafficScene:
         self.world = World(grid, seed, epoch=EPOCH)
         radius = robot_model(MODEL).robot_radius
         self.layers = build_layers(grid, robot_radius=radius)
-        self.roadmap: MetricRoadmap = metric_roadmap(
-            clearance_of(self.layers), grid.info, radius, TrafficParameters().margin
-        )
+        self.roadmap: MetricRoadmap = roadmaps_of(self.layers)(radius, TrafficParameters())
         self.cells = self._largest_part()
         for cell in self.rng.sample(self.cells, robots):
             self.world.add_robot(Pose2D(*self.roadmap.centre(cell), self.rng.uniform(-3.0, 3.0)))
@@ -145,6 +167,7 @@ class TrafficScene:
         if obeys:
             self.start_node()
         self.nearest, self.longest, self._times = 9.0, 0.0, 0.0
+        self._share = Schedule(SHARE_RATE, 0.0)
 
     def start_node(self) -> None:
         """Start a traffic node that knows nothing of any before it."""
@@ -188,9 +211,25 @@ class TrafficScene:
                 self._times += self.world.time() - robot.goal_since
             if robot.goal is not None:
                 self.longest = max(self.longest, self.world.time() - robot.goal_since)
+        if self._share.take(self.world.time()):
+            self._share_poses()
         self._deliver()
         self.world.step()
         self._measure()
+
+    def _share_poses(self) -> None:
+        """Tell each robot where the others are, as the fleet bridges of their containers do."""
+        states = [robot.state() for robot in self.robots]
+        header = Header(stamp=Time.of(self.world.stamp()), frame_id=MAP)
+        for number, robot in enumerate(self.robots):
+            others = [state for other, state in enumerate(states) if other != number]
+            robot.clone.graph.inject(
+                topics.ROBOTS.name,
+                RobotStates(
+                    header, [each.pose.pose for each in others], [each.twist for each in others],
+                    [each.radius for each in others], [each.granted for each in others],
+                ),
+            )  # fmt: skip
 
     def _measure(self) -> None:
         places = np.array([tuple(robot.body.base.body.position) for robot in self.robots])

@@ -56,6 +56,7 @@ class GrantedMoveBaseNode(MoveBaseNode):
         self._granted: GrantedPlanner | None = None
         super().__init__(context, controller=controller, **options)
         controller.planner = self._granted
+        self._surroundings.trust_grants()
         self._wanted: Wanted | None = None
         self._given_way = 0
         self._occupied_since: dict[tuple[float, float], float] = {}

@@ -109,6 +109,8 @@ class Surroundings:
         self._in_odom: dict[str, Pose2D] = {}
         self._others: tuple[MovingObstacle, ...] = ()
         self._others_at = float("-inf")
+        self._keep_away: tuple[bool, ...] = ()
+        self._trusts_grants = False
         self._ahead = AHEAD
 
     def take(
@@ -158,7 +160,12 @@ class Surroundings:
     def _take_robots(self, message: RobotStates, now: float) -> None:
         """Store the poses and velocities of the other robots in the map frame."""
         self._others = others_of(message, self._robot_radius)
+        self._keep_away = tuple(message.granted) or (False,) * len(self._others)
         self._others_at = now
+
+    def trust_grants(self) -> None:
+        """Avoid no robots that drive by grants of the same traffic node as this one: they keep out of its way."""
+        self._trusts_grants = True
 
     def expect_no_scans(self) -> None:
         """Take it that the robot localizes itself, for the text that says what is missing."""
@@ -335,6 +342,8 @@ class Surroundings:
         if now - self._others_at > OTHERS_FRESH:
             return []
         reach = self._local.reach + self._robot_radius + OTHERS_MARGIN
-        distances = [math.hypot(other.x - pose.x, other.y - pose.y) for other in self._others]
+        trusted = self._keep_away if self._trusts_grants else (False,) * len(self._others)
+        others = [other for other, keeps_away in zip(self._others, trusted, strict=True) if not keeps_away]
+        distances = [math.hypot(other.x - pose.x, other.y - pose.y) for other in others]
         # A robot at this robot's own position is its echo.
-        return [other for other, far in zip(self._others, distances, strict=True) if self._robot_radius < far < reach]
+        return [other for other, far in zip(others, distances, strict=True) if self._robot_radius < far < reach]
