@@ -20,7 +20,7 @@ from ppaas.clone.surroundings import LocalCostmapParameters, surroundings_of
 from ppaas.costmap.build_layers import build_layers, without_unknown
 from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.global_parameters import CostParameters, GlobalCostmapParameters, StaticLayerParameters
-from ppaas.costmap.map_layers import MapLayers
+from ppaas.costmap.map_layers import MapLayers, unchanged
 from ppaas.errors import Unavailable
 from ppaas.maps.grid import GridMap
 from ppaas.navigation.parameters import MoveBaseParameters
@@ -36,7 +36,7 @@ from ppaas.nodes.map_server.costmap_filters import (
     check_no_masks,
 )
 from ppaas.nodes.move_base.costmap_topics import CostmapTopics
-from ppaas.nodes.move_base.node import MoveBaseNode, Processors, unchanged
+from ppaas.nodes.move_base.node import MoveBaseNode, Processors
 from ppaas.nodes.move_base.people import SocialLayerParameters
 from ppaas.nodes.move_base.speed_limits import SpeedFilter
 from ppaas.nodes.parameter_server.node import ParameterServerNode
@@ -132,16 +132,9 @@ def build_clone(
     located = _located(given, layers, initial_pose, threads, posegraph)
     state = given.read(StatePublisherParameters, "robot_state_publisher")
     move_base = _move_base(
-        given,
-        driving,
-        body,
-        located,
-        costs=costs,
-        threads=threads,
-        reuse=reuse or ReuseSetup(),
-        maps=layers is None,
+        given, driving, body, located, costs=costs, threads=threads, reuse=reuse or ReuseSetup(), maps=layers is None,
         robot=robot,
-    )
+    )  # fmt: skip
     touring = given.read(WaypointFollowerParameters, "waypoint_follower")
     optional = _optional(given, body, costs, located.names, threads, layers=layers, robot=robot)
     given.refuse_rest()
@@ -191,8 +184,7 @@ def _move_base(
     planner, path_planners = planners_of(driving, given, body)
     recovering = recoveries_of(driving, given)
     local = given.read(LocalCostmapParameters, "local_costmap")
-    social = given.read(SocialLayerParameters, "social_layer")
-    speed_filters = partial(_filters, *_masks(given))
+    social, speed_filters = given.read(SocialLayerParameters, "social_layer"), partial(_filters, *_masks(given))
     speed_filters(layers)
     tracked = given.read(StaticLayerParameters, STATIC_LAYER).track_unknown_space
     adapt = unchanged if tracked else partial(without_unknown, robot_radius=body.robot_radius, costs=costs)

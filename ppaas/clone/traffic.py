@@ -6,7 +6,7 @@ from ppaas.costmap.map_layers import MapLayers
 from ppaas.fleet.metric_roadmap import MetricRoadmap, clearance_of, metric_roadmap
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.traffic.node import TrafficNode
-from ppaas.traffic.coordinator import MakeRoadmap
+from ppaas.traffic.occupancy import MakeRoadmap
 from ppaas.traffic.settings import TrafficParameters
 
 

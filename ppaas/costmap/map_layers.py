@@ -41,3 +41,8 @@ class MapLayers:
     def to_lethal(self) -> NDArray[np.float32]:
         """(height, width) float32 array: distance to the nearest lethal or forbidden cell [m]."""
         return self.distance if self.barred_distance is None else self.barred_distance
+
+
+def unchanged(layers: MapLayers) -> MapLayers:
+    """Return layers as they are."""
+    return layers

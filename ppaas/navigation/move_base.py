@@ -9,15 +9,14 @@ States, patience and recoveries are those of ``move_base.cpp`` (ros-planning/nav
                └─CLEARING◄──────────┘
                    └── no recovery is left ──► ABORTED
 
-It differs in four ways:
+It differs:
 
 - A planning error that no recovery can change (``PlanFailed.final``) aborts the goal at once with its reason.
 - A plan that cannot be renewed while the robot follows it is given up after planner_patience, since the path is
   blocked; move_base would drive up to the obstacle.
-- While the robot's pose is unknown, or a plan is deferred because a better one may become free, the robot stands, the
-  status of the goal gives the reason, and patience does not run out.
-- If the base does not follow commands, the robot stands, the status says so, and it is tried again at intervals; after
-  controller_patience recovery begins.
+- While the robot's pose is unknown or a plan is deferred, the robot stands, and patience does not run out.
+- If the base does not follow commands, the robot stands and tries again at intervals; recovery begins after
+  controller_patience.
 """
 
 from collections import Counter
@@ -221,9 +220,8 @@ class MoveBase:
         self._orders.append(PublishGoal(active.goal, updated=True))
 
     def _on_passed(self, event: PosesPassed) -> None:
-        active = self.goals.active
-        assert active is not None
-        active.goal = replace(active.goal, through=active.goal.through[event.count :])
+        if (active := self.goals.active) is not None:
+            active.goal = replace(active.goal, through=active.goal.through[event.count :])
 
     # -- the control cycle ---------------------------------------------------------------------------------------------
 
@@ -240,9 +238,7 @@ class MoveBase:
             self._recovery_index = 0
         match self.state:
             case State.PLANNING:
-                self._say(self._deferred or "planning")
-                if self._moving:
-                    self._stop()
+                self._pause(self._deferred or "planning")
                 self._request_plan(event.now)
             case State.CONTROLLING if event.no_progress is not None:
                 self._stand(event.now, event.no_progress)
@@ -255,7 +251,7 @@ class MoveBase:
     def _wait(self, event: ControlTick) -> None:
         """Stand still until the pose is known again, and restart patience since nothing was tried."""
         self._restart_patience(event.now)
-        self._pause(event.reason)
+        self._pause(f"waiting: {event.reason}")
 
     def _stand(self, now: float, why: ProgressFailure) -> None:
         """Stand still, since the base does not follow commands; recover after controller_patience."""
@@ -263,12 +259,11 @@ class MoveBase:
             self._recover(now, Trigger.NO_PROGRESS, why.reason)
             return
         self._last_valid_control = now
-        self._pause(why.reason)
+        self._pause(f"waiting: {why.reason}")
 
-    def _pause(self, reason: str) -> None:
-        self._say(f"waiting: {reason}")
-        if self._moving:
-            self._stop()
+    def _pause(self, text: str) -> None:
+        self._say(text)
+        self._rest()
 
     def _restart_patience(self, now: float) -> None:
         """Count planner_patience, controller_patience and oscillation_timeout from now on."""
@@ -314,6 +309,10 @@ class MoveBase:
     def _send(self, velocity: Velocity) -> None:
         self._moving = True
         self._orders.append(SendVelocity(velocity))
+
+    def _rest(self) -> None:
+        if self._moving:
+            self._stop()
 
     def _stop(self) -> None:
         self._moving = False
@@ -398,5 +397,4 @@ class MoveBase:
         self._recovery_index += 1
         self._oscillation.reset(event.now)
         self._restart_planning(event.now)
-        if self._moving:
-            self._stop()
+        self._rest()

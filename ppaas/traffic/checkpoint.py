@@ -26,7 +26,9 @@ class TrafficCheckpoint(msgspec.Struct):
 
 def checkpoint_of(coordinator: Coordinator) -> bytes:
     """Return the checkpoint of a coordinator."""
-    return msgspec.msgpack.encode(TrafficCheckpoint(coordinator.epoch, coordinator.known(), coordinator.goals))
+    return msgspec.msgpack.encode(
+        TrafficCheckpoint(coordinator.epoch, coordinator.occupancy.known(), coordinator.occupancy.goals)
+    )
 
 
 def restore(coordinator: Coordinator, state: bytes, now: float) -> None:
@@ -41,6 +43,6 @@ def restore(coordinator: Coordinator, state: bytes, now: float) -> None:
         read = msgspec.msgpack.decode(state, type=TrafficCheckpoint)
     except msgspec.DecodeError as error:
         raise InvalidInput(f"the checkpoint of the traffic is not valid: {error}") from error
-    coordinator.epoch, coordinator.goals = read.epoch, read.goals
+    coordinator.epoch, coordinator.occupancy.goals = read.epoch, read.goals
     for report in read.reports:
         coordinator.report(report, now)

@@ -19,12 +19,12 @@ def state_of(coordinator: Coordinator, stamp: float, now: float) -> TrafficState
     """
     robots = [_robot(coordinator, member, now) for _, member in sorted(coordinator.members.items())]
     header = Header(stamp=Time.of(stamp), frame_id="map")
-    return TrafficState(header, coordinator.epoch, coordinator.spacing, robots, coordinator.goals)
+    return TrafficState(header, coordinator.epoch, coordinator.spacing, robots, coordinator.occupancy.goals)
 
 
 def _robot(coordinator: Coordinator, member: Member, now: float) -> TrafficRobot:
     report = member.report
-    way = [MapPoint(*coordinator.centre(cell)) for cell in [*sorted(member.base), *member.chain]]
+    way = [MapPoint(*coordinator.occupancy.cells.centre(cell)) for cell in [*sorted(member.base), *member.chain]]
     waited = now - member.waits_since if member.waits_for else 0.0
     return TrafficRobot(
         member.name, _state(member), report.x, report.y, report.theta, way,

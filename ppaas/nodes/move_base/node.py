@@ -10,7 +10,7 @@ import msgspec
 
 from ppaas.controllers.base import Controller
 from ppaas.costmap.costmap import Costmap
-from ppaas.costmap.map_layers import MapLayers
+from ppaas.costmap.map_layers import MapLayers, unchanged
 from ppaas.errors import InvalidInput, PPaaSError, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.messages import nav2_msgs
@@ -54,11 +54,6 @@ from ppaas.recoveries.base import AffectedMaps, Recovery
 from ppaas.thread_budget import Threads
 
 logger = logging.getLogger(__name__)
-
-
-def unchanged(layers: MapLayers) -> MapLayers:
-    """Return layers as they are."""
-    return layers
 
 
 Processors = Callable[[Costmap, str | None], PlanProcessor]
@@ -167,9 +162,8 @@ class MoveBaseNode(Node):
         self._progress_checker = ProgressChecker()
         self._costmap_topics = costmap_topics
         self._surroundings = surroundings
-        self._planner = self._make_planner(
-            context, planner, surroundings, parameters, threads=threads, processor=processor
-        )
+        make = self._make_planner
+        self._planner = make(context, planner, surroundings, parameters, threads=threads, processor=processor)
         self._period = 1.0 / parameters.controller_frequency
         self._machine = MoveBase(parameters, [name for name, _ in recoveries])
         self._topics = ActionTopics(context)

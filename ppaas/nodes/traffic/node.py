@@ -11,7 +11,8 @@ from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
 from ppaas.nodes.message_checks import expect
 from ppaas.traffic.checkpoint import checkpoint_of, restore
-from ppaas.traffic.coordinator import Coordinator, MakeRoadmap
+from ppaas.traffic.coordinator import Coordinator
+from ppaas.traffic.occupancy import MakeRoadmap
 from ppaas.traffic.settings import TrafficParameters
 from ppaas.traffic.state import state_of
 from ppaas.traffic.taking_part import TRAFFIC
@@ -68,7 +69,7 @@ class TrafficNode(Node):
 
     def use_layers(self, layers: MapLayers) -> None:
         """Go on with another version of the map: all robots stop, and are granted cells of the new one."""
-        self._coordinator.use_map(self._make_roadmap(layers))
+        self._coordinator.occupancy.use_map(self._make_roadmap(layers))
 
     def on_message(self, topic: str, message: Payload) -> None:
         """Take the report of a robot; `InvalidInput` if it is not valid, which changes nothing."""
@@ -88,7 +89,8 @@ class TrafficNode(Node):
         if service not in {TAKE_OUT.name, PUT_BACK.name}:
             raise NotFound("service", service, [each.name for each in self.services])
         robot = expect(request, RobotOfTraffic).robot
-        change = self._coordinator.take_out if service == TAKE_OUT.name else self._coordinator.put_back
+        occupancy = self._coordinator.occupancy
+        change = occupancy.take_out if service == TAKE_OUT.name else occupancy.put_back
         change(robot)
         reply(Empty())
 

@@ -1,0 +1,326 @@
+"""Occupancy: the robots of the traffic, the cells that each holds, and who is an obstacle."""
+
+import math
+from collections.abc import Callable, Collection
+
+from msgspec.structs import replace
+
+from ppaas.errors import InvalidInput, NotFound
+from ppaas.fleet.metric_roadmap import MetricRoadmap
+from ppaas.messages.fleet.traffic import MapPoint, TrafficReport
+from ppaas.traffic.holders import Holders
+from ppaas.traffic.members import Arrival, Cell, Member, reached_by
+from ppaas.traffic.settings import TrafficParameters
+
+LARGEST, FASTEST, FARTHEST, LONGEST = 5.0, 10.0, 20.0, 1000
+"""Limits of what a robot may report: its radius [m], speed [m/s], braking distance [m], and number of cells."""
+
+MakeRoadmap = Callable[[float, TrafficParameters], MetricRoadmap]
+"""Called with the radius of the largest robot [m] and the margins; returns the roadmap of the map for it."""
+
+
+class Occupancy:
+    """What robots have reported, and what they hold.
+
+    Parameters
+    ----------
+    make_roadmap : callable
+        Returns the roadmap for robots of a radius.
+    parameters : TrafficParameters
+
+    Attributes
+    ----------
+    members : dict of str to Member
+        Robots by name.
+    holders : Holders
+    map : MetricRoadmap or None
+        Cells of the map; None before there is a robot.
+    outdated : bool
+        Whether the plan has to be made anew, since who takes part or what is blocked has changed.
+    gives_back : set of str
+        Robots that should give back the rest of their ways.
+    goals : int
+        Number of goals reached.
+    """
+
+    def __init__(self, make_roadmap: MakeRoadmap, parameters: TrafficParameters) -> None:
+        self.parameters = parameters
+        self.members: dict[str, Member] = {}
+        self.holders = Holders(self.members)
+        self.map: MetricRoadmap | None = None
+        self.outdated = True
+        self.gives_back: set[str] = set()
+        self.goals = 0
+        self._make_roadmap = make_roadmap
+        self._radius = 0.0
+        self._blocked: dict[Cell, float] = {}
+
+    @property
+    def cells(self) -> MetricRoadmap:
+        """Cells of the map; there is a robot."""
+        assert self.map is not None, "there are no cells before there is a robot"
+        return self.map
+
+    @property
+    def present(self) -> list[Member]:
+        """Robots that no operator has taken out."""
+        return [member for member in self.members.values() if member.standing != "out"]
+
+    def known(self) -> list[TrafficReport]:
+        """Return the newest report of each robot; its way leads over all cells that it may be granted soon."""
+        return [replace(each.report, way=self._may_hold(each), ahead=0) for each in self.members.values()]
+
+    def _may_hold(self, member: Member) -> list[MapPoint]:
+        planned = [cell for cell in member.queue if not isinstance(cell, Arrival)]
+        return [MapPoint(*self.cells.centre(cell)) for cell in [*sorted(member.base), *member.chain, *planned]]
+
+    # -- reports -------------------------------------------------------------------------------------------------------
+
+    def report(self, report: TrafficReport, now: float, epoch: int) -> bool:
+        """Take a report of a robot; return False if it is older than another.
+
+        Parameters
+        ----------
+        report : TrafficReport
+        now : float
+            Time [s].
+        epoch : int
+            Epoch whose grants are known here; of another, the robot knows better what it holds.
+
+        Raises
+        ------
+        InvalidInput
+            A number is not finite, or the counts do not fit each other; nothing is changed.
+        """
+        _check(report)
+        member = self.members.get(report.robot)
+        before = report if member is None else member.report
+        if member is None:
+            member = self._join(report, now)
+        elif report.header.stamp.seconds() <= member.report.header.stamp.seconds():
+            return False
+        elif report.revision != before.revision or report.free or before.free:
+            self._begin_anew(member, report)
+        elif report.epoch != epoch or before.epoch != epoch:
+            self._adopt(member, report)
+        member.report, member.heard_at = report, now
+        self._advance(member, before, now)
+        self._note_goal(member, before, now)
+        self._note_standing(member, now)
+        return True
+
+    def take_out(self, name: str) -> None:
+        """Take a robot out of the traffic: what it holds is free, and nobody waits for it.
+
+        Raises
+        ------
+        NotFound
+            There is no such robot in the traffic.
+        """
+        member = self._member(name)
+        member.standing = "out"
+        self._release(member)
+        self.outdated = True
+
+    def put_back(self, name: str) -> None:
+        """Let a robot that was taken out take part again, where it stands.
+
+        Raises
+        ------
+        NotFound
+            There is no such robot in the traffic.
+        """
+        member = self._member(name)
+        if member.standing == "out":
+            member.standing, member.tries = "joined", 0
+            self._stand(member)
+            self.gives_back.add(name)
+
+    def _member(self, name: str) -> Member:
+        if name not in self.members:
+            raise NotFound("robot of the traffic", name, sorted(self.members))
+        return self.members[name]
+
+    def _join(self, report: TrafficReport, now: float) -> Member:
+        member = Member(report, now, moved_at=now, goal_since=now)
+        self.members[report.robot] = member
+        self._use_radius(report.radius)
+        if report.way:
+            self._adopt(member, report)
+        else:
+            self._stand(member)
+            self._stop_around(member)
+        return member
+
+    def _use_radius(self, radius: float) -> None:
+        """Use a roadmap for a larger robot than those before; all ways begin anew."""
+        if self.map is not None and radius <= self._radius:
+            return
+        self._radius = max(radius, self._radius)
+        self._change_roadmap()
+
+    def use_map(self, make_roadmap: MakeRoadmap) -> None:
+        """Go on with another version of the map; all ways begin anew."""
+        self._make_roadmap = make_roadmap
+        if self.map is not None:
+            self._change_roadmap()
+
+    def _change_roadmap(self) -> None:
+        self.map = self._make_roadmap(self._radius, self.parameters)
+        self._blocked.clear()
+        for member in self.members.values():
+            self.holders.let_all_go(member.name)
+        for member in self.members.values():
+            if member.report.way:
+                self._adopt(member, member.report)
+                self.gives_back.add(member.name)
+            elif member.standing != "out":
+                self._stand(member)
+        self.outdated = True
+
+    def _stand(self, member: Member) -> None:
+        """Let a robot hold the cells that it touches, and nothing else."""
+        self._release(member)
+        report = member.report
+        if not report.free and member.standing != "out":
+            member.base = set(self.cells.touched(report.x, report.y, report.radius))
+        for cell in member.base:
+            self.holders.hold(member.name, cell)
+        self.outdated = True
+
+    def _stop_around(self, member: Member) -> None:
+        """Ask robots that were granted cells which a robot that has just come touches to give them back."""
+        self.gives_back |= {name for cell in member.base for name in self.holders[cell]} - {member.name}
+
+    def _release(self, member: Member) -> None:
+        member.base, member.chain, member.first = set(), [], 0
+        member.queue.clear()
+        member.aim = ""
+        self.holders.let_all_go(member.name)
+
+    def _begin_anew(self, member: Member, report: TrafficReport) -> None:
+        member.report = report
+        self.gives_back.discard(member.name)
+        self._stand(member)
+
+    def _adopt(self, member: Member, report: TrafficReport) -> None:
+        """Take the way that a robot reports for what it holds: it is that of another coordinator."""
+        member.report = report
+        self._stand(member)
+        for point in report.way:
+            cell = self.cells.closest(point.x, point.y)
+            member.chain.append(cell)
+            self.holders.hold(member.name, cell)
+        member.first = report.first
+
+    def _advance(self, member: Member, before: TrafficReport, now: float) -> None:
+        report = member.report
+        if report.revision == before.revision:
+            while member.first < report.first and len(member.chain) > 1:
+                cell = member.chain.pop(0)
+                member.first += 1
+                self.holders.let_go(member.name, cell)
+        if member.base and member.chain and member.reached > 0:
+            base, member.base = member.base, set()
+            for cell in base:
+                self.holders.let_go(member.name, cell)
+        same = report.revision == before.revision
+        gets_on = same and reached_by(report) > reached_by(before)
+        if gets_on or not same or member.ahead == 0 or before.ahead == 0:
+            member.moved_at = now
+        if gets_on:
+            member.tries = 0
+
+    def _note_goal(self, member: Member, before: TrafficReport, now: float) -> None:
+        report = member.report
+        if report.goal_id != before.goal_id:
+            self.goals += bool(before.goal_id) and member.at_goal
+            member.goal_since = now - report.goal_seconds
+            member.refused = ("", "")
+
+    def _note_standing(self, member: Member, now: float) -> None:
+        """Note whether a robot is off its way, or what it found in it."""
+        if member.standing == "out":
+            return
+        if member.report.stray != (member.standing == "stray"):
+            member.standing = "stray" if member.report.stray else "joined"
+            self.outdated = True
+        if member.standing == "silent":
+            member.standing, self.outdated = "joined", True
+        for point in member.report.blocked:
+            self._block(member, point, now + self.parameters.keep_blocked)
+
+    def _block(self, member: Member, point: MapPoint, until: float) -> None:
+        """Plan around a cell in which a robot found something; the robot itself does not drive there."""
+        cell = self.cells.closest(point.x, point.y)
+        self.outdated |= cell not in self._blocked
+        self._blocked[cell] = until
+        if cell in member.chain:
+            self.gives_back.add(member.name)
+
+    # -- who takes part ------------------------------------------------------------------------------------------------
+
+    def watch(self, now: float) -> None:
+        """Set robots aside that do not get on or say nothing, try them again, and forget what is long ago."""
+        p = self.parameters
+        for member in tuple(self.members.values()):
+            silent = now - member.heard_at
+            if silent > p.forget:
+                self._release(member)
+                del self.members[member.name]
+                self.outdated = True
+            elif member.standing == "joined" and silent > p.patience:
+                self._set_aside(member, "silent", now)
+            elif member.standing == "joined" and now - member.moved_at > p.patience:
+                self._set_aside(member, "stopped", now)
+            elif member.standing == "stopped" and now >= member.retry_at and not member.ahead:
+                member.standing, member.moved_at, self.outdated = "joined", now, True
+        for cell in [cell for cell, until in self._blocked.items() if now >= until]:
+            del self._blocked[cell]
+            self.outdated = True
+
+    def _set_aside(self, member: Member, standing: str, now: float) -> None:
+        """Count a robot as an obstacle with all that it holds; ask it to give back what it is not on."""
+        member.standing = "silent" if standing == "silent" else "stopped"
+        member.retry_at = now + self.parameters.retry * 2.0 ** min(member.tries, 3)
+        member.tries += 1
+        self.gives_back.add(member.name)
+        self.outdated = True
+
+    def heads(self) -> dict[str, Cell]:
+        """Return the cells at the ends of ways; robots without a way get the nearest cell that nobody else has."""
+        joined = [member for member in self.members.values() if member.standing == "joined"]
+        heads = {member.name: member.chain[-1] for member in joined if member.chain}
+        taken = set(heads.values())
+        for member in joined:
+            if not member.chain:
+                report = member.report
+                near = self.cells.nearby(report.x, report.y, 2.0 * self.cells.spacing)
+                free = [cell for cell in near if cell not in taken and not self._is_granted(cell, member.name)]
+                if free:
+                    heads[member.name] = free[0]
+                    taken.add(free[0])
+        return heads
+
+    def _is_granted(self, cell: Cell, but: str) -> bool:
+        return any(cell in self.members[name].chain for name in self.holders[cell] - {but})
+
+    def obstacles(self, heads: Collection[str]) -> set[Cell]:
+        """Return the cells that are not planned: where something was found, and those of robots without a head."""
+        aside = (member.held for name, member in self.members.items() if name not in heads)
+        return set(self._blocked).union(*aside)
+
+
+def _check(report: TrafficReport) -> None:
+    """Raise ``InvalidInput`` if a report cannot be used."""
+    points = [*report.way, *report.blocked, report.goal]
+    numbers = [report.x, report.y, report.theta, report.goal_seconds, *(c for each in points for c in (each.x, each.y))]
+    sizes = [report.radius, report.speed, report.braking]
+    if not all(map(math.isfinite, numbers + sizes)):
+        raise InvalidInput(f"a number in the report of robot {report.robot!r} is not finite")
+    if min(sizes) < 0.0 or report.radius > LARGEST or not 0.0 < report.speed <= FASTEST or report.braking > FARTHEST:
+        raise InvalidInput(f"the radius, speed or braking distance of robot {report.robot!r} is out of range")
+    if min(report.epoch, report.grants, report.revision, report.first) < 0 or not 0 <= report.ahead <= len(report.way):
+        raise InvalidInput(f"the numbers of the way of robot {report.robot!r} do not fit each other")
+    if len(report.way) > LONGEST or len(report.blocked) > LONGEST:
+        raise InvalidInput(f"robot {report.robot!r} reports a way of more than {LONGEST} cells")
