@@ -21,10 +21,6 @@ RETRY = 0.5
 NEAR = 0.75
 """Largest distance of a goal from the cell that is taken for it, as a part of the distance between two cells."""
 
-ASIDE = frozenset({"stopped", "silent", "stray"})
-"""Standings of robots that are obstacles with what they hold."""
-
-
 class Coordinator:
     """Grants robots cells in the order of one plan, so that no two are in one cell, and none waits for ever.
 
@@ -172,10 +168,10 @@ class Coordinator:
         if plan.aim(member, cell):
             return
         member.no_way = goal_id
-        if member.chain and not is_connected(self.occupancy.cells.roadmap, member.chain[-1], cell):
+        if not is_connected(self.occupancy.cells.roadmap, plan.end_of(member), cell):
             member.refused = goal_id, "there is no way to it for the robots of the traffic"
             return
-        holders = [name for name in self.occupancy.holders[cell] if self.members[name].standing in ASIDE]
+        holders = [name for name in self.occupancy.holders[cell] if self.occupancy.is_given_up(name)]
         if holders:
             member.refused = goal_id, f"robot {holders[0]} stands on it and does not move"
 

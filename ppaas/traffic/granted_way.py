@@ -120,6 +120,8 @@ class GrantedWay:
         if grants.free and not self.free:
             self.give_back(pose)
             self.free = True
+        if not self._points:
+            self._anchor = pose.x, pose.y
         skipped = max(self.end - grants.first, 0)
         if grants.first <= self.end and not self.free:
             for each in grants.way[skipped:]:

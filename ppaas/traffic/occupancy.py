@@ -15,6 +15,9 @@ from ppaas.traffic.settings import TrafficParameters
 LARGEST, FASTEST, FARTHEST, LONGEST = 5.0, 10.0, 20.0, 1000
 """Limits of what a robot may report: its radius [m], speed [m/s], braking distance [m], and number of cells."""
 
+GIVEN_UP = 3
+"""Number of times that a robot does not get on before goals on which it stands are refused."""
+
 MakeRoadmap = Callable[[float, TrafficParameters], MetricRoadmap]
 """Called with the radius of the largest robot [m] and the margins; returns the roadmap of the map for it."""
 
@@ -183,7 +186,7 @@ class Occupancy:
         self._release(member)
         report = member.report
         if not report.free and member.standing != "out":
-            member.base = set(self.cells.touched(report.x, report.y, report.radius))
+            member.base = set(self.cells.touched(report.x, report.y, report.radius).tolist())
         for cell in member.base:
             self.holders.hold(member.name, cell)
         self.outdated = True
@@ -228,7 +231,7 @@ class Occupancy:
         gets_on = same and reached_by(report) > reached_by(before)
         if gets_on or not same or member.ahead == 0 or before.ahead == 0:
             member.moved_at = now
-        if gets_on:
+        if gets_on and reached_by(report) > 1:  # it is in another cell than where it stood
             member.tries = 0
 
     def _note_goal(self, member: Member, before: TrafficReport, now: float) -> None:
@@ -257,6 +260,11 @@ class Occupancy:
         self._blocked[cell] = until
         if cell in member.chain:
             self.gives_back.add(member.name)
+
+    def is_given_up(self, name: str) -> bool:
+        """Return whether a robot does not get on, although it was tried again."""
+        member = self.members[name]
+        return member.standing in {"stopped", "silent"} and member.tries >= GIVEN_UP
 
     # -- who takes part ------------------------------------------------------------------------------------------------
 

@@ -76,6 +76,10 @@ class PlanAhead:
                 return False
         return True
 
+    def end_of(self, member: Member) -> Cell:
+        """Return the cell in which a robot is at the end of the plan."""
+        return int(self._plan.cells[self._index[member.name]])
+
     def turn_of(self, cell: Cell) -> str:
         """Return the robot that enters a cell next."""
         return self._turns[cell][0]

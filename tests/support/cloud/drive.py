@@ -77,9 +77,10 @@ async def driving(
     seed: int = 0,
     link: ConnectionOptions | None = None,
     client: type[RobotClient] = RobotClient,
+    shared: World | None = None,
 ) -> AsyncIterator[Drive]:
-    """Simulate one Turtlebot and connect it to a cloud with a client class."""
-    world = World(grid, seed)
+    """Simulate one Turtlebot, in a world of its own or in one that others simulate, and connect it to a cloud."""
+    world = World(grid, seed) if shared is None else shared
     simulated = world.add_robot(pose)
     loop = asyncio.get_running_loop()
     async with (
@@ -87,10 +88,9 @@ async def driving(
         RobotClient(url, robot=robot_id, token=token, role="operator", link=link) as operator,
     ):
         drive = Drive(operator, robot, world, Scorer(world))
-        tasks = [
-            asyncio.create_task(Simulator(world).run()),
-            asyncio.create_task(Driver(simulated, robot).run()),
-        ]
+        tasks = [asyncio.create_task(Driver(simulated, robot).run())]
+        if shared is None:
+            tasks.append(asyncio.create_task(Simulator(world).run()))
         await operator.subscribe("move_base/result", MoveBaseActionResult, drive.results.put_nowait)
         await operator.subscribe("move_base/status", GoalStatusArray, partial(setattr, drive, "status"))
         await operator.subscribe("amcl_pose", PoseWithCovarianceStamped, drive.poses.append)

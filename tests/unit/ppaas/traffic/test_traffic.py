@@ -1,0 +1,270 @@
+"""Traffic in simulated time: nobody touches anybody, all get home, and faults change neither."""
+
+from random import Random
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ppaas.traffic import checkpoint
+from ppaas.traffic.coordinator import Coordinator
+from ppaas.traffic.settings import TrafficParameters
+from tests.support.traffic.simulation import Simulation, roadmap_of
+
+AISLES = "\n".join(["." * 12, *["..###.###..."] * 2, "." * 12] * 3)
+
+CASES = {
+    "head-on, with a bay": ("........\n###.####", [((0, 0), (0, 7)), ((0, 7), (0, 0))]),
+    "a swap with one niche": (".....\n#.###", [((0, 0), (0, 4)), ((0, 4), (0, 0))]),
+    "a crossing": (
+        "###.###\n###.###\n.......\n###.###\n###.###",
+        [((2, 0), (2, 6)), ((2, 6), (2, 0)), ((0, 3), (4, 3)), ((4, 3), (0, 3))],
+    ),
+    "an idle robot in the way": (".......\n###.###", [((0, 0), (0, 6)), ((0, 3), None)]),
+}
+
+
+def case(name: str, seed: int) -> Simulation:
+    """Return the simulation of a case that others reported."""
+    text, robots = CASES[name]
+    hall = roadmap_of(text)
+    simulation = Simulation(hall, seed)
+    for start, goal in robots:
+        simulation.add(int(hall.roadmap.numbers[start]), None if goal is None else int(hall.roadmap.numbers[goal]))
+    return simulation
+
+
+def fleet(robots: int, seed: int, **options: float) -> Simulation:
+    """Return robots in a hall with aisles of one lane, which always get new goals."""
+    simulation = Simulation(roadmap_of(AISLES), seed, **options)
+    for cell in simulation.rng.sample(simulation.cells, robots):
+        simulation.add(cell)
+    return simulation
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_all_are_home_in_the_cases_that_others_reported(name: str) -> None:
+    simulation = case(name, 1)
+    simulation.run(90.0, until_home=True)
+    assert simulation.arrived == sum(goal is not None for _, goal in CASES[name][1])
+    assert simulation.nearest > 0.0
+
+
+@settings(max_examples=8)
+@given(st.integers(2, 12), st.integers(0, 1000), st.floats(0.0, 1.0), st.floats(0.0, 0.3), st.floats(0.0, 0.05))
+def test_nobody_touches_anybody_with_late_and_lost_messages(
+    robots: int, seed: int, delay: float, loss: float, stalls: float
+) -> None:
+    simulation = fleet(robots, seed, delay=delay, loss=loss, stalls=stalls)
+    simulation.run(60.0, again=True)
+    assert simulation.nearest > 0.0
+
+
+def test_all_of_a_fleet_reach_goals_and_nobody_waits_for_ever() -> None:
+    simulation = fleet(8, 3)
+    simulation.run(240.0, again=True)
+    assert min(robot.arrived for robot in simulation.robots) >= 3
+    assert simulation.stood < 5.0
+    assert simulation.nearest > 0.0
+
+
+def test_robots_that_stop_for_ever_are_planned_around() -> None:
+    simulation = fleet(8, 4)
+    simulation.run(30.0, again=True)
+    simulation.robots[0].dead = True
+    simulation.run(60.0, again=True)
+    before = simulation.arrived
+    simulation.run(120.0, again=True)
+    assert simulation.coordinator is not None
+    assert simulation.coordinator.members["tb0"].standing in {"stopped", "joined"}
+    assert simulation.arrived - before >= 8
+    assert simulation.nearest > 0.0
+
+
+def test_the_next_node_grants_again_within_two_seconds_and_takes_nothing_back() -> None:
+    simulation = fleet(8, 5)
+    simulation.run(40.0, again=True)
+    simulation.kill_node()
+    simulation.run(10.0, again=True)
+    held = [len(robot.way.held) for robot in simulation.robots]
+    simulation.start_node()
+    simulation.run(2.0, again=True)
+    assert any(robot.way.ahead for robot in simulation.robots)
+    before = simulation.arrived
+    simulation.run(60.0, again=True)
+    assert simulation.arrived > before
+    assert simulation.nearest > 0.0
+    assert max(held) <= 3, "robots drive to the ends of their grants and stand"
+
+
+def test_a_node_that_is_outranked_takes_a_higher_epoch() -> None:
+    simulation = fleet(4, 6)
+    simulation.run(10.0, again=True)
+    old = simulation.coordinator
+    assert old is not None
+    simulation.start_node(old.epoch)
+    simulation.run(10.0, again=True)
+    assert simulation.coordinator is not None and simulation.coordinator.epoch > old.epoch
+    assert simulation.nearest > 0.0
+
+
+def test_a_robot_that_comes_stops_those_that_were_granted_where_it_stands() -> None:
+    simulation = fleet(3, 7)
+    simulation.run(20.0, again=True)
+    driving = next(robot for robot in simulation.robots if robot.way.ahead == 2)
+    end = driving.way.held[-1]
+    simulation.put(end.x, end.y)
+    simulation.run(60.0, again=True)
+    assert simulation.nearest > 0.0
+
+
+def test_a_robot_between_cells_is_led_to_one() -> None:
+    hall = roadmap_of("....\n....")
+    simulation = Simulation(hall, 8)
+    simulation.put(0.3, 0.3, goal=3)
+    simulation.add(7, goal=4)
+    simulation.run(60.0, until_home=True)
+    assert simulation.arrived == 2
+
+
+def test_a_stray_is_led_back() -> None:
+    simulation = fleet(3, 9)
+    simulation.run(20.0, again=True)
+    robot = simulation.robots[0]
+    robot.pose = robot.pose._replace(x=robot.pose.x + 0.28, y=robot.pose.y + 0.1)
+    before = robot.arrived
+    simulation.run(60.0, again=True)
+    assert robot.arrived > before
+
+
+def test_a_goal_that_nobody_can_reach_is_refused() -> None:
+    hall = roadmap_of("...#.")
+    simulation = Simulation(hall, 10)
+    first, _ = simulation.add(0, goal=3), simulation.add(2)
+    simulation.run(10.0)
+    assert first.refused == ["there is no way to it for the robots of the traffic"]
+
+
+def test_a_goal_on_which_a_broken_robot_stands_is_refused_in_the_end() -> None:
+    hall = roadmap_of("......")
+    simulation = Simulation(hall, 11, parameters=TrafficParameters(patience=3.0, retry=1.0))
+    simulation.add(5, goal=0)
+    broken = simulation.add(2, goal=5)
+    broken.dead = True
+    simulation.run(5.0)
+    simulation.robots[0].head_for(*hall.centre(2), simulation.now)
+    simulation.run(60.0)
+    assert simulation.robots[0].refused == ["robot tb1 stands on it and does not move"]
+
+
+def test_a_robot_that_is_alone_drives_freely_until_another_comes() -> None:
+    hall = roadmap_of("......\n......")
+    simulation = Simulation(hall, 12)
+    robot = simulation.add(0, goal=5)
+    simulation.run(3.0)
+    assert robot.way.free
+    simulation.add(11, goal=6)
+    simulation.run(3.0)
+    assert not robot.way.free
+    simulation.run(60.0, until_home=True)
+    assert simulation.arrived == 2
+    assert simulation.nearest > 0.0
+
+
+def test_a_robot_that_is_taken_out_holds_nothing_and_takes_part_again_when_it_is_put_back() -> None:
+    simulation = fleet(3, 13)
+    simulation.run(10.0, again=True)
+    assert simulation.coordinator is not None
+    occupancy = simulation.coordinator.occupancy
+    occupancy.take_out("tb0")
+    assert not occupancy.members["tb0"].held
+    simulation.run(5.0)
+    assert simulation.robots[0].way.free
+    occupancy.put_back("tb0")
+    simulation.run(5.0)
+    assert occupancy.members["tb0"].held and not simulation.robots[0].way.free
+
+
+def test_what_silent_robots_held_by_a_checkpoint_is_held() -> None:
+    simulation = fleet(4, 14)
+    simulation.run(20.0, again=True)
+    coordinator = simulation.coordinator
+    assert coordinator is not None
+    state = checkpoint.checkpoint_of(coordinator)
+    held = coordinator.members["tb0"].held
+    simulation.robots[0].silent = True
+    simulation.start_node()
+    assert simulation.coordinator is not None
+    checkpoint.restore(simulation.coordinator, state, simulation.now)
+    simulation.run(6.0, again=True)
+    assert simulation.coordinator.members["tb0"].held >= held
+    assert simulation.nearest > 0.0
+
+
+def test_a_larger_robot_needs_larger_cells() -> None:
+    radii: list[float] = []
+
+    def make(radius: float, _: TrafficParameters) -> object:
+        radii.append(radius)
+        return roadmap_of("....\n....")
+
+    simulation = fleet(1, 15)
+    simulation.coordinator = Coordinator(make, TrafficParameters())  # type: ignore[arg-type]
+    simulation.run(3.0)
+    simulation.put(1.2, 0.6, radius=0.25)
+    simulation.run(3.0)
+    assert radii == [0.2, 0.25]
+
+
+def test_another_map_begins_all_ways_anew() -> None:
+    simulation = fleet(4, 16)
+    simulation.run(20.0, again=True)
+    before = [robot.way.revision for robot in simulation.robots]
+    assert simulation.coordinator is not None
+    simulation.coordinator.occupancy.use_map(lambda *_: simulation.hall)
+    simulation.run(20.0, again=True)
+    assert all(robot.way.revision > old for robot, old in zip(simulation.robots, before, strict=True))
+    assert simulation.nearest > 0.0
+
+
+def test_cells_in_which_something_is_found_are_planned_around() -> None:
+    hall = roadmap_of("......\n......")
+    simulation = Simulation(hall, 17)
+    robot = simulation.add(0, goal=5)
+    simulation.add(11)
+    simulation.run(3.0)
+    assert simulation.coordinator is not None
+    report = robot.report(simulation.now + 0.01)
+    report.blocked.extend(robot.way.held[-1:])
+    simulation.coordinator.report(report, simulation.now)
+    blocked = hall.closest(report.blocked[0].x, report.blocked[0].y)
+    simulation.run(3.0)
+    assert blocked not in simulation.coordinator.members["tb0"].held
+    simulation.run(60.0, until_home=True)
+    assert robot.arrived == 1
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("x", np.inf), ("radius", -1.0), ("radius", 99.0), ("speed", 0.0), ("ahead", 7), ("revision", -1), ("braking", 1e9)],
+)
+def test_a_report_that_is_not_valid_is_refused(field: str, value: float) -> None:
+    simulation = fleet(2, 18)
+    simulation.run(2.0)
+    coordinator = simulation.coordinator
+    assert coordinator is not None
+    report = simulation.robots[0].report(simulation.now)
+    setattr(report, field, value)
+    before = coordinator.members["tb0"].report
+    with pytest.raises(Exception, match="robot 'tb0'"):
+        coordinator.report(report, simulation.now)
+    assert coordinator.members["tb0"].report is before
+
+
+def test_the_same_seed_gives_the_same_traffic() -> None:
+    one, other = fleet(6, 19), fleet(6, 19)
+    for simulation in (one, other):
+        simulation.rng = Random(1)
+        simulation.run(30.0, again=True)
+    assert [robot.pose for robot in one.robots] == [robot.pose for robot in other.robots]
