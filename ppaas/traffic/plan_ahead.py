@@ -86,8 +86,8 @@ class PlanAhead:
 
     def entered(self, member: Member, cell: Cell) -> None:
         """Remove the next cell of a robot from its queue, and from the order at the cell."""
-        assert member.queue.popleft() == cell
-        assert self._turns[cell].popleft() == member.name
+        left, first = member.queue.popleft(), self._turns[cell].popleft()
+        assert (left, first) == (cell, member.name)
         if not self._turns[cell]:
             del self._turns[cell]
 

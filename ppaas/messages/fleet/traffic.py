@@ -137,7 +137,7 @@ class TrafficRobot(OwnMessage):
     ----------
     robot : str
     state : str
-        ``driving``, ``waiting``, ``idle``, ``free``, ``stopped``, ``stray``, or ``silent``.
+        ``driving``, ``waiting``, ``idle``, ``free``, ``stopped``, ``stray``, ``silent``, or ``out``.
     x, y, theta : float
         Pose in the map frame [m, rad].
     way : list of MapPoint
