@@ -21,6 +21,7 @@ RETRY = 0.5
 NEAR = 0.75
 """Largest distance of a goal from the cell that is taken for it, as a part of the distance between two cells."""
 
+
 class Coordinator:
     """Grants robots cells in the order of one plan, so that no two are in one cell, and none waits for ever.
 

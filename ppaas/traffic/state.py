@@ -6,7 +6,7 @@ from ppaas.traffic.coordinator import Coordinator
 from ppaas.traffic.members import Member
 
 
-def state_of(coordinator: Coordinator, stamp: float, now: float) -> TrafficState:
+def state_of(coordinator: Coordinator, stamp: float, now: float, seconds: float) -> TrafficState:
     """Return the traffic as it is.
 
     Parameters
@@ -16,10 +16,12 @@ def state_of(coordinator: Coordinator, stamp: float, now: float) -> TrafficState
         Time since 1970, for the header [s].
     now : float
         Time by the clock of the coordinator [s].
+    seconds : float
+        Time that it has planned and granted for so far [s].
     """
     robots = [_robot(coordinator, member, now) for _, member in sorted(coordinator.members.items())]
     header = Header(stamp=Time.of(stamp), frame_id="map")
-    return TrafficState(header, coordinator.epoch, coordinator.spacing, robots, coordinator.occupancy.goals)
+    return TrafficState(header, coordinator.epoch, coordinator.spacing, robots, coordinator.occupancy.goals, seconds)
 
 
 def _robot(coordinator: Coordinator, member: Member, now: float) -> TrafficRobot:

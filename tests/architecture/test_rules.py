@@ -21,6 +21,7 @@ VIOLATIONS = [
     (rules.swallowed_errors, "try:\n    f()\nexcept Exception as error:\n    ..."),
     (rules.swallowed_errors, "try:\n    f()\nexcept (OSError, Exception):\n    pass"),
     (rules.swallowed_errors, "with contextlib.suppress(Exception):\n    f()"),
+    (rules.working_assertions, "assert queue.popleft() == cell"),
 ]
 
 ALLOWED = [
@@ -31,6 +32,7 @@ ALLOWED = [
     (rules.swallowed_errors, "try:\n    f()\nexcept TimeoutError:\n    pass"),
     (rules.swallowed_errors, "try:\n    f()\nexcept Exception:\n    logger.exception('f')"),
     (rules.swallowed_errors, "with contextlib.suppress(ConnectionError):\n    f()"),
+    (rules.working_assertions, "assert queue.get() == cell"),
 ]
 
 

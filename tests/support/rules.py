@@ -67,6 +67,25 @@ def io_call_name(function: ast.expr) -> str | None:
     return None
 
 
+CHANGING_METHODS = frozenset(
+    {
+        "add",
+        "append",
+        "appendleft",
+        "clear",
+        "discard",
+        "extend",
+        "insert",
+        "pop",
+        "popitem",
+        "popleft",
+        "remove",
+        "update",
+    }
+)
+"""Methods that change what they are called on."""
+
+
 def long_file(source: Source) -> list[str]:
     """Return the file if it is too long."""
     lines = len(source.text.splitlines())
@@ -100,6 +119,17 @@ def swallowed_errors(source: Source) -> list[str]:
         for node in ast.walk(source.tree)
         if (isinstance(node, ast.ExceptHandler) and catches_all(node.type) and does_nothing(node.body))
         or (isinstance(node, ast.Call) and names(node.func) == {"suppress"} and any(map(catches_all, node.args)))
+    ]
+
+
+def working_assertions(source: Source) -> list[str]:
+    """Return the assertions that change something: containers run without assertions."""
+    return [
+        f"{source.path}:{node.lineno} asserts by .{call.func.attr}()"
+        for node in ast.walk(source.tree)
+        if isinstance(node, ast.Assert)
+        for call in ast.walk(node.test)
+        if isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute) and call.func.attr in CHANGING_METHODS
     ]
 
 

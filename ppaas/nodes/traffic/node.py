@@ -6,7 +6,7 @@ from typing import ClassVar
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import NotFound
 from ppaas.messages.base.message import Empty, Message
-from ppaas.messages.fleet.traffic import GetTraffic, PutBack, RobotOfTraffic, TakeOut, TrafficReport
+from ppaas.messages.fleet.traffic import GetTraffic, PutBack, RobotOfTraffic, TakeOut, TrafficReport, TrafficState
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
 from ppaas.nodes.message_checks import expect
@@ -60,6 +60,7 @@ class TrafficNode(Node):
         super().__init__(context)
         self._make_roadmap = make_roadmap
         self._parameters = parameters
+        self._seconds = 0.0
         self._coordinator = Coordinator(make_roadmap(layers), parameters, now=context.elapsed())
 
     def start(self) -> None:
@@ -84,7 +85,7 @@ class TrafficNode(Node):
             There is no such robot in the traffic.
         """
         if service == GET_TRAFFIC.name:
-            reply(state_of(self._coordinator, self.context.now(), self.context.elapsed()))
+            reply(self._state())
             return
         if service not in {TAKE_OUT.name, PUT_BACK.name}:
             raise NotFound("service", service, [each.name for each in self.services])
@@ -103,9 +104,13 @@ class TrafficNode(Node):
         restore(self._coordinator, state, self.context.elapsed())
 
     def _step(self) -> None:
-        for grants in self._coordinator.step(self.context.elapsed()):
+        began = self.context.elapsed()
+        for grants in self._coordinator.step(began):
             self.context.publish(topics.TRAFFIC_GRANTS.name, grants)
+        self._seconds += self.context.elapsed() - began
+
+    def _state(self) -> TrafficState:
+        return state_of(self._coordinator, self.context.now(), self.context.elapsed(), self._seconds)
 
     def _publish_state(self) -> None:
-        state = state_of(self._coordinator, self.context.now(), self.context.elapsed())
-        self.context.publish(topics.TRAFFIC_STATE.name, state)
+        self.context.publish(topics.TRAFFIC_STATE.name, self._state())

@@ -6,9 +6,11 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.nodes.diagnostics.node import DiagnosticsNode
 from ppaas.nodes.explore.node import ExploreNode
 from ppaas.nodes.follow_path.node import PathFollowingNode
+from ppaas.nodes.granted_move_base.node import GrantedMoveBaseNode
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.grid_slam.node import GridSlamNode
 from ppaas.nodes.topics import CLIENT_TOPIC, TOPICS, policy_of
+from ppaas.nodes.traffic.node import TrafficNode
 from tests.support.world.planar_world import walled_map
 
 CAMERAS = {DEPTH_CAMERA: {}, "octomap_server": {}}
@@ -22,7 +24,8 @@ def test_table_has_exactly_the_topics_of_a_clone() -> None:
     exploring = (*ExploreNode.publishes, *ExploreNode.subscribes)
     monitors = (*NodeMonitorNode.publishes, *DiagnosticsNode.publishes)
     following = (*PathFollowingNode.publishes, *PathFollowingNode.subscribes)
-    others = {topic.name: topic for topic in (*monitors, *following, *GridSlamNode.publishes, *exploring)}
+    traffic = (*GrantedMoveBaseNode.publishes, *GrantedMoveBaseNode.subscribes, *TrafficNode.publishes)
+    others = {topic.name: topic for topic in (*monitors, *following, *GridSlamNode.publishes, *exploring, *traffic)}
     assert graph.topics | others == TOPICS
 
 

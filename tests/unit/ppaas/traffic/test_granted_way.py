@@ -13,7 +13,9 @@ from ppaas.traffic.leg_path import path_along
 START = Pose2D(0.0, 0.0)
 
 
-def grants(number: int, *points: tuple[float, float], first: int = 0, epoch: int = 1, **fields: object) -> TrafficGrants:
+def grants(
+    number: int, *points: tuple[float, float], first: int = 0, epoch: int = 1, **fields: object
+) -> TrafficGrants:
     """Return grants of some cells, 1 m apart."""
     way = [MapPoint(*point) for point in points]
     return TrafficGrants(Header(), "tb1", epoch, number, 0, 1.0, first, way, **fields)  # type: ignore[arg-type]

@@ -247,7 +247,15 @@ def test_cells_in_which_something_is_found_are_planned_around() -> None:
 
 @pytest.mark.parametrize(
     ("field", "value"),
-    [("x", np.inf), ("radius", -1.0), ("radius", 99.0), ("speed", 0.0), ("ahead", 7), ("revision", -1), ("braking", 1e9)],
+    [
+        ("x", np.inf),
+        ("radius", -1.0),
+        ("radius", 99.0),
+        ("speed", 0.0),
+        ("ahead", 7),
+        ("revision", -1),
+        ("braking", 1e9),
+    ],
 )
 def test_a_report_that_is_not_valid_is_refused(field: str, value: float) -> None:
     simulation = fleet(2, 18)
