@@ -1,0 +1,152 @@
+"""Move Base in traffic: it drives as far as it is granted, and gives back what it does not need."""
+
+import pytest
+
+from ppaas.clone.assembly import build_clone
+from ppaas.costmap.build_layers import build_layers
+from ppaas.errors import InvalidParameter
+from ppaas.messages.actionlib_msgs import Status
+from ppaas.nodes.graph import Graph
+from tests.support.traffic.granted_robot import GrantedRobot
+from tests.support.world.planar_world import walled_map
+
+LINE = ((0, 0), (1, 0), (2, 0), (3, 0))
+
+
+def test_it_waits_for_a_traffic_node_and_says_so() -> None:
+    robot = GrantedRobot()
+    robot.send_goal(3, 0)
+    robot.run(2.0)
+    assert robot.text == "waiting: the traffic of the map has not answered yet"
+    assert robot.is_at(0, 0)
+    assert (robot.report.goal_id, robot.report.way) == ("there", [])
+
+
+def test_it_drives_to_the_end_of_its_grants_and_on_when_it_gets_more() -> None:
+    robot = GrantedRobot()
+    robot.send_goal(3, 0)
+    robot.grant(*LINE[:2], goal_id="there", waits_for="tb2")
+    robot.run(4.0)
+    assert robot.is_at(1, 0) and not robot.results
+    robot.grant(*LINE[:2], goal_id="there", waits_for="tb2")
+    robot.run(0.5)
+    assert robot.text == "waiting: tb2 goes first"
+    assert (robot.report.ahead, robot.report.first) == (0, 1)
+    robot.grant(*LINE, goal_id="there", at_goal=True)
+    robot.run(8.0)
+    assert robot.is_at(3, 0)
+    assert [result.status.status for result in robot.results] == [Status.SUCCEEDED]
+    assert robot.report.goal_id == ""
+
+
+def test_one_that_is_alone_drives_freely_until_the_traffic_node_is_silent() -> None:
+    robot = GrantedRobot()
+    robot.send_goal(3, 0)
+    robot.grant(free=True)
+    robot.run(1.0)
+    assert robot.report.free and robot.command.linear.x > 0.0
+    robot.run(4.0)
+    assert not robot.report.free and robot.command.linear.x == 0.0
+    assert robot.text == "waiting: the traffic of the map does not answer"
+
+
+def test_a_refused_goal_is_aborted_with_the_reason() -> None:
+    robot = GrantedRobot()
+    robot.send_goal(3, 0)
+    robot.grant(LINE[0], goal_id="there", refused="robot tb9 stands on it and does not move")
+    robot.run(0.5)
+    (result,) = robot.results
+    assert result.status.status == Status.ABORTED
+    assert "robot tb9 stands on it and does not move" in result.status.text
+
+
+def test_a_refusal_of_an_earlier_goal_does_not_count() -> None:
+    robot = GrantedRobot()
+    robot.send_goal(3, 0, "another")
+    robot.grant(LINE[0], goal_id="there", refused="robot tb9 stands on it and does not move")
+    robot.run(0.5)
+    assert not robot.results
+
+
+def test_one_without_a_goal_gives_way() -> None:
+    robot = GrantedRobot()
+    robot.grant(*LINE[:2])
+    robot.run(5.0)
+    assert robot.is_at(1, 0)
+    assert robot.report.goal_id == "", "the goal of giving way is no goal of the robot"
+    assert robot.report.ahead == 0
+
+
+def test_a_goal_replaces_giving_way() -> None:
+    robot = GrantedRobot()
+    robot.grant(*LINE[:2])
+    robot.run(0.5)
+    robot.send_goal(3, 0)
+    assert robot.report.goal_id == "there"
+    robot.grant(*LINE, goal_id="there", at_goal=True)
+    robot.run(8.0)
+    assert robot.is_at(3, 0)
+
+
+def test_a_cancelled_goal_stops_the_robot_which_gives_back_the_rest() -> None:
+    robot = GrantedRobot()
+    robot.send_goal(3, 0)
+    robot.grant(*LINE, goal_id="there")
+    robot.run(1.5)
+    revision = robot.report.revision
+    robot.cancel()
+    robot.run(1.0)
+    assert robot.command.linear.x == 0.0
+    assert (robot.report.way, robot.report.goal_id) == ([], "")
+    assert robot.report.revision > revision
+
+
+def test_one_that_is_asked_gives_back_its_way_at_a_stop() -> None:
+    robot = GrantedRobot()
+    robot.send_goal(3, 0)
+    robot.grant(*LINE, goal_id="there")
+    robot.run(1.5)
+    revision = robot.report.revision
+    robot.grant(*LINE, goal_id="there", give_back=True)
+    robot.run(1.0)
+    assert (robot.report.revision, robot.report.way) == (revision + 1, [])
+    assert not robot.results, "the goal stays"
+
+
+def test_one_that_is_pushed_off_its_way_stops_and_begins_anew() -> None:
+    robot = GrantedRobot()
+    robot.send_goal(3, 0)
+    robot.grant(*LINE, goal_id="there")
+    robot.run(1.5)
+    revision = robot.report.revision
+    robot.pose = robot.pose._replace(y=robot.pose.y + 0.4)
+    robot.run(0.2)
+    assert robot.report.stray or robot.report.revision > revision
+    robot.run(1.0)
+    assert robot.command.linear.x == 0.0
+    assert (robot.report.stray, robot.report.way) == (False, [])
+    assert robot.report.revision == revision + 1
+
+
+def test_grants_of_other_robots_and_of_earlier_epochs_are_ignored() -> None:
+    robot = GrantedRobot()
+    robot.send_goal(3, 0)
+    robot.grant(LINE[0], epoch=2, goal_id="there")
+    robot.run(0.5)
+    robot.grant(*LINE, epoch=1, goal_id="there")
+    robot.run(0.5)
+    assert (robot.report.epoch, len(robot.report.way)) == (2, 1)
+
+
+@pytest.mark.parametrize("other", [{"follow_path": {}}, {"traffic": {"margin": 3}}, {"traffic": {"reaction": -1.0}}])
+def test_parameters_that_do_not_fit_are_refused(other: dict[str, dict[str, float]]) -> None:
+    with pytest.raises(InvalidParameter):
+        build_clone(
+            Graph(), build_layers(walled_map(4, 4, [])), model="turtlebot2", initial_pose=(1.0, 1.0, 0.0),
+            parameters={"traffic": {}} | other,
+        )  # fmt: skip
+
+
+def test_a_robot_that_makes_a_map_takes_no_part() -> None:
+    with pytest.raises(InvalidParameter, match="does not make one"):
+        build_clone(Graph(), None, model="turtlebot2", initial_pose=(0.0, 0.0, 0.0), parameters={"traffic": {}})
