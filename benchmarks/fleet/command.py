@@ -8,7 +8,7 @@ from robots.cli.benches import Measured
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-HELP = "plans of fleets: CPU time, cost beside the bound, lifelong steps and waits"
+HELP = "plans of fleets: CPU time, cost beside the bound, lifelong steps and waits; simulated robots in traffic"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -20,14 +20,27 @@ def configure(parser: argparse.ArgumentParser) -> None:
         action="append",
         help="map and scenario of MovingAI with a number of robots, again for more (two halls that are made up)",
     )
+    parser.add_argument(
+        "--traffic",
+        nargs=4,
+        metavar=("HALL", "ROBOTS", "MINUTES", "SEED"),
+        action="append",
+        help="instead of plans, simulated robots with real clones in a warehouse or an office, again for more",
+    )
     parser.add_argument("--quick", action="store_true", help="little time: a check that it runs, not for comparison")
 
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     """Return the figures of all cases."""
     from benchmarks.fleet import cases, lifelong, one_shot  # noqa: PLC0415 - ``ppaas bench --help`` loads this
+    from benchmarks.fleet.traffic import measure as traffic  # noqa: PLC0415
     from benchmarks.harness.figures import measured  # noqa: PLC0415
 
+    if arguments.traffic:
+        runs = [traffic.case_of(words) for words in arguments.traffic]
+        return measured(
+            [each for case in progress.track(runs, description="traffic") for each in traffic.measure(case)]
+        )
     chosen = [cases.case_of(words) for words in arguments.case] if arguments.case else cases.MADE
     parts = [part for case in chosen for part in ((one_shot.measure, case), (lifelong.measure, case))]
     return measured(

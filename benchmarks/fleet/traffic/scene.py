@@ -236,6 +236,11 @@ class TrafficScene:
         apart = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1)) + 9.0 * np.eye(len(places))
         self.nearest = min(self.nearest, float(apart.min()) - 2.0 * self.robots[0].body.base.model.radius)
 
+    @property
+    def reasons(self) -> list[str]:
+        """Texts of goals that were not reached, each once."""
+        return sorted({reason for robot in self.robots for reason in robot.reasons})
+
     def outcome(self) -> Outcome:
         """Return what has become of it so far."""
         goals = sum(robot.arrived for robot in self.robots)

@@ -6,6 +6,7 @@ import pytest
 from rich.progress import Progress
 
 from benchmarks.fleet import cases, command
+from benchmarks.fleet.traffic import measure as traffic
 from ppaas.errors import InvalidInput
 from robots.cli.command_parser import CommandParser
 
@@ -39,3 +40,17 @@ def test_all_figures_of_a_case_are_told_and_no_plan_has_a_fault(tmp_path: Path) 
 def test_a_number_of_robots_that_is_none_is_refused(robots: str) -> None:
     with pytest.raises(InvalidInput, match="at least 1"):
         cases.case_of(["m.map", "m.scen", robots])
+
+
+def test_robots_in_traffic_are_measured_beside_one_that_is_alone() -> None:
+    figures = {
+        figure.name.rpartition(": ")[2]: figure for figure in traffic.measure(traffic.TrafficCase("office", 2, 8.0))
+    }
+    assert figures["contacts of robots"].value == 0
+    assert "of 2 robots that are each alone" in figures["goals"].note
+
+
+@pytest.mark.parametrize("words", [["garage", "2", "1", "1"], ["office", "two", "1", "1"]])
+def test_a_wrong_case_of_traffic_is_refused(words: list[str]) -> None:
+    with pytest.raises(InvalidInput):
+        traffic.case_of(words)

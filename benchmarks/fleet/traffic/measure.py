@@ -1,0 +1,87 @@
+"""Robots with real clones in simulated halls: goals, contacts and waits, beside robots that are alone."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from benchmarks.fleet.traffic.scene import TrafficScene
+from benchmarks.harness.figures import Figure
+from ppaas.errors import InvalidInput
+from ppaas.maps.generate import office, warehouse
+from ppaas.maps.grid import GridMap
+
+PART = "traffic"
+
+HALLS = {"warehouse": warehouse, "office": office}
+"""Halls that are made up, by name."""
+
+SHARE = 0.75
+"""Least part of the goals of robots that are alone."""
+
+WAITS = 5.0
+"""Largest ratio of the longest time of a goal to the mean."""
+
+
+@dataclass(frozen=True, slots=True)
+class TrafficCase:
+    """Robots in a hall for some time.
+
+    Parameters
+    ----------
+    hall : str
+        Name of a hall of `HALLS`.
+    robots : int
+    seconds : float
+        Simulated time [s].
+    seed : int
+    """
+
+    hall: str
+    robots: int
+    seconds: float
+    seed: int = 1
+
+    def grid(self) -> GridMap:
+        """Return the map of the hall."""
+        return HALLS[self.hall](self.seed)
+
+
+def case_of(words: list[str]) -> TrafficCase:
+    """Return the case of the words on a command line: hall, robots, minutes, seed.
+
+    Raises
+    ------
+    InvalidInput
+        There is no such hall, or a number is not one.
+    """
+    hall, robots, minutes, seed = words
+    if hall not in HALLS:
+        raise InvalidInput(f"there is no hall {hall!r}; choose one of {', '.join(HALLS)}")
+    try:
+        return TrafficCase(hall, int(robots), 60.0 * float(minutes), int(seed))
+    except ValueError as error:
+        raise InvalidInput(f"robots, minutes and seed must be numbers: {error}") from error
+
+
+def measure(case: TrafficCase) -> Iterator[Figure]:
+    """Run robots by the traffic of their map, and one robot that is alone."""
+    scene = _run(TrafficScene(case.grid(), case.robots, case.seed), case.seconds)
+    alone = _run(TrafficScene(case.grid(), 1, case.seed), case.seconds).outcome()
+    got, name = scene.outcome(), f"{case.hall}, {case.robots}, seed {case.seed}"
+    share = got.goals / max(alone.goals * case.robots, 1)
+    yield Figure(PART, f"{name}: contacts of robots", got.contacts, "", limit=0.0, note=f"nearest {got.nearest:g} m")
+    yield Figure(PART, f"{name}: contacts with walls", got.walls, "", limit=0.0)
+    yield Figure(
+        PART, f"{name}: goals", got.goals, "", limit=SHARE * alone.goals * case.robots, floor=True,
+        note=f"{share:.0%} of {case.robots} robots that are each alone ({alone.goals} goals each)",
+    )  # fmt: skip
+    yield Figure(PART, f"{name}: goals that ended otherwise", got.failed, "", limit=0.0, note="; ".join(scene.reasons))
+    yield Figure(
+        PART, f"{name}: longest open goal", got.longest, "s", limit=round(WAITS * got.mean, 1),
+        note=f"mean of those reached {got.mean:g} s",
+    )  # fmt: skip
+
+
+def _run(scene: TrafficScene, seconds: float) -> TrafficScene:
+    while scene.world.time() < seconds:
+        scene.step()
+    return scene
