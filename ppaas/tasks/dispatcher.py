@@ -1,0 +1,226 @@
+"""Dispatcher: leads the tasks of a user on a map from the queue to their end, as a state machine.
+
+Each leg of a task is one goal of Move Base. Its id follows from the record of the task, which is stored before the goal
+is sent. So a dispatcher that is made from the stored records goes on where an earlier one was killed: it sends the same
+goals again, and Move Base ignores those that it has.
+"""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from msgspec.structs import replace
+
+from ppaas.tasks.assignment import SPEED, Candidate, Distance, assign, straight
+from ppaas.tasks.orders import Cancel, Order, Outcome, RobotNow, Send, Store
+from ppaas.tasks.records import GOALS, Place, Task
+
+MOST_FAILURES = 3
+"""Number of times that robots may fail a task; then it has failed."""
+
+REST = 15.0
+"""Time for which a robot that failed a task gets no other one [s]."""
+
+GONE_AFTER = 30.0
+"""Time after which a robot that is not connected gives its task back [s]."""
+
+
+class Dispatcher:
+    """State machine of the tasks of a user on a map. Its methods are events; they return orders, to be obeyed in turn.
+
+    Parameters
+    ----------
+    tasks : iterable of Task
+        Stored tasks; those that have ended are left out.
+    now : float
+        Time [s since the epoch], as everywhere here.
+    """
+
+    def __init__(self, tasks: Iterable[Task], now: float) -> None:
+        self._tasks: dict[str, Task] = {}
+        self._task_of: dict[str, str] = {}
+        self._robots: dict[str, RobotNow] = {}
+        self._seen: dict[str, float] = {}
+        self._rests_until: dict[str, float] = {}
+        for task in tasks:
+            self.add(task, now)
+
+    @property
+    def tasks(self) -> Mapping[str, Task]:
+        """Tasks that have not ended, by id."""
+        return self._tasks
+
+    # -- events --------------------------------------------------------------------------------------------------------
+
+    def add(self, task: Task, now: float) -> None:
+        """Note a stored task; one that has ended, or is known, is left out."""
+        if not task.is_open or task.id in self._tasks:
+            return
+        self._tasks[task.id] = task
+        if task.robot:
+            self._task_of[task.robot] = task.id
+            self._seen.setdefault(task.robot, now)
+
+    def withdraw(self, task_id: str) -> list[Order]:
+        """Forget a task whose record says that it was cancelled; its robot stops."""
+        task = self._tasks.pop(task_id, None)
+        if task is None or not task.robot:
+            return []
+        del self._task_of[task.robot]
+        return [Cancel(task.robot, task.goal_id)]
+
+    def see(self, robots: Mapping[str, RobotNow], now: float) -> list[Order]:
+        """Note the robots that are connected: all of them, each time."""
+        come = [name for name in robots if name not in self._robots]
+        self._robots = dict(robots)
+        orders: list[Order] = []
+        for name, robot in robots.items():
+            self._seen[name] = now
+            task = self._task(name)
+            strays = {goal for goal in robot.goals if goal.startswith(GOALS)} - {"" if task is None else task.goal_id}
+            orders += [Cancel(name, goal) for goal in sorted(strays)]
+        orders += [self._send(task) for name in come if (task := self._task(name)) is not None]
+        for name in tuple(self._seen):
+            if now - self._seen[name] > GONE_AFTER:
+                orders += self._gone(name, now)
+        return orders
+
+    def goal_ended(self, robot: str, goal_id: str, outcome: Outcome, text: str, now: float) -> list[Order]:
+        """Note the end of a goal; one that is not that of the robot's task changes nothing."""
+        task = self._task(robot)
+        if task is None or task.goal_id != goal_id:
+            return []
+        if outcome == "succeeded":
+            return self._arrived(task, now)
+        reason = f"robot {robot!r}: goal {outcome}" + (f": {text}" if text else "")
+        if outcome == "lost" and task.failures + 1 < MOST_FAILURES:
+            again = replace(task, attempt=task.attempt + 1, failures=task.failures + 1, reason=reason)
+            return [*self._store(again), self._send(again)]
+        self._rests_until[robot] = now + REST
+        return self._failed(task, reason, now)
+
+    def decide(self, now: float, distance: Distance = straight) -> list[Order]:
+        """Give tasks to robots, or to others if that pays; tasks whose deadline has passed fail.
+
+        Parameters
+        ----------
+        now : float
+        distance : callable
+            Returns the length of the way between two places [m].
+        """
+        orders: list[Order] = []
+        for task in tuple(self._tasks.values()):
+            if not task.robot and task.begun is None and task.deadline is not None and now > task.deadline:
+                orders += self._end(task, "failed", "no robot could begin it before its deadline", now)
+        free, tasks = self.candidates(now), self.undecided(now)
+        if not free or not tasks:
+            return orders
+        found = assign(free, tasks, distance, now)
+        busy = {candidate.robot for candidate in free if candidate.remaining > 0.0}
+        moved = [
+            (task, robot)
+            for task in tasks
+            if (robot := _unless(found.get(task.id, ""), busy)) != task.robot
+        ]  # fmt: skip
+        return orders + self._move(moved, now)
+
+    # -- what there is to decide ---------------------------------------------------------------------------------------
+
+    def candidates(self, now: float) -> list[Candidate]:
+        """Return the robots that may begin a task now, or after the one that they keep."""
+        found = []
+        for name, robot in sorted(self._robots.items()):
+            if robot.place is None or robot.is_led or now < self._rests_until.get(name, now):
+                continue
+            task = self._task(name)
+            if task is None or task.state == "assigned":
+                found.append(Candidate(name, robot.place, 0.0, robot.labels))
+            else:
+                found.append(Candidate(name, task.places[-1], _remaining(task, robot.place), robot.labels))
+        return found
+
+    def undecided(self, now: float) -> list[Task]:
+        """Return the tasks that a robot may get now: those without a robot, and those that theirs has not begun."""
+        free = {candidate.robot for candidate in self.candidates(now)}
+        return [task for task in self._tasks.values() if not task.robot or _may_move(task, free)]
+
+    # -- internals -----------------------------------------------------------------------------------------------------
+
+    def _task(self, robot: str) -> Task | None:
+        return self._tasks.get(self._task_of.get(robot, ""))
+
+    def _move(self, moved: list[tuple[Task, str]], now: float) -> list[Order]:
+        """Take tasks from their robots and give them to others; a robot without another task stops."""
+        stopped: list[Order] = []
+        for task, _ in moved:
+            if task.robot:
+                del self._task_of[task.robot]
+                stopped.append(Cancel(task.robot, task.goal_id))
+        given = {robot for _, robot in moved}
+        orders: list[Order] = []
+        for task, robot in moved:
+            changes: dict[str, Any] = {"robot": robot, "attempt": task.attempt + bool(task.robot)}
+            changes |= {"state": "assigned", "assigned": now} if robot else {"state": "queued", "assigned": None}
+            changed = replace(task, **changes)
+            orders += self._store(changed)
+            if robot:
+                self._task_of[robot] = task.id
+                orders.append(self._send(changed))
+        return orders + [order for order in stopped if isinstance(order, Cancel) and order.robot not in given]
+
+    def _arrived(self, task: Task, now: float) -> list[Order]:
+        begun = now if task.begun is None else task.begun
+        task = replace(task, leg=task.leg + 1, state="active", begun=begun, reason="")
+        if task.leg >= task.legs:
+            return self._end(task, "done", "", now)
+        return [*self._store(task), self._send(task)]
+
+    def _gone(self, robot: str, now: float) -> list[Order]:
+        del self._seen[robot]
+        self._rests_until.pop(robot, None)
+        task = self._task(robot)
+        return [] if task is None else self._failed(task, f"robot {robot!r} is not connected any more", now)
+
+    def _failed(self, task: Task, reason: str, now: float) -> list[Order]:
+        """Give a task back, unless it cannot be done by another robot or has failed too often."""
+        failures = task.failures + 1
+        task = replace(task, failures=failures)
+        if task.is_loaded:
+            return self._end(task, "failed", f"{reason}; it carries what it has picked: no other robot can go on", now)
+        if failures >= MOST_FAILURES:
+            return self._end(task, "failed", f"{reason}; robots failed it {failures} times", now)
+        del self._task_of[task.robot]
+        again = replace(task, state="queued", robot="", attempt=task.attempt + 1, assigned=None, reason=reason)
+        return self._store(again)
+
+    def _end(self, task: Task, state: str, reason: str, now: float) -> list[Order]:
+        self._tasks.pop(task.id)
+        if task.robot:
+            del self._task_of[task.robot]
+        changes: dict[str, Any] = {"state": state, "reason": reason, "ended": now}
+        return [Store(replace(task, **changes))]
+
+    def _store(self, task: Task) -> list[Order]:
+        self._tasks[task.id] = task
+        return [Store(task)]
+
+    def _send(self, task: Task) -> Order:
+        return Send(task.robot, task.goal_id, task.target)
+
+
+def _unless(robot: str, busy: set[str]) -> str:
+    return "" if robot in busy else robot
+
+
+def _may_move(task: Task, free: set[str]) -> bool:
+    return task.state == "assigned" and task.robot in free
+
+
+def _remaining(task: Task, place: Place) -> float:
+    """Return about how long the rest of a task takes a robot [s]; more than 0."""
+    way = straight(place, task.target)
+    left, around = task.legs - task.leg - 1, (*task.places[1:], task.places[0])
+    steps = [straight(*pair) for pair in zip(task.places, around, strict=True)]
+    rounds, rest = divmod(left, len(steps))
+    at = task.leg % len(steps)
+    way += rounds * sum(steps) + sum((steps * 2)[at : at + rest])
+    return max(way / SPEED, 0.001)
