@@ -29,6 +29,7 @@ from storage.records import (
     User,
 )
 from storage.sharing_records import Share
+from storage.task_port import TaskStore
 
 __all__ = [
     "CloneStore",
@@ -39,6 +40,7 @@ __all__ = [
     "PlanStore",
     "RobotStore",
     "Store",
+    "TaskStore",
     "UserStore",
 ]
 
@@ -67,7 +69,7 @@ class UserStore(Protocol):
         ...
 
     def remove_user(self, user_id: str) -> None:
-        """Remove a user with all tokens, robots, URDFs, checkpoints, and settings and counts of people.
+        """Remove a user with all tokens, robots, URDFs, checkpoints, tasks, and settings and counts of people.
 
         The removal is atomic: a later user of the same id never sees data of the former one.
         """
@@ -312,7 +314,7 @@ class LeaseStore(Protocol):
         ...
 
 
-class Store(UserStore, RobotStore, PlanStore, HistoryStore, CloneStore, PeopleStore, LeaseStore, Protocol):
+class Store(UserStore, RobotStore, PlanStore, HistoryStore, CloneStore, PeopleStore, TaskStore, LeaseStore, Protocol):
     """A store of everything but maps: many small records."""
 
     def close(self) -> None:

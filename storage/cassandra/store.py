@@ -9,10 +9,17 @@ from storage.cassandra.leases import CassandraLeases
 from storage.cassandra.people import CassandraPeople
 from storage.cassandra.plans.sweep import CassandraSweep
 from storage.cassandra.robots import CassandraRobots
+from storage.cassandra.tasks import CassandraTasks
 
 
 class CassandraStore(
-    CassandraAccounts, CassandraRobots, CassandraHistory, CassandraPeople, CassandraLeases, CassandraSweep
+    CassandraAccounts,
+    CassandraRobots,
+    CassandraHistory,
+    CassandraPeople,
+    CassandraTasks,
+    CassandraLeases,
+    CassandraSweep,
 ):
     """A ``Store`` in a Cassandra keyspace, which any number of processes may use at once.
 
@@ -45,3 +52,4 @@ class CassandraStore(
         self._sweep_tokens(user_id)
         self._sweep_robots(user_id, generation)
         self._sweep_people(user_id, generation)
+        self._sweep_tasks(user_id, generation)

@@ -8,13 +8,14 @@ from storage.memory.history import MemoryHistory
 from storage.memory.leases import MemoryLeases
 from storage.memory.people import MemoryPeople
 from storage.memory.plans import MemoryPlans
+from storage.memory.tasks import MemoryTasks
 from storage.names import check_name, check_robot_map
 from storage.records import CloneCheckpoint, CloneLogChange, RobotRecord, Token, User
 from storage.robot_shares import RobotShares
 from storage.sharing_records import check_grantee
 
 
-class MemoryStore(MemoryPlans, MemoryHistory, MemoryPeople, MemoryLeases, RobotShares):
+class MemoryStore(MemoryPlans, MemoryHistory, MemoryPeople, MemoryTasks, MemoryLeases, RobotShares):
     """A ``Store`` of dictionaries.
 
     Robots and checkpoints are stored as bytes, because they contain dictionaries that a caller may change afterwards.
@@ -24,6 +25,7 @@ class MemoryStore(MemoryPlans, MemoryHistory, MemoryPeople, MemoryLeases, RobotS
         MemoryPlans.__init__(self)
         MemoryHistory.__init__(self)
         MemoryPeople.__init__(self)
+        MemoryTasks.__init__(self)
         MemoryLeases.__init__(self)
         self._lock = threading.Lock()
         self._users: dict[str, User] = {}
@@ -82,6 +84,7 @@ class MemoryStore(MemoryPlans, MemoryHistory, MemoryPeople, MemoryLeases, RobotS
             self._clones = {key: clone for key, clone in self._clones.items() if key[0] != user_id}
             self._logs = {key: logs for key, logs in self._logs.items() if key[0] != user_id}
             self._forget_people(lambda key: key[0] == user_id)
+            self._forget_tasks(lambda group: group[0] == user_id)
 
     def add_token(self, token: Token) -> None:
         """Store a token; ``NotFound`` if its user does not exist."""

@@ -1,4 +1,4 @@
-"""Kinds of records that a migration copies between stores: users, robots, checkpoints, people, plans, history.
+"""Kinds of records that a migration copies between stores: users, robots, checkpoints, people, tasks, plans, history.
 
 Records that belong to no user, such as a checkpoint written after its robot was removed, cannot be reached by any
 request and are not copied.
@@ -17,6 +17,7 @@ from storage.migration.copying import PAGE, Key, RecordKind, by_pages, each
 from storage.people_records import BEFORE_ALL, MapPeople, PeopleCount
 from storage.ports import Store
 from storage.records import CloneCheckpoint, CloneLogChange, PlanRecord, RobotRecord, Token
+from storage.task_records import Group, MapTask
 
 LOG_PAGE = 16
 """Entries of the log of a clone that are copied at once."""
@@ -149,6 +150,13 @@ def _read_counts(store: Store, keys: Sequence[Any]) -> dict[Key, Any]:
     return found
 
 
+def _task_keys(store: Store) -> Iterator[list[Key]]:
+    def of(group: Group) -> Iterator[list[MapTask]]:
+        return by_pages(lambda after: store.tasks(*group, after=after, limit=PAGE), "", lambda record: record.task.id)
+
+    return ([record.key for record in page] for group in store.task_groups() for page in of(group))
+
+
 def _each(keep: Callable[[Store, Any], object]) -> Callable[[Store, Store, Sequence[Any]], None]:
     """Return a function that stores records in a target one by one."""
 
@@ -239,6 +247,13 @@ KINDS: tuple[RecordKind[Store], ...] = (
         lambda _source, target, rows: target.add_people_counts(rows),
         lambda _source, target, row, _before: target.add_people_counts([row]),
         exact=False,
+    ),
+    RecordKind(
+        "tasks",
+        _task_keys,
+        each(lambda store, key: store.task(*key)),
+        _each(lambda target, task: target.put_task(task)),
+        lambda _source, target, task, before: target.put_task(task, instead_of=before),
     ),
     RecordKind(
         "plans",

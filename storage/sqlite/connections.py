@@ -85,6 +85,10 @@ MIGRATIONS: tuple[tuple[Migration, ...], ...] = (
         """CREATE TABLE IF NOT EXISTS leases (name TEXT PRIMARY KEY, holder TEXT NOT NULL, epoch INTEGER NOT NULL,
            beat INTEGER NOT NULL) STRICT, WITHOUT ROWID""",
     ),
+    (
+        """CREATE TABLE IF NOT EXISTS tasks (user TEXT NOT NULL, map TEXT NOT NULL, id TEXT NOT NULL,
+           record BLOB NOT NULL, PRIMARY KEY (user, map, id)) STRICT""",
+    ),
 )
 """Schema migrations, as SQL statements and functions. Entry *n* migrates a file from version *n* to *n* + 1, and is
 never changed after a release."""

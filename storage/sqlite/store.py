@@ -21,11 +21,15 @@ from storage.sqlite.history import SqliteHistory
 from storage.sqlite.leases import SqliteLeases
 from storage.sqlite.people import SqlitePeople
 from storage.sqlite.plans import SqlitePlans
+from storage.sqlite.tasks import SqliteTasks
+
+_OF_USER = ("robots", "robot_shares", "urdfs", "clones", "clone_logs", "people", "people_counts", "tasks")
+"""Tables of what belongs to a user, beside the tokens."""
 
 _NOT_SHARED = "DELETE FROM robot_shares WHERE user = ? AND robot = ?"
 
 
-class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople, SqliteLeases, RobotShares):
+class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople, SqliteTasks, SqliteLeases, RobotShares):
     """A ``Store`` in an SQLite file, which any number of threads and processes may use at once.
 
     Parameters
@@ -48,6 +52,7 @@ class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople, SqliteLeases, RobotS
         SqlitePlans.__init__(self, self._connections, granularity)
         SqliteHistory.__init__(self, self._connections)
         SqlitePeople.__init__(self, self._connections)
+        SqliteTasks.__init__(self, self._connections)
         SqliteLeases.__init__(self, self._connections)
 
     def close(self) -> None:
@@ -93,7 +98,7 @@ class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople, SqliteLeases, RobotS
         with self._connections.writing() as connection:
             if not connection.execute("DELETE FROM users WHERE id = ?", (user_id,)).rowcount:
                 raise NotFound("user", user_id)
-            for table in ("robots", "robot_shares", "urdfs", "clones", "clone_logs", "people", "people_counts"):
+            for table in _OF_USER:
                 connection.execute(f"DELETE FROM {table} WHERE user = ?", (user_id,))
 
     def add_token(self, token: Token) -> None:

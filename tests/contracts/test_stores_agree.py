@@ -8,9 +8,11 @@ from typing import Any
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, rule
+from msgspec.structs import replace
 
 from ppaas.errors import PPaaSError
 from ppaas.people.settings import PeopleSettings
+from ppaas.tasks.records import Task
 from storage.files.store import FileMapStore
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
@@ -19,6 +21,7 @@ from storage.ports import MapStore
 from storage.records import MapRecord, MapVersionRecord, Publication
 from storage.sharing_records import Share
 from storage.sqlite.store import SqliteStore
+from storage.task_records import MapTask
 from tests.reference.plans.map_store import PlainMaps
 from tests.support.storage.records import GivenMap, clone, found_map, house, pgm, plan, put_map, robot, token, user
 
@@ -142,6 +145,26 @@ class StoresAgree(RuleBasedStateMachine):
     @rule(name=names)
     def remove_people(self, name: str) -> None:
         self.same(lambda store: store.remove_people(name))
+
+    @rule(name=names, owner=names, map_id=names, priority=st.integers(0, 2), first=st.booleans())
+    def put_task(self, name: str, owner: str, map_id: str, priority: int, first: bool) -> None:
+        task = Task(id=name, kind="go_to", places=((0.0, 0.0, 0.0),))
+        changed = MapTask(owner, map_id, replace(task, priority=priority))
+        before = None if first else MapTask(owner, map_id, task)
+        self.same(lambda store: store.put_task(changed, instead_of=before))
+
+    @rule(name=names, owner=names, map_id=names, whole=st.booleans())
+    def remove_tasks(self, name: str, owner: str, map_id: str, whole: bool) -> None:
+        if whole:
+            self.same(lambda store: store.remove_tasks(map_id))
+        else:
+            self.same(lambda store: store.remove_task(owner, map_id, name))
+
+    @rule(name=names, owner=names, map_id=names, limit=st.none() | st.integers(0, 3))
+    def look_for_tasks(self, name: str, owner: str, map_id: str, limit: int | None) -> None:
+        self.same(lambda store: store.task(owner, map_id, name))
+        self.same(lambda store: store.tasks(owner, map_id, after=name, limit=limit))
+        self.same(lambda store: store.task_groups())
 
     @rule(name=names, owner=names, after=st.tuples(hours, zones), limit=st.none() | st.integers(0, 3))
     def count(self, name: str, owner: str, after: tuple[int, str], limit: int | None) -> None:

@@ -50,6 +50,8 @@ _TABLES = {
     "plan_fronts": "bucket blob, spot bigint, id text, head blob, PRIMARY KEY (bucket, spot, id)",
     "plans_by_square": """scope blob, x bigint, y bigint, created double, id text,
                           PRIMARY KEY ((scope, x, y), created, id)) WITH CLUSTERING ORDER BY (created DESC, id ASC""",
+    "tasks": """map text, user text, generation int, id text, record blob,
+                PRIMARY KEY (map, user, generation, id)""",
     "leases": "name text PRIMARY KEY, holder text, epoch bigint, beat bigint",
     "links": "shard tinyint, link text, record blob, PRIMARY KEY (shard, link)",
 }

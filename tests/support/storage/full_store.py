@@ -6,14 +6,16 @@ from ppaas.geometry import poses_along
 from ppaas.people.group_names import coordinator_checkpoint
 from ppaas.people.settings import PeopleSettings, Zone
 from ppaas.plans.history import LinkHistory, PlannerHistory
+from ppaas.tasks.records import Task
 from ppaas.traffic.taking_part import traffic_checkpoint
 from storage.people_records import HOUR, MapPeople, PeopleCount
 from storage.ports import MapStore, Store
 from storage.records import PlanRecord, Publication
+from storage.task_records import MapTask
 from tests.support.storage.records import clone, house, pgm, plan, put_map, robot, token, user
 
 USERS = ("ann", "bob", "carl")
-KINDS = ("users", "tokens", "robots", "URDFs", "checkpoints", "people", "counts", "plans", "history", "links")
+KINDS = ("users", "tokens", "robots", "URDFs", "checkpoints", "people", "counts", "tasks", "plans", "history", "links")
 
 ZONE = Zone("door", [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])
 ZONES = ("", "door")
@@ -51,6 +53,9 @@ def fill(store: Store, plans: int = 80, robots: int = 12) -> None:
     store.save_clone(clone(traffic_checkpoint("m0"), user="carl", nodes={"traffic": b"8"}))
     store.save_clone(clone(coordinator_checkpoint("m0"), nodes={"people_coordinator": b"7"}))
     store.add_people_counts(PeopleCount("ann", "m0", HOUR * number, zone, 7) for number in range(50) for zone in ZONES)
+    for number in range(70):
+        task = Task(id=f"k{number}", kind="go_to", places=((1.0, 2.0, 0.5),), labels={"lift": "yes"}, reason="é")
+        store.put_task(MapTask("bob" if number == 0 else "ann", "m0", task))
     store.put_link(LinkHistory("robot-link", 0.02, 1e6, 5, 7.0))
 
 

@@ -13,7 +13,7 @@ from storage.urls.opening import open_map_store, open_store
 
 WRITES = (
     "add_user", "add_token", "put_robot", "put_urdf", "save_clone", "add_plans", "add_history", "put_link", "publish",
-    "roll_back", "put_people_settings", "add_people_counts",
+    "roll_back", "put_people_settings", "add_people_counts", "put_task",
 )  # fmt: skip
 
 
