@@ -9,6 +9,7 @@ from endpoints.services.services import Services
 from engine.processes.background import Background
 from engine.service.idle_watch import IdleWatch
 from engine.service.robot_sessions import RobotSessions
+from engine.service.tasks.runner import TaskRunner
 
 
 class CloudJobs:
@@ -22,9 +23,11 @@ class CloudJobs:
         Places of robots.
     idle : float
         Time without frames after which a robot is disconnected [s]; 0 disables this.
+    tasks : TaskRunner
+        Leads the tasks of robots.
     """
 
-    def __init__(self, services: Services, robots: RobotSessions, idle: float) -> None:
+    def __init__(self, services: Services, robots: RobotSessions, idle: float, tasks: TaskRunner) -> None:
         self._jobs = (
             IdleWatch(robots, idle),
             MapRightsWatch(robots, services),
@@ -32,6 +35,7 @@ class CloudJobs:
             ChangeWatch(services),
             PeopleCounting(services),
             JointMapCoordinator(services),
+            tasks,
         )
         self._background = Background()
 

@@ -252,7 +252,7 @@ async def _start(
         stack.push_async_callback(keeper.stop)
         await keeper.start()
         await machine
-        jobs = CloudJobs(services, engine.sessions, arguments.idle)
+        jobs = CloudJobs(services, engine.sessions, arguments.idle, engine.cloud.task_runner(engine.store))
         stack.push_async_callback(jobs.close)
         jobs.start()
     finally:

@@ -299,6 +299,12 @@ class EndpointCloud:
         """Put a robot of a user back into the traffic of a map."""
         await self._master.call(CloudCalls.put_back, user, map, robot)
 
+    # -- tasks ---------------------------------------------------------------------------------------------------------
+
+    async def tasks_changed(self, user: str, map: str) -> None:  # noqa: A002
+        """Let the master read the tasks of a user on a map again."""
+        await self._master.call(CloudCalls.tasks_changed, user, map)
+
     # -- paths ---------------------------------------------------------------------------------------------------------
 
     async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002

@@ -17,6 +17,8 @@ from engine.service.planning.planning import Planning
 from engine.service.planning_places import PlanningPlaces
 from engine.service.robot_navigation import RobotNavigation
 from engine.service.robot_nodes import RobotNodes
+from engine.service.tasks.robots import TaskRobots
+from engine.service.tasks.runner import TaskNews, TaskRunner
 from engine.service.traffic_groups import TrafficGroups
 from engine.service.views import (
     ContainerView,
@@ -42,6 +44,7 @@ from ppaas.messages.people_coordination import PeopleState, ZoneCount
 from ppaas.messages.ppaas_msgs import NodeHome
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse, UseJointMapRequest, UseJointMapResponse
 from ppaas.people.settings import PeopleSettings
+from storage.ports import Store
 from storage.records import Limits, MapRecord, User
 from storage.versions import OCTOMAP, YAML
 
@@ -78,6 +81,8 @@ class Cloud:
         self._nodes = RobotNodes(self._place_of)
         self._people, self._traffic = PeopleGroups(driver), TrafficGroups(driver)
         self._navigation = RobotNavigation(driver)
+        self._task_news = TaskNews()
+        self._task_robots = TaskRobots(driver, self._task_news.wake.set)
 
     def close(self) -> None:
         """Cancel all timers."""
@@ -87,9 +92,14 @@ class Cloud:
         self._navigation.close()
 
     def place_opened(self, key: str) -> None:
-        """Give the robot of a place the nodes of the groups that it is in; called for adopted places, too."""
+        """Give the robot of a place the nodes of its groups, and tasks; called for adopted places, too."""
         for places in self._groups:
             places.place_opened(key)
+        self._task_robots.place_opened(key)
+
+    def task_runner(self, store: Store) -> TaskRunner:
+        """Return what leads the tasks of this cloud, which are in a store."""
+        return TaskRunner(store, self._task_robots, self._task_news, self._planning.compute_costs)
 
     @property
     def _groups(self) -> tuple[GroupPlaces, ...]:
@@ -298,6 +308,10 @@ class Cloud:
     async def put_back(self, user: str, map: str, robot: str) -> None:  # noqa: A002
         """Put a robot of a user back into the traffic of a map."""
         await self._traffic.put_back(user, map, robot)
+
+    async def tasks_changed(self, user: str, map: str) -> None:  # noqa: A002
+        """Let the tasks of a user on a map be read again, since one was added or cancelled."""
+        self._task_news.tell(user, map)
 
     async def end_groups(self, map: str) -> None:  # noqa: A002
         """End the people coordinators and traffic nodes of a map that no robot uses and that is removed."""

@@ -6,6 +6,7 @@ sends it. Move Base repeats the status of its goals, which then contains the end
 
 import asyncio
 import secrets
+from collections.abc import Callable
 
 import msgspec
 
@@ -60,19 +61,25 @@ class NavigationClient:
         Place of the robot.
     clock : callable
         Returns the time [s since the epoch].
+    goal_ended : callable
+        Called after a goal has ended.
 
     Attributes
     ----------
     place : PlaceLink
         The place.
+    followed : frozenset of str, optional
+        Ids of the goals that Move Base follows or has waiting, also those of other clients; None until it told them.
     localized : Event
         Set once a pose was received.
     """
 
-    def __init__(self, place: PlaceLink, clock: Clock = epoch) -> None:
+    def __init__(self, place: PlaceLink, clock: Clock = epoch, goal_ended: Callable[[], None] = lambda: None) -> None:
         self.place = place
         self.localized = asyncio.Event()
+        self.followed: frozenset[str] | None = None
         self._clock = clock
+        self._goal_ended = goal_ended
         self._goals: dict[str, GoalView] = {}
         self._sequences: dict[int, str] = {}
         self._seen: dict[str, float] = {}
@@ -109,20 +116,24 @@ class NavigationClient:
 
     # -- requests ------------------------------------------------------------------------------------------------------
 
-    def send(self, pose: Pose2D) -> GoalView:
+    def send(self, pose: Pose2D, goal_id: str = "") -> GoalView:
         """Send a goal in the frame ``map``; Move Base drops the goal before it, as in ROS.
+
+        A goal of a given id is sent once.
 
         Raises
         ------
         QuotaExceeded
             Too many goals have not ended, or too many messages to the clone are unacknowledged.
         """
+        if goal_id in self._goals:
+            return self._goals[goal_id]
         if len(self.active()) >= MAX_ACTIVE:
             raise QuotaExceeded(
                 f"a robot may have at most {MAX_ACTIVE} active goals: cancel one, or wait for it to end"
             )
         now = self._clock()
-        goal = GoalView(f"rest-{secrets.token_hex(6)}", (pose.x, pose.y, pose.theta), "pending", "", now)
+        goal = GoalView(goal_id or f"rest-{secrets.token_hex(6)}", (pose.x, pose.y, pose.theta), "pending", "", now)
         target = MoveBaseGoal(PoseStamped(Header(frame_id=MAP), Pose.of(pose)))
         sequence = self._publish(topics.MOVE_BASE_GOAL.name, MoveBaseActionGoal(target, GoalID(id=goal.id)))
         self._sequences[sequence] = goal.id
@@ -145,6 +156,10 @@ class NavigationClient:
             raise Conflict(f"goal {goal_id!r} has ended: {goal.state}")
         self._publish(topics.MOVE_BASE_CANCEL.name, GoalID(id=goal_id))
         return goal
+
+    def cancel_any(self, goal_id: str) -> None:
+        """Cancel a goal, also one of another client; nothing happens if Move Base does not have it."""
+        self._publish(topics.MOVE_BASE_CANCEL.name, GoalID(id=goal_id))
 
     def cancel_all(self) -> None:
         """Cancel all goals of the robot, also those of other clients."""
@@ -176,6 +191,8 @@ class NavigationClient:
     def _on_statuses(self, statuses: GoalStatusArray) -> None:
         for status in statuses.status_list:
             self._update(status)
+        open_now = (status for status in statuses.status_list if not Status(status.status).terminal)
+        self.followed = frozenset(status.goal_id.id for status in open_now)
         now = self._clock()
         for goal in self.active():
             if now - self._seen[goal.id] > SETTLED:
@@ -196,6 +213,7 @@ class NavigationClient:
         self._goals[goal.id] = msgspec.structs.replace(goal, state=state, text=text, ended=self._clock())
         del self._seen[goal.id]
         self._sequences = {number: other for number, other in self._sequences.items() if other != goal.id}
+        self._goal_ended()
 
     def refused(self, topic: str, error: PPaaSError, sequence: int) -> None:
         """End a goal that the clone refused."""

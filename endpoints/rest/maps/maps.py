@@ -127,7 +127,7 @@ async def roll_back_map(
 
 @router.delete("/{map_id}", status_code=204, responses=KNOWN | problems(403, 404, 409))
 async def remove_map(map_id: MapId, services: Provided, user: Caller) -> None:
-    """Remove a map with its versions, stored paths and counts of people; refused (409) while robots use it."""
+    """Remove a map with its versions, stored paths, tasks and counts of people; refused (409) while robots use it."""
     head = await owned_head(services, user, map_id)
     if await robots_in(services, map_id=map_id):
         raise Conflict(f"map {map_id!r} is in use by robots: disconnect them first")
@@ -151,6 +151,7 @@ def _forget_map(store: Store, map_id: str) -> None:
     store.remove_plans(map_id)
     store.remove_history(map_id)
     store.remove_people(map_id)
+    store.remove_tasks(map_id)
     for user in store.users():  # any of them may have had robots on it
         for checkpoint in (coordinator_checkpoint(map_id), traffic_checkpoint(map_id)):
             store.remove_clone(user.id, checkpoint)

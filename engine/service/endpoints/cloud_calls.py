@@ -221,6 +221,16 @@ class CloudCalls(Protocol):
         """
         ...
 
+    async def tasks_changed(self, user: str, map: str) -> None:  # noqa: A002
+        """Let the tasks of a user on a map be read again, since one was added or cancelled.
+
+        Raises
+        ------
+        Unavailable
+            The master does not answer. It reads them later by itself.
+        """
+        ...
+
     async def end_groups(self, map: str) -> None:  # noqa: A002
         """End the people coordinators and traffic nodes of a map that no robot uses and that is removed.
 

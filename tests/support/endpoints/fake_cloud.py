@@ -118,6 +118,7 @@ class FakeCloud:
         self.traffic_states: dict[tuple[str, str], TrafficState] = {}
         self.taken_out: set[tuple[str, str, str]] = set()
         self.maps_without_groups: list[str] = []
+        self.groups_with_changed_tasks: list[tuple[str, str]] = []
         self.reused = ""
         """If set, id of the stored plan that every request returns."""
 
@@ -288,6 +289,9 @@ class FakeCloud:
         if robot not in known:
             raise NotFound("robot", robot, known)
         return robot
+
+    async def tasks_changed(self, user: str, map: str) -> None:  # noqa: A002
+        self.groups_with_changed_tasks.append((user, map))
 
     async def end_groups(self, map: str) -> None:  # noqa: A002
         self.maps_without_groups.append(map)

@@ -1,0 +1,130 @@
+"""Runner of tasks: leads those of all users and maps, in the process of the master."""
+
+import asyncio
+import contextlib
+import logging
+from functools import partial
+
+from engine.processes.background import repeat
+from engine.service.tasks.group import TaskGroup
+from engine.service.tasks.robots import TaskRobots, labels_of
+from engine.service.tasks.ways import Costs, no_ways, ways
+from engine.specs.containers import MapVersion
+from ppaas.clock import Clock, epoch
+from ppaas.errors import NotFound
+from storage.ports import Store
+from storage.task_records import Group
+
+logger = logging.getLogger(__name__)
+
+PERIOD = 1.0
+"""Time between two looks at robots and goals [s]; changed tasks and ended goals are a reason at once."""
+
+PAUSE = 0.05
+"""Least time between two looks [s]."""
+
+SEARCH = 300.0
+"""Time between two searches for users and maps with tasks of which nobody said that they were changed [s]."""
+
+LABELS = 30.0
+"""Time after which the labels of robots are read again [s]."""
+
+
+class TaskNews:
+    """Collects the users and maps whose tasks were changed, and wakes the runner.
+
+    Attributes
+    ----------
+    changed : set of Group
+        Users and maps.
+    wake : Event
+        Set if there is something to do.
+    """
+
+    def __init__(self) -> None:
+        self.changed: set[Group] = set()
+        self.wake = asyncio.Event()
+
+    def tell(self, user: str, map_id: str) -> None:
+        """Note that the tasks of a user on a map were changed in the store."""
+        self.changed.add((user, map_id))
+        self.wake.set()
+
+
+class TaskRunner:
+    """Leads the tasks of all users and maps until cancelled.
+
+    Parameters
+    ----------
+    store : Store
+        Has the tasks, and the robots' properties.
+    robots : TaskRobots
+    news : TaskNews
+    costs : callable
+        Computes costs of ways in a planning container.
+    clock : callable
+        Returns the time [s since the epoch].
+    """
+
+    def __init__(self, store: Store, robots: TaskRobots, news: TaskNews, costs: Costs, clock: Clock = epoch) -> None:
+        self._store = store
+        self._robots = robots
+        self._news = news
+        self._costs = costs
+        self._clock = clock
+        self._groups: dict[Group, TaskGroup] = {}
+        self._labels: dict[tuple[str, str], tuple[float, dict[str, str]]] = {}
+        self._searched_at = float("-inf")
+
+    async def run(self) -> None:
+        """Lead tasks until cancelled."""
+        try:
+            await repeat(self._when_due, PAUSE)
+        finally:
+            self._robots.close()
+
+    async def _when_due(self) -> None:
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(PERIOD):
+                await self._news.wake.wait()
+        self._news.wake.clear()
+        await self.step()
+
+    async def step(self) -> None:
+        """Look at all users and maps with tasks once."""
+        now = self._clock()
+        if now - self._searched_at >= SEARCH:
+            self._news.changed.update(await asyncio.to_thread(self._store.task_groups))
+            self._searched_at = now
+        while self._news.changed:
+            group = self._news.changed.pop()
+            self._groups.setdefault(group, TaskGroup(group, self._store, self._robots)).changed = True
+        self._groups = {key: group for key, group in self._groups.items() if group.is_open(now)}
+        connected = self._robots.connected()
+        there = {(user, robot) for (user, _), robots in connected.items() for robot in robots}
+        self._labels = {key: read for key, read in self._labels.items() if key in there}
+        self._robots.follow_only(set(self._groups))
+        led = [self._lead(group, connected.get(key, {}), now) for key, group in self._groups.items()]
+        for error in await asyncio.gather(*led, return_exceptions=True):
+            if isinstance(error, BaseException):
+                raise error
+
+    async def _lead(self, group: TaskGroup, robots: dict[str, MapVersion], now: float) -> None:
+        user, _ = group.group
+        labels = {robot: await self._labels_of(user, robot, now) for robot in sorted(robots)}
+        measure = partial(ways, self._costs, user, next(iter(robots.values()))) if robots else no_ways
+        await group.step(labels, now, measure)
+
+    async def _labels_of(self, user: str, robot: str, now: float) -> dict[str, str]:
+        """Return the labels of a robot: what its file has as properties."""
+        read_at, labels = self._labels.get((user, robot), (float("-inf"), {}))
+        if now - read_at >= LABELS:
+            labels = await asyncio.to_thread(self._read_labels, user, robot)
+            self._labels[user, robot] = now, labels
+        return labels
+
+    def _read_labels(self, user: str, robot: str) -> dict[str, str]:
+        try:
+            return labels_of(self._store.robot(user, robot).properties)
+        except NotFound:
+            return {}
