@@ -41,6 +41,7 @@ from endpoints.rest.robots import (
     robot_urdf,
     robots,
 )
+from endpoints.rest.tasks import tasks
 from endpoints.rest.traffic import traffic
 from endpoints.rest.users import groups, scoped_tokens, tickets, tokens, users
 from endpoints.rest.viewer import add_viewer
@@ -76,6 +77,7 @@ RESOURCES = (
     people,
     people_history,
     traffic,
+    tasks,
     evaluation,
     models,
     planners,

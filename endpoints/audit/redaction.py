@@ -39,6 +39,7 @@ FIELDS: Mapping[str, tuple[str, ...]] = {
     "put_people_settings": ("rule", "targets", "history", "retention_hours"),
     "change_people_settings": ("rule", "targets", "history", "retention_hours"),
     "follow_people": ("people",),
+    "add_task": ("kind", "places", "rounds", "priority", "deadline", "labels"),
     "resize_container": ("cores",),
     "change_machine": ("labels", "max_containers", "max_memory", "oversubscription", "draining"),
 }

@@ -27,6 +27,7 @@ TAGS = [
     {"name": "maps", "description": "Maps, their versions and their files."},
     {"name": "people", "description": "People whom the caller's robots see on a map."},
     {"name": "traffic", "description": "Traffic of the caller's robots on a map: what each holds, and waits for."},
+    {"name": "tasks", "description": "Tasks on a map, each for any of the caller's robots that can do it."},
     {"name": "robots", "description": "The caller's robots, and those that are shared with the caller."},
     {"name": "plans", "description": "Path requests and stored paths."},
     {"name": "models", "description": "Robot models that robot files may name."},

@@ -29,9 +29,11 @@ from ppaas.errors import NotPermitted
 from ppaas.geometry import Pose2D, poses_along
 from ppaas.mapping.serialization.mapping_file import pack_mapping
 from ppaas.nodes.topics import TOPICS
+from ppaas.tasks.records import Task
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
 from storage.sharing_records import Share
+from storage.task_records import MapTask
 from tests.support.documents import table, text_of
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.fuzzed_rest import operations
@@ -70,6 +72,7 @@ BODIES: dict[str, Any] = {
     "put_people_settings": {"rule": "longest_seen"},
     "change_people_settings": {"history": True},
     "follow_people": {"people": []},
+    "add_task": {"kind": "go_to", "places": [[0.2, 0.1]]},
     "put_plan": {"map": "house", "planner": "astar", "poses": POSES.tolist(), "cost": 7.5},
     "change_plan": {"cost": 3.0},
     "change_machine": {"draining": True},
@@ -137,6 +140,7 @@ async def seeded(passwords: Passwords) -> Seeded:
     cloud.running = [container()]
     for user in USERS.values():
         add_traffic(cloud, user, "house")
+        store.put_task(MapTask(user, "house", Task(id="t1", kind="go_to", places=((0.2, 0.1, 0.0),))))
     cloud.map_file = b"".join(pack_mapping(room_mapping(2)))
     cloud.places[robot_key("ann", "tb1")] = StillPlace()
     goal = cloud.navigation.send_goal("ann", "tb1", Pose2D(0.2, 0.1, 0.0))
@@ -145,7 +149,7 @@ async def seeded(passwords: Passwords) -> Seeded:
         "machine_id": "m1", "container_id": "c1", "planner": "navfn", "node": "amcl", "goal_id": goal.id,
         "endpoint_id": "local-1",
         "number": str(review.number), "grantee": "dora", "group_id": "hall",
-        "recording_id": RECORDING, "robot": "tb1",
+        "recording_id": RECORDING, "robot": "tb1", "task_id": "t1",
         "token": token_id(await services.accounts.login("ann", PASSWORD)),
     }  # fmt: skip
     return Seeded(services, tokens, names)

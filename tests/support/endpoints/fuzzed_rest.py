@@ -17,10 +17,12 @@ from endpoints.accounts.tokens import token_id
 from endpoints.app import create_app
 from endpoints.services.services import Services
 from engine.master.places import robot_key
+from ppaas.tasks.records import Task
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
 from storage.records import Token, User
 from storage.sharing_records import Share
+from storage.task_records import MapTask
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.people import add_group, person
 from tests.support.endpoints.serving import serve
@@ -50,6 +52,7 @@ KNOWN = {
     "group_id": "hall",
     "recording_id": RECORDING,
     "robot": ROBOT,
+    "task_id": "t1",
 }
 """Ids of existing objects by path parameter."""
 
@@ -80,6 +83,7 @@ class FuzzedService:
         self.cloud.groups.clear()
         add_group(self.cloud, "root", MAP, person(1))
         add_traffic(self.cloud, "root", MAP)
+        store.put_task(MapTask("root", MAP, Task(id="t1", kind="go_to", places=((1.0, 1.0, 0.0),))))
 
     def _refill_map(self) -> None:
         """Publish the map and propose a version of it, if requests have changed it or closed the review."""

@@ -187,6 +187,7 @@ def with_a_store() -> list[tuple[str, str]]:
         "group_id": "hall",
         "recording_id": "x",
         "robot": "tb1",
+        "task_id": "t1",
     }
     return [
         (method.upper(), path.format(**known))
@@ -214,6 +215,7 @@ BODIES: dict[str, object] = {
     "/v1/robots/tb1/map": {"publish": "house"},
     "/v1/maps/house/people/settings": {"rule": "nearest"},
     "/v1/maps/house/people/follow": {"people": []},
+    "/v1/maps/house/tasks": {"kind": "go_to", "places": [[1, 1]]},
     "/v1/maps/house/reviews/1/approve": {},
     "/v1/maps/house/reviews/1/refuse": {"why": "no"},
     "/v1/maps/house/cost_matrix": {"starts": [[0, 0]], "goals": [[1, 1]]},

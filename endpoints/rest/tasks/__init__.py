@@ -1,0 +1,1 @@
+"""Routes of the tasks of the caller's robots on a map."""

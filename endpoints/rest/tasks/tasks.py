@@ -1,0 +1,144 @@
+"""Routes of tasks: what any capable robot of the caller on a map is to do."""
+
+import secrets
+from collections.abc import Iterator
+from contextlib import suppress
+from itertools import islice
+from typing import Annotated, Any, ClassVar
+
+from fastapi import APIRouter, Depends, Path, Query, Request
+from msgspec.structs import replace
+from starlette.concurrency import run_in_threadpool
+
+from endpoints.rest.dependencies import Caller, Provided, readable_head
+from endpoints.rest.names import MapId, Name
+from endpoints.rest.openapi import BODY, KNOWN, problems
+from endpoints.rest.paging import DEFAULT_LIMIT, Cursor, Limit, Page, Paging
+from endpoints.rest.strict_json import StrictRoute
+from endpoints.rest.tasks.schemas import TaskAnswer, TaskFile, TaskFilter
+from endpoints.services.services import Services
+from ppaas.clock import epoch
+from ppaas.errors import Conflict, QuotaExceeded, Unavailable
+from storage.ports import TaskStore
+from storage.task_records import MapTask, changed_meanwhile
+
+router = APIRouter(prefix="/maps/{map_id}/tasks", tags=["tasks"], route_class=StrictRoute)
+
+MOST_OPEN = 1000
+"""Limit of the tasks of a user on a map that have not ended."""
+
+READ_AT_ONCE = 128
+"""Tasks that are read from the store at once."""
+
+ATTEMPTS = 8
+"""Number of attempts to cancel a task that changes at the same time."""
+
+TaskId = Annotated[Name, Path(examples=["018f3c2ab4d0-5e1c9a02"])]
+
+
+class TaskPaging(Paging):
+    """Parameters of a page of tasks: those of every list, and the state that is sought.
+
+    Parameters
+    ----------
+    request, limit, cursor
+        As in every list.
+    state : str, optional
+        Only tasks in this state; ``open``: all that have not ended.
+    """
+
+    filters: ClassVar[frozenset[str]] = frozenset({"state"})
+
+    def __init__(
+        self,
+        request: Request,
+        limit: Limit = DEFAULT_LIMIT,
+        cursor: Cursor = None,
+        state: Annotated[
+            TaskFilter | None, Query(description="Only tasks in this state; `open`: all that have not ended")
+        ] = None,
+    ) -> None:
+        super().__init__(request, limit, cursor)
+        self._state = state
+
+    def seeks(self, record: MapTask) -> bool:
+        """Return whether a task is in the list."""
+        return self._state in {None, record.task.state} or (self._state == "open" and record.task.is_open)
+
+
+@router.post("", status_code=201, response_model=TaskAnswer, responses=KNOWN | BODY | problems(404, 429))
+async def add_task(map_id: MapId, file: TaskFile, services: Provided, user: Caller) -> TaskAnswer:
+    """Add a task: one of the caller's robots on the map does it, the best one that has its labels.
+
+    It is kept if no robot is connected, and for 7 days after its end.
+    """
+    await readable_head(services, user, map_id)
+    now = epoch()
+    record = MapTask(user.id, map_id, file.task(f"{int(now * 1000.0):012x}-{secrets.token_hex(4)}", now))
+    await run_in_threadpool(_add, services.store, record)
+    await _tell(services, record)
+    return TaskAnswer.of(record)
+
+
+@router.get("", response_model=Page[TaskAnswer], responses=KNOWN | problems(404))
+async def list_tasks(
+    map_id: MapId, services: Provided, user: Caller, paging: Annotated[TaskPaging, Depends()]
+) -> dict[str, Any]:
+    """List the caller's tasks on a map, oldest first."""
+    await readable_head(services, user, map_id)
+    after = paging.key(str, "")
+    records = await run_in_threadpool(_page, services.store, (user.id, map_id), after, paging)
+    return paging.page([TaskAnswer.of(record) for record in records], lambda answer: answer.id)
+
+
+@router.get("/{task_id}", response_model=TaskAnswer, responses=KNOWN | problems(404))
+async def show_task(map_id: MapId, task_id: TaskId, services: Provided, user: Caller) -> TaskAnswer:
+    """Show a task: who does it, and what became of it."""
+    await readable_head(services, user, map_id)
+    return TaskAnswer.of(await run_in_threadpool(services.store.task, user.id, map_id, task_id))
+
+
+@router.delete("/{task_id}", response_model=TaskAnswer, responses=KNOWN | problems(404, 409))
+async def cancel_task(map_id: MapId, task_id: TaskId, services: Provided, user: Caller) -> TaskAnswer:
+    """Cancel a task: its robot stops within a second. It stays in the list, as one that has ended."""
+    await readable_head(services, user, map_id)
+    record = await run_in_threadpool(_cancel, services.store, (user.id, map_id, task_id))
+    await _tell(services, record)
+    return TaskAnswer.of(record)
+
+
+def _add(store: TaskStore, record: MapTask) -> None:
+    if sum(one.task.is_open for one in store.tasks(record.user, record.map)) >= MOST_OPEN:
+        raise QuotaExceeded(
+            f"a user may have {MOST_OPEN} tasks on a map that have not ended: cancel some, or wait until some are done"
+        )
+    store.put_task(record)
+
+
+def _cancel(store: TaskStore, key: tuple[str, str, str]) -> MapTask:
+    for _ in range(ATTEMPTS):
+        before = store.task(*key)
+        if not before.task.is_open:
+            raise Conflict(f"task {key[2]!r} has ended already: it is {before.task.state}")
+        after = replace(before, task=replace(before.task, state="cancelled", ended=epoch(), reason=""))
+        with suppress(Conflict):
+            store.put_task(after, instead_of=before)
+            return after
+    raise changed_meanwhile(key[2])
+
+
+async def _tell(services: Services, record: MapTask) -> None:
+    """Let the master read the tasks; without one, that which leads next does."""
+    with suppress(Unavailable):
+        await services.cloud.tasks_changed(record.user, record.map)
+
+
+def _page(store: TaskStore, group: tuple[str, str], after: str, paging: TaskPaging) -> list[MapTask]:
+    """Return the tasks of a page, and one more if there is one; blocks."""
+    return list(islice(filter(paging.seeks, _read(store, group, after)), paging.fetch_limit))
+
+
+def _read(store: TaskStore, group: tuple[str, str], after: str) -> Iterator[MapTask]:
+    while records := store.tasks(*group, after=after, limit=READ_AT_ONCE):
+        yield from records
+        after = records[-1].task.id
