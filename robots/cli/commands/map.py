@@ -1,4 +1,4 @@
-"""Command ``ppaas map``: publishes, lists, shows, changes, compares, reviews, merges, fetches and deletes maps."""
+"""Command ``ppaas map``: publishes, lists, shows, changes, compares, reviews, merges and deletes maps; adds tasks."""
 
 import argparse
 import sys
@@ -11,7 +11,7 @@ from robots.cli import event_loop
 from robots.cli.output import show
 from robots.cli.resource import Resource
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
-from robots.cli.verbs import map_merge, map_reviews, map_traffic
+from robots.cli.verbs import map_merge, map_reviews, map_tasks, map_traffic
 from robots.cli.verbs.map_versions import delete_version, diff, list_versions, roll_back, whole_version
 from robots.client.rest_paths import path_of
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from robots.client.rest import RestClient
 
 NAME = "map"
-HELP = "publish, list, show, change, compare, review, merge, roll back, fetch and delete maps; show their traffic"
+HELP = "publish, list, show, change, compare, review, merge, roll back, fetch and delete maps; traffic and tasks on a map"
 
 MAPS = Resource(
     "maps",
@@ -69,6 +69,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         add_session_arguments(verb)
     map_reviews.configure(verbs)
     map_merge.configure(verbs)
+    map_tasks.configure(verbs)
     map_traffic.configure(verbs)
     _add_version_verbs(verbs.add_parser("version", help="delete a version of a map"))
 
@@ -192,4 +193,5 @@ _VERBS = {
     "approve": map_reviews.approve,
     "refuse": map_reviews.refuse,
     "traffic": map_traffic.traffic,
+    "task": map_tasks.task,
 }
