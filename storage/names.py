@@ -41,6 +41,20 @@ def check_name(kind: str, name: str) -> str:
     return name
 
 
+Group = tuple[str, str]
+"""User and map: whose robots, and where."""
+
+
+def check_group(user: str, map_id: str) -> Group:
+    """Return a user and a map; ``InvalidInput`` if a name is not valid."""
+    return check_name("user", user), check_name("map", map_id)
+
+
+def check_task_key(user: str, map_id: str, task_id: str) -> tuple[str, str, str]:
+    """Return the key of a task; ``InvalidInput`` if a name is not valid."""
+    return *check_group(user, map_id), check_name("task", task_id)
+
+
 def check_robot_map(name: str) -> str:
     """Return the map of a robot, if it is a valid id, or ``new:`` with one.
 

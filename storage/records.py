@@ -1,10 +1,11 @@
-"""Records of the stores: users, tokens, maps, robots, plans, checkpoints and leases."""
+"""Records of the stores: users, tokens, maps, robots, plans, checkpoints, tasks and leases."""
 
 from typing import Any, Literal
 
 import msgspec
 
-from ppaas.errors import InvalidInput
+from ppaas.errors import Conflict, InvalidInput
+from ppaas.tasks.records import Task
 from storage.names import check_name
 from storage.sharing_records import Share, TokenScope
 
@@ -327,6 +328,23 @@ class CloneLogChange(msgspec.Struct, frozen=True):
     log: str
     entries: dict[int, bytes] = {}
     obsolete: list[int] = []
+
+
+class MapTask(msgspec.Struct, frozen=True):
+    """A task of a user on a map."""
+
+    user: str
+    map: str
+    task: Task
+
+    @property
+    def key(self) -> tuple[str, str, str]:
+        """User, map and id."""
+        return self.user, self.map, self.task.id
+
+    def changed_meanwhile(self) -> Conflict:
+        """Return the error of a task that another process changed first."""
+        return Conflict(f"task {self.task.id!r} has been changed meanwhile: read it again and retry")
 
 
 class Lease(msgspec.Struct, frozen=True):

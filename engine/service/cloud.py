@@ -1,12 +1,14 @@
 """Facade of the engine for the endpoints: passes each request to the part of the engine that answers it."""
 
 from collections.abc import Callable
+from functools import partial
 
 from engine.master.places import robot_key
 from engine.master.quotas import Quotas
 from engine.service.group_places import GroupPlaces
 from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import MasterDriver
+from engine.service.navigation_client import NavigationClient
 from engine.service.news.news import News, NewsKind
 from engine.service.news.robot_facts import FactKind, FactSources
 from engine.service.people_groups import PeopleGroups
@@ -82,7 +84,7 @@ class Cloud:
         self._people, self._traffic = PeopleGroups(driver), TrafficGroups(driver)
         self._navigation = RobotNavigation(driver)
         self._task_news = TaskNews()
-        self._task_robots = TaskRobots(driver, self._task_news.wake.set)
+        self._task_robots = TaskRobots(driver, partial(NavigationClient, goal_ended=self._task_news.wake.set))
 
     def close(self) -> None:
         """Cancel all timers."""

@@ -68,6 +68,8 @@ class NavigationClient:
     ----------
     place : PlaceLink
         The place.
+    pose : tuple of float, optional
+        Last pose: x, y [m], yaw [rad] in the frame of the map.
     followed : frozenset of str, optional
         Ids of the goals that Move Base follows or has waiting, also those of other clients; None until it told them.
     localized : Event
@@ -83,7 +85,7 @@ class NavigationClient:
         self._goals: dict[str, GoalView] = {}
         self._sequences: dict[int, str] = {}
         self._seen: dict[str, float] = {}
-        self._pose: tuple[float, float, float] | None = None
+        self.pose: tuple[float, float, float] | None = None
         self._pose_at: float | None = None
         self._localization = ""
         self._client = place.join(self)
@@ -98,7 +100,7 @@ class NavigationClient:
 
     def state(self) -> RobotState:
         """Return the pose of the robot and its active goals."""
-        return RobotState(True, self._pose, self._pose_at, self._localization, tuple(self.active()))
+        return RobotState(True, self.pose, self._pose_at, self._localization, tuple(self.active()))
 
     def goals(self) -> list[GoalView]:
         """Return the known goals, oldest first."""
@@ -179,7 +181,7 @@ class NavigationClient:
         """Handle a message of a subscribed topic."""
         if topic == topics.AMCL_POSE.name:
             pose = decode(PoseWithCovarianceStamped, payload).pose.pose.planar()
-            self._pose, self._pose_at = (pose.x, pose.y, pose.theta), self._clock()
+            self.pose, self._pose_at = (pose.x, pose.y, pose.theta), self._clock()
             self.localized.set()
         elif any(topic == status.name for status in LOCALIZATION_STATUS):
             self._localization = decode(String, payload).data

@@ -1,11 +1,12 @@
 """Tasks in Cassandra: those of all users on a map are a partition."""
 
 from ppaas.errors import NotFound
+from ppaas.tasks.records import check_task
 from storage.cassandra.connection.session import CassandraSession
 from storage.cassandra.generations import generation_of
 from storage.encoding import decode, decode_readable, encode
-from storage.names import check_name
-from storage.task_records import Group, MapTask, changed_meanwhile, check_group, check_record, check_task_key
+from storage.names import Group, check_group, check_name, check_task_key
+from storage.records import MapTask
 
 _GROUP = "map = ? AND user = ? AND generation = ?"
 
@@ -17,12 +18,13 @@ class CassandraTasks:
 
     def put_task(self, record: MapTask, *, instead_of: MapTask | None = None) -> None:
         """Store a task; ``Conflict`` if the stored one is not ``instead_of``."""
-        check_record(record)
+        check_task(record.task)
+        check_task_key(*record.key)
         key, data = (*self._task_group(record.user, record.map), record.task.id), encode(record)
         while True:
             before = self._task_record(key)
             if instead_of is not None and (before is None or decode(before, MapTask) != instead_of):
-                raise changed_meanwhile(record.task.id)
+                raise record.changed_meanwhile()
             write = f"UPDATE tasks SET record = ? WHERE {_GROUP} AND id = ? IF record = ?"
             if self._session.write_if(write, data, *key, before):
                 return

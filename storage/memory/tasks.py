@@ -4,9 +4,10 @@ import threading
 from collections.abc import Callable
 
 from ppaas.errors import NotFound
+from ppaas.tasks.records import check_task
 from storage.encoding import decode, encode
-from storage.names import check_name
-from storage.task_records import Group, MapTask, changed_meanwhile, check_group, check_record, check_task_key
+from storage.names import Group, check_group, check_name, check_task_key
+from storage.records import MapTask
 
 
 class MemoryTasks:
@@ -18,11 +19,12 @@ class MemoryTasks:
 
     def put_task(self, record: MapTask, *, instead_of: MapTask | None = None) -> None:
         """Store a task; ``Conflict`` if the stored one is not ``instead_of``."""
-        key, data = check_record(record), encode(record)
+        check_task(record.task)
+        key, data = check_task_key(*record.key), encode(record)
         with self._tasks_lock:
             before = self._tasks.get(key)
             if instead_of is not None and (before is None or decode(before, MapTask) != instead_of):
-                raise changed_meanwhile(record.task.id)
+                raise record.changed_meanwhile()
             self._tasks[key] = data
 
     def task(self, user: str, map_id: str, task_id: str) -> MapTask:

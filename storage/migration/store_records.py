@@ -14,10 +14,10 @@ from ppaas.errors import NotFound
 from ppaas.people.group_names import coordinator_checkpoint
 from ppaas.traffic.taking_part import takes_part, traffic_checkpoint
 from storage.migration.copying import PAGE, Key, RecordKind, by_pages, each
+from storage.names import Group
 from storage.people_records import BEFORE_ALL, MapPeople, PeopleCount
 from storage.ports import Store
-from storage.records import CloneCheckpoint, CloneLogChange, PlanRecord, RobotRecord, Token
-from storage.task_records import Group, MapTask
+from storage.records import CloneCheckpoint, CloneLogChange, MapTask, PlanRecord, RobotRecord, Token
 
 LOG_PAGE = 16
 """Entries of the log of a clone that are copied at once."""

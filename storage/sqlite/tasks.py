@@ -1,10 +1,11 @@
 """Tasks in an SQLite file."""
 
 from ppaas.errors import NotFound
+from ppaas.tasks.records import check_task
 from storage.encoding import decode, decode_readable, encode
-from storage.names import check_name
+from storage.names import Group, check_group, check_name, check_task_key
+from storage.records import MapTask
 from storage.sqlite.connections import SqliteConnections
-from storage.task_records import Group, MapTask, changed_meanwhile, check_group, check_record, check_task_key
 
 _RECORD = "SELECT record FROM tasks WHERE user = ? AND map = ? AND id = ?"
 
@@ -23,11 +24,12 @@ class SqliteTasks:
 
     def put_task(self, record: MapTask, *, instead_of: MapTask | None = None) -> None:
         """Store a task; ``Conflict`` if the stored one is not ``instead_of``."""
-        key, data = check_record(record), encode(record)
+        check_task(record.task)
+        key, data = check_task_key(*record.key), encode(record)
         with self._task_connections.writing() as connection:
             row = connection.execute(_RECORD, key).fetchone()
             if instead_of is not None and (row is None or decode(row[0], MapTask) != instead_of):
-                raise changed_meanwhile(record.task.id)
+                raise record.changed_meanwhile()
             connection.execute("INSERT OR REPLACE INTO tasks VALUES (?, ?, ?, ?)", (*key, data))
 
     def task(self, user: str, map_id: str, task_id: str) -> MapTask:

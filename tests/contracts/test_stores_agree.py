@@ -18,10 +18,9 @@ from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
 from storage.people_records import HOUR, MapPeople, PeopleCount
 from storage.ports import MapStore
-from storage.records import MapRecord, MapVersionRecord, Publication
+from storage.records import MapRecord, MapTask, MapVersionRecord, Publication
 from storage.sharing_records import Share
 from storage.sqlite.store import SqliteStore
-from storage.task_records import MapTask
 from tests.reference.plans.map_store import PlainMaps
 from tests.support.storage.records import GivenMap, clone, found_map, house, pgm, plan, put_map, robot, token, user
 

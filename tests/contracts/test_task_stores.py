@@ -8,7 +8,7 @@ import pytest
 from ppaas.errors import Conflict, InvalidInput, NotFound
 from ppaas.tasks.records import Task
 from storage.ports import Store
-from storage.task_records import MapTask
+from storage.records import MapTask
 from tests.support.storage.records import NOT_NAMES, user
 
 

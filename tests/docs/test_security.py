@@ -32,8 +32,8 @@ from ppaas.nodes.topics import TOPICS
 from ppaas.tasks.records import Task
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
+from storage.records import MapTask
 from storage.sharing_records import Share
-from storage.task_records import MapTask
 from tests.support.documents import table, text_of
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.fuzzed_rest import operations

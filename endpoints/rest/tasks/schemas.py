@@ -17,7 +17,7 @@ from ppaas.tasks.records import (
     TaskState,
     check_task,
 )
-from storage.task_records import MapTask
+from storage.records import MapTask
 
 Label = Annotated[str, Field(max_length=64)]
 TaskFilter = Literal[TaskState, "open"]

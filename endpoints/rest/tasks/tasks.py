@@ -20,7 +20,7 @@ from endpoints.services.services import Services
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, QuotaExceeded, Unavailable
 from storage.ports import TaskStore
-from storage.task_records import MapTask, changed_meanwhile
+from storage.records import MapTask
 
 router = APIRouter(prefix="/maps/{map_id}/tasks", tags=["tasks"], route_class=StrictRoute)
 
@@ -116,15 +116,16 @@ def _add(store: TaskStore, record: MapTask) -> None:
 
 
 def _cancel(store: TaskStore, key: tuple[str, str, str]) -> MapTask:
+    before = store.task(*key)
     for _ in range(ATTEMPTS):
-        before = store.task(*key)
         if not before.task.is_open:
             raise Conflict(f"task {key[2]!r} has ended already: it is {before.task.state}")
         after = replace(before, task=replace(before.task, state="cancelled", ended=epoch(), reason=""))
         with suppress(Conflict):
             store.put_task(after, instead_of=before)
             return after
-    raise changed_meanwhile(key[2])
+        before = store.task(*key)
+    raise before.changed_meanwhile()
 
 
 async def _tell(services: Services, record: MapTask) -> None:

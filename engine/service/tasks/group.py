@@ -13,8 +13,9 @@ from ppaas.tasks.assignment import Distance, straight
 from ppaas.tasks.dispatcher import Dispatcher
 from ppaas.tasks.orders import Cancel, Order, RobotNow, Send, Store
 from ppaas.tasks.records import pose_of
+from storage.names import Group
 from storage.ports import TaskStore
-from storage.task_records import Group, MapTask
+from storage.records import MapTask
 
 logger = logging.getLogger(__name__)
 
@@ -134,10 +135,11 @@ class TaskGroup:
     def _ended(self, dispatcher: Dispatcher, robot: str, now: float) -> list[Order]:
         client = self._robots.client(self.group[0], robot)
         for goal in [] if client is None else client.goals():
-            if goal.ended is not None and goal.state not in {"pending", "active"}:
-                orders = dispatcher.goal_ended(robot, goal.id, goal.state, goal.text, now)  # type: ignore[arg-type]
-                if orders:
-                    return orders
+            if goal.state == "pending" or goal.state == "active":  # noqa: PLR1714 - mypy narrows no sets
+                continue
+            orders = dispatcher.goal_ended(robot, goal.id, goal.state, goal.text, now)
+            if orders:
+                return orders
         return []
 
     async def _obey(self, orders: list[Order]) -> None:

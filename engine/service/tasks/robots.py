@@ -1,17 +1,73 @@
 """Robots of a map that may do tasks: who is connected, where it is, and its goals."""
 
 from collections import defaultdict
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Literal, Protocol
 
 import msgspec
 
-from engine.master.places import robot_key
-from engine.service.master_driver import MasterDriver
-from engine.service.navigation_client import NavigationClient
+from engine.master.places import PlaceRequest, robot_key
+from engine.service.links.place_link import PlaceLink
 from engine.specs.containers import MapVersion
-from ppaas.tasks.orders import RobotNow
-from storage.task_records import Group
+from ppaas.geometry import Pose2D
+from ppaas.tasks.orders import Outcome, RobotNow
+from ppaas.tasks.records import Place
+from storage.names import Group
+
+
+class Places(Protocol):
+    """Open places, as a driver of the master knows them."""
+
+    def place(self, key: str) -> PlaceLink | None:
+        """Return the link of an open place, or None."""
+        ...
+
+    def request_of(self, key: str) -> PlaceRequest | None:
+        """Return the request of an open or queued place, or None."""
+        ...
+
+
+class Goal(Protocol):
+    """Goal of a robot."""
+
+    @property
+    def id(self) -> str:
+        """Id of the goal."""
+        ...
+
+    @property
+    def state(self) -> Literal["pending", "active"] | Outcome:
+        """State of the goal."""
+        ...
+
+    @property
+    def text(self) -> str:
+        """Reason for it."""
+        ...
+
+
+class Navigator(Protocol):
+    """Client of a robot's place that sends it to goals, and follows its pose and the goals that were sent."""
+
+    place: PlaceLink
+    followed: frozenset[str] | None
+    pose: Place | None
+
+    def send(self, pose: Pose2D, goal_id: str) -> object:
+        """Send a goal in the frame ``map``, unless one of that id was sent already."""
+        ...
+
+    def cancel_any(self, goal_id: str) -> None:
+        """Cancel a goal, also one of another client."""
+        ...
+
+    def goals(self) -> Sequence[Goal]:
+        """Return the goals that were sent, oldest first."""
+        ...
+
+    def leave(self) -> None:
+        """Leave the place."""
+        ...
 
 
 class TaskRobots:
@@ -19,21 +75,21 @@ class TaskRobots:
 
     Parameters
     ----------
-    service : MasterDriver
-        Has the places of the robots.
-    goal_ended : callable
-        Called after a goal of a robot has ended.
+    places : Places
+        Places of the robots.
+    join : callable
+        Returns a new client of a place.
     """
 
-    def __init__(self, service: MasterDriver, goal_ended: Callable[[], None]) -> None:
-        self._service = service
-        self._goal_ended = goal_ended
+    def __init__(self, places: Places, join: Callable[[PlaceLink], Navigator]) -> None:
+        self._places = places
+        self._join = join
         self._keys: set[str] = set()
-        self._clients: dict[str, NavigationClient] = {}
+        self._clients: dict[str, Navigator] = {}
 
     def place_opened(self, key: str) -> None:
         """Note a place that was opened or adopted."""
-        request = self._service.request_of(key)
+        request = self._places.request_of(key)
         if request is not None and request.robot is not None and not request.robot.new_map:
             self._keys.add(key)
 
@@ -45,7 +101,7 @@ class TaskRobots:
         """Return the map versions of the robots that have a container, by user and map; forget closed places."""
         found: defaultdict[Group, dict[str, MapVersion]] = defaultdict(dict)
         for key in tuple(self._keys):
-            request, place = self._service.request_of(key), self._service.place(key)
+            request, place = self._places.request_of(key), self._places.place(key)
             if request is None or request.robot is None or place is None:
                 self._keys.discard(key)
                 self._leave(key)
@@ -56,22 +112,22 @@ class TaskRobots:
     def follow(self, user: str, robot: str) -> bool:
         """Follow a robot; return whether its place is a new one, which knows of no goals."""
         key = robot_key(user, robot)
-        place = self._service.place(key)
+        place = self._places.place(key)
         known = self._clients.get(key)
         if place is None or (known is not None and known.place is place):
             return False
         self._leave(key)
-        self._clients[key] = NavigationClient(place, goal_ended=self._goal_ended)
+        self._clients[key] = self._join(place)
         return True
 
     def follow_only(self, groups: set[Group]) -> None:
         """Follow no robots but those of some users and maps."""
         for key in tuple(self._clients):
-            request = self._service.request_of(key)
+            request = self._places.request_of(key)
             if request is None or (request.user, request.map.id) not in groups:
                 self._leave(key)
 
-    def client(self, user: str, robot: str) -> NavigationClient | None:
+    def client(self, user: str, robot: str) -> Navigator | None:
         """Return the client of a robot that is followed."""
         return self._clients.get(robot_key(user, robot))
 
@@ -80,7 +136,7 @@ class TaskRobots:
         client = self._clients[robot_key(user, robot)]
         if client.followed is None:
             return RobotNow(None, labels)
-        return RobotNow(client.state().pose, labels, client.followed)
+        return RobotNow(client.pose, labels, client.followed)
 
     def _leave(self, key: str) -> None:
         client = self._clients.pop(key, None)

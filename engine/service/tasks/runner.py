@@ -12,8 +12,8 @@ from engine.service.tasks.ways import Costs, no_ways, ways
 from engine.specs.containers import MapVersion
 from ppaas.clock import Clock, epoch
 from ppaas.errors import NotFound
+from storage.names import Group
 from storage.ports import Store
-from storage.task_records import Group
 
 logger = logging.getLogger(__name__)
 

@@ -20,9 +20,8 @@ from engine.master.places import robot_key
 from ppaas.tasks.records import Task
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
-from storage.records import Token, User
+from storage.records import MapTask, Token, User
 from storage.sharing_records import Share
-from storage.task_records import MapTask
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.people import add_group, person
 from tests.support.endpoints.serving import serve

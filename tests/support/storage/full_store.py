@@ -10,8 +10,7 @@ from ppaas.tasks.records import Task
 from ppaas.traffic.taking_part import traffic_checkpoint
 from storage.people_records import HOUR, MapPeople, PeopleCount
 from storage.ports import MapStore, Store
-from storage.records import PlanRecord, Publication
-from storage.task_records import MapTask
+from storage.records import MapTask, PlanRecord, Publication
 from tests.support.storage.records import clone, house, pgm, plan, put_map, robot, token, user
 
 USERS = ("ann", "bob", "carl")

@@ -1,6 +1,7 @@
 """Tasks in the process of a master: robots are sent, records follow, and a restart sends nothing twice."""
 
 import json
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,6 +10,7 @@ import pytest
 from msgspec import Raw
 
 from engine.master.places import robot_key
+from engine.service.navigation_client import NavigationClient
 from engine.service.planning.path_requests import CostAnswer, CostRequest
 from engine.service.tasks.robots import TaskRobots, labels_of
 from engine.service.tasks.runner import TaskNews, TaskRunner
@@ -19,7 +21,7 @@ from ppaas.messages.actionlib_msgs import Status
 from ppaas.tasks.dispatcher import GONE_AFTER
 from ppaas.tasks.records import Task
 from storage.memory.store import MemoryStore
-from storage.task_records import MapTask
+from storage.records import MapTask
 from tests.support.endpoints.still_place import StillPlace, delivered
 from tests.support.engine.specs import robot_request
 from tests.support.storage.records import robot
@@ -45,7 +47,7 @@ class Hall:
             request_of=lambda key: robot_request(key.partition("/")[2]) if key in self.places else None,
         )
         self.news = TaskNews()
-        self.robots = TaskRobots(driver, self.news.wake.set)  # type: ignore[arg-type]
+        self.robots = TaskRobots(driver, partial(NavigationClient, goal_ended=self.news.wake.set))
         for key in self.places:
             self.robots.place_opened(key)
         self.runner = TaskRunner(self.store, self.robots, self.news, self.compute, self.clock)
