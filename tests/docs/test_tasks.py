@@ -1,13 +1,24 @@
 """Fields, states and numbers of tasks.md are those of the code."""
 
+import asyncio
 import re
+from pathlib import Path
 from typing import get_args
+
+import pytest
 
 from endpoints.rest.tasks import tasks
 from endpoints.rest.tasks.schemas import TaskFile
 from engine.service.tasks import retention, ways
+from ppaas.geometry import Pose2D
+from ppaas.maps.formats.map_files import load_map
+from ppaas.maps.grid import GridMap
 from ppaas.tasks import assignment, dispatcher, records
-from tests.support.documents import table, text_of
+from robots.client.rest_paths import path_of
+from robots.client.robot_file import RobotFile, load_robot_file
+from tests.support.cloud.cloud import RunningCloud, publish_map
+from tests.support.cloud.drive import driving
+from tests.support.documents import blocks, run_shell, table, text_of
 
 PAGE = "docs/tasks.md"
 
@@ -36,3 +47,39 @@ def test_numbers_are_those_of_the_code() -> None:
         f"After {dispatcher.MOST_FAILURES} failures",
     ):
         assert said in text, said
+
+
+@pytest.fixture
+def office() -> GridMap:
+    """Return the map of the examples."""
+    return load_map(Path("docs/examples/office.yaml").read_bytes(), Path("docs/examples/office.pgm").read_bytes())
+
+
+@pytest.fixture
+def robot() -> RobotFile:
+    """Return the robot of the examples."""
+    return load_robot_file(Path("docs/examples/tb1.json"))
+
+
+@pytest.mark.journey
+async def test_a_robot_does_a_task_of_the_command_line(
+    cloud: RunningCloud, office: GridMap, robot: RobotFile, tmp_path: Path
+) -> None:
+    rest = await cloud.admin()
+    await publish_map(rest, "office", office)
+    await rest.put_robot("tb1", robot)
+    [commands] = blocks(PAGE, "sh")
+    printed = await asyncio.to_thread(run_shell, f"export PPAAS_TOKEN={rest.token}\n{commands}", tmp_path, cloud)
+    assert "pick_drop" in printed and "queued" in printed
+    tasks_of_office = path_of("maps", "office", "tasks")
+    for task in await rest.items(tasks_of_office):
+        await rest.delete(path_of("maps", "office", "tasks", task["id"]))
+    assert rest.token is not None
+    async with driving(cloud.url, rest.token, "tb1", office, Pose2D(*robot.initial_pose)) as drive:
+        task = await rest.post(tasks_of_office, {"kind": "pick_drop", "places": [[3.0, 2.0], [2.5, 2.0]]})
+        async with asyncio.timeout(90.0):
+            while task["state"] in records.OPEN:
+                await asyncio.sleep(0.2)
+                task = await rest.get(path_of("maps", "office", "tasks", task["id"]))
+        assert (task["state"], task["robot"], task["visited"], task["failures"]) == ("done", "tb1", 2, 0), task
+        assert drive.scorer.error(0, Pose2D(2.5, 2.0, 0.0)) <= 0.25
