@@ -24,12 +24,12 @@ PAGE = "docs/tasks.md"
 
 
 def test_fields_and_states_are_those_of_the_code() -> None:
-    fields = dict(table(PAGE, "field", "meaning"))
+    fields = {row[0]: row[1] for row in table(PAGE, "field", "meaning")}
     assert set(fields) == set(TaskFile.model_fields)
     assert f"up to {records.MOST_PLACES} places" in fields["kind"]
     assert f"up to {records.MOST_ROUNDS};" in fields["rounds"]
     assert f"−{records.MOST_PRIORITY} to {records.MOST_PRIORITY};" in fields["priority"]
-    assert set(dict(table(PAGE, "state", "meaning"))) == set(get_args(records.TaskState))
+    assert {row[0] for row in table(PAGE, "state", "meaning")} == set(get_args(records.TaskState))
 
 
 def test_numbers_are_those_of_the_code() -> None:
