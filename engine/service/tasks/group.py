@@ -93,7 +93,8 @@ class TaskGroup:
         if news or ended or now - self._decided_at >= DECIDE:
             self._decided_at = now
             distance = await measure(dispatcher, now) if is_choice(dispatcher, now) else straight
-            await self._obey(dispatcher.decide(now, distance))
+            # For many robots it takes tens of milliseconds, in which the master would answer nobody.
+            await self._obey(await asyncio.to_thread(dispatcher.decide, now, distance))
 
     def _forget(self) -> None:
         self._dispatcher, self.changed = None, True
