@@ -30,7 +30,7 @@ def version_of(yaml: bytes, image: bytes) -> str:
 
 
 def test_the_operations_are_those_of_the_service() -> None:
-    names = {"map_id": "ID", "version": "V", "number": "N"}
+    names = {"map_id": "ID", "version": "V", "number": "N", "robot": "R", "task_id": "T"}
     known = [path for path in description()["paths"] if path.startswith("/v1/maps")]
     paths = {path.format(**names) for path in known}
     for operation, _ in table(MAPS, "operation", "what it does"):

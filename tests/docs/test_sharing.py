@@ -21,9 +21,10 @@ from engine.rights.services import CONFIGURING
 from engine.service import robot_navigation
 from ppaas.geometry import Pose2D
 from ppaas.mapping.serialization.mapping_file import pack_mapping
+from ppaas.tasks.records import Task
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
-from storage.records import Token, User
+from storage.records import MapTask, Token, User
 from storage.sharing_records import ALL, SHARE_ROLES, Share, TokenRole, TokenScope
 from tests.docs.test_security import BODIES, OPERATIONS, POSES, QUERIES, Operation
 from tests.support.documents import table, text_of
@@ -74,6 +75,7 @@ def world() -> tuple[Services, dict[str, str]]:
     shares = (Share("dora", "look"), *(Share(role, role, publishes(role)) for role in SHARE_ROLES))
     store.put_robot(records.robot("tb1", user="ann", shares=shares))
     store.put_urdf("ann", "tb1", example("turtlebot3_burger"))
+    store.put_task(MapTask("ann", "house", Task(id="t1", kind="go_to", places=((0.2, 0.1, 0.0),))))
     store.add_plan(records.plan("p1", poses=POSES.tobytes(), version=records.house().version))
     cloud.running, cloud.map_file = [container(robot="tb2")], FILE
     cloud.places[robot_key("ann", "tb1")] = StillPlace()
@@ -83,7 +85,7 @@ def world() -> tuple[Services, dict[str, str]]:
         "machine_id": "m1", "container_id": "c1", "planner": "navfn", "node": "amcl", "goal_id": goal.id,
         "endpoint_id": "local-1",
         "number": str(review.number), "grantee": "dora", "group_id": "hall", "token": token_id("token: look"),
-        "recording_id": RECORDING, "robot": "tb1",
+        "recording_id": RECORDING, "robot": "tb1", "task_id": "t1",
     }  # fmt: skip
     return services, names
 

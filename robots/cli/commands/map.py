@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from robots.client.rest import RestClient
 
 NAME = "map"
-HELP = "publish, list, show, change, compare, review, merge, roll back, fetch and delete maps; traffic and tasks on a map"
+HELP = "publish, list, show, change, compare, review, merge, roll back, fetch and delete maps; traffic, tasks"
 
 MAPS = Resource(
     "maps",
