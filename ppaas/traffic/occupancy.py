@@ -192,8 +192,9 @@ class Occupancy:
         self.outdated = True
 
     def _stop_around(self, member: Member) -> None:
-        """Ask robots that were granted cells which a robot that has just come touches to give them back."""
-        self.gives_back |= {name for cell in member.base for name in self.holders[cell]} - {member.name}
+        """Ask robots that were granted cells which a robot touches, where it begins, to give them back."""
+        for cell in member.base:
+            self.gives_back |= {name for name in self.holders[cell] if cell in self.members[name].chain}
 
     def _release(self, member: Member) -> None:
         member.base, member.chain, member.first = set(), [], 0
@@ -205,6 +206,7 @@ class Occupancy:
         member.report = report
         self.gives_back.discard(member.name)
         self._stand(member)
+        self._stop_around(member)
 
     def _adopt(self, member: Member, report: TrafficReport) -> None:
         """Take the way that a robot reports for what it holds: it is that of another coordinator."""

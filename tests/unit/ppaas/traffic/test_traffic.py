@@ -276,3 +276,13 @@ def test_the_same_seed_gives_the_same_traffic() -> None:
         simulation.rng = Random(1)
         simulation.run(30.0, again=True)
     assert [robot.pose for robot in one.robots] == [robot.pose for robot in other.robots]
+
+
+def test_two_robots_that_stand_close_together_part_without_asking_each_other_for_ever() -> None:
+    simulation = Simulation(roadmap_of("....\n...."), 20)
+    simulation.put(0.55, 0.3, goal=0)
+    simulation.put(1.05, 0.3, goal=3)
+    simulation.run(60.0, until_home=True)
+    assert simulation.arrived == 2
+    assert max(robot.way.revision for robot in simulation.robots) <= 3
+    assert simulation.nearest > 0.0
