@@ -59,6 +59,8 @@ class DemoOptions:
         Whether detectors of people run on the robots, instead of in the cloud.
     sensor : str
         Sensor that detects people: ``camera`` or ``laser``.
+    traffic : bool
+        Whether the robots take part in the traffic of the map.
     """
 
     robots: int = 3
@@ -75,6 +77,7 @@ class DemoOptions:
     seconds: float = 60.0
     on_robot: bool = True
     sensor: str = "camera"
+    traffic: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,6 +165,7 @@ async def register(rest: RestClient, stage: Stage, options: DemoOptions) -> None
             cores=CORES,
             base_global_planner=options.planner,
             base_local_planner=options.controller,
+            traffic=options.traffic,
         )
         await rest.put_robot(mission.robot, robot)
 

@@ -14,6 +14,7 @@ from ppaas.traffic.members import Standing
 from ppaas.traffic.settings import TrafficParameters
 from ppaas.traffic.taking_part import takes_part
 from robots.cli.command_parser import CommandParser
+from robots.cli.commands import demo as demo_command
 from robots.cli.commands import map as map_command
 from robots.cli.commands import robot as robot_command
 from robots.client.robot_file import RobotFile
@@ -64,9 +65,11 @@ def test_states_are_those_of_the_code() -> None:
 
 def test_the_commands_of_the_page_are_valid() -> None:
     lines = [line.split() for block in blocks(PAGE, "sh") for line in block.splitlines()]
-    parsers = {name: CommandParser() for name in ("map", "robot")}
+    parsers = {name: CommandParser() for name in ("map", "robot", "demo")}
     map_command.configure(parsers["map"])
     robot_command.configure(parsers["robot"])
-    assert len(lines) >= 7
+    demo_command.configure(parsers["demo"])
+    assert len(lines) >= 8
     for ppaas, command, *words in lines:
-        assert ppaas == "ppaas" and parsers[command].parse_args(words).verb == words[0]
+        parsed = parsers[command].parse_args(words)
+        assert ppaas == "ppaas" and words[0] in {getattr(parsed, "verb", ""), getattr(parsed, "show", "")}

@@ -21,7 +21,7 @@ HELP = "start a cloud on this machine and drive simulated robots in it"
 
 ADMIN = "admin"
 
-DRIVE, PEOPLE = "drive", "people"
+DRIVE, PEOPLE, FLEET = "drive", "people", "fleet"
 """What the demo shows."""
 
 ROBOTS, GOALS = 3, 2
@@ -39,9 +39,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "show",
         nargs="?",
-        choices=(DRIVE, PEOPLE),
+        choices=(DRIVE, PEOPLE, FLEET),
         default=DRIVE,
-        help="robots that drive to goals (the default), or that find, count and follow people",
+        help="robots that drive to goals (the default), that find, count and follow people, or that drive to goals by "
+        "the traffic of the map",
     )
     parser.add_argument("--robots", type=whole(), default=ROBOTS, help="simulated robots (%(default)s)")
     parser.add_argument(
@@ -91,6 +92,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise InvalidParameter("--keep-going needs a terminal, because only Ctrl-C ends it")
     if arguments.explore and (arguments.keep_going or (arguments.robots, arguments.goals) != (ROBOTS, GOALS)):
         raise InvalidParameter("--explore has its own robots and goals: leave out --robots, --goals and --keep-going")
+    if arguments.show == FLEET and arguments.explore:
+        raise InvalidParameter("the demo of a fleet has no explorers, whose map is new: leave out --explore")
     if arguments.show == PEOPLE and (arguments.explore or arguments.goals != GOALS):
         raise InvalidParameter("the demo of people has no goals and no explorers: leave out --goals and --explore")
     if arguments.show != PEOPLE and any(getattr(arguments, name) != value for name, value in FOR_PEOPLE.items()):
@@ -130,6 +133,7 @@ async def _run(arguments: argparse.Namespace) -> int:
         seconds=arguments.seconds,
         on_robot=arguments.detectors == "robot",
         sensor=arguments.sensor,
+        traffic=arguments.show == FLEET,
     )
     if arguments.show == PEOPLE:
         return await _people(arguments, options, console)

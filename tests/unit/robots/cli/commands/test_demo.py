@@ -59,6 +59,11 @@ def test_people_go_without_goals_and_explorers(arguments: tuple[str, ...]) -> No
         demo.run(parse("people", *arguments))
 
 
+def test_a_fleet_goes_without_explorers() -> None:
+    with pytest.raises(InvalidParameter, match="leave out --explore"):
+        demo.run(parse("fleet", "--explore"))
+
+
 @pytest.mark.parametrize("arguments", [("--people", "2"), ("--sensor", "laser"), ("--explore", "--seconds", "5")])
 def test_options_of_the_demo_of_people_are_refused_elsewhere(arguments: tuple[str, ...]) -> None:
     with pytest.raises(InvalidParameter, match="run 'ppaas demo people'"):
