@@ -130,15 +130,16 @@ def heard_by(spec: ContainerSpec) -> list[str]:
     The clone of a robot receives the topics that all robots on its map share. On a published map, it also receives the
     state of its user's coordinator if it has nodes for people, and the grants of its user's traffic node for it if it
     takes part in the traffic. The node of a group receives the reports of its user's robots on the map, and nobody else
-    does.
+    does. A traffic node also receives what all robots on the map share, since some take no part.
     """
     scope = scope_of(spec)
     if scope is None:
         return []
+    shared = [scope.shared_pattern(topic) for topic in SHARED_TOPICS]
     if spec.group_node:
-        return [shared_by_user(scope.map, scope.user, _REPORTS[spec.group_node])]
-    keys = [scope.shared_pattern(topic) for topic in SHARED_TOPICS]
-    return keys if spec.robot is None or spec.maps else keys + _of_groups(spec.robot, scope)
+        reports = shared_by_user(scope.map, scope.user, _REPORTS[spec.group_node])
+        return [reports, *shared] if spec.traffic else [reports]
+    return shared if spec.robot is None or spec.maps else shared + _of_groups(spec.robot, scope)
 
 
 def _of_groups(robot: RobotConfig, scope: Scope) -> list[str]:

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 from ppaas.errors import PPaaSError
 from ppaas.fleet.problem import is_connected
-from ppaas.messages.fleet.traffic import MapPoint, TrafficGrants, TrafficReport
+from ppaas.messages.fleet.traffic import NO_WAY, MapPoint, TrafficGrants, TrafficReport
 from ppaas.traffic.grants import GrantWriter, window_of
 from ppaas.traffic.members import Arrival, Member
 from ppaas.traffic.occupancy import MakeRoadmap, Occupancy
@@ -20,6 +20,10 @@ RETRY = 0.5
 
 NEAR = 0.75
 """Largest distance of a goal from the cell that is taken for it, as a part of the distance between two cells."""
+
+
+OUTSIDER = "a robot outside of the traffic"
+"""What a robot waits for whose next cell has a robot in it that takes no part."""
 
 
 class Coordinator:
@@ -187,7 +191,7 @@ class Coordinator:
                 continue
             why = ""
             while not why and member.ahead < window_of(member.report, self.spacing):
-                why = self._grant_next(plan, member)
+                why = self._grant_next(plan, member, now)
             self._wait(member, why if member.ahead == 0 else "", now)
 
     def _may_be_granted(self, member: Member, now: float) -> bool:
@@ -197,10 +201,10 @@ class Coordinator:
     def _is_silent(self, member: Member, now: float) -> bool:
         return now - member.heard_at > self.occupancy.parameters.silence
 
-    def _grant_next(self, plan: PlanAhead, member: Member) -> str:
+    def _grant_next(self, plan: PlanAhead, member: Member, now: float) -> str:
         """Grant a robot the next cell of its plan; return why not, if it is not."""
         if not member.queue:
-            return "a way" if member.report.goal_id else "nothing"
+            return NO_WAY if member.report.goal_id else "nothing"
         cell = member.queue[0]
         if isinstance(cell, Arrival):
             return "its goal"
@@ -210,6 +214,8 @@ class Coordinator:
         other = self.occupancy.holders.in_the_way(member, cell, self.occupancy.cells.centre(cell))
         if other:
             return other
+        if self.occupancy.outsiders.are_in(cell, now):
+            return OUTSIDER
         plan.entered(member, cell)
         member.chain.append(cell)
         self.occupancy.holders.hold(member.name, cell)

@@ -1,15 +1,17 @@
 """Occupancy: the robots of the traffic, the cells that each holds, and who is an obstacle."""
 
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 
 from msgspec.structs import replace
 
+from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.errors import InvalidInput, NotFound
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.messages.fleet.traffic import MapPoint, TrafficReport
 from ppaas.traffic.holders import Holders
 from ppaas.traffic.members import Arrival, Cell, Member, reached_by
+from ppaas.traffic.outsiders import FRESH, Outsiders
 from ppaas.traffic.settings import TrafficParameters
 
 LARGEST, FASTEST, FARTHEST, LONGEST = 5.0, 10.0, 20.0, 1000
@@ -44,6 +46,8 @@ class Occupancy:
         Robots that should give back the rest of their ways.
     goals : int
         Number of goals reached.
+    outsiders : Outsiders
+        Robots that take no part.
     """
 
     def __init__(self, make_roadmap: MakeRoadmap, parameters: TrafficParameters) -> None:
@@ -57,6 +61,7 @@ class Occupancy:
         self._make_roadmap = make_roadmap
         self._radius = 0.0
         self._blocked: dict[Cell, float] = {}
+        self.outsiders = Outsiders()
 
     @property
     def cells(self) -> MetricRoadmap:
@@ -263,6 +268,11 @@ class Occupancy:
         if cell in member.chain:
             self.gives_back.add(member.name)
 
+    def see_others(self, robots: Sequence[MovingObstacle], now: float) -> None:
+        """Take the positions of all robots on the map, of which some take no part in the traffic."""
+        if self.map is not None:
+            self.outsiders.see(robots, self.members.values(), self.map, now)
+
     def is_given_up(self, name: str) -> bool:
         """Return whether a robot does not get on, although it was tried again."""
         member = self.members[name]
@@ -285,6 +295,9 @@ class Occupancy:
                 self._set_aside(member, "stopped", now)
             elif member.standing == "stopped" and now >= member.retry_at and not member.ahead:
                 member.standing, member.moved_at, self.outdated = "joined", now, True
+        for cell in self.outsiders.staying(p.patience, now):
+            self.outdated |= cell not in self._blocked
+            self._blocked[cell] = now + FRESH
         for cell in [cell for cell, until in self._blocked.items() if now >= until]:
             del self._blocked[cell]
             self.outdated = True

@@ -9,6 +9,10 @@ PACKAGE = "ppaas_msgs"
 """ROS package of these types."""
 
 
+NO_WAY = "a way"
+"""What a robot waits for while no way to its goal is free."""
+
+
 class MapPoint(OwnMessage):
     """``ppaas_msgs/MapPoint``: a point in the map frame [m]."""
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from ppaas.geometry import Pose2D
 from ppaas.messages.base.std_msgs import Header, Time
-from ppaas.messages.fleet.traffic import MapPoint, TrafficGrants, TrafficReport
+from ppaas.messages.fleet.traffic import NO_WAY, MapPoint, TrafficGrants, TrafficReport
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context
 from ppaas.nodes.frames import MAP
@@ -143,6 +143,8 @@ class TrafficLink:
         if self.node_is_lost:
             return "the traffic of the map does not answer"
         why = self.way.grants.waits_for
+        if why == NO_WAY:
+            return "no way to the goal is free"
         return f"{why} goes first" if why else "the traffic of the map is being planned"
 
     def report(self, wanted: Wanted | None) -> None:

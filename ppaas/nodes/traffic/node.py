@@ -7,9 +7,11 @@ from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import NotFound
 from ppaas.messages.base.message import Empty, Message
 from ppaas.messages.fleet.traffic import GetTraffic, PutBack, RobotOfTraffic, TakeOut, TrafficReport, TrafficState
+from ppaas.messages.ppaas_msgs import RobotStates
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
 from ppaas.nodes.message_checks import expect
+from ppaas.nodes.other_robots import others_of
 from ppaas.traffic.checkpoint import checkpoint_of, restore
 from ppaas.traffic.coordinator import Coordinator
 from ppaas.traffic.occupancy import MakeRoadmap
@@ -22,6 +24,9 @@ PERIOD = 0.1
 
 STATE_PERIOD = 1.0
 """Time between two messages about the traffic [s]."""
+
+RADIUS = 0.25
+"""Radius of other robots that do not report theirs [m]."""
 
 GET_TRAFFIC = Service("traffic/get_traffic", GetTraffic)
 TAKE_OUT = Service("traffic/take_out", TakeOut)
@@ -46,7 +51,7 @@ class TrafficNode(Node):
     """
 
     name: ClassVar[str] = TRAFFIC
-    subscribes: ClassVar[tuple[Topic, ...]] = (topics.TRAFFIC_REPORT,)
+    subscribes: ClassVar[tuple[Topic, ...]] = (topics.TRAFFIC_REPORT, topics.ROBOTS)
     publishes: ClassVar[tuple[Topic, ...]] = (topics.TRAFFIC_GRANTS, topics.TRAFFIC_STATE)
     services: ClassVar[tuple[Service, ...]] = (GET_TRAFFIC, TAKE_OUT, PUT_BACK)
 
@@ -73,7 +78,10 @@ class TrafficNode(Node):
         self._coordinator.occupancy.use_map(self._make_roadmap(layers))
 
     def on_message(self, topic: str, message: Payload) -> None:
-        """Take the report of a robot; `InvalidInput` if it is not valid, which changes nothing."""
+        """Take the report of a robot, or the positions of all; `InvalidInput` if it is not valid."""
+        if isinstance(message, RobotStates):
+            self._coordinator.occupancy.see_others(others_of(message, RADIUS), self.context.elapsed())
+            return
         self._coordinator.report(expect(message, TrafficReport), self.context.elapsed())
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:

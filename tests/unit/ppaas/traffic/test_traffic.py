@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.traffic import checkpoint
 from ppaas.traffic.coordinator import Coordinator
 from ppaas.traffic.settings import TrafficParameters
@@ -286,3 +287,23 @@ def test_two_robots_that_stand_close_together_part_without_asking_each_other_for
     assert simulation.arrived == 2
     assert max(robot.way.revision for robot in simulation.robots) <= 3
     assert simulation.nearest > 0.0
+
+
+def test_nobody_is_granted_a_cell_in_which_an_outsider_is_and_one_that_stays_is_planned_around() -> None:
+    hall = roadmap_of("......\n......")
+    simulation = Simulation(hall, 21, parameters=TrafficParameters(patience=5.0))
+    simulation.add(0, goal=5)
+    simulation.add(11)
+    outsider = MovingObstacle(*hall.centre(2), 0.0, 0.0, 0.25)
+    coordinator = simulation.coordinator
+    assert coordinator is not None
+    for _ in range(100):
+        coordinator.occupancy.see_others([outsider, MovingObstacle(*hall.centre(11), 0.0, 0.0, 0.25)], simulation.now)
+        simulation.step()
+        member = coordinator.members.get("tb0")
+        assert member is None or 2 not in member.held
+    for _ in range(300):
+        coordinator.occupancy.see_others([outsider], simulation.now)
+        simulation.step()
+    assert simulation.robots[0].arrived == 1
+    assert coordinator.members["tb0"].waits_for == ""
