@@ -17,6 +17,9 @@ HALLS = {"warehouse": warehouse, "office": office}
 SHARE = 0.75
 """Least part of the goals of robots that are alone."""
 
+ALONE = 6
+"""Number of robots that are each alone, whose mean number of goals is the baseline: goals are drawn near and far."""
+
 WAITS = 5.0
 """Largest ratio of the longest time of a goal to the mean."""
 
@@ -63,16 +66,17 @@ def case_of(words: list[str]) -> TrafficCase:
 
 
 def measure(case: TrafficCase) -> Iterator[Figure]:
-    """Run robots by the traffic of their map, and one robot that is alone."""
+    """Run robots by the traffic of their map, and some robots that are each alone."""
     scene = _run(TrafficScene(case.grid(), case.robots, case.seed), case.seconds)
-    alone = _run(TrafficScene(case.grid(), 1, case.seed), case.seconds).outcome()
+    seeds = range(case.seed, case.seed + ALONE)
+    alone = sum(_run(TrafficScene(case.grid(), 1, seed), case.seconds).outcome().goals for seed in seeds) / ALONE
     got, name = scene.outcome(), f"{case.hall}, {case.robots}, seed {case.seed}"
-    share = got.goals / max(alone.goals * case.robots, 1)
+    share = got.goals / max(alone * case.robots, 1.0)
     yield Figure(PART, f"{name}: contacts of robots", got.contacts, "", limit=0.0, note=f"nearest {got.nearest:g} m")
     yield Figure(PART, f"{name}: contacts with walls", got.walls, "", limit=0.0)
     yield Figure(
-        PART, f"{name}: goals", got.goals, "", limit=SHARE * alone.goals * case.robots, floor=True,
-        note=f"{share:.0%} of {case.robots} robots that are each alone ({alone.goals} goals each)",
+        PART, f"{name}: goals", got.goals, "", limit=SHARE * alone * case.robots, floor=True,
+        note=f"{share:.0%} of {case.robots} robots that are each alone ({alone:g} goals each, by {ALONE})",
     )  # fmt: skip
     yield Figure(PART, f"{name}: goals that ended otherwise", got.failed, "", limit=0.0, note="; ".join(scene.reasons))
     yield Figure(
