@@ -59,7 +59,7 @@ class WholeMap:
         Returns
         -------
         list of (Pose2D, float)
-            Poses of that frame in the map frame, with scores from 0 to 1.
+            Poses of that frame in the map frame, with scores from 0 to 1, the best one first.
         """
         best = search(self._coarse, points, self._window, self._least)
         if best is None:
@@ -67,7 +67,8 @@ class WholeMap:
         apart = Excluded(best.motion, APART, APART_TURN)
         second = search(self._coarse, points, self._window, max(self._least, NEARLY * best.score), apart)
         found = (self._finer(points, match.motion) for match in (best, second) if match is not None)
-        return [place for place in found if place is not None]
+        # The coarse search may find the better one second.
+        return sorted((place for place in found if place is not None), key=lambda place: -place[1])
 
     def _finer(self, points: NDArray[np.float64], coarse: Pose2D) -> tuple[Pose2D, float] | None:
         """Return a place of the coarse search at the finer resolution, in the map frame."""

@@ -30,6 +30,7 @@ from ppaas.nodes.graph import Graph
 from ppaas.nodes.recorder.node import RecorderNode
 from ppaas.people.nodes import FOLLOW_PERSON, LEG_DETECTOR, TORSO_DETECTOR
 from ppaas.people.settings import PeopleSettings
+from ppaas.traffic.taking_part import TRAFFIC
 from tests.support.world.places import free_pose, reachable_pose
 
 Build = Callable[[Graph, MapLayers, Pose2D], None]
@@ -43,6 +44,10 @@ def a_clone(graph: Graph, layers: MapLayers, pose: Pose2D) -> None:
 
 def a_clone_of_a_robot_that_drives_itself(graph: Graph, layers: MapLayers, pose: Pose2D) -> None:
     build_clone(graph, layers, model="turtlebot2", initial_pose=pose, parameters={FOLLOW_PATH: {}})
+
+
+def a_clone_of_a_robot_in_traffic(graph: Graph, layers: MapLayers, pose: Pose2D) -> None:
+    build_clone(graph, layers, model="turtlebot2", initial_pose=pose, parameters={TRAFFIC: {}})
 
 
 def a_mapping_clone(graph: Graph, layers: MapLayers, pose: Pose2D) -> None:
@@ -83,8 +88,8 @@ def node_classes() -> set[type[Node]]:
 
 def test_all_builds_together_have_every_node_class(layers: MapLayers) -> None:
     built: set[type[Node]] = set()
-    others = a_clone_of_a_robot_that_drives_itself, a_mapping_clone, a_coordinator, a_traffic_node
-    for build in (*BUILDS.values(), *others):
+    robots = a_clone_of_a_robot_that_drives_itself, a_clone_of_a_robot_in_traffic, a_mapping_clone
+    for build in (*BUILDS.values(), *robots, a_coordinator, a_traffic_node):
         graph = Graph()
         build(graph, layers, free_pose(layers.grid, seed=1))
         built |= {type(node) for node in graph.nodes.values()}

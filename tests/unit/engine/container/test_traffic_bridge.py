@@ -24,8 +24,8 @@ from tests.support.engine.engine_links import pair, receive
 from tests.support.engine.specs import coordinator_spec, mapping_spec, robot_spec, traffic_spec
 
 
-def report(robot: str = "tb1", number: int = 1) -> TrafficReport:
-    return TrafficReport(Header(frame_id="map"), robot, number, 1.0, 2.0, 0.0, 0.2, 0.5, 0.3)
+def report(robot: str = "tb1", x: float = 1.0) -> TrafficReport:
+    return TrafficReport(Header(frame_id="map"), robot, x, 2.0, 0.0, 0.2, 0.5, 0.3)
 
 
 def grants(robot: str = "tb1") -> TrafficGrants:
@@ -86,13 +86,11 @@ ROBOT, NODE = robot_spec(), traffic_spec()
 
 @pytest.mark.parametrize("made", [ROBOT], indirect=True)
 async def test_a_clone_shares_reports_at_a_limited_rate_and_no_grants(made: Bridged) -> None:
-    for number in range(3):
-        made.graph.publish(TRAFFIC_REPORT.name, report(number=number))
+    for x in (0.0, 1.0, 2.0):
+        made.graph.publish(TRAFFIC_REPORT.name, report(x=x))
         made.clock.advance(TRAFFIC_PERIOD * 0.6)
     made.graph.publish(TRAFFIC_GRANTS.name, grants())
-    assert await made.sent() == [
-        machine_link.Share("traffic/report", encode(report(number=number))) for number in (0, 2)
-    ]
+    assert await made.sent() == [machine_link.Share("traffic/report", encode(report(x=x))) for x in (0.0, 2.0)]
 
 
 @pytest.mark.parametrize("made", [mapping_spec(), coordinator_spec()], indirect=True)

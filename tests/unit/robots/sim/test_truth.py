@@ -16,6 +16,8 @@ READERS_OF_THE_TRUTH = {
     # carry out what robots measure of people, and score it
     "benchmarks/people/runs/scene.py", "benchmarks/people/runs/robot.py", "benchmarks/people/runs/patrol.py",
     "benchmarks/people/bandwidth.py", "benchmarks/people/legs.py",
+    "benchmarks/fleet/traffic/scene.py",  # places robots at their starts, and measures how near they come
+    "benchmarks/service/dashboard_under_load.py",  # registers the robots at their starts
     "benchmarks/chaos/robot_under_test.py",  # tells how far a robot is from a goal that does not end
 }  # fmt: skip
 
