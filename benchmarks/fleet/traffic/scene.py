@@ -6,7 +6,7 @@ from random import Random
 
 import numpy as np
 
-from benchmarks.navigation.goals.clone import MODEL, InProcessClone
+from benchmarks.navigation.goals.clone import MODEL, ClonedRobot, InProcessClone
 from ppaas.clone.plugins import DEFAULT_CONTROLLER
 from ppaas.clone.traffic import build_traffic, roadmaps_of
 from ppaas.costmap.build_layers import build_layers
@@ -27,7 +27,7 @@ from ppaas.nodes.jobs import run_inline
 from ppaas.robot_model.known_models import robot_model
 from ppaas.traffic.settings import TrafficParameters
 from ppaas.traffic.taking_part import TRAFFIC
-from robots.sim.driver import Schedule, SensorRates
+from robots.sim.driver import Schedule
 from robots.sim.world import World
 
 EPOCH = 1_000_000.0
@@ -41,7 +41,7 @@ SHARE_RATE = 5.0
 """Rate at which robots share their positions [Hz]."""
 
 
-class TrafficRobot:
+class TrafficRobot(ClonedRobot):
     """One robot: its simulated body, and its clone.
 
     Attributes
@@ -54,14 +54,10 @@ class TrafficRobot:
 
     def __init__(self, world: World, number: int, layers: MapLayers, *, obeys: bool) -> None:
         self.id = f"tb{number}"
-        self.body = world.robots[number]
-        self._world = world
+        body = world.robots[number]
         parameters = {"amcl": {"seed": number}, **({TRAFFIC: {}} if obeys else {})}
-        self.clone = InProcessClone(
-            layers, self.body.base.pose, DEFAULT_CONTROLLER, parameters, world.stamp, robot=self.id
-        )
-        rates = SensorRates()
-        self._odometry, self._scan = Schedule(rates.odom, 0.0), Schedule(rates.scan, 0.0)
+        clone = InProcessClone(layers, body.base.pose, DEFAULT_CONTROLLER, parameters, world.stamp, robot=self.id)
+        super().__init__(world, body, clone)
         self.goal: Pose2D | None = None
         self.goal_since = 0.0
         self.arrived = self.failed = 0
@@ -89,15 +85,8 @@ class TrafficRobot:
         return RobotState(self._pose.header, self._pose.pose, twist, self.body.base.model.radius, self._granted)
 
     def step(self) -> None:
-        """Pass odometry and scans that are due to the clone, and its command to the wheels."""
-        now = self._world.time()
-        if self._odometry.take(now):
-            self.clone.odometry(self.body.odometry())
-        if self._scan.take(now):
-            self.clone.scan(self.body.scan())
-        command = self.clone.command()
-        if command is not None:
-            self.body.command(command)
+        """Simulate sensors and wheels, and note the end of a goal."""
+        super().step()
         end = self.clone.end
         if self.goal is not None and end is not None:
             self.goal = None

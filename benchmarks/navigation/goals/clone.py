@@ -29,6 +29,9 @@ from ppaas.nodes.graph import Graph
 from ppaas.nodes.jobs import Work, run_inline
 from ppaas.nodes.move_base.node import MoveBaseNode
 from ppaas.planners.base import PlanResult
+from robots.sim.driver import Schedule, SensorRates
+from robots.sim.robot import SimulatedRobot
+from robots.sim.world import World
 
 T = TypeVar("T")
 
@@ -172,3 +175,32 @@ class InProcessClone:
         if text.startswith(RECOVERING) and text != self._text:
             self.recoveries += 1
         self._text = text
+
+
+class ClonedRobot:
+    """Simulated robot and its clone: passes sensors to the clone and commands to the wheels.
+
+    Parameters
+    ----------
+    world : World
+    body : SimulatedRobot
+        A robot of the world.
+    clone : InProcessClone
+    """
+
+    def __init__(self, world: World, body: SimulatedRobot, clone: InProcessClone) -> None:
+        self.body = self._simulated = body
+        self._world, self.clone = world, clone
+        rates = SensorRates()
+        self._odometry, self._scan = Schedule(rates.odom, 0.0), Schedule(rates.scan, 0.0)
+
+    def step(self) -> None:
+        """Pass odometry and scans that are due to the clone, and its command to the wheels."""
+        now = self._world.time()
+        if self._odometry.take(now):
+            self.clone.odometry(self._simulated.odometry())
+        if self._scan.take(now):
+            self.clone.scan(self._simulated.scan())
+        command = self.clone.command()
+        if command is not None:
+            self._simulated.command(command)

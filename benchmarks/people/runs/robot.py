@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from benchmarks.navigation.goals.clone import MODEL, InProcessClone
+from benchmarks.navigation.goals.clone import MODEL, ClonedRobot, InProcessClone
 from benchmarks.people.runs.job import Detections
 from ppaas.clone.plugins import DEFAULT_CONTROLLER
 from ppaas.costmap.map_layers import MapLayers
@@ -12,7 +12,6 @@ from ppaas.messages.people_msgs import PositionMeasurementArray
 from ppaas.nodes import topics
 from ppaas.nodes.base import Payload
 from robots.demo.contact_referee import Referee
-from robots.sim.driver import Schedule, SensorRates
 from robots.sim.robot import SimulatedRobot
 from robots.sim.world import World
 
@@ -26,7 +25,7 @@ NODES: dict[Detections, dict[str, Any]] = {
 """Parameters of a robot for each kind of detections."""
 
 
-class PeopleRobot:
+class PeopleRobot(ClonedRobot):
     """One robot.
 
     Parameters
@@ -58,31 +57,17 @@ class PeopleRobot:
         report: Callable[[PeopleReport], None],
     ) -> None:
         self.id = f"r{number}"
-        self.body: SimulatedRobot = world.robots[number]
-        self._world, self._report = world, report
+        self._report = report
+        body: SimulatedRobot = world.robots[number]
         parameters = {**NODES[detections], "amcl": {"seed": number}}
-        self.clone = InProcessClone(
-            layers, self.body.base.pose, DEFAULT_CONTROLLER, parameters, world.stamp, robot=self.id
-        )
+        clone = InProcessClone(layers, body.base.pose, DEFAULT_CONTROLLER, parameters, world.stamp, robot=self.id)
+        super().__init__(world, body, clone)
         self.clone.graph.tap(topics.PEOPLE_REPORT.name, self._hear)
         camera = self.body.model.camera
         if camera is not None:
             self.clone.graph.inject(topics.TF_STATIC.name, camera.transforms(self.body.model.base_frame))
         self.referee = Referee(world, self.body)
         self.referee.begin()
-        rates = SensorRates()
-        self._odometry, self._scan = Schedule(rates.odom, 0.0), Schedule(rates.scan, 0.0)
-
-    def step(self) -> None:
-        """Pass odometry and scans that are due to the clone, and its command to the wheels."""
-        now = self._world.time()
-        if self._odometry.take(now):
-            self.clone.odometry(self.body.odometry())
-        if self._scan.take(now):
-            self.clone.scan(self.body.scan())
-        command = self.clone.command()
-        if command is not None:
-            self.body.command(command)
 
     def image(self) -> None:
         """Pass a depth image to the clone."""
