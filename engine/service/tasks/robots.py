@@ -97,15 +97,21 @@ class TaskRobots:
         """Leave all places."""
         self.follow_only(set())
 
-    def connected(self) -> dict[Group, dict[str, MapVersion]]:
-        """Return the map versions of the robots that have a container, by user and map; forget closed places."""
-        found: defaultdict[Group, dict[str, MapVersion]] = defaultdict(dict)
+    def forget_closed(self) -> None:
+        """Forget the places that are closed."""
         for key in tuple(self._keys):
-            request, place = self._places.request_of(key), self._places.place(key)
-            if request is None or request.robot is None or place is None:
+            if self._places.request_of(key) is None or self._places.place(key) is None:
                 self._keys.discard(key)
                 self._leave(key)
-            elif place.container is not None:
+
+    def connected(self) -> dict[Group, dict[str, MapVersion]]:
+        """Return the map versions of the robots that have a container, by user and map; forget closed places."""
+        self.forget_closed()
+        found: defaultdict[Group, dict[str, MapVersion]] = defaultdict(dict)
+        for key in self._keys:
+            request, place = self._places.request_of(key), self._places.place(key)
+            assert request is not None and request.robot is not None and place is not None, "others are forgotten"
+            if place.container is not None:
                 found[request.user, request.map.id][request.robot.id] = request.map
         return found
 

@@ -96,10 +96,14 @@ class TaskRunner:
         if now - self._searched_at >= SEARCH:
             self._news.changed.update(await asyncio.to_thread(self._store.task_groups))
             self._searched_at = now
+            self._robots.forget_closed()
         while self._news.changed:
             group = self._news.changed.pop()
             self._groups.setdefault(group, TaskGroup(group, self._store, self._robots)).changed = True
         self._groups = {key: group for key, group in self._groups.items() if group.is_open(now)}
+        if not self._groups:
+            self._robots.follow_only(set())
+            return  # a cloud of many robots and no tasks need not look at each of them
         connected = self._robots.connected()
         there = {(user, robot) for (user, _), robots in connected.items() for robot in robots}
         self._labels = {key: read for key, read in self._labels.items() if key in there}

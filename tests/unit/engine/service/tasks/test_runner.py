@@ -4,6 +4,7 @@ import json
 from functools import partial
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import Mock
 
 import msgspec
 import pytest
@@ -263,3 +264,14 @@ async def test_robots_are_followed_only_while_there_are_tasks(hall: Hall) -> Non
     for _ in range(2):
         await hall.after(61.0)
     assert place.clients == 0
+
+
+async def test_robots_are_not_looked_at_while_there_are_no_tasks(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
+    hall.connect("r")
+    looked = Mock(wraps=hall.robots.connected)
+    monkeypatch.setattr(hall.robots, "connected", looked)
+    await hall.after()
+    looked.assert_not_called()
+    hall.add("t", 5.0)
+    await hall.after()
+    looked.assert_called()
