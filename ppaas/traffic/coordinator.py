@@ -21,7 +21,6 @@ RETRY = 0.5
 NEAR = 0.75
 """Largest distance of a goal from the cell that is taken for it, as a part of the distance between two cells."""
 
-
 OUTSIDER = "a robot outside of the traffic"
 """What a robot waits for whose next cell has a robot in it that takes no part."""
 
@@ -189,10 +188,10 @@ class Coordinator:
         for member in sorted(self._planned(plan), key=lambda each: each.goal_since):
             if not self._may_be_granted(member, now):
                 continue
-            why = ""
-            while not why and member.ahead < window_of(member.report, self.spacing):
+            why: str | None = None
+            while why is None and member.ahead < window_of(member.report, self.spacing):
                 why = self._grant_next(plan, member, now)
-            self._wait(member, why if member.ahead == 0 else "", now)
+            self._wait(member, why or "" if member.ahead == 0 else "", now)
 
     def _may_be_granted(self, member: Member, now: float) -> bool:
         gives_back = member.name in self.occupancy.gives_back
@@ -201,13 +200,13 @@ class Coordinator:
     def _is_silent(self, member: Member, now: float) -> bool:
         return now - member.heard_at > self.occupancy.parameters.silence
 
-    def _grant_next(self, plan: PlanAhead, member: Member, now: float) -> str:
-        """Grant a robot the next cell of its plan; return why not, if it is not."""
+    def _grant_next(self, plan: PlanAhead, member: Member, now: float) -> str | None:
+        """Grant a robot the next cell of its plan, or return what it waits for; empty if it needs no more cells now."""
         if not member.queue:
-            return NO_WAY if member.report.goal_id else "nothing"
+            return NO_WAY if member.report.goal_id else ""
         cell = member.queue[0]
         if isinstance(cell, Arrival):
-            return "its goal"
+            return ""
         before = plan.turn_of(cell)
         if before != member.name:
             return before
@@ -219,22 +218,21 @@ class Coordinator:
         plan.entered(member, cell)
         member.chain.append(cell)
         self.occupancy.holders.hold(member.name, cell)
-        return ""
+        return None
 
     @staticmethod
     def _wait(member: Member, why: str, now: float) -> None:
-        why = "" if why in {"nothing", "its goal"} else why
         if bool(why) != bool(member.waits_for):
             member.waits_since = now if why else float("inf")
         member.waits_for = why
 
-    def _messages(self, now: float) -> Iterable[tuple[Member, TrafficGrants]]:
+    def _messages(self, now: float) -> Iterable[TrafficGrants]:
         alone = self._granting and len(self.occupancy.present) == 1
         for member in self.members.values():
             report = member.report
             way = [MapPoint(*self.occupancy.cells.centre(cell)) for cell in member.chain]
-            yield member, TrafficGrants(
-                report.header, member.name, self.epoch, member.number, report.revision, self.spacing,
+            yield TrafficGrants(
+                report.header, member.name, self.epoch, 0, report.revision, self.spacing,
                 first=member.first, way=way, at_goal=member.at_goal and self._granting,
                 goal_id=report.goal_id if self._leads_to_goal(member) else "",
                 free=alone or member.standing == "out",

@@ -1,13 +1,13 @@
 """Grants as messages: how many cells ahead a robot needs, and when it is told."""
 
 import math
+from collections import Counter
 from collections.abc import Iterable
 
 from msgspec.structs import replace
 
 from ppaas.messages.base.std_msgs import Time
 from ppaas.messages.fleet.traffic import TrafficGrants, TrafficReport
-from ppaas.traffic.members import Member
 
 ROUND_TRIP = 0.5
 """Time from a report to the grants that answer it [s], over a slow network."""
@@ -30,30 +30,32 @@ class GrantWriter:
 
     def __init__(self) -> None:
         self._sent: dict[str, tuple[float, TrafficGrants]] = {}
+        # Those of robots that were forgotten stay: a robot that comes back ignores numbers that it knows.
+        self._numbers: Counter[str] = Counter()
 
-    def due(self, messages: Iterable[tuple[Member, TrafficGrants]], now: float) -> list[TrafficGrants]:
+    def due(self, messages: Iterable[TrafficGrants], now: float) -> list[TrafficGrants]:
         """Return the messages that are to be sent now, with their numbers and times.
 
         Parameters
         ----------
-        messages : iterable of (Member, TrafficGrants)
-            The grants of all members.
+        messages : iterable of TrafficGrants
+            The grants of all robots, without numbers.
         now : float
             Time [s].
         """
         due, sent = [], {}
-        for member, grants in messages:
-            last = self._sent.get(member.name)
+        for grants in messages:
+            last = self._sent.get(grants.robot)
             if last is None or now - last[0] >= REPEAT or not _equal(last[1], grants):
-                member.number += 1
+                self._numbers[grants.robot] += 1
                 header = replace(grants.header, stamp=Time.of(now))
-                due.append(replace(grants, number=member.number, header=header))
+                due.append(replace(grants, number=self._numbers[grants.robot], header=header))
                 last = now, grants
-            sent[member.name] = last
+            sent[grants.robot] = last
         self._sent = sent
         return due
 
 
 def _equal(one: TrafficGrants, other: TrafficGrants) -> bool:
-    """Return whether grants say the same, whatever their times and numbers."""
-    return replace(one, header=other.header, number=other.number) == other
+    """Return whether grants without numbers say the same, whatever their times."""
+    return replace(one, header=other.header) == other

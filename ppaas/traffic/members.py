@@ -57,8 +57,6 @@ class Member:
         Id of a goal that cannot be reached, and why.
     no_way : str
         Id of a goal to which this plan has no way.
-    number : int
-        Number of the last grants sent to it.
     """
 
     report: TrafficReport
@@ -77,7 +75,6 @@ class Member:
     goal_since: float = 0.0
     refused: tuple[str, str] = ("", "")
     no_way: str = ""
-    number: int = 0
 
     @property
     def name(self) -> str:

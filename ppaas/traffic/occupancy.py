@@ -10,7 +10,7 @@ from ppaas.errors import InvalidInput, NotFound
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.messages.fleet.traffic import MapPoint, TrafficReport
 from ppaas.traffic.holders import Holders
-from ppaas.traffic.members import Arrival, Cell, Member, reached_by
+from ppaas.traffic.members import Arrival, Cell, Member, Standing, reached_by
 from ppaas.traffic.outsiders import FRESH, Outsiders
 from ppaas.traffic.settings import TrafficParameters
 
@@ -150,22 +150,19 @@ class Occupancy:
         return self.members[name]
 
     def _join(self, report: TrafficReport, now: float) -> Member:
+        """Take a robot in; all ways begin anew on another roadmap if it is larger than those before."""
         member = Member(report, now, moved_at=now, goal_since=now)
         self.members[report.robot] = member
-        self._use_radius(report.radius)
-        if report.way:
+        if self.map is None or report.radius > self._radius:
+            self._radius = report.radius
+            self._change_roadmap()
+        elif report.way:
             self._adopt(member, report)
         else:
             self._stand(member)
+        if not report.way:
             self._stop_around(member)
         return member
-
-    def _use_radius(self, radius: float) -> None:
-        """Use a roadmap for a larger robot than those before; all ways begin anew."""
-        if self.map is not None and radius <= self._radius:
-            return
-        self._radius = max(radius, self._radius)
-        self._change_roadmap()
 
     def use_map(self, make_roadmap: MakeRoadmap) -> None:
         """Go on with another version of the map; all ways begin anew."""
@@ -176,8 +173,6 @@ class Occupancy:
     def _change_roadmap(self) -> None:
         self.map = self._make_roadmap(self._radius, self.parameters)
         self._blocked.clear()
-        for member in self.members.values():
-            self.holders.let_all_go(member.name)
         for member in self.members.values():
             if member.report.way:
                 self._adopt(member, member.report)
@@ -302,9 +297,9 @@ class Occupancy:
             del self._blocked[cell]
             self.outdated = True
 
-    def _set_aside(self, member: Member, standing: str, now: float) -> None:
+    def _set_aside(self, member: Member, standing: Standing, now: float) -> None:
         """Count a robot as an obstacle with all that it holds; ask it to give back what it is not on."""
-        member.standing = "silent" if standing == "silent" else "stopped"
+        member.standing = standing
         member.retry_at = now + self.parameters.retry * 2.0 ** min(member.tries, 3)
         member.tries += 1
         self.gives_back.add(member.name)

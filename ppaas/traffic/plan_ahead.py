@@ -29,9 +29,12 @@ class PlanAhead:
     ----------
     roadmap : Roadmap
         Without the cells that nobody may enter.
-    heads : mapping of Member to int
+    heads : mapping of str to int
         Cell of each robot in which the plan begins.
+    members : mapping of str to Member
+        Robots by name, those of ``heads`` among them.
     seed : int
+        Seed of the random numbers.
     """
 
     def __init__(self, roadmap: Roadmap, heads: Mapping[str, Cell], members: Mapping[str, Member], seed: int) -> None:

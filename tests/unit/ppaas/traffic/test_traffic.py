@@ -307,3 +307,17 @@ def test_nobody_is_granted_a_cell_in_which_an_outsider_is_and_one_that_stays_is_
         simulation.step()
     assert simulation.robots[0].arrived == 1
     assert coordinator.members["tb0"].waits_for == ""
+
+
+def test_a_robot_that_was_forgotten_and_comes_back_takes_its_first_grants() -> None:
+    hall = roadmap_of("......\n......")
+    simulation = Simulation(hall, 22, parameters=TrafficParameters(forget=20.0))
+    robot = simulation.add(0)
+    simulation.add(11)
+    simulation.run(30.0)
+    robot.silent = True
+    simulation.run(25.0)
+    assert simulation.coordinator is not None and "tb0" not in simulation.coordinator.members
+    robot.silent, known = False, robot.way.number
+    simulation.run(1.0)
+    assert robot.way.number > known
