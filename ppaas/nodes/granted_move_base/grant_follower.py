@@ -2,7 +2,6 @@
 
 from ppaas.controllers.base import Controller, ControlRequest, Velocity
 from ppaas.geometry import Pose2D, Poses
-from ppaas.nodes.granted_move_base.granted_planner import GrantedPlanner
 from ppaas.nodes.granted_move_base.traffic_link import TrafficLink
 
 
@@ -26,7 +25,6 @@ class GrantFollower(Controller):
         self._link = link
         self._free, self._granted = free, granted
         self._in_use = granted
-        self.planner: GrantedPlanner | None = None
 
     def set_plan(self, poses: Poses) -> None:
         """Follow this plan (n, 7) from now on."""
@@ -35,7 +33,7 @@ class GrantFollower(Controller):
 
     def is_goal_reached(self, pose: Pose2D, velocity: Velocity) -> bool:
         """Return whether the robot stands at its goal; the end of what is granted so far is none."""
-        final = self._in_use is self._free or (self.planner is not None and self.planner.is_final)
+        final = self._in_use is self._free or self._link.path_is_final
         return final and self._in_use.is_goal_reached(pose, velocity)
 
     def compute_velocity(self, request: ControlRequest) -> Velocity:

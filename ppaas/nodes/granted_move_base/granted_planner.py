@@ -14,9 +14,6 @@ from ppaas.traffic.leg_path import path_along
 NAME = "traffic"
 """Name of the planner in plans."""
 
-SHORT = 0.02
-"""Length below which a path leads nowhere [m]."""
-
 
 class GrantedPlanner(RobotPlanner):
     """Plans as any robot's planner while the robot drives freely, and else returns the granted way.
@@ -31,8 +28,6 @@ class GrantedPlanner(RobotPlanner):
     def __init__(self, link: TrafficLink, *arguments: object, **options: object) -> None:
         super().__init__(*arguments, **options)  # type: ignore[arg-type]
         self._link = link
-        self.goal_id = ""
-        self.is_final = False
 
     def is_blocked(self, poses: Poses) -> bool:
         """Return whether a plan is blocked now; a granted way is as it is."""
@@ -42,7 +37,7 @@ class GrantedPlanner(RobotPlanner):
         self, start: Pose2D, goal: Pose2D, done: Callable[[Planned], None], through: Sequence[Pose2D] = ()
     ) -> None:
         """Plan to a goal, or pass on the granted way; ``done`` is called with the result."""
-        self.is_final = False
+        self._link.path_is_final = False
         if self._link.way.free and not self._link.must_stop:
             super().request(start, goal, done, through)
         else:
@@ -50,7 +45,7 @@ class GrantedPlanner(RobotPlanner):
 
     def _granted(self, start: Pose2D, goal: Pose2D) -> Planned:
         link, way = self._link, self._link.way
-        if reason := link.refusal_of(self.goal_id):
+        if reason := link.refusal:
             return NoPlan(GoalOccupied(f"the traffic of the map refuses the goal: {reason}"), final=True)
         if link.must_stop or not way.spacing:
             return Waiting(link.waits_for())
@@ -59,14 +54,14 @@ class GrantedPlanner(RobotPlanner):
         if final is None and (not way.ahead or len(leg) < 2):
             return Waiting(link.waits_for())
         poses = path_along(leg, way.spacing, start, final)
-        self.is_final = final is not None
+        link.path_is_final = final is not None
         length = float(np.hypot(*np.diff(poses[:, :2], axis=0).T).sum())
         return PlanResult(np.empty((0, 2), np.int32), poses, 0.0, length, 0, 0.0, NAME)
 
     def _final_pose(self, goal: Pose2D) -> Pose2D | None:
         """Return where the robot stops at its goal: as near as it is wholly in the cell; None on the way there."""
         way = self._link.way
-        if not way.leads_to(self.goal_id):
+        if not way.leads_to(self._link.goal_id):
             return None
         x, y = way.last
         margin = way.margin

@@ -1,5 +1,6 @@
 """Node ``move_base`` of a robot that drives as far as the traffic of its map grants."""
 
+from dataclasses import replace
 from typing import Any, ClassVar
 
 from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
@@ -53,17 +54,13 @@ class GrantedMoveBaseNode(MoveBaseNode):
 
     def __init__(self, context: Context, *, link: TrafficLink, controller: GrantFollower, **options: Any) -> None:
         self._link = link
-        self._granted: GrantedPlanner | None = None
         super().__init__(context, controller=controller, **options)
-        controller.planner = self._granted
         self._surroundings.trust_grants()
-        self._wanted: Wanted | None = None
         self._given_way = 0
         self._occupied_since: dict[tuple[float, float], float] = {}
 
     def _make_planner(self, *arguments: Any, **options: Any) -> RobotPlanner:
-        self._granted = GrantedPlanner(self._link, *arguments, **options)
-        return self._granted
+        return GrantedPlanner(self._link, *arguments, **options)
 
     def start(self) -> None:
         """Begin to report, in addition to what any Move Base does."""
@@ -81,15 +78,13 @@ class GrantedMoveBaseNode(MoveBaseNode):
 
     def _feed(self, event: events.Event) -> None:
         super()._feed(event)
-        active = self._machine.goals.active
-        if active is None or active.goal.id.startswith(GIVING_WAY):
-            self._wanted = None
-        elif self._wanted is None or self._wanted.id != active.goal.id:
-            self._wanted = Wanted(active.goal.id, active.goal.pose, self.context.elapsed())
-        elif self._wanted.pose != active.goal.pose:
-            self._wanted = Wanted(active.goal.id, active.goal.pose, self._wanted.since)
-        if self._granted is not None:
-            self._granted.goal_id = "" if self._wanted is None else self._wanted.id
+        active, wanted = self._machine.goals.active, self._link.wanted
+        if active is None or self._gives_way:
+            self._link.wanted = None
+        elif wanted is None or wanted.id != active.goal.id:
+            self._link.wanted = Wanted(active.goal.id, active.goal.pose, self.context.elapsed())
+        elif wanted.pose != active.goal.pose:
+            self._link.wanted = replace(wanted, pose=active.goal.pose)
 
     def _plan_due(self) -> None:
         self._feed(events.PlanDue(self.context.elapsed()))
@@ -111,18 +106,14 @@ class GrantedMoveBaseNode(MoveBaseNode):
         elif self._gives_way and not link.way.ahead:
             self._feed(events.Preempted(now, GAVE_WAY))
         link.find_blocked(self._occupied(now))
-        link.report(self._wanted)
-        if changed or (not link.way.ahead and not link.way.free and not self._is_arriving):
+        link.report()
+        if changed or (not link.way.ahead and not link.way.free and not link.path_is_final):
             self._plan_due()
 
     @property
     def _gives_way(self) -> bool:
         active = self._machine.goals.active
         return active is not None and active.goal.id.startswith(GIVING_WAY)
-
-    @property
-    def _is_arriving(self) -> bool:
-        return self._granted is not None and self._granted.is_final
 
     @property
     def _stands(self) -> bool:
@@ -150,11 +141,13 @@ class GrantedMoveBaseNode(MoveBaseNode):
     def _occupied(self, now: float) -> tuple[MapPoint, ...]:
         """Return the centres of cells ahead in which the robot has seen something for some time."""
         costs, way = self._surroundings.costs, self._link.way
-        ahead = way.held[-way.ahead :] if way.ahead and costs is not None else []
+        if costs is None or not way.ahead:
+            self._occupied_since = {}
+            return ()
         seen: dict[tuple[float, float], float] = {}
-        for point in ahead:
-            cell = costs.info.cell_of(point.x, point.y) if costs is not None else None
-            cost = NO_INFORMATION if cell is None or costs is None else int(costs.data[cell])
+        for point in way.held[-way.ahead :]:
+            cell = costs.info.cell_of(point.x, point.y)
+            cost = NO_INFORMATION if cell is None else int(costs.data[cell])
             if INSCRIBED_INFLATED_OBSTACLE <= cost < NO_INFORMATION:
                 seen[point.x, point.y] = self._occupied_since.get((point.x, point.y), now)
         self._occupied_since = seen

@@ -72,6 +72,12 @@ class TrafficLink:
     Attributes
     ----------
     way : GrantedWay
+    wanted : Wanted or None
+        Goal of the robot; None while it has none.
+    path_is_final : bool
+        Whether the path that it follows ends at its goal.
+    stray : bool
+        Whether it has left its way.
     """
 
     def __init__(self, context: Context, facts: RobotFacts) -> None:
@@ -83,8 +89,15 @@ class TrafficLink:
         self._pose: Pose2D | None = None
         self._reported: TrafficReport | None = None
         self._reported_at = -math.inf
+        self.wanted: Wanted | None = None
+        self.path_is_final = False
         self.stray = False
         self._blocked: tuple[MapPoint, ...] = ()
+
+    @property
+    def goal_id(self) -> str:
+        """Id of the goal; empty without one."""
+        return "" if self.wanted is None else self.wanted.id
 
     @property
     def node_is_lost(self) -> bool:
@@ -129,10 +142,11 @@ class TrafficLink:
         grants = self.way.grants
         return grants is not None and grants.give_back and grants.revision == self.way.revision
 
-    def refusal_of(self, goal_id: str) -> str:
-        """Return why the traffic node refuses a goal; empty if it does not."""
+    @property
+    def refusal(self) -> str:
+        """Why the traffic node refuses the goal; empty if it does not."""
         grants = self.way.grants
-        return grants.refused if grants is not None and grants.goal_id == goal_id else ""
+        return grants.refused if grants is not None and grants.goal_id == self.goal_id else ""
 
     def waits_for(self) -> str:
         """Return what the robot waits for, in words."""
@@ -147,11 +161,11 @@ class TrafficLink:
             return "no way to the goal is free"
         return f"{why} goes first" if why else "the traffic of the map is being planned"
 
-    def report(self, wanted: Wanted | None) -> None:
+    def report(self) -> None:
         """Publish a report, if anything has changed or the last one is too old."""
         if self._pose is None:
             return
-        now, report = self._context.elapsed(), self._next(self._pose, wanted)
+        now, report = self._context.elapsed(), self._next(self._pose)
         age, last = now - self._reported_at, self._reported
         if last is None or age >= REPORT_PERIOD or _says_more(report, last):
             due = True
@@ -161,13 +175,13 @@ class TrafficLink:
             self._reported, self._reported_at = report, now
             self._context.publish(topics.TRAFFIC_REPORT.name, report)
 
-    def _next(self, pose: Pose2D, wanted: Wanted | None) -> TrafficReport:
-        way, facts = self.way, self.facts
+    def _next(self, pose: Pose2D) -> TrafficReport:
+        way, facts, wanted = self.way, self.facts, self.wanted
         goal = MapPoint(0.0, 0.0) if wanted is None else MapPoint(wanted.pose.x, wanted.pose.y)
         return TrafficReport(
             Header(stamp=Time.of(self._context.now()), frame_id=MAP), facts.name, pose.x, pose.y, pose.theta,
             facts.radius, facts.speed, facts.braking, way.epoch, way.number, way.revision, way.first, way.held,
-            way.ahead, way.free, self.stray, list(self._blocked), "" if wanted is None else wanted.id, goal,
+            way.ahead, way.free, self.stray, list(self._blocked), self.goal_id, goal,
             0.0 if wanted is None else self._context.elapsed() - wanted.since,
         )  # fmt: skip
 
