@@ -14,8 +14,9 @@ def faults_of(roadmap: Roadmap, plan: FleetPlan, starts: Sequence[int], goals: S
 
     Each robot must go from its start to its goal, in each step into a neighbouring cell or not at all. No two robots
     may be in one cell or exchange their cells, and no ring of robots may turn: each waits until the next cell is empty.
+    An area must have room for robots that enter it, together with those that were in it before.
     """
-    return [*_wrong_ends(plan, starts, goals), *_wrong_moves(roadmap, plan), *_conflicts(plan)]
+    return [*_wrong_ends(plan, starts, goals), *_wrong_moves(roadmap, plan), *_conflicts(plan), *_full(roadmap, plan)]
 
 
 def _wrong_ends(plan: FleetPlan, starts: Sequence[int], goals: Sequence[int]) -> Iterator[str]:
@@ -44,6 +45,14 @@ def _conflicts(plan: FleetPlan) -> Iterator[str]:
             yield f"robots {np.nonzero(row == cell)[0].tolist()} are in cell {cell} at time {time}"
     for time, (before, after) in enumerate(zip(plan.steps[:-1], plan.steps[1:], strict=True)):
         yield from _rings(time, before, after)
+
+
+def _full(roadmap: Roadmap, plan: FleetPlan) -> Iterator[str]:
+    for area, room in enumerate(roadmap.room.tolist()):
+        inside = (roadmap.areas >> np.uint64(area) & np.uint64(1)).astype(np.bool_)[plan.steps]
+        entering = (inside[1:] & ~inside[:-1]).sum(axis=1)
+        for time in np.nonzero((entering > 0) & (inside[:-1].sum(axis=1) + entering > room))[0]:
+            yield f"area {area} has no room for those who enter it at time {time}"
 
 
 def _rings(time: int, before: NDArray[np.int32], after: NDArray[np.int32]) -> Iterator[str]:

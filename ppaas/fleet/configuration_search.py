@@ -33,7 +33,7 @@ class ConfigurationSearch:
     def __init__(self, board: Board, starts: Ints, required: NDArray[np.bool_], seed: int) -> None:
         n = len(starts)
         self._board = board
-        self._step = step_of(len(board.neighbours), starts, seed)
+        self._step = step_of(board, starts, seed)
         self._step.to[:] = starts
         self._budget = max(1, BUDGET // n)
         self._search = lacam.Search(

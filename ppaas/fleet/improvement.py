@@ -55,8 +55,10 @@ class Improvement:
     def run(self, goes_on: Callable[[], bool]) -> None:
         """Improve the plan while ``goes_on`` returns True, which is asked every few milliseconds.
 
-        Returns earlier if no plan is better.
+        Returns earlier if no plan is better, and at once if areas have room for few robots, which it does not mind.
         """
+        if self._problem.roadmap.room.size:
+            return
         board, bound = self._problem.board(), self._problem.bound
         for firsts, alone in self._tries():
             if not goes_on() or self.cost == bound:

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from ppaas.errors import NoValidPath, PlanTimeout
 from ppaas.fleet.configuration_search import ConfigurationSearch
-from ppaas.fleet.kernels.board import NO_GUIDE, NOBODY, UNREACHABLE, Board, step_of
+from ppaas.fleet.kernels.board import NO_GUIDE, NOBODY, UNREACHABLE, step_of
 from ppaas.fleet.kernels.pibt import decide
-from ppaas.fleet.problem import check_distinct, distances_from
+from ppaas.fleet.problem import board_of, check_distinct, distances_from
 from ppaas.fleet.roadmap import Roadmap
 
 PATIENCE = 20
@@ -46,8 +46,8 @@ class LifelongPlan:
         check_distinct(starts, roadmap, "starts")
         self._roadmap = roadmap
         distances = np.empty((len(starts), len(roadmap)), np.int16)
-        self._board = Board(roadmap.neighbours, distances, NO_GUIDE, starts.astype(np.int32))
-        self._step = step_of(len(roadmap), starts, seed)
+        self._board = board_of(roadmap, distances, NO_GUIDE, starts.astype(np.int32))
+        self._step = step_of(self._board, starts, seed)
         self._ages = np.random.default_rng(seed).random(len(starts)).astype(np.float32)
         self._seed = seed
         self._patience = np.zeros(len(starts), np.int64)

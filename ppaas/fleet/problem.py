@@ -85,7 +85,14 @@ class FleetProblem:
 
     def board(self, guide: NDArray[np.int8] = NO_GUIDE) -> Board:
         """Return the arrays for kernels, with guides of the robots."""
-        return Board(self.roadmap.neighbours, self.distances, guide, self.goals)
+        return board_of(self.roadmap, self.distances, guide, self.goals)
+
+
+def board_of(
+    roadmap: Roadmap, distances: NDArray[np.int16], guide: NDArray[np.int8], goals: NDArray[np.int32]
+) -> Board:
+    """Return the arrays of a roadmap and of robots for kernels."""
+    return Board(roadmap.neighbours, distances, guide, goals, roadmap.areas, roadmap.room)
 
 
 def distances_from(
@@ -104,7 +111,7 @@ def distances_from(
     for begin in range(0, len(goals), at_once):
         check()
         rows = slice(begin, begin + at_once)
-        if not flood_all(roadmap.neighbours, goals[rows], distances[rows], queue):
+        if not flood_all(roadmap.incoming, goals[rows], distances[rows], queue):
             raise InvalidInput(f"the map is too large: two of its cells are {UNREACHABLE} moves apart")
     return distances
 

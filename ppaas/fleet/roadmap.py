@@ -1,7 +1,7 @@
 """Roadmap: the cells of a map in which a robot of a fleet may stand, and the moves between them."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,16 +19,26 @@ class Roadmap:
     Parameters
     ----------
     neighbours : (v, 4) int32 array
-        Neighbours of each cell, −1 behind the last one. Each is a neighbour of its neighbours.
+        Cells to which a robot may move from each cell, −1 behind the last one.
+    incoming : (v, 4) int32 array
+        Cells from which a robot may move into each cell, −1 behind the last one; the same as ``neighbours`` where no
+        move is one-way.
     cells : (v, 2) int32 array
         Row and column of each cell.
     numbers : (h, w) int32 array
         Number of each cell, `BLOCKED` where no robot may stand.
+    areas : (v,) uint64 array
+        Areas that each cell is in, as bits: bit a for area a. (0,) without areas.
+    room : (a,) int32 array
+        Number of robots that may be in each area at a time.
     """
 
     neighbours: NDArray[np.int32]
+    incoming: NDArray[np.int32]
     cells: NDArray[np.int32]
     numbers: NDArray[np.int32]
+    areas: NDArray[np.uint64] = field(default_factory=lambda: np.empty(0, np.uint64))
+    room: NDArray[np.int32] = field(default_factory=lambda: np.empty(0, np.int32))
 
     @classmethod
     def of_grid(cls, free: NDArray[np.bool_]) -> "Roadmap":
@@ -40,7 +50,8 @@ class Roadmap:
             True where a robot may stand.
         """
         cells, numbers, near = _beside(free)
-        return cls(_packed(near), cells, numbers)
+        both = _packed(near)
+        return cls(both, both, cells, numbers)
 
     @classmethod
     def of_moves(cls, free: NDArray[np.bool_], in_rows: NDArray[np.bool_], in_columns: NDArray[np.bool_]) -> "Roadmap":
@@ -59,17 +70,25 @@ class Roadmap:
         rows, columns = cells.T
         down, right = np.pad(in_columns, ((1, 1), (0, 0))), np.pad(in_rows, ((0, 0), (1, 1)))
         exists = (down[rows, columns], down[rows + 1, columns], right[rows, columns], right[rows, columns + 1])
-        return cls(_packed(np.where(np.stack(exists, axis=1), near, BLOCKED)), cells, numbers)
+        both = _packed(np.where(np.stack(exists, axis=1), near, BLOCKED))
+        return cls(both, both, cells, numbers)
 
     def without(self, cells: Iterable[int]) -> "Roadmap":
         """Return the roadmap without the moves from and to some cells, which keep their numbers."""
         gone = np.zeros(len(self), np.bool_)
         gone[list(cells)] = True
-        neighbours = self.neighbours.copy()
-        neighbours[gone] = BLOCKED
-        neighbours[(neighbours != BLOCKED) & gone[neighbours]] = BLOCKED
-        last = np.argsort(neighbours == BLOCKED, axis=1, kind="stable")
-        return replace(self, neighbours=np.ascontiguousarray(np.take_along_axis(neighbours, last, axis=1)))
+        return self.without_moves(gone[:, np.newaxis] | gone[self.neighbours])
+
+    def without_moves(self, closed: NDArray[np.bool_]) -> "Roadmap":
+        """Return the roadmap without some moves; the moves back may stay, so that others are one-way.
+
+        Parameters
+        ----------
+        closed : (v, 4) bool array
+            True for the moves to those of ``neighbours`` that are closed.
+        """
+        neighbours = _packed(np.where(closed, BLOCKED, self.neighbours))
+        return replace(self, neighbours=neighbours, incoming=_incoming(neighbours))
 
     def __len__(self) -> int:
         """Return the number of cells."""
@@ -119,3 +138,15 @@ def _packed(near: NDArray[np.int32]) -> NDArray[np.int32]:
     """Return neighbours with all that are `BLOCKED` behind the others, (v, 4) int32."""
     last = np.argsort(near == BLOCKED, axis=1, kind="stable")
     return np.ascontiguousarray(np.take_along_axis(near, last, axis=1), np.int32)
+
+
+def _incoming(neighbours: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return the cells from which moves lead into each cell, (v, 4) int32."""
+    starts, moves = np.nonzero(neighbours != BLOCKED)
+    ends = neighbours[starts, moves]
+    order = np.argsort(ends, kind="stable")
+    starts, ends = starts[order], ends[order]
+    place = np.arange(len(ends)) - np.searchsorted(ends, ends)
+    incoming = np.full(neighbours.shape, BLOCKED, np.int32)
+    incoming[ends, place] = starts
+    return incoming

@@ -19,25 +19,35 @@ UNREACHABLE = np.int16(32_000)
 """Distance of cells from which a goal cannot be reached [cells]; greatest distance, plus one, that a table may have."""
 
 
+NO_AREAS = np.empty(0, np.uint64)
+"""Areas of cells of which none is in one."""
+
+
 class Board(NamedTuple):
     """Cells, and where the robots want to go.
 
     Parameters
     ----------
     neighbours : (v, 4) int32 array
-        Neighbours of each cell, −1 behind the last one.
+        Cells to which a robot may move from each cell, −1 behind the last one.
     distances : (n, v) int16 array
         Distance of each cell from the goal of each robot [cells], `UNREACHABLE` without a way.
     guide : (n, v) int8 array
         Index of the neighbour to which the guide of a robot leads, −1 off its way; (0, 0) without guides.
     goals : (n,) int32 array
         Goal of each robot.
+    areas : (v,) uint64 array
+        Areas that each cell is in, as bits: bit a for area a. (0,) without areas.
+    room : (a,) int32 array
+        Number of robots that may be in each area at a time.
     """
 
     neighbours: Ints
     distances: NDArray[np.int16]
     guide: NDArray[np.int8]
     goals: Ints
+    areas: NDArray[np.uint64]
+    room: Ints
 
 
 class Step(NamedTuple):
@@ -58,6 +68,8 @@ class Step(NamedTuple):
         it swaps, or −1, at `PARTNER`.
     keys : (5,) float32 array
         Scratch memory.
+    inside : (a,) int32 array
+        Number of robots in each area before the step, and of those that have decided to enter it.
     bits : (1,) uint64 array
         State of the random numbers.
     """
@@ -70,6 +82,7 @@ class Step(NamedTuple):
     turn: Ints
     choices: Ints
     keys: NDArray[np.float32]
+    inside: Ints
     bits: NDArray[np.uint64]
 
 
@@ -82,12 +95,13 @@ NO_GUIDE = np.empty((0, 0), np.int8)
 def smallest_board(guide: NDArray[np.int8] = NO_GUIDE) -> Board:
     """Return a board of two cells for one robot, whose goal is the second one: for ``warm`` of kernels."""
     neighbours = np.array([[1, -1, -1, -1], [0, -1, -1, -1]], np.int32)
-    return Board(neighbours, np.array([[1, 0]], np.int16), guide, np.ones(1, np.int32))
+    distances, goals = np.array([[1, 0]], np.int16), np.ones(1, np.int32)
+    return Board(neighbours, distances, guide, goals, NO_AREAS, np.empty(0, np.int32))
 
 
-def step_of(cells: int, at: Ints, seed: int) -> Step:
+def step_of(board: Board, at: Ints, seed: int) -> Step:
     """Return the arrays for the steps of robots that are in the cells ``at``; seeds give the same random numbers."""
-    n = len(at)
+    n, cells = len(at), len(board.neighbours)
     return Step(
         at.astype(np.int32),
         np.full(n, NOBODY, np.int32),
@@ -97,6 +111,7 @@ def step_of(cells: int, at: Ints, seed: int) -> Step:
         np.empty(n + 1, np.int32),
         np.empty((n + 1, 7), np.int32),
         np.empty(5, np.float32),
+        np.zeros(len(board.room), np.int32),
         seeded(seed),
     )
 

@@ -8,13 +8,13 @@ from ppaas.planners.kernels.jit_decorators import bare
 
 
 @bare
-def flood(neighbours: Ints, goal: int, distances: NDArray[np.int16], queue: Ints) -> bool:
+def flood(incoming: Ints, goal: int, distances: NDArray[np.int16], queue: Ints) -> bool:
     """Compute the distance of each cell from a goal.
 
     Parameters
     ----------
-    neighbours : (v, 4) int32 array
-        Neighbours of each cell, −1 behind the last one.
+    incoming : (v, 4) int32 array
+        Cells from which a robot may move into each cell, −1 behind the last one.
     goal : int
     distances : (v,) int16 array
         Distances [cells], `UNREACHABLE` without a way. Out.
@@ -35,7 +35,7 @@ def flood(neighbours: Ints, goal: int, distances: NDArray[np.int16], queue: Ints
         first += 1
         distance = distances[cell] + np.int16(1)
         for k in range(4):
-            near = neighbours[cell, k]
+            near = incoming[cell, k]
             if near < 0:
                 break
             if distances[near] == UNREACHABLE:
@@ -48,10 +48,10 @@ def flood(neighbours: Ints, goal: int, distances: NDArray[np.int16], queue: Ints
 
 
 @bare
-def flood_all(neighbours: Ints, goals: Ints, distances: NDArray[np.int16], queue: Ints) -> bool:
+def flood_all(incoming: Ints, goals: Ints, distances: NDArray[np.int16], queue: Ints) -> bool:
     """Fill a row of ``distances`` for each goal; return False if a distance does not fit into the table."""
     for row in range(len(goals)):  # noqa: SIM110 - a kernel has no generators
-        if not flood(neighbours, goals[row], distances[row], queue):
+        if not flood(incoming, goals[row], distances[row], queue):
             return False
     return True
 

@@ -33,15 +33,16 @@ class Traffic(NamedTuple):
     Parameters
     ----------
     back : (v, 4) int8 array
-        Index of a cell among the neighbours of its neighbour: ``neighbours[neighbours[c, k], back[c, k]] = c``.
+        Index of a cell among the neighbours of its neighbour: ``neighbours[neighbours[c, k], back[c, k]] = c``; −1
+        where no robot may move back.
     flow : (v, 4) int32 array
         Number of ways that lead from each cell to its neighbour.
     load : (v,) int32 array
         Number of ways that lead into each cell.
     costs : (v,) int32 array
         Least cost of each cell in the current search; valid where ``marks`` is its number.
-    came : (v,) int8 array
-        Index of the neighbour from which the cell was reached.
+    came : (v,) int32 array
+        Cell from which each cell was reached, times 4, and the index of the move there.
     marks, closed : (v,) int32 array
         Number of the last search that reached each cell, and that expanded it.
     heads : (BUCKETS,) int32 array
@@ -54,7 +55,7 @@ class Traffic(NamedTuple):
     flow: Ints
     load: Ints
     costs: Ints
-    came: NDArray[np.int8]
+    came: Ints
     marks: Ints
     closed: Ints
     heads: Ints
@@ -90,8 +91,7 @@ def put_in(board: Board, traffic: Traffic, robot: int, start: int) -> None:
     """Add the way of a robot that `search` has found."""
     cell, guide = board.goals[robot], board.guide[robot]
     while cell != start:
-        before = board.neighbours[cell, traffic.came[cell]]
-        k = traffic.back[cell, traffic.came[cell]]
+        before, k = traffic.came[cell] >> 2, traffic.came[cell] & 3
         guide[before] = k
         traffic.flow[before, k] += 1
         traffic.load[cell] += 1
@@ -138,11 +138,13 @@ def search(board: Board, traffic: Traffic, robot: int, start: int, against: int,
             if near < 0:
                 break
             back = traffic.back[cell, k]
-            met = against * traffic.flow[near, back] + crowd * traffic.load[near]
+            met = crowd * traffic.load[near]
+            if back >= 0:
+                met += against * traffic.flow[near, back]
             cost = costs[cell] + STEP + min(met, MOST_TRAFFIC)
             if traffic.closed[near] == number or (traffic.marks[near] == number and cost >= costs[near]):
                 continue
-            costs[near], traffic.marks[near], traffic.came[near] = cost, number, back
+            costs[near], traffic.marks[near], traffic.came[near] = cost, number, 4 * cell + k
             place = cost + STEP * distances[near] - least
             if place < BUCKETS and used < len(entries):
                 entries[used, 0], entries[used, 1] = near, heads[place]
@@ -184,7 +186,7 @@ def traffic_of(neighbours: Ints) -> Traffic:
         np.zeros((cells, 4), np.int32),
         np.zeros(cells, np.int32),
         np.empty(cells, np.int32),
-        np.empty(cells, np.int8),
+        np.empty(cells, np.int32),
         np.zeros(cells, np.int32),
         np.zeros(cells, np.int32),
         np.empty(BUCKETS, np.int32),

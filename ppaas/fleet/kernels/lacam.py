@@ -160,7 +160,7 @@ def branch(board: Board, search: Search, node: int, above: int) -> None:
 
 
 @_compiled
-def constrain(step: Step, search: Search, constraint: int) -> bool:
+def constrain(board: Board, step: Step, search: Search, constraint: int) -> bool:
     """Lay a constraint and all above it on a step; return False if they contradict each other."""
     step.to[:] = -1
     row = search.constraints[constraint]
@@ -169,7 +169,7 @@ def constrain(step: Step, search: Search, constraint: int) -> bool:
     while row[ROBOT] >= 0:
         step.to[row[ROBOT]] = row[CELL]
         row = search.constraints[row[ABOVE]]
-    return bool(is_possible(step))
+    return bool(is_possible(board, step))
 
 
 @_compiled
@@ -223,14 +223,14 @@ def explore(board: Board, step: Step, search: Search, budget: int) -> int:
             continue
         search.nodes[node, FIRST] = search.constraints[constraint, NEXT]
         branch(board, search, node, constraint)
-        if constrain(step, search, constraint) and decide(board, step, search.order):
+        if constrain(board, step, search, constraint) and decide(board, step, search.order):
             state[IS_NEW] = 1
     return PAUSED
 
 
 def warm() -> None:
     """Compile and call each kernel once."""
-    step = step_of(2, np.zeros(1, np.int32), 0)
+    step = step_of(smallest_board(), np.zeros(1, np.int32), 0)
     step.to[:] = step.at
     search = Search(
         np.empty((4, 1), np.int32), np.empty((4, 1), np.float32), np.empty((4, 3), np.int32),

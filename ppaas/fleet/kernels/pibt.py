@@ -64,9 +64,47 @@ def choose(board: Board, step: Step, robot: int, out: Ints) -> None:
 
 
 @bare
-def is_open(step: Step, robot: int, cell: int) -> bool:
+def enter(board: Board, step: Step, robot: int, cell: int, number: int) -> None:
+    """Count a robot as one that enters the areas of a cell, or with −1 as ``number``, as one that does not after all.
+
+    A robot that leaves an area makes room in it only after the step: otherwise one that waits until there is room might
+    wait for itself.
+    """
+    if len(board.room) > 0:
+        entered = board.areas[cell] & ~board.areas[step.at[robot]]
+        for area in range(len(board.room)):
+            if entered >> np.uint64(area) & np.uint64(1):
+                step.inside[area] += number
+
+
+@bare
+def has_room(board: Board, step: Step, robot: int, cell: int) -> bool:
+    """Return whether there is room for a robot in the areas of a cell that it is not in."""
+    if len(board.room) > 0:
+        entered = board.areas[cell] & ~board.areas[step.at[robot]]
+        for area in range(len(board.room)):
+            if entered >> np.uint64(area) & np.uint64(1) and step.inside[area] >= board.room[area]:
+                return False
+    return True
+
+
+@bare
+def count_inside(board: Board, step: Step) -> None:
+    """Count the robots in each area before the step, and those whose decisions are in ``step.to`` already."""
+    for area in range(len(board.room)):
+        step.inside[area] = 0
+        for robot in range(len(step.at)):
+            step.inside[area] += np.int32(board.areas[step.at[robot]] >> np.uint64(area) & np.uint64(1))
+    if len(board.room) > 0:
+        for robot in range(len(step.at)):
+            if step.to[robot] >= 0:
+                enter(board, step, robot, step.to[robot], 1)
+
+
+@bare
+def is_open(board: Board, step: Step, robot: int, cell: int) -> bool:
     """Return whether nobody has decided for a cell, and a robot may move there without an exchange or a ring."""
-    if step.next[cell] >= 0:
+    if step.next[cell] >= 0 or not has_room(board, step, robot, cell):
         return False
     other, own = step.here[cell], step.at[robot]
     if other < 0 or other == robot:
@@ -80,10 +118,11 @@ def advance(board: Board, step: Step, depth: int) -> int:
     robot, mine = step.pushed[depth], step.choices[depth]
     while step.turn[depth] < mine[COUNT]:
         cell = mine[step.turn[depth]]
-        if not is_open(step, robot, cell):
+        if not is_open(board, step, robot, cell):
             step.turn[depth] += 1
             continue
         step.next[cell], step.to[robot] = robot, cell
+        enter(board, step, robot, cell, 1)
         other = step.here[cell]
         if other < 0 or other == robot or step.to[other] >= 0:
             return DECIDED
@@ -95,14 +134,26 @@ def advance(board: Board, step: Step, depth: int) -> int:
 
 
 @bare
-def pull(step: Step, depth: int) -> None:
+def may_move(board: Board, start: int, cell: int) -> bool:
+    """Return whether a robot may move from one cell to another."""
+    for k in range(4):  # noqa: SIM110 - a kernel has no generators
+        if board.neighbours[start, k] == cell:
+            return True
+    return False
+
+
+@bare
+def pull(board: Board, step: Step, depth: int) -> None:
     """Let the partner of the robot on top of the stack follow into its cell, if both are free to do so."""
     robot, mine = step.pushed[depth], step.choices[depth]
     other, cell = mine[PARTNER], step.at[robot]
     if step.turn[depth] > 0 or other < 0 or step.to[other] >= 0 or step.next[cell] >= 0 or step.to[robot] == cell:
         return
+    if not may_move(board, step.at[other], cell) or not has_room(board, step, other, cell):
+        return
     if not closes_ring(step, other, cell):
         step.to[other], step.next[cell] = cell, other
+        enter(board, step, other, cell, 1)
 
 
 @bare
@@ -113,6 +164,7 @@ def place(board: Board, step: Step, robot: int) -> bool:
     choose(board, step, robot, step.choices[0])
     while depth >= 0:
         if found == FAILED:
+            enter(board, step, step.pushed[depth], step.to[step.pushed[depth]], -1)
             step.turn[depth] += 1
         if found != DECIDED:
             found = advance(board, step, depth)
@@ -120,7 +172,7 @@ def place(board: Board, step: Step, robot: int) -> bool:
             depth, found = depth + 1, TRIES
             continue
         if found == DECIDED:
-            pull(step, depth)
+            pull(board, step, depth)
         depth -= 1
     return found == DECIDED
 
@@ -145,6 +197,7 @@ def decide(board: Board, step: Step, order: NDArray[np.int64]) -> bool:
         step.here[step.at[robot]] = robot
         if step.to[robot] >= 0:
             step.next[step.to[robot]] = robot
+    count_inside(board, step)
     decided = True
     for k in range(len(order)):
         if step.to[order[k]] < 0 and not place(board, step, order[k]):
@@ -155,8 +208,12 @@ def decide(board: Board, step: Step, order: NDArray[np.int64]) -> bool:
 
 
 @bare
-def is_possible(step: Step) -> bool:
-    """Return whether the decisions in ``step.to`` have no two robots in one cell, no exchange and no ring."""
+def is_possible(board: Board, step: Step) -> bool:
+    """Return whether the decisions in ``step.to`` have no two robots in one cell, no exchange and no ring.
+
+    Areas that robots enter must have room for all of them.
+    """
+    count_inside(board, step)
     possible = True
     for robot in range(len(step.at)):
         step.here[step.at[robot]] = robot
@@ -167,7 +224,9 @@ def is_possible(step: Step) -> bool:
             step.next[cell] = robot
     for robot in range(len(step.at)):
         if possible and step.to[robot] >= 0 and step.to[robot] != step.at[robot]:
-            possible = not closes_ring(step, robot, step.to[robot])
+            enter(board, step, robot, step.to[robot], -1)  # itself does not count
+            possible = has_room(board, step, robot, step.to[robot]) and not closes_ring(step, robot, step.to[robot])
+            enter(board, step, robot, step.to[robot], 1)
     clear(step)
     return possible
 
@@ -184,6 +243,7 @@ def clear(step: Step) -> None:
 
 def warm() -> None:
     """Compile and call each kernel once."""
-    step = step_of(2, np.zeros(1, np.int32), 0)
-    decide(smallest_board(), step, np.zeros(1, np.int64))
-    is_possible(step)
+    board = smallest_board()
+    step = step_of(board, np.zeros(1, np.int32), 0)
+    decide(board, step, np.zeros(1, np.int64))
+    is_possible(board, step)

@@ -77,7 +77,9 @@ def is_needed(board: Board, here: Ints, pusher: int, puller: int, behind: int, a
 def is_possible(board: Board, here: Ints, behind: int, ahead: int) -> bool:
     """Return whether a puller in the cell ``ahead`` reaches a junction when it goes on from ``behind``."""
     first = behind
-    while ahead != first:
+    for _ in range(len(board.neighbours)):  # where moves are one-way, a ring may not lead back to where it began
+        if ahead == first:
+            break
         ways, on = ways_on(board, here, ahead, behind)
         if ways == JUNCTION:
             return True

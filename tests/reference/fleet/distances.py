@@ -9,10 +9,9 @@ def distances(roadmap: Roadmap, goal: int) -> list[int]:
     found = {goal: 0}
     while True:
         more = {
-            int(near): found[cell] + 1
-            for cell in found
-            for near in roadmap.neighbours[cell]
-            if near >= 0 and near not in found
+            cell: 1 + min(found[int(near)] for near in moves if int(near) in found)
+            for cell, moves in enumerate(roadmap.neighbours)
+            if cell not in found and any(int(near) in found for near in moves)
         }
         if not more:
             return [found.get(cell, int(UNREACHABLE)) for cell in range(len(roadmap))]

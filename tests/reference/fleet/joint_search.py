@@ -24,8 +24,18 @@ def shortest(roadmap: Roadmap, starts: Sequence[int], goals: Sequence[int]) -> i
 def _next(roadmap: Roadmap, before: Cells) -> Iterator[Cells]:
     ways = [[cell, *(int(near) for near in roadmap.neighbours[cell] if near >= 0)] for cell in before]
     for after in itertools.product(*ways):
-        if len(set(after)) == len(after) and not has_ring(before, after):
+        if len(set(after)) == len(after) and not has_ring(before, after) and has_room(roadmap, before, after):
             yield after
+
+
+def has_room(roadmap: Roadmap, before: Cells, after: Cells) -> bool:
+    """Return whether each area that robots enter has room for them and all that were in it before."""
+    for area, room in enumerate(roadmap.room):
+        inside = {cell for cell in (*before, *after) if int(roadmap.areas[cell]) >> area & 1}
+        entering = sum(there in inside and here not in inside for here, there in zip(before, after, strict=True))
+        if entering and entering + sum(here in inside for here in before) > room:
+            return False
+    return True
 
 
 def has_ring(before: Cells, after: Cells) -> bool:

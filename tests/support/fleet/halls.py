@@ -1,5 +1,6 @@
 """Small halls with robots, at random."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -35,6 +36,19 @@ def halls(draw: st.DrawFn, most_cells: int = 12, most_robots: int = 3) -> Hall:
     count = draw(st.integers(1, min(most_robots, len(roadmap))))
     starts, goals = [draw(st.permutations(range(len(roadmap))))[:count] for _ in range(2)]
     return Hall(roadmap, starts, goals)
+
+
+@st.composite
+def ruled_halls(draw: st.DrawFn, most_cells: int = 10, most_robots: int = 3) -> Hall:
+    """Return halls in which some moves are one-way, and some areas have room for few robots."""
+    hall = draw(halls(most_cells, most_robots))
+    size = len(hall.roadmap)
+    closed = draw(st.lists(st.sampled_from([True, False, False, False]), min_size=4 * size, max_size=4 * size))
+    room = draw(st.lists(st.integers(1, 2), max_size=2))
+    areas = draw(st.lists(st.integers(0, 2 ** len(room) - 1), min_size=size, max_size=size))
+    roadmap = hall.roadmap.without_moves(np.array(closed).reshape(size, 4))
+    roadmap = replace(roadmap, areas=np.array(areas, np.uint64), room=np.array(room, np.int32))
+    return hall._replace(roadmap=roadmap)
 
 
 def hall_of(text: str) -> Hall:

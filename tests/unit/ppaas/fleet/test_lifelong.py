@@ -10,10 +10,10 @@ from ppaas.fleet.checking import faults_of
 from ppaas.fleet.lifelong import LifelongPlan
 from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.roadmap import Roadmap
-from tests.support.fleet.halls import Hall, hall_of, halls
+from tests.support.fleet.halls import Hall, hall_of, halls, ruled_halls
 
 
-@given(halls(most_cells=20, most_robots=8), st.integers(0, 1000))
+@given(halls(most_cells=20, most_robots=8) | ruled_halls(most_cells=20, most_robots=8), st.integers(0, 1000))
 def test_all_steps_are_valid(hall: Hall, seed: int) -> None:
     plan = LifelongPlan(hall.roadmap, np.array(hall.starts, np.int32), seed)
     steps = [plan.cells]

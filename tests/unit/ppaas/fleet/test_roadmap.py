@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput
 from ppaas.fleet.roadmap import Roadmap
-from tests.support.fleet.halls import Hall, halls
+from tests.support.fleet.halls import Hall, halls, ruled_halls
 
 
 @given(halls(most_cells=30))
@@ -20,6 +20,15 @@ def test_neighbours_are_the_free_cells_beside_a_cell_and_each_is_a_neighbour_of_
         assert found == set(np.nonzero(beside)[0].tolist())
         assert (own[len(found) :] == -1).all()
         assert all(cell in roadmap.neighbours[near] for near in found)
+
+
+@given(ruled_halls(most_cells=30))
+def test_incoming_moves_are_the_moves_of_others(hall: Hall) -> None:
+    outward = {(cell, int(near)) for cell, own in enumerate(hall.roadmap.neighbours) for near in own if near >= 0}
+    inward = {(int(near), cell) for cell, own in enumerate(hall.roadmap.incoming) for near in own if near >= 0}
+    assert outward == inward
+    for own in (*hall.roadmap.neighbours, *hall.roadmap.incoming):
+        assert (np.diff((own >= 0).astype(int)) <= 0).all(), "−1 is behind the last one"
 
 
 @given(st.data(), st.integers(1, 4), st.integers(1, 4))

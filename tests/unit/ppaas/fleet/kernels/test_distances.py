@@ -7,10 +7,10 @@ from ppaas.fleet.kernels import distances as module
 from ppaas.fleet.kernels.board import UNREACHABLE
 from ppaas.fleet.problem import distances_from
 from tests.reference.fleet.distances import distances
-from tests.support.fleet.halls import Hall, halls
+from tests.support.fleet.halls import Hall, halls, ruled_halls
 
 
-@given(halls(most_cells=30))
+@given(halls(most_cells=30) | ruled_halls(most_cells=30))
 def test_distances_are_the_numbers_of_moves(hall: Hall) -> None:
     found = distances_from(hall.roadmap, np.array(hall.goals, np.int32))
     assert found.tolist() == [distances(hall.roadmap, goal) for goal in hall.goals]
