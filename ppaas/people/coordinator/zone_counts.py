@@ -4,12 +4,10 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ppaas.messages.people_coordination import ZoneCount
 from ppaas.people.settings import PeopleSettings
-
-Array = NDArray[np.float64]
+from ppaas.polygons import within_polygon
 
 HOUR = 3600
 WHOLE_MAP = ""
@@ -82,13 +80,3 @@ class ZoneCounts:
         self.seen, self.hour = {}, hour
         oldest = now - HOUR * self._settings.retention_hours
         self.counted = {key: count for key, count in self.counted.items() if key[1] + HOUR > oldest}
-
-
-def within_polygon(corners: Array, points: Array) -> NDArray[np.bool_]:
-    """Return which of (n, 2) points are in the polygon of (m, 2) corners, by the number of edges to their right."""
-    x, y = points[:, 0, np.newaxis], points[:, 1, np.newaxis]
-    (ax, ay), (bx, by) = corners.T, np.roll(corners, -1, axis=0).T
-    crosses = (ay > y) != (by > y)
-    rise = np.where(ay == by, 1.0, by - ay)
-    inside: NDArray[np.bool_] = (crosses & (x < ax + (y - ay) * (bx - ax) / rise)).sum(axis=1) % 2 == 1
-    return inside

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo, GridMap
-from ppaas.wire.vda5050.edges import distances_to_edges
+from ppaas.polygons import distances_to_edges
 from ppaas.wire.vda5050.zones import Zone, Zones
 
 BARRED = 100

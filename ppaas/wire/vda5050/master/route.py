@@ -9,7 +9,7 @@ import numpy as np
 
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
-from ppaas.wire.vda5050.edges import Points, distances_to_edges
+from ppaas.polygons import Points, distances_to_edges
 
 TOLERANCE = 0.05
 """Distance by which the route may miss the path [m]; larger if it would have more corners than `MAX_CORNERS`."""

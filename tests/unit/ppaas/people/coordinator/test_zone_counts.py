@@ -1,9 +1,6 @@
 """Counts of people per hour and zone."""
 
-import numpy as np
-import pytest
-
-from ppaas.people.coordinator.zone_counts import HOUR, ZoneCounts, within_polygon
+from ppaas.people.coordinator.zone_counts import HOUR, ZoneCounts
 from ppaas.people.settings import PeopleSettings, Zone
 
 DOOR = Zone("door", [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)])
@@ -49,9 +46,3 @@ def test_history_that_is_switched_off_is_forgotten() -> None:
     counts.add({1: (1.0, 1.0)}, NOON)
     counts.configure(PeopleSettings())
     assert counted(counts) == []
-
-
-@pytest.mark.parametrize(("point", "inside"), [((1.0, 0.5), True), ((3.0, 0.5), False), ((1.0, 1.9), False)])
-def test_a_polygon_may_have_a_notch(point: tuple[float, float], inside: bool) -> None:
-    corners = np.array([(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (1.0, 1.0), (0.0, 2.0)])
-    assert within_polygon(corners, np.array([point])).tolist() == [inside]

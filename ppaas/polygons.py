@@ -1,4 +1,4 @@
-"""Distances from edges: those of routes, and those of zones."""
+"""Polygons in the plane: which points are inside, and how far points are from edges."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,3 +19,13 @@ def distances_to_edges(begins: Points, ends: Points, places: Points) -> Points:
     part = np.clip((offset[..., 0] * along[..., 0] + offset[..., 1] * along[..., 1]) / squared, 0.0, 1.0)
     distances: Points = np.hypot(offset[..., 0] - part * along[..., 0], offset[..., 1] - part * along[..., 1])
     return distances
+
+
+def within_polygon(corners: Points, points: Points) -> NDArray[np.bool_]:
+    """Return which of (n, 2) points are in the polygon of (m, 2) corners, by the number of edges to their right."""
+    x, y = points[:, 0, np.newaxis], points[:, 1, np.newaxis]
+    (ax, ay), (bx, by) = corners.T, np.roll(corners, -1, axis=0).T
+    crosses = (ay > y) != (by > y)
+    rise = np.where(ay == by, 1.0, by - ay)
+    inside: NDArray[np.bool_] = (crosses & (x < ax + (y - ay) * (bx - ax) / rise)).sum(axis=1) % 2 == 1
+    return inside

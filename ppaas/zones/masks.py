@@ -1,0 +1,45 @@
+"""Zones as masks: the cells of a grid that areas touch."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.maps.grid import GridInfo
+from ppaas.zones.shapes import Area
+from ppaas.zones.zone import KeepOut, Zone
+
+
+def touched(info: GridInfo, area: Area, growth: float = 0.0) -> NDArray[np.bool_]:
+    """Return the cells of a grid that an area touches, or that are nearer to it than ``growth`` [m].
+
+    Parameters
+    ----------
+    info : GridInfo
+        Geometry of the grid, in the frame of the map.
+    area : Area
+    growth : float
+        Distance by which the area is extended [m].
+
+    Returns
+    -------
+    (h, w) bool array
+    """
+    reach = growth + 0.5001 * info.resolution * np.sqrt(2.0)
+    mask = np.zeros(info.shape, np.bool_)
+    (low_x, low_y), (high_x, high_y) = area.low - reach, area.high + reach
+    corners = info.to_cells([(x, y) for x in (low_x, high_x) for y in (low_y, high_y)])
+    first = np.clip(corners.min(axis=0), 0, info.shape)
+    last = np.clip(corners.max(axis=0) + 1, 0, info.shape)
+    window = mask[first[0] : last[0], first[1] : last[1]]
+    if window.size:
+        rows, columns = np.mgrid[first[0] : last[0], first[1] : last[1]]
+        centres = info.to_world(np.stack((rows, columns), axis=-1).reshape(-1, 2))
+        window[:] = (area.distances(centres) <= reach).reshape(window.shape)
+    return mask
+
+
+def kept_out(info: GridInfo, zones: Iterable[Zone]) -> NDArray[np.bool_] | None:
+    """Return the cells of a grid that robots keep out of, (h, w) bool; None if no zone is of that kind."""
+    masks = [touched(info, zone.area) for zone in zones if isinstance(zone.rule, KeepOut)]
+    return np.logical_or.reduce(masks) if masks else None

@@ -1,0 +1,140 @@
+"""Shapes of zones in GeoJSON (RFC 7946), with coordinates in metres in the frame of the map."""
+
+import math
+from itertools import pairwise
+
+import msgspec
+import numpy as np
+
+from ppaas.errors import InvalidInput
+from ppaas.polygons import Points, distances_to_edges, within_polygon
+
+AT_ONCE = 1 << 20
+"""Number of pairs of points and edges that are considered at once."""
+
+FARTHEST = 100_000.0
+"""Largest coordinate [m]."""
+
+Position = list[float]
+"""x, y [m]; further numbers, such as a height, are ignored."""
+
+Ring = list[Position]
+
+
+class Polygon(msgspec.Struct, frozen=True, tag="Polygon"):
+    """Area within the first ring and outside of the others; the last position of a ring is its first."""
+
+    coordinates: list[Ring]
+
+
+class MultiPolygon(msgspec.Struct, frozen=True, tag="MultiPolygon"):
+    """Several polygons."""
+
+    coordinates: list[list[Ring]]
+
+
+class LineString(msgspec.Struct, frozen=True, tag="LineString"):
+    """Line along which a lane leads."""
+
+    coordinates: Ring
+
+
+class MultiLineString(msgspec.Struct, frozen=True, tag="MultiLineString"):
+    """Several lines."""
+
+    coordinates: list[Ring]
+
+
+Geometry = Polygon | MultiPolygon | LineString | MultiLineString
+
+
+class Area:
+    """Area of a zone.
+
+    Parameters
+    ----------
+    geometry : Geometry
+    width : float
+        Width of lanes along lines [m]; not used for polygons.
+    """
+
+    def __init__(self, geometry: Geometry, width: float = 0.0) -> None:
+        self.rings = [np.array([place[:2] for place in ring]) for ring in rings_of(geometry)]
+        self.lines = [np.array([place[:2] for place in line]) for line in lines_of(geometry)]
+        self._half = 0.5 * width
+        places = np.concatenate(self.rings + self.lines)
+        self.low, self.high = places.min(axis=0) - self._half, places.max(axis=0) + self._half
+
+    def distances(self, points: Points) -> Points:
+        """Return the distance of (n, 2) points from the area [m], (n,) float64; 0 within it."""
+        block = max(1, AT_ONCE // sum(map(len, self.rings + self.lines)))
+        parts = [self._distances(points[begin : begin + block]) for begin in range(0, len(points), block)]
+        return np.concatenate(parts) if parts else np.empty(0)
+
+    def _distances(self, points: Points) -> Points:
+        distances = np.full(len(points), np.inf)
+        inside = np.zeros(len(points), np.bool_)
+        for ring in self.rings:
+            inside ^= within_polygon(ring, points)
+            distances = np.minimum(distances, _apart(ring, np.roll(ring, -1, axis=0), points))
+        for line in self.lines:
+            distances = np.minimum(distances, np.maximum(_apart(line[:-1], line[1:], points) - self._half, 0.0))
+        distances[inside] = 0.0
+        return distances
+
+    def directions(self, points: Points) -> Points:
+        """Return the directions of the nearest lines, as unit vectors, (n, 2) float64; there are lines."""
+        starts = np.concatenate([line[:-1] for line in self.lines])
+        ends = np.concatenate([line[1:] for line in self.lines])
+        nearest = distances_to_edges(starts, ends, points[:, np.newaxis]).argmin(axis=1)
+        along = (ends - starts)[nearest]
+        return np.asarray(along / np.hypot(*along.T)[:, np.newaxis])
+
+
+def _apart(starts: Points, ends: Points, points: Points) -> Points:
+    return np.asarray(distances_to_edges(starts, ends, points[:, np.newaxis]).min(axis=1))
+
+
+def rings_of(geometry: Geometry) -> list[Ring]:
+    """Return all rings of a geometry."""
+    match geometry:
+        case Polygon():
+            return geometry.coordinates
+        case MultiPolygon():
+            return [ring for polygon in geometry.coordinates for ring in polygon]
+        case _:
+            return []
+
+
+def lines_of(geometry: Geometry) -> list[Ring]:
+    """Return all lines of a geometry."""
+    match geometry:
+        case LineString():
+            return [geometry.coordinates]
+        case MultiLineString():
+            return geometry.coordinates
+        case _:
+            return []
+
+
+def check_geometry(geometry: Geometry, name: str) -> int:
+    """Return the number of positions of a geometry.
+
+    Raises
+    ------
+    InvalidInput
+        It has no positions, too few for a ring or line, or one that is not finite or too far; the text names ``name``.
+    """
+    rings, lines = rings_of(geometry), lines_of(geometry)
+    if not rings and not lines:
+        raise InvalidInput(f"zone {name!r} has no coordinates")
+    for place in (place for part in rings + lines for place in part):
+        if len(place) < 2 or not all(math.isfinite(each) and abs(each) <= FARTHEST for each in place[:2]):
+            raise InvalidInput(
+                f"zone {name!r}: a position must be x, y in metres up to {FARTHEST:g} in the map's frame, not {place}"
+            )
+    if any(len({tuple(place[:2]) for place in ring}) < 3 for ring in rings):
+        raise InvalidInput(f"zone {name!r}: a ring needs three different positions or more")
+    if any(any(one[:2] == other[:2] for one, other in pairwise(line)) or len(line) < 2 for line in lines):
+        raise InvalidInput(f"zone {name!r}: a line needs two positions or more, each different from the one before")
+    return sum(map(len, rings + lines))

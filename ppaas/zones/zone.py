@@ -1,0 +1,239 @@
+"""Zones of a map and their rules, as features of GeoJSON."""
+
+import math
+from typing import Annotated, Any, Literal
+
+import msgspec
+from msgspec import Meta
+
+from ppaas.errors import InvalidInput
+from ppaas.zones.schedule import Hours, is_in_force, next_limit, time_zone_of
+from ppaas.zones.shapes import Area, Geometry, check_geometry, lines_of
+
+MOST_ZONES, MOST_POSITIONS, MOST_HOURS = 500, 20_000, 50
+"""Largest numbers of zones of a map, of positions of all of them, and of hours of a zone."""
+
+MOST_CAPACITIES = 60
+"""Largest number of zones of the kind ``capacity``: those of a cell are bits of a number."""
+
+LONGEST_NAME = 64
+
+EDITORS = {"fid", "id", "title", "description"}
+"""Properties that editors of GeoJSON add, which are ignored; and all that begin with the following."""
+
+STYLES = ("stroke", "fill", "marker-", "_")
+
+
+class Rule(msgspec.Struct, frozen=True, tag_field="kind", forbid_unknown_fields=True, omit_defaults=True, kw_only=True):
+    """Rule of a zone.
+
+    Parameters
+    ----------
+    name : str
+        Name of the zone, which no other zone of the map has.
+    times : list of Hours
+        When it is in force; always if empty.
+    """
+
+    name: Annotated[str, Meta(min_length=1, max_length=LONGEST_NAME)]
+    times: Annotated[list[Hours], Meta(max_length=MOST_HOURS)] = []
+
+
+class KeepOut(Rule, frozen=True, tag="keep_out"):
+    """No part of a robot enters the zone."""
+
+
+class SpeedZone(Rule, frozen=True, tag="speed_limit"):
+    """Robots drive no faster while a part of them is in the zone.
+
+    Parameters
+    ----------
+    max_speed : float, optional
+        Limit [m/s].
+    percent : float, optional
+        Limit as a percentage of each robot's maximum speed. One of both is given.
+    """
+
+    max_speed: Annotated[float, Meta(gt=0.0, le=100.0)] | None = None
+    percent: Annotated[float, Meta(gt=0.0, le=100.0)] | None = None
+
+
+class OneWay(Rule, frozen=True, tag="one_way"):
+    """Robots of the traffic do not drive against the direction of the zone; crossing it is allowed.
+
+    Parameters
+    ----------
+    direction : float, optional
+        Direction in the map's frame [rad], of a polygon. A line has its own.
+    width : float, optional
+        Width of the lane along a line [m].
+    strict : bool
+        Whether robots may not cross it either, and drive along the direction alone.
+    """
+
+    direction: float | None = None
+    width: Annotated[float, Meta(gt=0.0, le=100.0)] | None = None
+    strict: bool = False
+
+
+class NoStop(Rule, frozen=True, tag="no_stop"):
+    """Robots of the traffic enter the zone only when they may leave it again, and do not wait in it."""
+
+
+class Capacity(Rule, frozen=True, tag="capacity"):
+    """At most so many robots of the traffic are in the zone at a time.
+
+    Parameters
+    ----------
+    robots : int
+    """
+
+    robots: Annotated[int, Meta(ge=1, le=1000)]
+
+
+AnyRule = KeepOut | SpeedZone | OneWay | NoStop | Capacity
+
+
+class Zone(msgspec.Struct, frozen=True, tag="Feature", rename={"rule": "properties"}):
+    """Zone of a map: a feature of GeoJSON.
+
+    Parameters
+    ----------
+    geometry : Geometry
+        In metres in the frame of the map; lines only for lanes.
+    rule : Rule
+        ``properties`` in JSON.
+    """
+
+    geometry: Geometry
+    rule: AnyRule
+
+    @property
+    def name(self) -> str:
+        """Name."""
+        return self.rule.name
+
+    @property
+    def area(self) -> Area:
+        """Area, with a lane around each line."""
+        width = self.rule.width if isinstance(self.rule, OneWay) else None
+        return Area(self.geometry, width or 0.0)
+
+
+class ZoneSet(msgspec.Struct, frozen=True, tag="FeatureCollection", rename={"zones": "features"}):
+    """All zones of a map.
+
+    Parameters
+    ----------
+    zones : list of Zone
+        ``features`` in JSON.
+    time_zone : str
+        Name of the time zone of all times, in the IANA database.
+
+    Raises
+    ------
+    InvalidInput
+        Two zones have one name, a geometry or a value is not valid, or there are too many.
+    """
+
+    zones: list[Zone] = []
+    time_zone: str = "UTC"
+
+    def __post_init__(self) -> None:
+        """Check what types do not."""
+        time_zone_of(self.time_zone)
+        if len(self.zones) > MOST_ZONES:
+            raise InvalidInput(f"a map may have {MOST_ZONES} zones, not {len(self.zones)}")
+        names: set[str] = set()
+        for each in self.zones:
+            if each.name in names:
+                raise InvalidInput(f"two zones have the name {each.name!r}: rename one of them")
+            names.add(each.name)
+        positions = sum(_check(each) for each in self.zones)
+        if positions > MOST_POSITIONS:
+            raise InvalidInput(f"the zones of a map may have {MOST_POSITIONS} positions, not {positions}")
+        if sum(isinstance(each.rule, Capacity) for each in self.zones) > MOST_CAPACITIES:
+            raise InvalidInput(f"a map may have {MOST_CAPACITIES} zones of the kind 'capacity'")
+
+    def in_force(self, now: float) -> list[Zone]:
+        """Return the zones that are in force at a time [s since the epoch]."""
+        zone = time_zone_of(self.time_zone)
+        return [each for each in self.zones if is_in_force(each.rule.times, zone, now)]
+
+    def next_change(self, now: float) -> float:
+        """Return the first time after ``now`` [s since the epoch] at which others may be in force; infinite if never.
+
+        It is at most eight days later.
+        """
+        return next_limit(
+            (hours for each in self.zones for hours in each.rule.times), time_zone_of(self.time_zone), now
+        )
+
+
+NO_ZONES = ZoneSet()
+
+
+def _check(zone: Zone) -> int:
+    """Check a zone; return the number of its positions."""
+    positions, rule = check_geometry(zone.geometry, zone.name), zone.rule
+    is_line = bool(lines_of(zone.geometry))
+    if is_line and not isinstance(rule, OneWay):
+        raise InvalidInput(f"zone {zone.name!r}: only a one_way zone may be a line; draw a polygon")
+    if isinstance(rule, SpeedZone) and (rule.max_speed is None) == (rule.percent is None):
+        raise InvalidInput(f"zone {zone.name!r} needs either 'max_speed' [m/s] or 'percent'")
+    if isinstance(rule, OneWay):
+        if is_line and rule.width is None:
+            raise InvalidInput(f"zone {zone.name!r}: a lane along a line needs its 'width' [m]")
+        if not is_line and (rule.direction is None or not math.isfinite(rule.direction)):
+            raise InvalidInput(f"zone {zone.name!r}: a one_way polygon needs a 'direction' [rad], 0 along x")
+    return positions
+
+
+class _Feature(msgspec.Struct, tag="Feature"):
+    """Feature as editors write it."""
+
+    geometry: Geometry
+    properties: dict[str, Any]
+
+
+class _Collection(msgspec.Struct):
+    type: Literal["FeatureCollection"]
+    features: list[_Feature]
+    time_zone: str = "UTC"
+
+
+def zones_of(text: str | bytes) -> ZoneSet:
+    """Read the zones of a map from GeoJSON.
+
+    Foreign members, properties that editors add, heights, and ``id`` are ignored.
+
+    Raises
+    ------
+    InvalidInput
+        It is not JSON or not a feature collection, or a zone is not valid; the text says which, and why.
+    """
+    try:
+        raw = msgspec.json.decode(text, type=_Collection)
+    except msgspec.ValidationError as error:
+        raise InvalidInput(f"zones must be a FeatureCollection of GeoJSON: {error}") from error
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise InvalidInput(f"zones are not valid JSON: {error}") from error
+    return ZoneSet([_zone_of(number, feature) for number, feature in enumerate(raw.features)], raw.time_zone)
+
+
+def _zone_of(number: int, feature: _Feature) -> Zone:
+    given = {
+        key: value
+        for key, value in feature.properties.items()
+        if key not in EDITORS and not key.startswith(STYLES) and value is not None
+    }
+    try:
+        return Zone(feature.geometry, msgspec.convert(given, AnyRule))
+    except (msgspec.ValidationError, InvalidInput) as error:
+        name = given.get("name", number)
+        raise InvalidInput(f"properties of zone {name!r}: {error}") from error
+
+
+def geojson_of(zones: ZoneSet) -> bytes:
+    """Return zones as GeoJSON, the same bytes for the same zones."""
+    return msgspec.json.encode(zones, order="deterministic")

@@ -1,0 +1,12 @@
+"""Polygons in the plane."""
+
+import numpy as np
+import pytest
+
+from ppaas.polygons import within_polygon
+
+
+@pytest.mark.parametrize(("point", "inside"), [((1.0, 0.5), True), ((3.0, 0.5), False), ((1.0, 1.9), False)])
+def test_a_polygon_may_have_a_notch(point: tuple[float, float], inside: bool) -> None:
+    corners = np.array([(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (1.0, 1.0), (0.0, 2.0)])
+    assert within_polygon(corners, np.array([point])).tolist() == [inside]
