@@ -17,6 +17,12 @@ from ppaas.fleet.roadmap import Roadmap
 PATIENCE = 20
 """Number of steps that a goal may be open beyond twice the length of the way before the robot is helped."""
 
+STALLED = 8
+"""Number of steps without getting nearer to its goal after which a robot is helped, where areas have room for few.
+
+There, who waits for room and who would make it may push each other to and fro.
+"""
+
 TRIES = 20
 """Number of slices of some 10 ms that a search for it may take."""
 
@@ -51,6 +57,7 @@ class LifelongPlan:
         self._ages = np.random.default_rng(seed).random(len(starts)).astype(np.float32)
         self._seed = seed
         self._patience = np.zeros(len(starts), np.int64)
+        self._nearest = np.zeros(len(starts), np.int16)
         self._found: deque[NDArray[np.int32]] = deque()
         for robot, cell in enumerate(starts):
             self.set_goal(robot, int(cell))
@@ -59,6 +66,24 @@ class LifelongPlan:
     def cells(self) -> NDArray[np.int32]:
         """Cell of each robot after the last step, (n,) int32."""
         return self._step.at.copy()
+
+    @property
+    def sought_areas(self) -> set[int]:
+        """Areas without room to which robots are next on their shortest ways."""
+        board, at = self._board, self._step.at
+        if not len(board.room):
+            return set()
+        near = board.neighbours[at]
+        apart = np.where(near >= 0, np.take_along_axis(board.distances, near, axis=1), UNREACHABLE)
+        best = apart.argmin(axis=1)
+        moves = np.take_along_axis(apart, best[:, np.newaxis], axis=1)[:, 0] < board.distances[np.arange(len(at)), at]
+        sought = board.areas[near[np.arange(len(at)), best]] & ~board.areas[at]
+        wanted = np.bitwise_or.reduce(sought[moves], initial=np.uint64(0))
+        full = [area for area, room in enumerate(board.room.tolist()) if self._inside(area).sum() >= room]
+        return {area for area in full if int(wanted) >> area & 1}
+
+    def _inside(self, area: int) -> NDArray[np.bool_]:
+        return (self._board.areas[self._step.at] >> np.uint64(area) & np.uint64(1)).astype(np.bool_)
 
     @property
     def goals(self) -> NDArray[np.int32]:
@@ -85,7 +110,8 @@ class LifelongPlan:
         self._board.goals[robot] = cell
         self._ages[robot] %= 1.0
         self._board.distances[robot] = distances_from(self._roadmap, np.array([cell], np.int32))[0]
-        self._patience[robot] = PATIENCE + 2 * int(self._board.distances[robot, self._step.at[robot]])
+        self._nearest[robot] = self._board.distances[robot, self._step.at[robot]]
+        self._patience[robot] = STALLED if len(self._roadmap.room) else PATIENCE + 2 * int(self._nearest[robot])
 
     def extend(self, waiting: NDArray[np.bool_] | None = None) -> NDArray[np.int32]:
         """Plan one more step; return the cell of each robot after it, (n,) int32.
@@ -104,9 +130,27 @@ class LifelongPlan:
             step.at[:] = self._found.popleft()
         else:
             step.to[:] = NOBODY if waiting is None else np.where(waiting, step.at, NOBODY)
-            decide(self._board, step, np.argsort(-ages))
+            decide(self._board, step, self._order())
             step.at[:] = step.to
+        if len(self._roadmap.room):
+            self._note_progress()
         return self.cells
+
+    def _note_progress(self) -> None:
+        apart = self._board.distances[np.arange(len(self._ages)), self._step.at]
+        nearer = apart < self._nearest
+        self._nearest[nearer] = apart[nearer]
+        self._patience[nearer] = self._ages[nearer].astype(np.int64) + STALLED
+
+    def _order(self) -> NDArray[np.int64]:
+        """Return the robots by priority: the oldest first, but before it those in an area to which others seek to go.
+
+        Who waits for room could otherwise stand in the way of those who would make it.
+        """
+        lifted = np.zeros(len(self._ages), np.bool_)
+        for area in self.sought_areas:
+            lifted |= self._inside(area)
+        return np.lexsort((-self._ages, ~lifted))
 
     def _help_oldest(self) -> None:
         """Search steps that bring the robot to its goal that has waited longest for it, if that is too long."""

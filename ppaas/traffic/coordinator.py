@@ -1,13 +1,14 @@
 """Coordinator of the traffic of a map: reports of robots in, grants out. It has no clock and does no I/O."""
 
 import itertools
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 from ppaas.errors import PPaaSError
 from ppaas.fleet.problem import is_connected
 from ppaas.messages.fleet.traffic import NO_WAY, MapPoint, TrafficGrants, TrafficReport
-from ppaas.traffic.grants import GrantWriter, window_of
-from ppaas.traffic.members import Arrival, Member
+from ppaas.traffic.grants import GrantWriter, cells_together, window_of
+from ppaas.traffic.members import Arrival, Cell, Member
 from ppaas.traffic.occupancy import MakeRoadmap, Occupancy
 from ppaas.traffic.plan_ahead import PlanAhead
 from ppaas.traffic.settings import TrafficParameters
@@ -116,8 +117,11 @@ class Coordinator:
 
     def _let_alone(self) -> bool:
         """Return whether no robot may be granted cells, since one drives freely."""
-        present = self.occupancy.present
-        return len(present) == 1 or any(member.report.free for member in present)
+        return self._drives_alone() or any(member.report.free for member in self.occupancy.present)
+
+    def _drives_alone(self) -> bool:
+        """Return whether a robot is alone and may drive freely: no lane is one-way, which it would not know."""
+        return len(self.occupancy.present) == 1 and not self.occupancy.rules.one_way
 
     # -- the plan ------------------------------------------------------------------------------------------------------
 
@@ -142,8 +146,9 @@ class Coordinator:
         for member in self.members.values():
             member.queue.clear()
             member.aim = member.no_way = ""
-        roadmap = self.occupancy.cells.roadmap.without(self.occupancy.obstacles(heads) - set(heads.values()))
-        self._plan = plan = PlanAhead(roadmap, heads, self.members, next(self._seeds)) if heads else None
+        rules = self.occupancy.rules
+        rules = replace(rules, roadmap=rules.roadmap.without(self.occupancy.obstacles(heads) - set(heads.values())))
+        self._plan = plan = PlanAhead(rules, heads, self.members, next(self._seeds)) if heads else None
         for name, cell in heads.items():
             if plan is not None and not self.members[name].chain:
                 plan.enter_first(self.members[name], cell)
@@ -168,12 +173,17 @@ class Coordinator:
         except PPaaSError as error:
             member.refused = goal_id, f"robots of the traffic cannot stand there: {error}"
             return
+        if cell in self.occupancy.rules.no_stop:
+            member.refused = goal_id, "it is in a zone of the map in which robots do not stop"
+            return
         member.aim = goal_id
         if plan.aim(member, cell):
             return
         member.no_way = goal_id
-        if not is_connected(self.occupancy.cells.roadmap, plan.end_of(member), cell):
-            member.refused = goal_id, "there is no way to it for the robots of the traffic"
+        if not is_connected(self.occupancy.rules.roadmap, plan.end_of(member), cell):
+            closed = is_connected(self.occupancy.cells.roadmap, plan.end_of(member), cell)
+            why = ": zones of the map close it" if closed else ""
+            member.refused = goal_id, f"there is no way to it for the robots of the traffic{why}"
             return
         holders = [name for name in self.occupancy.holders[cell] if self.occupancy.is_given_up(name)]
         if holders:
@@ -201,24 +211,65 @@ class Coordinator:
         return now - member.heard_at > self.occupancy.parameters.silence
 
     def _grant_next(self, plan: PlanAhead, member: Member, now: float) -> str | None:
-        """Grant a robot the next cell of its plan, or return what it waits for; empty if it needs no more cells now."""
+        """Grant a robot the next cell of its plan, or return what it waits for; empty if it needs no more cells now.
+
+        Cells in which it does not stop are granted together with the one behind them.
+        """
         if not member.queue:
             return NO_WAY if member.report.goal_id else ""
-        cell = member.queue[0]
-        if isinstance(cell, Arrival):
+        if member.at_goal:
             return ""
-        before = plan.turn_of(cell)
-        if before != member.name:
-            return before
-        other = self.occupancy.holders.in_the_way(member, cell, self.occupancy.cells.centre(cell))
-        if other:
-            return other
-        if self.occupancy.outsiders.are_in(cell, now):
-            return OUTSIDER
-        plan.entered(member, cell)
-        member.chain.append(cell)
-        self.occupancy.holders.hold(member.name, cell)
+        cells = cells_together(member, self.occupancy.rules.no_stop)
+        if not cells:
+            return NO_WAY
+        why = self._hindrance(plan, member, cells, now)
+        if why and len(cells) > 1 and self._waits_for(why, member.name):
+            cells = cells[:1]  # both would wait for ever: it stops where it should not
+            why = self._hindrance(plan, member, cells, now)
+        if why:
+            return why
+        for cell in cells:
+            plan.entered(member, cell)
+            member.chain.append(cell)
+            self.occupancy.holders.hold(member.name, cell)
         return None
+
+    def _hindrance(self, plan: PlanAhead, member: Member, cells: Sequence[Cell], now: float) -> str:
+        """Return because of whom a robot may not be granted its next cells; empty if it may."""
+        last = member.chain[-1] if member.chain else None
+        for cell in cells:
+            first = plan.turn_of(cell)
+            if first != member.name:
+                return first
+            other = self.occupancy.holders.in_the_way(member, cell, self.occupancy.cells.centre(cell))
+            other = other or self._has_no_room(plan, member, plan.areas_into(member, last, cell))
+            if other:
+                return other
+            if self.occupancy.outsiders.are_in(cell, now):
+                return OUTSIDER
+            last = cell
+        return ""
+
+    def _has_no_room(self, plan: PlanAhead, member: Member, areas: Iterable[int]) -> str:
+        """Return a robot because of which there is no room for another in areas; empty if there is."""
+        for area in areas:
+            first = plan.turn_into(area)
+            if first != member.name:
+                return first
+            others = self.occupancy.inside(area) - {member.name}
+            if len(others) >= self.occupancy.rules.roadmap.room[area]:
+                return min(others)
+        return ""
+
+    def _waits_for(self, name: str, other: str) -> bool:
+        """Return whether a robot waits for another, or for one that waits for it."""
+        known: set[str] = set()
+        while name in self.members and name not in known:
+            known.add(name)
+            name = self.members[name].waits_for
+            if name == other:
+                return True
+        return False
 
     @staticmethod
     def _wait(member: Member, why: str, now: float) -> None:
@@ -227,7 +278,7 @@ class Coordinator:
         member.waits_for = why
 
     def _messages(self, now: float) -> Iterable[TrafficGrants]:
-        alone = self._granting and len(self.occupancy.present) == 1
+        alone = self._granting and self._drives_alone()
         for member in self.members.values():
             report = member.report
             way = [MapPoint(*self.occupancy.cells.centre(cell)) for cell in member.chain]

@@ -2,12 +2,13 @@
 
 import math
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 
 from msgspec.structs import replace
 
 from ppaas.messages.base.std_msgs import Time
 from ppaas.messages.fleet.traffic import TrafficGrants, TrafficReport
+from ppaas.traffic.members import Arrival, Cell, Member
 
 ROUND_TRIP = 0.5
 """Time from a report to the grants that answer it [s], over a slow network."""
@@ -23,6 +24,24 @@ def window_of(report: TrafficReport, spacing: float) -> int:
     """Return how many cells ahead a robot is granted: so many that it need not slow down before it learns of more."""
     needed = report.braking + ROUND_TRIP * report.speed
     return min(1 + math.ceil(needed / spacing), MOST_AHEAD)
+
+
+def cells_together(member: Member, no_stop: Container[Cell]) -> list[Cell]:
+    """Return the next cells of a robot that are granted together: up to the first one in which it may stop.
+
+    One cell, if it is in a zone already in which it does not stop. None if the plan does not lead out of one yet.
+    """
+    is_inside = bool(member.chain) and member.chain[-1] in no_stop
+    cells: list[Cell] = []
+    for cell in member.queue:
+        if isinstance(cell, Arrival):
+            return []
+        if cell in cells:  # it goes round in the zone, and others pass meanwhile
+            return cells
+        cells.append(cell)
+        if is_inside or cell not in no_stop:
+            return cells
+    return []
 
 
 class GrantWriter:

@@ -13,6 +13,8 @@ from ppaas.traffic.holders import Holders
 from ppaas.traffic.members import Arrival, Cell, Member, Standing, reached_by
 from ppaas.traffic.outsiders import FRESH, Outsiders
 from ppaas.traffic.settings import TrafficParameters
+from ppaas.zones.cell_rules import CellRules, rules_on
+from ppaas.zones.zone import Zone
 
 LARGEST, FASTEST, FARTHEST, LONGEST = 5.0, 10.0, 20.0, 1000
 """Limits of what a robot may report: its radius [m], speed [m/s], braking distance [m], and number of cells."""
@@ -60,6 +62,8 @@ class Occupancy:
         self.goals = 0
         self._make_roadmap = make_roadmap
         self._radius = 0.0
+        self._zones: Sequence[Zone] = ()
+        self._rules: CellRules | None = None
         self._blocked: dict[Cell, float] = {}
         self.outsiders = Outsiders()
 
@@ -68,6 +72,17 @@ class Occupancy:
         """Cells of the map; there is a robot."""
         assert self.map is not None, "there are no cells before there is a robot"
         return self.map
+
+    @property
+    def rules(self) -> CellRules:
+        """Rules of the zones in force, on the cells of the map; there is a robot."""
+        assert self._rules is not None, "there are no rules before there is a robot"
+        return self._rules
+
+    def inside(self, area: int) -> set[str]:
+        """Return the robots that hold a cell of an area."""
+        areas_of = self.rules.areas_of
+        return {name for name, each in self.members.items() if any(area in areas_of(cell) for cell in each.held)}
 
     @property
     def present(self) -> list[Member]:
@@ -170,8 +185,16 @@ class Occupancy:
         if self.map is not None:
             self._change_roadmap()
 
+    def use_zones(self, zones: Sequence[Zone]) -> None:
+        """Go on with other zones in force; robots drive on to the ends of what they were granted."""
+        self._zones = zones
+        if self.map is not None:
+            self._rules = rules_on(self.map, zones, self._radius)
+            self.outdated = True
+
     def _change_roadmap(self) -> None:
         self.map = self._make_roadmap(self._radius, self.parameters)
+        self._rules = rules_on(self.map, self._zones, self._radius)
         self._blocked.clear()
         for member in self.members.values():
             if member.report.way:

@@ -1,13 +1,16 @@
 """Plan of the traffic: extends a lifelong plan a few cells ahead of each robot, and keeps the order at each cell."""
 
 from collections import defaultdict, deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 
 import numpy as np
 
 from ppaas.fleet.lifelong import LifelongPlan
-from ppaas.fleet.roadmap import Roadmap
 from ppaas.traffic.members import Arrival, Cell, Member
+from ppaas.zones.cell_rules import CellRules
+
+Area = int
+"""Number of an area that has room for few robots (`CellRules`)."""
 
 DEPTH = 1
 """Number of cells that are planned for a robot with a goal beyond its grants."""
@@ -19,6 +22,10 @@ BEHIND = 4
 """Number of planned cells beyond its grants from which on a robot stays in further steps, until it has caught up."""
 
 
+FARTHEST = 40
+"""Number of planned cells beyond its grants up to which a robot is led out of a zone in which robots do not stop."""
+
+
 class PlanAhead:
     """Plan of all robots that take part, from the ends of their ways.
 
@@ -27,8 +34,8 @@ class PlanAhead:
 
     Parameters
     ----------
-    roadmap : Roadmap
-        Without the cells that nobody may enter.
+    rules : CellRules
+        Rules of zones; their roadmap is without the cells that nobody may enter.
     heads : mapping of str to int
         Cell of each robot in which the plan begins.
     members : mapping of str to Member
@@ -37,11 +44,15 @@ class PlanAhead:
         Seed of the random numbers.
     """
 
-    def __init__(self, roadmap: Roadmap, heads: Mapping[str, Cell], members: Mapping[str, Member], seed: int) -> None:
+    def __init__(self, rules: CellRules, heads: Mapping[str, Cell], members: Mapping[str, Member], seed: int) -> None:
         self._members = [members[name] for name in heads]
         self._index = {name: index for index, name in enumerate(heads)}
-        self._plan = LifelongPlan(roadmap, np.fromiter(heads.values(), np.int32, len(heads)), seed)
+        self._rules = rules
+        self._plan = LifelongPlan(rules.roadmap, np.fromiter(heads.values(), np.int32, len(heads)), seed)
         self._turns: defaultdict[Cell, deque[str]] = defaultdict(deque)
+        self._turns_into: defaultdict[Area, deque[str]] = defaultdict(deque)
+        for member in self._members:
+            self.rest(member)
 
     def __contains__(self, name: str) -> bool:
         """Return whether a robot is planned for."""
@@ -62,14 +73,38 @@ class PlanAhead:
         return False
 
     def rest(self, member: Member) -> None:
-        """Plan no goal for a robot: it gives way to others."""
+        """Plan no goal for a robot: it gives way to others, and leaves zones in which robots do not stop."""
         index = self._index[member.name]
-        self._plan.set_goal(index, int(self._plan.cells[index]))
+        self._plan.set_goal(index, self._near_stop(int(self._plan.cells[index])))
         member.aim = ""
 
+    def _make_room(self) -> None:
+        """Let robots without a goal leave areas to which others seek to go."""
+        sought = self._plan.sought_areas
+        for member in self._members if sought else ():
+            if not member.aim and self._rules.areas_of(self.end_of(member)) & sought:
+                self._plan.set_goal(self._index[member.name], self._near_stop(self.end_of(member), sought))
+
+    def _near_stop(self, cell: Cell, sought: Set[Area] = frozenset()) -> Cell:
+        """Return the cell with the shortest way from a cell in which robots may stop, outside of some areas.
+
+        Itself if there is none.
+        """
+        known, queue = {cell}, deque([cell])
+        while queue and (queue[0] in self._rules.no_stop or self._rules.areas_of(queue[0]) & sought):
+            for near in self._rules.roadmap.neighbours[queue.popleft()].tolist():
+                if near >= 0 and near not in known:
+                    known.add(near)
+                    queue.append(near)
+        return queue[0] if queue else cell
+
     def extend(self) -> bool:
-        """Plan steps while robots with goals have few cells ahead and get more; return False if some got none."""
+        """Plan steps while robots with goals have few cells ahead and get more; return False if some got none.
+
+        A plan leads robots out of zones in which they do not stop.
+        """
         for _ in range(AT_ONCE):
+            self._make_room()
             needy = [member for member in self._members if self._needs_cells(member)]
             if not needy:
                 return True
@@ -87,19 +122,38 @@ class PlanAhead:
         """Return the robot that enters a cell next."""
         return self._turns[cell][0]
 
+    def turn_into(self, area: Area) -> str:
+        """Return the robot that enters an area next."""
+        return self._turns_into[area][0]
+
     def entered(self, member: Member, cell: Cell) -> None:
-        """Remove the next cell of a robot from its queue, and from the order at the cell."""
+        """Remove the next cell of a robot from its queue, and from the orders at the cell and at areas."""
         left, first = member.queue.popleft(), self._turns[cell].popleft()
         assert (left, first) == (cell, member.name)
         if not self._turns[cell]:
             del self._turns[cell]
+        for area in self.areas_into(member, member.chain[-1] if member.chain else None, cell):
+            self._turns_into[area].popleft()
+
+    def areas_into(self, member: Member, before: Cell | None, cell: Cell) -> set[Area]:
+        """Return the areas that a robot enters with a cell: after another one, or from where its way begins."""
+        areas = self._rules.areas_of(cell)
+        for left in member.base if before is None else {before}:
+            areas -= self._rules.areas_of(left)
+        return areas
 
     def _needs_cells(self, member: Member) -> bool:
+        if self.end_of(member) in self._rules.no_stop:
+            return _cells_ahead(member) < FARTHEST
         return bool(member.aim) and _cells_ahead(member) < DEPTH
+
+    def _stays(self, member: Member) -> bool:
+        most = FARTHEST if self.end_of(member) in self._rules.no_stop else BEHIND
+        return _cells_ahead(member) > most
 
     def _extend(self) -> None:
         before = self._plan.cells
-        waiting = np.fromiter((_cells_ahead(member) > BEHIND for member in self._members), np.bool_, len(before))
+        waiting = np.fromiter(map(self._stays, self._members), np.bool_, len(before))
         after = self._plan.extend(waiting)
         for index in np.nonzero(after != before)[0].tolist():
             member = self._members[index]
@@ -112,14 +166,21 @@ class PlanAhead:
             left = member.queue.pop()
             assert not isinstance(left, Arrival)
             self._leave_out(member.name, left)
-        else:
-            member.queue.append(cell)
-            self._turns[cell].append(member.name)
+            return
+        for area in self.areas_into(member, _last_cell(member), cell):
+            self._turns_into[area].append(member.name)
+        member.queue.append(cell)
+        self._turns[cell].append(member.name)
 
     def _comes_back(self, member: Member, cell: Cell) -> bool:
-        """Return whether a robot only leaves a cell and comes back, and nobody is in the cell meanwhile."""
+        """Return whether a robot only leaves a cell and comes back, and nobody is in the cell meanwhile.
+
+        It must not leave or enter areas with room for few, which others may use meanwhile.
+        """
         tail = [*member.chain[-1:], *list(member.queue)[-2:]]
         if len(tail) < 2 or not member.queue or tail[-2] != cell or isinstance(tail[-1], Arrival):
+            return False
+        if self._rules.areas_of(cell) != self._rules.areas_of(tail[-1]):
             return False
         turns = self._turns.get(cell)
         return (turns[-1] if turns else "") == (member.name if len(member.queue) > 1 else "")
@@ -140,7 +201,15 @@ class PlanAhead:
             member.queue.append(Arrival(member.aim))
             self.rest(member)
         elif not member.aim:
-            self._plan.set_goal(index, int(cells[index]))
+            self.rest(member)
+
+
+def _last_cell(member: Member) -> Cell | None:
+    """Return the last cell of a robot's queue, or else of its way."""
+    for each in reversed(member.queue):
+        if not isinstance(each, Arrival):
+            return each
+    return member.chain[-1] if member.chain else None
 
 
 def _cells_ahead(member: Member) -> int:

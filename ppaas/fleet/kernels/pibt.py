@@ -12,6 +12,7 @@ until the cell ahead is empty would wait for ever.
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.fleet.kernels.areas import count_inside, enter, has_room
 from ppaas.fleet.kernels.board import COUNT, NOBODY, PARTNER, Board, Ints, Step, fraction, smallest_board, step_of
 from ppaas.fleet.kernels.swap import partner
 from ppaas.planners.kernels.jit_decorators import bare
@@ -61,44 +62,6 @@ def choose(board: Board, step: Step, robot: int, out: Ints) -> None:
     if out[PARTNER] >= 0:  # it is the puller or the pusher of a swap: away from its goal first
         for place in range(count // 2):
             out[place], out[count - 1 - place] = out[count - 1 - place], out[place]
-
-
-@bare
-def enter(board: Board, step: Step, robot: int, cell: int, number: int) -> None:
-    """Count a robot as one that enters the areas of a cell, or with −1 as ``number``, as one that does not after all.
-
-    A robot that leaves an area makes room in it only after the step: otherwise one that waits until there is room might
-    wait for itself.
-    """
-    if len(board.room) > 0:
-        entered = board.areas[cell] & ~board.areas[step.at[robot]]
-        for area in range(len(board.room)):
-            if entered >> np.uint64(area) & np.uint64(1):
-                step.inside[area] += number
-
-
-@bare
-def has_room(board: Board, step: Step, robot: int, cell: int) -> bool:
-    """Return whether there is room for a robot in the areas of a cell that it is not in."""
-    if len(board.room) > 0:
-        entered = board.areas[cell] & ~board.areas[step.at[robot]]
-        for area in range(len(board.room)):
-            if entered >> np.uint64(area) & np.uint64(1) and step.inside[area] >= board.room[area]:
-                return False
-    return True
-
-
-@bare
-def count_inside(board: Board, step: Step) -> None:
-    """Count the robots in each area before the step, and those whose decisions are in ``step.to`` already."""
-    for area in range(len(board.room)):
-        step.inside[area] = 0
-        for robot in range(len(step.at)):
-            step.inside[area] += np.int32(board.areas[step.at[robot]] >> np.uint64(area) & np.uint64(1))
-    if len(board.room) > 0:
-        for robot in range(len(step.at)):
-            if step.to[robot] >= 0:
-                enter(board, step, robot, step.to[robot], 1)
 
 
 @bare

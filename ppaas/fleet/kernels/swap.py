@@ -5,6 +5,7 @@ a junction and the *pusher* follows it, until both can exchange their places the
 for Scalable Eventually Optimal Multi-Agent Pathfinding", IJCAI 2023, section 4.
 """
 
+from ppaas.fleet.kernels.areas import fit_together, has_room
 from ppaas.fleet.kernels.board import NOBODY, Board, Ints, Step
 from ppaas.planners.kernels.jit_decorators import bare, joined
 
@@ -45,16 +46,16 @@ def ways_on(board: Board, here: Ints, cell: int, behind: int) -> tuple[int, int]
 
 
 @bare
-def is_needed(board: Board, here: Ints, pusher: int, puller: int, behind: int, ahead: int) -> bool:
+def is_needed(board: Board, step: Step, pusher: int, puller: int, behind: int, ahead: int) -> bool:
     """Return whether two robots in a lane must exchange their places.
 
-    The kernel moves both on in mind, the puller first, until there is a junction or the lane ends.
+    The kernel moves both on in mind, the puller first, until there is a junction or the lane ends. It ends before an
+    area that has no room for both.
 
     Parameters
     ----------
-    board : Board
-    here : (v,) int32 array
-        Robot in each cell.
+    board, step
+        See there.
     pusher, puller : int
         The robots.
     behind, ahead : int
@@ -62,11 +63,11 @@ def is_needed(board: Board, here: Ints, pusher: int, puller: int, behind: int, a
     """
     distances = board.distances
     while distances[pusher, ahead] < distances[pusher, behind]:
-        ways, on = ways_on(board, here, ahead, behind)
+        ways, on = ways_on(board, step.here, ahead, behind)
+        if ways == NO_WAY or not fit_together(board, step, pusher, puller, ahead):
+            break
         if ways == JUNCTION:
             return False
-        if ways == NO_WAY:
-            break
         behind, ahead = ahead, on
     if distances[puller, behind] >= distances[puller, ahead]:
         return False
@@ -74,17 +75,17 @@ def is_needed(board: Board, here: Ints, pusher: int, puller: int, behind: int, a
 
 
 @bare
-def is_possible(board: Board, here: Ints, behind: int, ahead: int) -> bool:
+def is_possible(board: Board, step: Step, pusher: int, puller: int, behind: int, ahead: int) -> bool:
     """Return whether a puller in the cell ``ahead`` reaches a junction when it goes on from ``behind``."""
     first = behind
     for _ in range(len(board.neighbours)):  # where moves are one-way, a ring may not lead back to where it began
         if ahead == first:
             break
-        ways, on = ways_on(board, here, ahead, behind)
+        ways, on = ways_on(board, step.here, ahead, behind)
+        if ways == NO_WAY or not fit_together(board, step, pusher, puller, ahead):
+            return False
         if ways == JUNCTION:
             return True
-        if ways == NO_WAY:
-            return False
         behind, ahead = ahead, on
     return False
 
@@ -108,8 +109,9 @@ def partner(board: Board, step: Step, robot: int, best: int) -> int:
     if (
         other >= 0
         and step.to[other] < 0
-        and is_needed(board, step.here, robot, other, cell, best)
-        and is_possible(board, step.here, best, cell)
+        and has_room(board, step, other, cell)
+        and is_needed(board, step, robot, other, cell, best)
+        and is_possible(board, step, other, robot, best, cell)
     ):
         return other
     # Somebody behind the robot may want to pass it, so that it must clear the way: it is the puller.
@@ -121,8 +123,9 @@ def partner(board: Board, step: Step, robot: int, best: int) -> int:
         if (
             other >= 0
             and near != best
-            and is_needed(board, step.here, other, robot, cell, best)
-            and is_possible(board, step.here, best, cell)
+            and has_room(board, step, other, cell)
+            and is_needed(board, step, other, robot, cell, best)
+            and is_possible(board, step, other, robot, best, cell)
         ):
             return other
     return int(NOBODY)

@@ -1,0 +1,128 @@
+"""Rules of zones on the cells of a fleet: moves that are closed, cells without stops, and areas with little room."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.fleet.metric_roadmap import MetricRoadmap
+from ppaas.fleet.roadmap import BLOCKED, Roadmap
+from ppaas.polygons import Points
+from ppaas.zones.shapes import Area
+from ppaas.zones.zone import Capacity, KeepOut, NoStop, OneWay, Zone
+
+AGAINST, ALONG = -0.5, 0.5
+"""Cosine of the angle between a move and the direction of a zone below which it leads against it; and, where a zone is
+strict, below which it does not lead along it."""
+
+SAMPLES = 4
+"""Number of parts of a move whose ends are checked."""
+
+
+@dataclass(frozen=True, slots=True)
+class CellRules:
+    """Rules of the zones that are in force, on the cells of a map.
+
+    Parameters
+    ----------
+    roadmap : Roadmap
+        Cells with the moves that are left, and with areas that have room for few robots.
+    no_stop : frozenset of int
+        Cells in which robots do not stop.
+    areas : list of str
+        Name of the zone of each area.
+    one_way : bool
+        Whether some zone has a direction.
+    """
+
+    roadmap: Roadmap
+    no_stop: frozenset[int] = frozenset()
+    areas: tuple[str, ...] = ()
+    one_way: bool = False
+
+    def areas_of(self, cell: int) -> set[int]:
+        """Return the areas that a cell is in."""
+        if not self.areas:
+            return set()
+        bits = int(self.roadmap.areas[cell])
+        return {area for area in range(len(self.areas)) if bits >> area & 1}
+
+
+def rules_on(cells: MetricRoadmap, zones: Sequence[Zone], radius: float) -> CellRules:
+    """Return the rules of zones for robots of a radius.
+
+    A robot is in a zone of the kind ``no_stop`` or ``capacity`` if a part of it is. It does not enter ``keep_out``
+    zones with any part, and leaves those in which it is. A move is in a ``one_way`` zone if its middle is.
+
+    Parameters
+    ----------
+    cells : MetricRoadmap
+        Cells without the rules.
+    zones : sequence of Zone
+        Zones in force; of other kinds too.
+    radius : float
+        Radius of the robots [m].
+    """
+    closed = np.zeros(cells.roadmap.neighbours.shape, np.bool_)
+    moves = _Moves(cells)
+    for zone in zones:
+        if isinstance(zone.rule, KeepOut):
+            closed |= moves.into(zone.area, radius)
+        elif isinstance(zone.rule, OneWay):
+            closed |= moves.against(zone)
+    no_stop = np.zeros(len(cells.roadmap), np.bool_)
+    for zone in zones:
+        if isinstance(zone.rule, NoStop):
+            no_stop |= zone.area.distances(cells.centres) < radius
+    few = [(zone.name, zone.rule.robots, zone.area) for zone in zones if isinstance(zone.rule, Capacity)]
+    areas = np.zeros(len(cells.roadmap) if few else 0, np.uint64)
+    for number, (_, _, area) in enumerate(few):
+        areas |= (area.distances(cells.centres) < radius).astype(np.uint64) << np.uint64(number)
+    roadmap = cells.roadmap.without_moves(closed) if closed.any() else cells.roadmap
+    roadmap = replace(roadmap, areas=areas, room=np.array([robots for _, robots, _ in few], np.int32))
+    return CellRules(
+        roadmap,
+        frozenset(np.nonzero(no_stop)[0].tolist()),
+        tuple(name for name, _, _ in few),
+        any(isinstance(zone.rule, OneWay) for zone in zones),
+    )
+
+
+class _Moves:
+    """Moves of a roadmap, as lines."""
+
+    def __init__(self, cells: MetricRoadmap) -> None:
+        centres, neighbours = cells.centres, cells.roadmap.neighbours
+        self._shape = neighbours.shape
+        self._exists = neighbours != BLOCKED
+        starts, moves = np.nonzero(self._exists)
+        self._starts, self._ends = centres[starts], centres[neighbours[starts, moves]]
+
+    def into(self, area: Area, radius: float) -> NDArray[np.bool_]:
+        """Return the moves by which robots of a radius [m] that are outside of an area touch it, (v, 4) bool."""
+        near = np.zeros(len(self._starts), np.bool_)
+        for part in range(1, SAMPLES + 1):
+            near |= area.distances(self._at(part / SAMPLES)) < radius
+        return self._spread(near & (area.distances(self._starts) >= radius))
+
+    def against(self, zone: Zone) -> NDArray[np.bool_]:
+        """Return the moves that a one-way zone closes, (v, 4) bool."""
+        rule, area, middles = zone.rule, zone.area, self._at(0.5)
+        assert isinstance(rule, OneWay)
+        if area.lines:
+            directions = area.directions(middles)
+        else:
+            assert rule.direction is not None, "a polygon has a direction"
+            directions = np.array([[np.cos(rule.direction), np.sin(rule.direction)]])
+        along = self._ends - self._starts
+        cosines = (along * directions).sum(axis=1) / np.hypot(*along.T)
+        return self._spread((cosines < (ALONG if rule.strict else AGAINST)) & (area.distances(middles) == 0.0))
+
+    def _at(self, part: float) -> Points:
+        return np.asarray(self._starts + part * (self._ends - self._starts))
+
+    def _spread(self, moves: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        spread = np.zeros(self._shape, np.bool_)
+        spread[self._exists] = moves
+        return spread
