@@ -166,6 +166,8 @@ class MapReview(msgspec.Struct, frozen=True):
         Its files; empty once the review is closed.
     change : MapChange
         Difference from ``base``.
+    keeps_zones : bool
+        Whether it has the zones of the map, and follows their changes while it waits.
     state : str
         ``waiting``, ``approved`` or ``refused``.
     closed, closed_by, reason : optional
@@ -184,6 +186,7 @@ class MapReview(msgspec.Struct, frozen=True):
     closed: float | None = None
     closed_by: str = ""
     reason: str = ""
+    keeps_zones: bool = False
 
     @property
     def waits(self) -> bool:

@@ -3,7 +3,7 @@
 import mmap
 import os
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import BinaryIO
@@ -12,7 +12,7 @@ from ppaas.errors import InvalidInput
 from storage.disk_errors import disk_errors
 from storage.hashing import BackgroundHash
 from storage.records import MapFile
-from storage.versions import PARTS, map_version
+from storage.versions import PARTS, files_after
 
 Buffer = bytes | mmap.mmap
 """Content of a file; a memory map reads it on access."""
@@ -71,16 +71,24 @@ class StagedUpload:
     ----------
     folder : Path
         Folder that belongs to this upload alone.
+
+    Attributes
+    ----------
+    files : dict of str to MapFile
+        The files so far.
+    keeps : frozenset of str
+        Parts that a version made of it has from the current version of the map, unless they are among the files. They
+        are none at first. If they are more than the zones, the map must exist.
     """
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self.files: dict[str, MapFile] = {}
+        self.keeps: frozenset[str] = frozenset()
 
-    @property
-    def version(self) -> str:
-        """The hash of its files."""
-        return map_version(self.files)
+    def files_after(self, current: Mapping[str, MapFile]) -> dict[str, MapFile]:
+        """Return the files of a version made of it, given those of the current version."""
+        return files_after(self.files, self.keeps, current)
 
     def path(self, part: str) -> Path:
         """Return the path of a file."""

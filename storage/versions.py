@@ -9,9 +9,13 @@ from ppaas.errors import Conflict, InvalidInput, NotFound
 from storage.names import check_name
 from storage.records import MapFile, MapRecord, PlanRecord, Publication
 
-YAML, IMAGE, OCTOMAP, POSEGRAPH = "yaml", "image", "octomap", "posegraph"
-PARTS = (YAML, IMAGE, OCTOMAP, POSEGRAPH)
-"""The files of a map: an occupancy grid in two files, a map in space, and the key frames that the grid was made of."""
+YAML, IMAGE, OCTOMAP, POSEGRAPH, ZONES = "yaml", "image", "octomap", "posegraph", "zones"
+PARTS = (YAML, IMAGE, OCTOMAP, POSEGRAPH, ZONES)
+"""The files of a map: an occupancy grid in two files, a map in space, the key frames that the grid was made of, and the
+zones on the grid."""
+
+ONLY_ZONES = frozenset({ZONES})
+ALL_BUT_ZONES = frozenset(PARTS) - ONLY_ZONES
 
 
 def map_version(files: Mapping[str, MapFile]) -> str:
@@ -51,14 +55,40 @@ def check_publication(publication: Publication) -> None:
 
 
 def check_files(files: Mapping[str, MapFile]) -> None:
-    """Raise ``InvalidInput`` unless the files are a YAML with its image, or an octomap; a posegraph needs them."""
-    lone_graph = POSEGRAPH in files and YAML not in files
-    if not files or set(files) - set(PARTS) or (YAML in files) != (IMAGE in files) or lone_graph:
+    """Raise ``InvalidInput`` unless the files are a YAML with its image, or an octomap; others need the first two."""
+    lacks_grid = YAML not in files and not files.keys().isdisjoint((POSEGRAPH, ZONES))
+    if not files or set(files) - set(PARTS) or (YAML in files) != (IMAGE in files) or lacks_grid:
         given = ", ".join(sorted(files)) or "no file"
         raise InvalidInput(
-            f"a map needs a yaml with its image, an octomap, or all three, and a posegraph a yaml with its image; "
-            f"got {given}"
+            "a map needs a yaml with its image, an octomap, or all three; a posegraph or zones need a yaml with its "
+            f"image; got {given}"
         )
+
+
+def files_after(
+    files: Mapping[str, MapFile], keeps: Collection[str], current: Mapping[str, MapFile]
+) -> dict[str, MapFile]:
+    """Return the files of a new version of a map.
+
+    Parameters
+    ----------
+    files : mapping
+        New files.
+    keeps : collection of str
+        Parts that it has from the current version, unless they are among the new files. Zones are not kept where there
+        is no grid.
+    current : mapping
+        Files of the current version.
+    """
+    found = {part: file for part, file in current.items() if part in keeps} | dict(files)
+    if YAML not in found and ZONES not in files:
+        found.pop(ZONES, None)
+    return found
+
+
+def but_zones(files: Mapping[str, MapFile]) -> dict[str, MapFile]:
+    """Return the files of a map other than its zones."""
+    return {part: file for part, file in files.items() if part != ZONES}
 
 
 def check_may_follow(before: MapRecord | None, publication: Publication) -> None:

@@ -1,6 +1,6 @@
 """Usage of stored resources per user, checked against the quota before one is added."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import ParamSpec, Protocol, TypeVar
 
@@ -9,7 +9,9 @@ from endpoints.accounts.user_turns import LocalTurns, Turn, UserTurns, in_turn
 from engine.master.quotas import Quotas, check_quota
 from ppaas.errors import NotFound
 from storage.ports import MapStore, Store
+from storage.records import MapFile
 from storage.staged_uploads import StagedUpload
+from storage.versions import map_version
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -112,12 +114,14 @@ class Usage:
             the user would have too many bytes.
         """
         quota = stores.cloud.quotas.of(user)
+        current: Mapping[str, MapFile] = {}
         try:
-            known = self.stored.of_map(stores.map_store, stores.map_store.map_head(map_id))
+            head = stores.map_store.map_head(map_id)
+            known, current = self.stored.of_map(stores.map_store, head), head.present.files
         except NotFound:
             check_quota(user, "maps", quota.maps, len(owned_maps(stores.map_store, user)))
             known = MapContent()
-        if upload.version not in known.versions:
+        if map_version(upload.files_after(current)) not in known.versions:
             count = len(known.versions)
             kept = count if stores.keep_versions is None else min(count, stores.keep_versions - 1)
             check_quota(user, "versions_per_map", quota.versions_per_map, kept)

@@ -8,6 +8,7 @@ import msgspec
 from ppaas.errors import NotFound
 from storage.records import MapFile, MapRecord, MapReview, MapVersionRecord, Publication
 from storage.staged_uploads import StagedUpload
+from storage.versions import ONLY_ZONES, but_zones, check_files, files_after, map_version
 
 
 class LogEntry(msgspec.Struct, frozen=True):
@@ -93,10 +94,45 @@ def files_path(map_id: str, era: int) -> str:
 
 def published(latest: LatestEntry, publication: Publication, upload: StagedUpload) -> MapRecord:
     """Return the record after a publication; files that are current already add no version."""
-    before = latest.record
-    if before is not None and before.version == upload.version:
+    before, files = latest.record, files_of(latest, publication.map, upload)
+    version = map_version(files)
+    if before is not None and before.version == version:
         return _with_present(before, publication, before.present)
-    return _with_present(before, publication, _version(latest, publication, upload.version, dict(upload.files)))
+    return _with_present(before, publication, _version(latest, publication, version, files))
+
+
+def files_of(latest: LatestEntry, map_id: str, upload: StagedUpload) -> dict[str, MapFile]:
+    """Return the files of the version that an upload makes after the last entry.
+
+    Raises
+    ------
+    NotFound
+        The upload changes a map that does not exist.
+    InvalidInput
+        The files are not those of a map.
+    """
+    before = latest.head(map_id) if upload.keeps - ONLY_ZONES else latest.record
+    files = upload.files_after({} if before is None else before.present.files)
+    check_files(files)
+    return files
+
+
+def followed(latest: LatestEntry, after: MapRecord) -> tuple[MapReview, ...]:
+    """Return the reviews of a map once it has another version: those that keep its zones have the zones of that one.
+
+    If the versions differ in nothing else, such a review is made from the new one.
+    """
+    if latest.record is None or latest.record.version == after.version:
+        return latest.reviews
+    old, new = latest.record.present.files, after.present.files
+    only_zones = but_zones(old) == but_zones(new)
+
+    def follow(review: MapReview) -> MapReview:
+        files = files_after(but_zones(review.files), ONLY_ZONES, new)
+        base = after.version if only_zones and review.base == latest.head(after.id).version else review.base
+        return msgspec.structs.replace(review, files=files, version=map_version(files), base=base)
+
+    return tuple(follow(one) if one.waits and one.keeps_zones else one for one in latest.reviews)
 
 
 def rolled_back(latest: LatestEntry, publication: Publication, found: MapVersionRecord) -> MapRecord:

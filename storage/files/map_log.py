@@ -38,6 +38,7 @@ from storage.files.log_entries import (
     encode_entry,
     entry_path,
     files_path,
+    followed,
     published,
     rolled_back,
 )
@@ -49,7 +50,6 @@ from storage.records import MapRecord, MapReview, MapVersionRecord, Publication
 from storage.staged_uploads import StagedUpload
 from storage.versions import (
     PARTS,
-    check_files,
     check_may_follow,
     check_publication,
     check_removable,
@@ -84,19 +84,18 @@ class LoggedMapStore:
     def publish(self, upload: StagedUpload, publication: Publication) -> MapRecord:
         """Make the uploaded files the current version of a map, atomically; return the map's record."""
         check_publication(publication)
-        check_files(upload.files)
         placed = set()
         while True:
             latest = self._latest(publication.map)
             check_may_follow(latest.record, publication)
+            record = published(latest, publication, upload)
             era = latest.era if latest.record is not None else latest.number + 1
             if era not in placed:
                 self._place(upload, files_path(publication.map, era))
                 placed.add(era)
-            record = published(latest, publication, upload)
             if record == latest.record:
                 return record
-            if self._append(latest, record, era):
+            if self._append(latest, record, era, reviews=followed(latest, record)):
                 self._replace_moved(upload, files_path(publication.map, era))
                 self._sweep(publication.map, era)
                 return record
@@ -113,7 +112,7 @@ class LoggedMapStore:
             if found.version == before.version:
                 return before
             record = rolled_back(latest, publication, found)
-            if self._append(latest, record, latest.era):
+            if self._append(latest, record, latest.era, reviews=followed(latest, record)):
                 return record
 
     def map_head(self, map_id: str) -> MapRecord:

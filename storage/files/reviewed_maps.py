@@ -8,12 +8,12 @@ and `MAX_CLOSED` closed ones, whose files are not listed any more.
 from msgspec.structs import replace
 
 from ppaas.errors import Conflict, NotFound, QuotaExceeded
-from storage.files.log_entries import LatestEntry, changed, files_path
+from storage.files.log_entries import LatestEntry, changed, files_of, files_path, followed
 from storage.files.map_log import LoggedMapStore
 from storage.names import check_name
 from storage.records import MapChange, MapRecord, MapReview, MapVersionRecord, Publication, ReviewState
 from storage.staged_uploads import StagedUpload
-from storage.versions import check_files, check_may_follow, check_publication
+from storage.versions import ZONES, check_may_follow, check_publication, map_version
 
 MAX_WAITING = 16
 """Largest number of versions of a map that wait."""
@@ -33,17 +33,17 @@ class ReviewedMapStore(LoggedMapStore):
     def propose(self, upload: StagedUpload, publication: Publication, *, base: str, change: MapChange) -> MapReview:
         """Store the uploaded files as a version that waits for a review; the current version stays."""
         check_publication(publication)
-        check_files(upload.files)
         check_name("version", base)
         placed = set()
         while True:
             latest = self._latest(publication.map)
             head = latest.head(publication.map)
             check_may_follow(head, publication)
-            known = _same(latest.reviews, upload.version)
+            review = _proposal(latest, publication, upload, base, change)
+            known = _same(latest.reviews, review.version)
             if known is not None:
                 return known
-            review = _proposal(latest, publication, upload, base, change)
+            _check_proposal(latest, head, review)
             if latest.era not in placed:
                 self._place(upload, files_path(publication.map, latest.era))
                 placed.add(latest.era)
@@ -68,7 +68,8 @@ class ReviewedMapStore(LoggedMapStore):
             if review.base != head.version and not force:
                 raise _outdated(review, head)
             record = changed(_with_version(head, latest, review, publication), publication.readers, None)
-            if self._append(latest, record, latest.era, reviews=_closed(latest, review, "approved", publication)):
+            closed = _closed(latest, review, "approved", publication)
+            if self._append(latest, record, latest.era, reviews=followed(replace(latest, reviews=closed), record)):
                 return record
 
     def refuse(self, number: int, publication: Publication) -> MapReview:
@@ -95,21 +96,24 @@ class ReviewedMapStore(LoggedMapStore):
 def _proposal(
     latest: LatestEntry, publication: Publication, upload: StagedUpload, base: str, change: MapChange
 ) -> MapReview:
-    head = latest.head(publication.map)
-    if upload.version == head.version:
+    files = files_of(latest, publication.map, upload)
+    return MapReview(
+        latest.number + 1, map_version(files), base, publication.created, publication.author, publication.message,
+        files, change, keeps_zones=ZONES in upload.keeps,
+    )  # fmt: skip
+
+
+def _check_proposal(latest: LatestEntry, head: MapRecord, review: MapReview) -> None:
+    """Raise ``Conflict`` if a proposed version is the current one, ``QuotaExceeded`` if too much would wait."""
+    if review.version == head.version:
         raise Conflict(f"the files are those of the current version of map {head.id!r}: there is nothing to review")
     waiting = [one for one in latest.reviews if one.waits]
-    size = sum(file.size for one in waiting for file in one.files.values())
-    size += sum(file.size for file in upload.files.values())
+    size = sum(file.size for one in (*waiting, review) for file in one.files.values())
     if len(waiting) >= MAX_WAITING or size > MAX_WAITING_BYTES:
         raise QuotaExceeded(
             f"{len(waiting)} versions of map {head.id!r} wait for their review, at most {MAX_WAITING} with "
             f"{MAX_WAITING_BYTES >> 20} MiB may: approve or refuse some first"
         )
-    return MapReview(
-        latest.number + 1, upload.version, base, publication.created, publication.author, publication.message,
-        dict(upload.files), change,
-    )  # fmt: skip
 
 
 def _same(reviews: Reviews, version: str) -> MapReview | None:

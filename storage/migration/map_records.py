@@ -11,6 +11,7 @@ from storage.migration.copying import PAGE, Key, RecordKind, by_pages, each
 from storage.ports import MapStore
 from storage.records import MapRecord, MapReview, MapVersionRecord, Publication
 from storage.staged_uploads import StagedUpload, blocks
+from storage.versions import ONLY_ZONES
 
 
 class MapLog(msgspec.Struct, frozen=True):
@@ -75,6 +76,7 @@ def _publish(source: MapStore, target: MapStore, log: MapLog, publication: MapVe
 def _propose(source: MapStore, target: MapStore, log: MapLog, review: MapReview) -> None:
     proposal = Publication(log.id, review.author, review.created, review.message, log.owner)
     with _uploaded(source, target, log.id, review.version) as upload:
+        upload.keeps = ONLY_ZONES if review.keeps_zones else frozenset()
         target.propose(upload, proposal, base=review.base, change=review.change)
 
 

@@ -14,6 +14,7 @@ from storage.versions import map_version
 from tests.support.storage.records import NOT_NAMES, GivenMap, found_map, house, pgm, put_map
 
 BT = b"# Octomap OcTree binary file\n..."
+ZONES = b'{"type":"FeatureCollection","features":[]}'
 
 
 def publication(author: str = "ann", **fields: object) -> Publication:
@@ -28,8 +29,9 @@ def publication(author: str = "ann", **fields: object) -> Publication:
         house(image=None, octomap=BT),
         house(image=b""),
         house(posegraph=BT),
+        house(zones=ZONES),
     ],
-    ids=["grid", "grid and octomap", "octomap", "empty file", "grid and posegraph"],
+    ids=["grid", "grid and octomap", "octomap", "empty file", "grid and posegraph", "grid and zones"],
 )
 def test_a_map_is_returned_as_published(map_store: MapStore, given: GivenMap) -> None:
     head = put_map(map_store, given, message="first walk")
@@ -58,7 +60,8 @@ def test_open_files_stay_readable_after_the_map_is_removed(map_store: MapStore) 
 
 
 @pytest.mark.parametrize(
-    "parts", [(), ("yaml",), ("image",), ("yaml", "octomap"), ("posegraph",), ("octomap", "posegraph")]
+    "parts",
+    [(), ("yaml",), ("image",), ("yaml", "octomap"), ("posegraph",), ("octomap", "posegraph"), ("octomap", "zones")],
 )
 def test_an_upload_without_a_required_file_is_refused(map_store: MapStore, parts: tuple[str, ...]) -> None:
     with map_store.stage() as upload:

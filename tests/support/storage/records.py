@@ -73,14 +73,14 @@ class GivenMap(msgspec.Struct, frozen=True):
     image: bytes | None
     octomap: bytes | None = None
     posegraph: bytes | None = None
+    zones: bytes | None = None
     readers: tuple[str, ...] = ()
     created: float = 3.0
     description: str = ""
 
     @property
     def files(self) -> dict[str, bytes]:
-        given = {"yaml": self.yaml, "image": self.image, "octomap": self.octomap, "posegraph": self.posegraph}
-        return {part: data for part, data in given.items() if data is not None}
+        return {part: data for part in PARTS if (data := getattr(self, part)) is not None}
 
     @property
     def version(self) -> str:
@@ -95,16 +95,19 @@ def house(map_id: str = "house", owner: str = "ann", image: bytes | None = pgm()
     return GivenMap(map_id, owner, **({"yaml": None if image is None else YAML, "image": image} | fields))
 
 
-def put_map(store: MapStore, given: GivenMap, **said: Any) -> MapRecord:
+def put_map(store: MapStore, given: GivenMap, keeps: frozenset[str] = frozenset(), **said: Any) -> MapRecord:
     """Publish a map with all its metadata; keyword arguments replace fields of the publication."""
     told = {"readers": tuple(given.readers), "description": given.description, "author": given.owner} | said
     with store.stage() as upload:
         for part, data in given.files.items():
             upload.add(part, [data])
+        upload.keeps = keeps
         return store.publish(upload, Publication(given.id, created=given.created, owner=given.owner, **told))
 
 
-def propose(store: MapStore, given: GivenMap, base: str | None = None, **said: Any) -> MapReview:
+def propose(
+    store: MapStore, given: GivenMap, base: str | None = None, keeps: frozenset[str] = frozenset(), **said: Any
+) -> MapReview:
     """Propose a version of a map, made from its current version by default."""
     told = {"author": given.owner, "created": given.created, "owner": given.owner} | said
     places = ConfirmedPlaces("tb1", left=((1.25, -0.5),))
@@ -112,6 +115,7 @@ def propose(store: MapStore, given: GivenMap, base: str | None = None, **said: A
     with store.stage() as upload:
         for part, data in given.files.items():
             upload.add(part, [data])
+        upload.keeps = keeps
         return store.propose(
             upload, Publication(given.id, **told), base=base or store.map_head(given.id).version, change=change
         )

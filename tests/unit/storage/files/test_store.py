@@ -129,7 +129,7 @@ def test_a_first_publication_that_was_killed_leaves_no_map(tmp_path: Path, monke
 
 
 def raising(error: BaseException) -> Callable[..., None]:
-    def fail(*_args: object) -> None:
+    def fail(*_args: object, **_named: object) -> None:
         raise error
 
     return fail

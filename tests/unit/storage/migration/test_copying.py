@@ -183,12 +183,14 @@ def test_maps_are_copied_with_all_their_publications(map_stores: tuple[Any, Any]
 
 def test_versions_that_wait_are_copied(map_stores: tuple[Any, Any]) -> None:
     source, target = map_stores
+    put_map(source, house(image=pgm(value=76), zones=b"of the hall"))
     migrate(MAP_KINDS, source, target)
-    for number in (77, 78):
-        propose(source, house(image=pgm(value=number)), author="bob", message="a new wall")
+    for number, keeps in ((77, frozenset()), (78, frozenset({"zones"}))):
+        propose(source, house(image=pgm(value=number)), author="bob", message="a new wall", keeps=keeps)
     assert migrate(MAP_KINDS, source, target)["maps"].copied == 1
     waiting = [[msgspec.structs.replace(one, number=0) for one in store.reviews("house")] for store in map_stores]
     assert waiting[0] == waiting[1]
+    assert [one.keeps_zones for one in waiting[1]] == [True, False]
     assert check(MAP_KINDS, source, target)["maps"].is_good
 
 
