@@ -22,7 +22,7 @@ from ppaas.errors import InvalidMap, NotFound, Unavailable
 from storage.disk_errors import disk_errors
 from storage.opened_maps import no_grid
 from storage.ports import MapStore
-from storage.versions import IMAGE, OCTOMAP, POSEGRAPH, YAML
+from storage.versions import IMAGE, OCTOMAP, POSEGRAPH, YAML, ZONES
 
 ENDING = 1.0
 """Time limit of a process to exit after its answer [s]."""
@@ -58,7 +58,7 @@ class LayerBuilder:
             await asyncio.to_thread(self._copy_posegraph, spec.map, folder)
             return
         with ExitStack() as stack:
-            parts = (YAML, IMAGE) if spec.heights is None else (YAML, IMAGE, OCTOMAP)
+            parts = (YAML, IMAGE, ZONES) if spec.heights is None else (YAML, IMAGE, ZONES, OCTOMAP)
             files = await self._opened(stack, spec.map, parts)
             masks = {name: await self._opened_mask(stack, name, mask) for name, mask in spec.masks.items()}
             await build_in_fork(spec, files, masks, folder)
@@ -76,7 +76,8 @@ class LayerBuilder:
         if YAML not in opened.paths:
             raise no_grid(opened.record)
         paths = {part: str(path) for part, path in opened.paths.items()}
-        return GridFiles(paths[YAML], paths[IMAGE], opened.record.created, paths.get(OCTOMAP, ""))
+        more = paths.get(OCTOMAP, ""), paths.get(ZONES, "")
+        return GridFiles(paths[YAML], paths[IMAGE], opened.record.created, *more)
 
     async def _opened_mask(self, stack: ExitStack, name: str, mask: MapVersion) -> GridFiles:
         try:

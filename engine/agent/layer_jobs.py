@@ -27,13 +27,14 @@ INDEX_NICENESS = 10
 class GridFiles(msgspec.Struct, frozen=True):
     """Paths of a map's files on this machine, and its time of creation [s since the epoch].
 
-    ``octomap`` is empty if the layers need none.
+    ``octomap`` is empty if the layers need none, and ``zones`` if the map has none.
     """
 
     yaml: str
     image: str
     created: float
     octomap: str = ""
+    zones: str = ""
 
 
 def build_here(spec: LayerSpec, files: GridFiles, masks: Mapping[str, GridFiles], folder: Path) -> None:
@@ -59,6 +60,7 @@ def build_here(spec: LayerSpec, files: GridFiles, masks: Mapping[str, GridFiles]
     """
     # Imported in the forked process only: the agent must not load numba.
     from ppaas.costmap.build_layers import build_layers  # noqa: PLC0415
+    from ppaas.zones.zone import NO_ZONES, zones_of  # noqa: PLC0415
 
     grid = _grid_of(files)
     laid = {name: _grid_of(own) for name, own in masks.items()}
@@ -71,6 +73,7 @@ def build_here(spec: LayerSpec, files: GridFiles, masks: Mapping[str, GridFiles]
         inflation_radius=spec.costs.inflation_radius,
         cost_scaling_factor=spec.costs.cost_scaling_factor,
         lethal_cost_threshold=spec.costs.lethal_cost_threshold,
+        zones=zones_of(Path(files.zones).read_bytes()) if files.zones else NO_ZONES,
     )
     write_layers(folder, layers, files.created)
 

@@ -9,9 +9,10 @@ from typing import Any, Protocol, runtime_checkable
 from engine.container.monitor.setup import ContainerMonitor
 from engine.container.shared_indexes import SharedIndexes
 from engine.protocols import machine_link
-from engine.specs.containers import Launch
+from engine.specs.containers import ContainerSpec, Launch
 from engine.specs.layer_files import open_layers
 from engine.specs.robot_layers import filters_of, layers_of
+from ppaas.clock import epoch
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.nodes.amcl.node import AmclNode
@@ -24,8 +25,13 @@ from ppaas.plans.reuse.scope import Note
 from ppaas.plans.reuse.setup import ReuseSetup
 from ppaas.plans.stored import PlanLibrary
 from ppaas.traffic.taking_part import TRAFFIC
+from ppaas.zones.masks import closed_zones
+from ppaas.zones.zone import Zone
 
 logger = logging.getLogger(__name__)
+
+ZONES = "zones"
+"""Name among the conditions of plans of the keep-out zones that were closed."""
 
 ON_LAYERS = (AmclNode.name, LEG_DETECTOR, FOLLOW_PERSON, PEOPLE_COORDINATOR, TRAFFIC)
 """Nodes that use the layers of the map, beside Move Base and the map server; most containers lack some of them."""
@@ -41,7 +47,9 @@ class OnLayers(Protocol):
 
 
 class CurrentMap:
-    """Map version that a container uses now.
+    """Map version that a container uses now, with the keep-out zones with times that are in force.
+
+    Layers with such zones are made here, in memory of the container's own; they are not shared.
 
     Parameters
     ----------
@@ -79,7 +87,51 @@ class CurrentMap:
         self._filters: dict[str, Any] = filters_of(layers_of(self.spec))
         version = self.spec.map
         self.reuse = ReuseSetup(version.id, version.version, library, times, note, self._filters)
+        self._closed: list[Zone] = []
         self.layers = None if self.spec.maps else _opened(Path(launch.layers), self.indexes)
+        self._whole = self.layers
+        if self.layers is not None:
+            self._closed = closed_zones(self.layers.zones, epoch())
+            self.layers = self._with_closed(self.layers)
+            self._set_filters(self._filters_of(self.spec))
+
+    @property
+    def next_change(self) -> float:
+        """First time at which other zones may be in force [s since the epoch]; infinite if never."""
+        return float("inf") if self._whole is None else self._whole.zones.next_change(epoch())
+
+    def _with_closed(self, layers: MapLayers) -> MapLayers:
+        if not self._closed:
+            return layers
+        # Imported only here: most containers make no layers.
+        from ppaas.zones.closed_layers import with_closed  # noqa: PLC0415
+
+        needed = layers_of(self.spec)
+        return with_closed(layers, self._closed, needed.robot_radius, needed.costs)
+
+    def _filters_of(self, spec: ContainerSpec) -> dict[str, Any]:
+        """Return the conditions of its plans: zones that are only closed at times are among them."""
+        closed = {ZONES: sorted(zone.name for zone in self._closed)} if self._closed else {}
+        return filters_of(layers_of(spec)) | closed
+
+    def follow_zones(self, graph: Graph, monitoring: ContainerMonitor | None) -> None:
+        """Let the nodes go on with the zones that are in force now, if others are closed than before.
+
+        Raises
+        ------
+        Unavailable
+            As ``use`` raises it.
+        """
+        whole = self._whole
+        if whole is None or (closed := closed_zones(whole.zones, epoch())) == self._closed:
+            return
+        before, self._closed = self._closed, closed
+        try:
+            self._go_on(self.spec, self.indexes, whole, graph, monitoring)
+        except BaseException:
+            self._closed = before
+            raise
+        self._publish(graph, ())
 
     def use(self, frame: machine_link.UseLayers, graph: Graph, monitoring: ContainerMonitor | None) -> bool:
         """Let the nodes of a clone go on with other layers; the goal, the pose and seen obstacles stay.
@@ -109,36 +161,51 @@ class CurrentMap:
         indexes = self.indexes.of(folder)
         layers = _opened(folder, indexes)
         spec = self.spec.on_maps(frame.map, frame.masks, in_space=frame.in_space)
-        filters = filters_of(layers_of(spec))
-        before = dict(self._filters)
-        self._set_filters(filters)  # Move Base makes its processor of stored plans with them
+        before, self._closed = self._closed, closed_zones(layers.zones, epoch())
         try:
+            self._go_on(spec, indexes, layers, graph, monitoring)
+        except BaseException:
+            self._closed = before
+            raise
+        return self._publish(graph, frame.changes)
+
+    def _go_on(
+        self,
+        spec: ContainerSpec,
+        indexes: SharedIndexes,
+        whole: MapLayers,
+        graph: Graph,
+        monitoring: ContainerMonitor | None,
+    ) -> None:
+        """Let the nodes go on with layers, to which closed zones are added; on an error all is as before."""
+        before = dict(self._filters)
+        self._set_filters(self._filters_of(spec))  # Move Base makes its processor of stored plans with them
+        try:
+            layers = self._with_closed(whole)
             move_base = graph.nodes.get(MoveBaseNode.name)
             if isinstance(move_base, MoveBaseNode):
-                move_base.use_layers(layers, frame.map.version)
+                move_base.use_layers(layers, spec.map.version)
         except BaseException:
             self._set_filters(before)
             raise
-        self.spec, self.indexes, self.layers = spec, indexes, layers
-        self.reuse = replace(self.reuse, version=frame.map.version)
+        self.spec, self.indexes, self.layers, self._whole = spec, indexes, layers, whole
+        self.reuse = replace(self.reuse, version=spec.map.version)
         for name in ON_LAYERS:
             node: object = graph.nodes.get(name)
             if isinstance(node, OnLayers):
                 node.use_layers(layers)
         if monitoring is not None:
             monitoring.recall("its map was replaced")
-        return _publish(graph, layers, frame.changes)
+
+    def _publish(self, graph: Graph, changes: Sequence[tuple[int, int, int, int]] | None) -> bool:
+        server = graph.nodes.get(MapServerNode.name)
+        if self.layers is None or not isinstance(server, MapServerNode):
+            return False
+        return server.use_layers(self.layers, None if changes is None else [Rectangle(*one) for one in changes])
 
     def _set_filters(self, filters: dict[str, Any]) -> None:
         self._filters.clear()
         self._filters.update(filters)
-
-
-def _publish(graph: Graph, layers: MapLayers, changes: Sequence[tuple[int, int, int, int]] | None) -> bool:
-    server = graph.nodes.get(MapServerNode.name)
-    if not isinstance(server, MapServerNode):
-        return False
-    return server.use_layers(layers, None if changes is None else [Rectangle(*one) for one in changes])
 
 
 def _opened(folder: Path, indexes: SharedIndexes) -> MapLayers:

@@ -1,5 +1,7 @@
 """Map follower of a container: lets its clone go on with the layers that its machine offers, and answers."""
 
+import asyncio
+import logging
 from dataclasses import dataclass
 
 from engine.container.current_map import CurrentMap
@@ -10,7 +12,13 @@ from engine.container.monitor.setup import ContainerMonitor
 from engine.container.robot_link_handler import Container
 from engine.container.shared_plans import PlanningNotes
 from engine.protocols import machine_link
+from ppaas.clock import epoch
 from ppaas.errors import PPaaSError
+
+logger = logging.getLogger(__name__)
+
+LOOK = 10.0
+"""Longest time between two looks at the zones of the map, which a new version may have changed [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +32,16 @@ class MapFollower:
     outside: FleetBridge
     notes: PlanningNotes
     monitoring: ContainerMonitor | None
+
+    async def attend_zones(self) -> None:
+        """Let the nodes go on with other zones of the map whenever others come into force."""
+        while True:
+            await asyncio.sleep(max(min(self.current.next_change - epoch(), LOOK), 0.01))
+            try:
+                self.current.follow_zones(self.home.graph, self.monitoring)
+            except PPaaSError as error:
+                logger.error("the zones of map %r are not changed: %s", self.current.spec.map.id, error)
+            self.home.attend()
 
     def __call__(self, frame: machine_link.UseLayers) -> None:
         """Use the layers; what was sent before the answer is of the version before."""

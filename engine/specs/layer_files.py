@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.map_layers import MapLayers
-from ppaas.errors import InvalidMap, Unavailable
+from ppaas.errors import InvalidInput, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.maps.grid import GridInfo, GridMap
@@ -19,6 +19,7 @@ from ppaas.maps.map_changes import changed_rectangles
 from ppaas.maps.occupancy import to_message
 from ppaas.messages import encode
 from ppaas.messages.base.std_msgs import Time
+from ppaas.zones.zone import NO_ZONES, ZoneSet, geojson_of, zones_of
 
 MAP_JSON = "map.json"
 """File with the map as JSON of ``nav_msgs/OccupancyGrid``, ready to be sent."""
@@ -27,6 +28,7 @@ INDEX = ".index"
 """Suffix of a planner's index of the map, after the name of the planner."""
 
 _INFO = "info.json"
+_ZONES = "zones.geojson"
 
 
 class _Layer(msgspec.Struct, frozen=True):
@@ -67,6 +69,8 @@ def write_layers(folder: Path, layers: MapLayers, created: float) -> None:
         written = {name: _write(folder / f"{name}.npy", array) for name, array in arrays.items()}
         origin = (info.origin.x, info.origin.y, info.origin.theta)
         header = _Info(info.resolution, info.width, info.height, origin, written)
+        if layers.zones.zones:
+            (folder / _ZONES).write_bytes(geojson_of(layers.zones))
         (folder / _INFO).write_bytes(msgspec.json.encode(header))
     except OSError as error:  # numpy raises it without errno when the disk is full
         size = (len(message) + sum(array.nbytes for array in arrays.values())) / 2**20
@@ -114,10 +118,18 @@ def open_layers(folder: Path) -> MapLayers:
             Costmap(arrays["costmap"], info),
             arrays["distance"],
             barred_distance=arrays.get("barred_distance"),
+            zones=_zones_in(folder),
             **grids,
         )
-    except (OSError, KeyError, ValueError, InvalidMap, msgspec.DecodeError) as error:
+    except (OSError, KeyError, ValueError, InvalidInput, msgspec.DecodeError) as error:
         raise Unavailable(f"no complete map layers in {folder}: {error}", public="no complete map layers") from error
+
+
+def _zones_in(folder: Path) -> ZoneSet:
+    try:
+        return zones_of((folder / _ZONES).read_bytes())
+    except FileNotFoundError:
+        return NO_ZONES
 
 
 def changed_cells(before: Path, after: Path) -> list[Rectangle] | None:

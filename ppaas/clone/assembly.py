@@ -7,6 +7,7 @@ from typing import Any
 
 import msgspec
 
+from ppaas.clock import epoch
 from ppaas.clone.exploring import exploring
 from ppaas.clone.follow_path import move_base_defaults, move_base_kind
 from ppaas.clone.granted_driving import in_traffic
@@ -38,7 +39,7 @@ from ppaas.nodes.map_server.costmap_filters import (
 from ppaas.nodes.move_base.costmap_topics import CostmapTopics
 from ppaas.nodes.move_base.node import MoveBaseNode, Processors
 from ppaas.nodes.move_base.people import SocialLayerParameters
-from ppaas.nodes.move_base.speed_limits import SpeedFilter
+from ppaas.nodes.move_base.speed_limits import LimitsByPlace, SpeedFilter
 from ppaas.nodes.parameter_server.node import ParameterServerNode
 from ppaas.nodes.tf.republisher import TfRepublisherNode
 from ppaas.nodes.tf.state_publisher import StatePublisherNode, StatePublisherParameters
@@ -52,6 +53,7 @@ from ppaas.plugins import parameters_in_use
 from ppaas.robot_model.description import RobotDescription
 from ppaas.robot_model.known_models import RobotModel
 from ppaas.thread_budget import Threads, one_thread
+from ppaas.zones.speeds import ZoneSpeeds
 
 DEPTH_CAMERA = "depthimage_to_laserscan"
 """Node of robots with a depth camera; it is created only if the robot has parameters for it."""
@@ -184,8 +186,9 @@ def _move_base(
     planner, path_planners = planners_of(driving, given, body)
     recovering = recoveries_of(driving, given)
     local = given.read(LocalCostmapParameters, "local_costmap")
-    social, speed_filters = given.read(SocialLayerParameters, "social_layer"), partial(_filters, *_masks(given))
-    speed_filters(layers)
+    social = given.read(SocialLayerParameters, "social_layer")
+    limits_by_place = partial(_limits, *_masks(given), body.robot_radius)
+    limits_by_place(layers, epoch)
     tracked = given.read(StaticLayerParameters, STATIC_LAYER).track_unknown_space
     adapt = unchanged if tracked else partial(without_unknown, robot_radius=body.robot_radius, costs=costs)
     build = partial(_built, threads, body.robot_radius, costs) if maps else None
@@ -202,7 +205,7 @@ def _move_base(
             controller=controller, recoveries=recovering, parameters=driving, threads=threads,
             processors=_processors(reuse, body, driving, tracked=tracked), version=None if maps else reuse.version,
             passive_safety=PassiveSafety(body.robot_radius, body.limits.acc_lim_x),
-            top_speed=body.limits.max_vel_x, speed_filters=speed_filters, adapt=adapt, build=build,
+            top_speed=body.limits.max_vel_x, limits_by_place=limits_by_place, adapt=adapt, build=build,
         )  # fmt: skip
 
     return move_base
@@ -247,13 +250,27 @@ def _masks(given: NodeParameters) -> tuple[KeepoutFilterParameters, SpeedFilterP
     return keepout, given.read(SpeedFilterParameters, SPEED_FILTER)
 
 
-def _filters(keepout: KeepoutFilterParameters, speed: SpeedFilterParameters, layers: MapLayers) -> SpeedFilter | None:
-    """Check that the layers contain the masks required; the keepout mask is already part of the costmap."""
+def _limits(
+    keepout: KeepoutFilterParameters,
+    speed: SpeedFilterParameters,
+    radius: float,
+    layers: MapLayers,
+    now: Callable[[], float],
+) -> list[LimitsByPlace]:
+    """Return the speed limits of masks and zones; check that the layers contain the masks required.
+
+    The keepout mask is already part of the costmap.
+    """
     masks = ((KEEPOUT_FILTER, keepout.wanted, layers.keepout), (SPEED_FILTER, speed.wanted, layers.speed))
     for name, wanted, mask in masks:
         if wanted and mask is None:
             raise Unavailable(f"{name}: mask {wanted!r} was not loaded with the map; reconnect the robot")
-    return SpeedFilter(layers.speed, speed) if speed.wanted and layers.speed is not None else None
+    limits: list[LimitsByPlace] = []
+    if speed.wanted and layers.speed is not None:
+        limits.append(SpeedFilter(layers.speed, speed))
+    if slow := ZoneSpeeds(layers.zones, radius, now):
+        limits.append(slow)
+    return limits
 
 
 def _optional(

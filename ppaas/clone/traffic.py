@@ -1,5 +1,6 @@
 """Assembly of a container that grants the robots of a map how far they may drive."""
 
+from dataclasses import replace
 from functools import partial
 
 from ppaas.costmap.map_layers import MapLayers
@@ -24,10 +25,14 @@ def build_traffic(graph: Graph, layers: MapLayers) -> None:
 
 
 def roadmaps_of(layers: MapLayers) -> MakeRoadmap:
-    """Return the function that makes the roadmaps of a map for robots of a radius [m] and margins."""
+    """Return the function that makes the roadmaps of a map for robots of a radius [m] and margins.
+
+    They are made without zones, which change while robots drive.
+    """
     return partial(_roadmap, layers)
 
 
 def _roadmap(layers: MapLayers, radius: float, margins: TrafficParameters) -> MetricRoadmap:
     clearance = radius + margins.margin + margins.wall_margin
-    return metric_roadmap(clearance_of(layers), layers.grid.info, radius, margins.margin, clearance=clearance)
+    bare = replace(layers, barred_distance=None)
+    return metric_roadmap(clearance_of(bare), layers.grid.info, radius, margins.margin, clearance=clearance)

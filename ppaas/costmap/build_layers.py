@@ -1,6 +1,6 @@
 """Construction of a map's layers, once per map version and robot radius."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 
@@ -13,7 +13,9 @@ from ppaas.costmap.inflation_layer import COST_SCALING_FACTOR, INFLATION_RADIUS,
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.kernel_threads import limit_threads
 from ppaas.maps.distance import distance_to_occupied
-from ppaas.maps.grid import FREE, OCCUPIED_THRESHOLD, UNKNOWN, GridMap
+from ppaas.maps.grid import FREE, OCCUPIED, OCCUPIED_THRESHOLD, UNKNOWN, GridInfo, GridMap
+from ppaas.zones.masks import kept_out
+from ppaas.zones.zone import NO_ZONES, ZoneSet
 
 
 def build_layers(
@@ -26,6 +28,7 @@ def build_layers(
     keepout: GridMap | None = None,
     overhead: GridMap | None = None,
     speed: GridMap | None = None,
+    zones: ZoneSet = NO_ZONES,
     threads: int | None = None,
 ) -> MapLayers:
     """Return the layers of a map: inflated costmap, distances and masks.
@@ -48,6 +51,9 @@ def build_layers(
         keep-out mask are inflated like obstacles.
     overhead : GridMap, optional
         Keep-out mask of `height_mask`, for a map in space; treated like ``keepout``.
+    zones : ZoneSet
+        Zones of the map. Robots keep out of those of the kind ``keep_out`` that have no times, as of the masks; for
+        those with times see ``ppaas.zones.closed_layers``.
     threads : int, optional
         Maximum number of threads, where other threads may call kernels at the same time; by default that of numba.
 
@@ -56,12 +62,13 @@ def build_layers(
     InvalidParameter
         A radius or the factor is negative or not finite.
     """
-    zones = _combined([spread(mask, grid.info) for mask in (keepout, overhead) if mask is not None])
+    masks = [spread(mask, grid.info) for mask in (keepout, overhead) if mask is not None]
+    barriers = _combined([*masks, *_barred_by(zones, grid.info)])
     with nullcontext(2) if threads is None else limit_threads(threads) as usable:
         distance = to_lethal = distance_to_occupied(grid, serial=usable < 2)
-        if zones is not None or lethal_cost_threshold != OCCUPIED_THRESHOLD:
+        if barriers is not None or lethal_cost_threshold != OCCUPIED_THRESHOLD:
             to_lethal = distance_to_occupied(
-                grid if zones is None else barred(grid, zones), lethal_cost_threshold, serial=usable < 2
+                grid if barriers is None else barred(grid, barriers), lethal_cost_threshold, serial=usable < 2
             )
         costs = inflate(
             to_lethal,
@@ -71,16 +78,24 @@ def build_layers(
             unknown=grid.data == UNKNOWN,
             serial=usable < 2,
         )
-    if zones is not None:
-        raise_costs(costs, zones.data)
+    if barriers is not None:
+        raise_costs(costs, barriers.data)
     return MapLayers(
         grid,
         Costmap(costs, grid.info),
         distance,
-        keepout=zones,
+        keepout=barriers,
         barred_distance=None if to_lethal is distance else to_lethal,
         speed=None if speed is None else sampled(speed, grid.info),
+        zones=zones,
     )
+
+
+def _barred_by(zones: ZoneSet, info: GridInfo) -> Iterator[GridMap]:
+    """Yield a mask of the zones that robots always keep out of, if there are any."""
+    mask = kept_out(info, (zone for zone in zones.zones if not zone.rule.times))
+    if mask is not None:
+        yield GridMap(np.where(mask, np.int8(OCCUPIED), np.int8(FREE)), info)
 
 
 def recosted(layers: MapLayers, robot_radius: float, costs: CostParameters) -> Costmap:

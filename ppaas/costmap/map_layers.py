@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from ppaas.costmap.costmap import Costmap
 from ppaas.maps.grid import GridMap
+from ppaas.zones.zone import NO_ZONES, ZoneSet
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +29,8 @@ class MapLayers:
         in ``keepout`` [m].
     speed : GridMap, optional
         Mask of the speed filter, in the cells of the map.
+    zones : ZoneSet
+        Zones of the map. Keep-out zones without times are part of ``keepout``.
     """
 
     grid: GridMap
@@ -36,6 +39,7 @@ class MapLayers:
     keepout: GridMap | None = None
     barred_distance: NDArray[np.float32] | None = None
     speed: GridMap | None = None
+    zones: ZoneSet = NO_ZONES
 
     @property
     def to_lethal(self) -> NDArray[np.float32]:

@@ -62,7 +62,7 @@ class Occupancy:
         self.goals = 0
         self._make_roadmap = make_roadmap
         self._radius = 0.0
-        self._zones: Sequence[Zone] = ()
+        self._zones: Sequence[Zone] = []
         self._rules: CellRules | None = None
         self._blocked: dict[Cell, float] = {}
         self.outsiders = Outsiders()
@@ -186,7 +186,9 @@ class Occupancy:
             self._change_roadmap()
 
     def use_zones(self, zones: Sequence[Zone]) -> None:
-        """Go on with other zones in force; robots drive on to the ends of what they were granted."""
+        """Go on with these zones in force; robots drive on to the ends of what they were granted."""
+        if zones == self._zones:
+            return
         self._zones = zones
         if self.map is not None:
             self._rules = rules_on(self.map, zones, self._radius)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ppaas.maps.grid import GridInfo
 from ppaas.zones.shapes import Area
-from ppaas.zones.zone import KeepOut, Zone
+from ppaas.zones.zone import KeepOut, Zone, ZoneSet
 
 
 def touched(info: GridInfo, area: Area, growth: float = 0.0) -> NDArray[np.bool_]:
@@ -43,3 +43,8 @@ def kept_out(info: GridInfo, zones: Iterable[Zone]) -> NDArray[np.bool_] | None:
     """Return the cells of a grid that robots keep out of, (h, w) bool; None if no zone is of that kind."""
     masks = [touched(info, zone.area) for zone in zones if isinstance(zone.rule, KeepOut)]
     return np.logical_or.reduce(masks) if masks else None
+
+
+def closed_zones(zones: ZoneSet, now: float) -> list[Zone]:
+    """Return the keep-out zones with times that are in force at a time [s since the epoch]."""
+    return [zone for zone in zones.in_force(now) if isinstance(zone.rule, KeepOut) and zone.rule.times]

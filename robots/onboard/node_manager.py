@@ -21,9 +21,10 @@ from ppaas.clock import Clock, monotonic
 from ppaas.errors import PPaaSError, Unavailable
 from ppaas.messages import encode, ppaas_msgs
 from ppaas.messages.base.message import Empty
+from ppaas.messages.fleet.zones import GetZones, ZonesOfMap
 from ppaas.messages.nav_msgs import GetMap, GetMapResponse, OccupancyGrid
 from ppaas.nodes import topics
-from ppaas.nodes.map_server.node import KEEPOUT_MASK, MAP_SERVICE, SPEED_MASK
+from ppaas.nodes.map_server.node import KEEPOUT_MASK, MAP_SERVICE, SPEED_MASK, ZONES
 from robots.client.robot_client import RobotClient
 from robots.onboard.computer import Computer
 from robots.onboard.executor import protocol
@@ -236,7 +237,9 @@ class LocalNodes:
         grid, keepout, speed = [await self._grid(service) for service in (MAP_SERVICE, KEEPOUT_MASK, SPEED_MASK)]
         loaded = {name: mask for name, mask in ((KEEPOUT_MASK, keepout), (SPEED_MASK, speed)) if mask.info.width}
         masks = {name: msgspec.Raw(encode(mask)) for name, mask in loaded.items()}
-        return protocol.Begin(self._config, msgspec.Raw(encode(grid)), masks)
+        zones = await self._client.call(ZONES, GetZones, Empty(), timeout=60.0)
+        assert isinstance(zones, ZonesOfMap)
+        return protocol.Begin(self._config, msgspec.Raw(encode(grid)), masks, zones.geojson)
 
     async def _grid(self, service: str) -> OccupancyGrid:
         answer = await self._client.call(service, GetMap, Empty(), timeout=60.0)

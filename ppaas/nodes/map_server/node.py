@@ -11,11 +11,13 @@ from ppaas.maps.map_changes import changed_rectangles
 from ppaas.maps.occupancy import GridMapMessage, MapChange
 from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import Header, Time
+from ppaas.messages.fleet.zones import GetZones, ZonesOfMap
 from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.nav_msgs import GetMap, GetMapResponse, MapMetaData, OccupancyGrid
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Reply, Service, Topic
 from ppaas.nodes.frames import MAP
+from ppaas.zones.zone import geojson_of
 
 MAP_SERVICE = "static_map"
 
@@ -24,6 +26,9 @@ MOST_CHANGED = 0.5
 
 KEEPOUT_MASK, SPEED_MASK = "keepout_filter_mask", "speed_filter_mask"
 """Services that return masks of costmap filters, named like the mask topics in Nav2's documentation."""
+
+ZONES = "map_zones"
+"""Service that returns the zones of the map."""
 
 
 class MapServerNode(Node):
@@ -42,8 +47,9 @@ class MapServerNode(Node):
 
     name: ClassVar[str] = "map_server"
     publishes: ClassVar[tuple[Topic, ...]] = (topics.MAP, topics.MAP_UPDATES)
-    services: ClassVar[tuple[Service, ...]] = tuple(
-        Service(name, GetMap) for name in (MAP_SERVICE, KEEPOUT_MASK, SPEED_MASK)
+    services: ClassVar[tuple[Service, ...]] = (
+        *(Service(name, GetMap) for name in (MAP_SERVICE, KEEPOUT_MASK, SPEED_MASK)),
+        Service(ZONES, GetZones),
     )
 
     def __init__(self, context: Context, layers: MapLayers) -> None:
@@ -54,6 +60,7 @@ class MapServerNode(Node):
         grids = {MAP_SERVICE: layers.grid, KEEPOUT_MASK: layers.keepout, SPEED_MASK: layers.speed}
         stamp = Time.of(self.context.now())
         self._grids = {name: GridMapMessage(grid, MAP, stamp) for name, grid in grids.items() if grid is not None}
+        self._zones = layers.zones
 
     def start(self) -> None:
         """Publish the map."""
@@ -92,7 +99,10 @@ class MapServerNode(Node):
         return True
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
-        """Reply with the map or a mask, or with a grid without cells if the robot has no such mask."""
+        """Reply with the map or a mask, or with a grid without cells if the robot has no such mask; or with zones."""
+        if service == ZONES:
+            reply(ZonesOfMap(geojson_of(self._zones).decode()))
+            return
         grid = self._grids.get(service)
         reply(GetMapResponse(_nothing() if grid is None else grid.to_message()))
 

@@ -43,7 +43,7 @@ from ppaas.nodes.move_base.order_executor import OrderExecutor
 from ppaas.nodes.move_base.path_actions import PathActions, PathGoal
 from ppaas.nodes.move_base.robot_paths import RobotPaths
 from ppaas.nodes.move_base.robot_planner import RobotPlanner
-from ppaas.nodes.move_base.speed_limits import SpeedFilter, SpeedLimits, without_mask
+from ppaas.nodes.move_base.speed_limits import LimitsByPlace, SpeedLimits, without_limits
 from ppaas.nodes.move_base.static_layer import Build, StaticLayer
 from ppaas.nodes.move_base.surroundings import Surroundings
 from ppaas.nodes.move_base.through_goals import GAVE_WAY, gives_way, is_update_of, limit_of_goal, poses_of, update_of
@@ -115,8 +115,8 @@ class MoveBaseNode(Node):
         Publishes costmaps and the footprint.
     top_speed : float
         Fastest speed of the robot, with which the remaining time is estimated at first [m/s].
-    speed_filters : callable, optional
-        Returns the speed limits by place for the layers of a map.
+    limits_by_place : callable, optional
+        Returns the speed limits by place for the layers of a map, and for a function that returns the time [s].
     adapt : callable, optional
         Returns the layers for this robot from those of a map that replaces another.
     build : callable, optional
@@ -151,13 +151,13 @@ class MoveBaseNode(Node):
         planner: Planner, path_planners: Mapping[str, Planner], controller: Controller,
         recoveries: Sequence[tuple[str, Recovery]], parameters: MoveBaseParameters, threads: Threads,
         processors: Processors, version: str | None, passive_safety: PassiveSafety, top_speed: float,
-        speed_filters: Callable[[MapLayers], SpeedFilter | None] = without_mask,
+        limits_by_place: Callable[[MapLayers, Callable[[], float]], Sequence[LimitsByPlace]] = without_limits,
         adapt: Callable[[MapLayers], MapLayers] = unchanged, build: Build | None = None,
     ) -> None:  # fmt: skip
         super().__init__(context)
-        self._processors, self._speed_filters, self._adapt = processors, speed_filters, adapt
+        self._processors, self._limits_by_place, self._adapt = processors, limits_by_place, adapt
         processor = processors(surroundings.static, version)
-        self._limits = SpeedLimits(speed_filters(surroundings.layers))
+        self._limits = SpeedLimits(limits_by_place(surroundings.layers, context.now))
         self._static_layer = None if build is None else StaticLayer(context, build, self.use_layers, self._goal_poses)
         self._progress_checker = ProgressChecker()
         self._costmap_topics = costmap_topics
@@ -216,7 +216,7 @@ class MoveBaseNode(Node):
         Unavailable
             The layers lack a mask that the robot's parameters require; the map is not replaced.
         """
-        self._limits.use_mask(self._speed_filters(layers))
+        self._limits.use_places(self._limits_by_place(layers, self.context.now))
         layers = self._adapt(layers)
         before = self._surroundings.static.info
         self._surroundings.use_layers(layers)

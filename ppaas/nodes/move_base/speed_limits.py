@@ -1,6 +1,9 @@
-"""Speed limits of a robot: from operators (``nav2_msgs/SpeedLimit``), and from a mask by place."""
+"""Speed limits of a robot: from operators (``nav2_msgs/SpeedLimit``), and by place from a mask and from zones."""
 
 import math
+from collections.abc import Callable, Sequence
+from functools import reduce
+from typing import Protocol
 
 import numpy as np
 
@@ -34,18 +37,26 @@ def lower_of(one: SpeedLimit, other: SpeedLimit) -> SpeedLimit:
     return SpeedLimit(min(one.speed, other.speed), min(one.part, other.part))
 
 
-def without_mask(_layers: MapLayers) -> "SpeedFilter | None":
-    """Return None: there are no speed limits by place."""
-    return None
+class LimitsByPlace(Protocol):
+    """Speed limits by place."""
+
+    def at(self, pose: Pose2D) -> SpeedLimit:
+        """Return the limit at a pose of the robot."""
+        ...
+
+
+def without_limits(_layers: MapLayers, _now: Callable[[], float]) -> Sequence[LimitsByPlace]:
+    """Return nothing: there are no speed limits by place."""
+    return ()
 
 
 class SpeedLimits:
-    """Speed limit of a robot: the last one from an operator, combined with that of the mask.
+    """Speed limit of a robot: the last one from an operator, combined with those by place.
 
     Parameters
     ----------
-    mask : SpeedFilter, optional
-        Limits by place.
+    places : sequence of LimitsByPlace
+        All of them hold.
 
     Attributes
     ----------
@@ -53,13 +64,13 @@ class SpeedLimits:
         Last limit from an operator.
     """
 
-    def __init__(self, mask: "SpeedFilter | None" = None) -> None:
-        self.use_mask(mask)
+    def __init__(self, places: Sequence[LimitsByPlace] = ()) -> None:
+        self.use_places(places)
         self.take(nav2_msgs.SpeedLimit(0.0))
 
-    def use_mask(self, mask: "SpeedFilter | None") -> None:
-        """Replace the mask."""
-        self._mask = mask
+    def use_places(self, places: Sequence[LimitsByPlace]) -> None:
+        """Replace the limits by place."""
+        self._places = places
 
     def take(self, message: nav2_msgs.SpeedLimit) -> None:
         """Set the limit of an operator; raises ``InvalidInput`` as `limit_of` does."""
@@ -67,7 +78,7 @@ class SpeedLimits:
 
     def at(self, pose: Pose2D, goal: float = 0.0) -> SpeedLimit:
         """Return the limit at a pose of the robot, with that of its goal [m/s]; 0 if that has none."""
-        limit = self._limit if self._mask is None else lower_of(self._limit, self._mask.at(pose))
+        limit = reduce(lower_of, (place.at(pose) for place in self._places), self._limit)
         return lower_of(limit, SpeedLimit(speed=goal)) if goal > 0.0 else limit
 
 

@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from typing import ClassVar
 
+import numpy as np
+
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import NotFound
 from ppaas.messages.base.message import Empty, Message
@@ -46,7 +48,7 @@ class TrafficNode(Node):
     make_roadmap : callable
         Returns a function that makes the roadmaps of a map, from its layers.
     layers : MapLayers
-        The map.
+        The map, and its zones.
     parameters : TrafficParameters
     """
 
@@ -67,6 +69,8 @@ class TrafficNode(Node):
         self._parameters = parameters
         self._seconds = 0.0
         self._coordinator = Coordinator(make_roadmap(layers), parameters, now=context.elapsed())
+        self._layers = layers
+        self._zones_until = float("-inf")
 
     def start(self) -> None:
         """Begin to grant."""
@@ -74,8 +78,21 @@ class TrafficNode(Node):
         self.context.every(STATE_PERIOD, self._publish_state)
 
     def use_layers(self, layers: MapLayers) -> None:
-        """Go on with another version of the map: all robots stop, and are granted cells of the new one."""
-        self._coordinator.occupancy.use_map(self._make_roadmap(layers))
+        """Go on with another version of the map: all robots stop, and are granted cells of the new one.
+
+        If only its zones are others, robots drive on.
+        """
+        before, self._layers = self._layers.grid, layers
+        self._zones_until = float("-inf")
+        if before.info != layers.grid.info or not np.array_equal(before.data, layers.grid.data):
+            self._coordinator.occupancy.use_map(self._make_roadmap(layers))
+
+    def _choose_zones(self) -> None:
+        """Let the zones hold that are in force now."""
+        now, zones = self.context.now(), self._layers.zones
+        if now >= self._zones_until:
+            self._zones_until = zones.next_change(now)
+            self._coordinator.occupancy.use_zones(zones.in_force(now))
 
     def on_message(self, topic: str, message: Payload) -> None:
         """Take the report of a robot, or the positions of all; `InvalidInput` if it is not valid."""
@@ -113,6 +130,7 @@ class TrafficNode(Node):
 
     def _step(self) -> None:
         began = self.context.elapsed()
+        self._choose_zones()
         for grants in self._coordinator.step(began):
             self.context.publish(topics.TRAFFIC_GRANTS.name, grants)
         self._seconds += self.context.elapsed() - began

@@ -29,6 +29,7 @@ from ppaas.nodes.base import Checkpoint, Payload
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.jobs import TURN, LongWork, Work
 from ppaas.nodes.map_server.node import KEEPOUT_MASK, SPEED_MASK
+from ppaas.zones.zone import NO_ZONES, zones_of
 from robots.onboard.executor import protocol
 from robots.onboard.executor.warm_up import warm_up
 
@@ -201,6 +202,7 @@ def _layers(frame: protocol.Begin, grid: OccupancyGrid) -> MapLayers:
         robot_radius=body.robot_radius,
         keepout=masks.get(KEEPOUT_MASK),
         speed=masks.get(SPEED_MASK),
+        zones=zones_of(frame.zones) if frame.zones else NO_ZONES,
     )
 
 

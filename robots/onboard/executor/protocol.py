@@ -42,12 +42,13 @@ class ServiceName(msgspec.Struct, frozen=True):
 class Begin(msgspec.Struct, tag="begin"):
     """Prepare for nodes on a map and its masks, by the service of each mask; all are ``nav_msgs/OccupancyGrid``.
 
-    There is none if the robot makes a new map.
+    There is none if the robot makes a new map. Zones are those of the map, as GeoJSON; empty for none.
     """
 
     config: CloneConfig
     map: msgspec.Raw = msgspec.Raw(b"null")
     masks: dict[str, msgspec.Raw] = {}
+    zones: str = ""
 
 
 class Add(msgspec.Struct, tag="add"):

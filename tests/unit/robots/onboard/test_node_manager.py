@@ -12,8 +12,10 @@ from ppaas.geometry import Pose2D
 from ppaas.messages import ppaas_msgs
 from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import Header
+from ppaas.messages.fleet.zones import ZonesOfMap
 from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.nav_msgs import GetMapResponse, MapMetaData, OccupancyGrid
+from ppaas.zones.zone import NO_ZONES, geojson_of, zones_of
 from robots.onboard import node_manager
 from robots.onboard.computer import Computer
 from robots.onboard.executor import protocol
@@ -78,6 +80,9 @@ class FakeCloud:
 
     def speed_filter_mask(self, _: object) -> Message:
         return GetMapResponse(OccupancyGrid(Header(), MapMetaData(0.0, 0, 0, Pose.of(Pose2D(0.0, 0.0, 0.0))), []))
+
+    def map_zones(self, _: object) -> Message:
+        return ZonesOfMap(geojson_of(NO_ZONES).decode())
 
     def probe_link(self, request: ppaas_msgs.ProbeLinkRequest) -> Message:
         return ppaas_msgs.ProbeLinkResponse("0" * request.bytes)
@@ -160,6 +165,7 @@ async def test_nodes_start_with_the_map_and_its_masks(cloud: FakeCloud, manager:
     (begin,) = FakeProcess.begun
     assert list(begin.masks) == ["keepout_filter_mask"]
     assert begin.masks["keepout_filter_mask"] == begin.map
+    assert zones_of(begin.zones) == NO_ZONES
 
 
 async def test_nodes_of_a_robot_that_makes_a_map_start_without_one(

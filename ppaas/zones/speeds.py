@@ -1,0 +1,58 @@
+"""Speed limits of zones, by the place of a robot and the time."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ppaas.controllers.base import NO_LIMIT, SpeedLimit
+from ppaas.geometry import Pose2D
+from ppaas.zones.shapes import Area
+from ppaas.zones.zone import SpeedZone, ZoneSet
+
+
+class ZoneSpeeds:
+    """Speed limits of the zones of a map. A limit holds while a part of the robot is in its zone.
+
+    Parameters
+    ----------
+    zones : ZoneSet
+        Zones of all kinds.
+    radius : float
+        Radius of the robot [m].
+    now : callable
+        Returns the time [s since the epoch].
+    """
+
+    def __init__(self, zones: ZoneSet, radius: float, now: Callable[[], float]) -> None:
+        self._zones = ZoneSet([zone for zone in zones.zones if isinstance(zone.rule, SpeedZone)], zones.time_zone)
+        self._areas = {zone.name: zone.area for zone in self._zones.zones}
+        self._radius, self._now = radius, now
+        self._limits: list[tuple[Area, SpeedLimit]] = []
+        self._until = float("-inf")
+
+    def __bool__(self) -> bool:
+        """Return whether there are any."""
+        return bool(self._areas)
+
+    def at(self, pose: Pose2D) -> SpeedLimit:
+        """Return the limit at a pose of the robot: the lowest speed and part of all zones that it touches."""
+        now, limit, place = self._now(), NO_LIMIT, np.array([[pose.x, pose.y]])
+        if now >= self._until:
+            self._choose(now)
+        for area, own in self._limits:
+            near = (place[0] >= area.low - self._radius).all() and (place[0] <= area.high + self._radius).all()
+            if near and area.distances(place)[0] <= self._radius:
+                limit = SpeedLimit(min(limit.speed, own.speed), min(limit.part, own.part))
+        return limit
+
+    def _choose(self, now: float) -> None:
+        self._until = self._zones.next_change(now)
+        rules = [zone.rule for zone in self._zones.in_force(now)]
+        self._limits = [(self._areas[rule.name], _limit_of(rule)) for rule in rules if isinstance(rule, SpeedZone)]
+
+
+def _limit_of(rule: SpeedZone) -> SpeedLimit:
+    if rule.max_speed is not None:
+        return SpeedLimit(speed=rule.max_speed)
+    assert rule.percent is not None, "a speed zone has a speed or a percentage"
+    return SpeedLimit(part=rule.percent / 100.0)
