@@ -45,8 +45,8 @@ def test_a_clone_has_the_topics_and_services_of_ros():
         "goal_pose", "navigate_to_pose/feedback", *(topic.name for action in NAV2_ACTIONS for topic in action),
     } == set(graph.topics)  # fmt: skip
     assert set(graph.services) == {
-        "static_map", "keepout_filter_mask", "speed_filter_mask", "map_zones", "move_base/make_plan", "move_base/compute_path",
-        "move_base/clear_costmaps", "global_costmap/clear_entirely_global_costmap",
+        "static_map", "keepout_filter_mask", "speed_filter_mask", "map_zones", "move_base/make_plan",
+        "move_base/compute_path", "move_base/clear_costmaps", "global_costmap/clear_entirely_global_costmap",
         "local_costmap/clear_entirely_local_costmap", "rosapi/get_param", "rosapi/set_param",
         "rosapi/has_param", "rosapi/delete_param", "rosapi/search_param", "rosapi/get_param_names",
         "republish_tfs", "global_localization", "request_nomotion_update",
