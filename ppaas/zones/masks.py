@@ -25,18 +25,26 @@ def touched(info: GridInfo, area: Area, growth: float = 0.0) -> NDArray[np.bool_
     -------
     (h, w) bool array
     """
-    reach = growth + 0.5001 * info.resolution * np.sqrt(2.0)
     mask = np.zeros(info.shape, np.bool_)
+    window, inside = touched_window(info, area, growth)
+    mask[window] = inside
+    return mask
+
+
+def touched_window(info: GridInfo, area: Area, growth: float = 0.0) -> tuple[tuple[slice, slice], NDArray[np.bool_]]:
+    """Return a window of rows and columns around an area, and its cells that are `touched`; no other cell is.
+
+    It is meant for many small areas on a large grid.
+    """
+    reach = growth + 0.5001 * info.resolution * np.sqrt(2.0)
     (low_x, low_y), (high_x, high_y) = area.low - reach, area.high + reach
     corners = info.to_cells([(x, y) for x in (low_x, high_x) for y in (low_y, high_y)])
     first = np.clip(corners.min(axis=0), 0, info.shape)
     last = np.clip(corners.max(axis=0) + 1, 0, info.shape)
-    window = mask[first[0] : last[0], first[1] : last[1]]
-    if window.size:
-        rows, columns = np.mgrid[first[0] : last[0], first[1] : last[1]]
-        centres = info.to_world(np.stack((rows, columns), axis=-1).reshape(-1, 2))
-        window[:] = (area.distances(centres) <= reach).reshape(window.shape)
-    return mask
+    rows, columns = np.mgrid[first[0] : last[0], first[1] : last[1]]
+    centres = info.to_world(np.stack((rows, columns), axis=-1).reshape(-1, 2))
+    inside = (area.distances(centres) <= reach).reshape(rows.shape)
+    return (slice(first[0], last[0]), slice(first[1], last[1])), inside
 
 
 def kept_out(info: GridInfo, zones: Iterable[Zone]) -> NDArray[np.bool_] | None:
