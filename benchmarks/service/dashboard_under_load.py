@@ -1,6 +1,6 @@
 """Measures the dashboard in a browser while robots drive, or takes screenshots of it.
 
-``python -m benchmarks.service.dashboard_under_load [--robots N] [--screenshots FOLDER [--traffic]]``.
+``python -m benchmarks.service.dashboard_under_load [--robots N] [--screenshots FOLDER [--traffic | --zones]]``.
 The first paint is measured by the browser with an empty cache; the frame rate is measured for ten seconds with all
 layers shown.
 """
@@ -9,6 +9,7 @@ import argparse
 import asyncio
 import contextlib
 import itertools
+import json
 import re
 import statistics
 import sys
@@ -16,16 +17,18 @@ import tempfile
 from collections.abc import AsyncIterator
 from itertools import pairwise
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from playwright.async_api import Browser, Page, ViewportSize, expect
 
 from ppaas.geometry import Pose2D
 from ppaas.maps.generate import office
 from ppaas.maps.grid import GridMap
+from ppaas.zones.zone import zones_of
 from tests.support.cloud.browser import Eye, browsing, enter
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot, running_cloud
 from tests.support.cloud.drive import Drive, driving
+from tests.support.endpoints.zones import GRID, ZonesOfMap, serving_map
 from tests.support.world.places import free_pose, reachable_pose
 
 VISITS = 9
@@ -92,6 +95,42 @@ async def take_traffic_screenshot(browser: Browser, url: str, token: str, grid: 
     await page.locator("#panel-traffic").scroll_into_view_if_needed()
     await page.screenshot(path=folder / "traffic.png")
     await context.close()
+
+
+def example_zones() -> ZonesOfMap:
+    """Return a zone of each kind, and a lane; one of them is not in force."""
+    rooms = {
+        "dock": (0.6, 0.6, 5.4, 4.6), "crossing": (9.2, 6.2, 14.6, 9.8), "workshop": (15.0, 0.6, 23.4, 5.4),
+        "store": (0.6, 11.0, 6.6, 15.4),
+    }  # fmt: skip
+    rules: dict[str, dict[str, Any]] = {
+        "dock": {"kind": "keep_out", "times": [{"days": ["mon", "tue", "wed", "thu", "fri"], "from": "06:00"}]},
+        "crossing": {"kind": "no_stop"},
+        "workshop": {"kind": "speed_limit", "max_speed": 0.3},
+        "store": {"kind": "capacity", "robots": 2, "times": [{"from": "22:00", "to": "06:00"}]},
+    }
+    corridor = {"type": "LineString", "coordinates": [[1.0, 7.4], [8.6, 7.4]]}
+    features: list[dict[str, Any]] = [
+        {"geometry": corridor, "properties": {"name": "corridor", "kind": "one_way", "width": 1.6}}
+    ]
+    for name, (left, bottom, right, top) in rooms.items():
+        ring = [[left, bottom], [right, bottom], [right, top], [left, top], [left, bottom]]
+        area = {"type": "Polygon", "coordinates": [ring]}
+        features.append({"geometry": area, "properties": {"name": name, **rules[name]}})
+    made = {"type": "FeatureCollection", "features": [{"type": "Feature", **each} for each in features]}
+    return ZonesOfMap(zones_of(json.dumps({**made, "time_zone": "Europe/Berlin"})), {"corridor", *rooms} - {"store"})
+
+
+async def take_zones_screenshot(folder: Path) -> None:
+    """Write a screenshot of the dashboard with zones, one of which is being changed."""
+    async with serving_map() as (url, token, _), browsing() as browser:
+        page = await browser.new_page(viewport=DESK, color_scheme="light")
+        await example_zones().answer(page)
+        await enter(page, url, token)
+        await page.get_by_role("button", name="workshop").click()
+        await Eye.on(page, GRID.info)
+        await page.locator("#panel-zones").scroll_into_view_if_needed()
+        await page.screenshot(path=folder / "zones.png")
 
 
 async def drive_on(drive: Drive, grid: GridMap, number: int) -> None:
@@ -190,7 +229,11 @@ def main() -> None:
     parser.add_argument(
         "--traffic", action="store_true", help="with --screenshots: robots take part in traffic, and only that is shown"
     )
+    parser.add_argument("--zones", action="store_true", help="with --screenshots: only zones of a map are shown")
     arguments = parser.parse_args()
+    if arguments.screenshots and arguments.zones:
+        asyncio.run(take_zones_screenshot(arguments.screenshots))
+        return
     with tempfile.TemporaryDirectory() as folder:
         asyncio.run(measure(Path(folder), arguments.robots, arguments.screenshots, traffic=arguments.traffic))
 

@@ -5,8 +5,8 @@ import { Fleet } from "./fleet.js";
 import { isNew } from "./growing_map.js";
 import { LayerPanel } from "./layer_panel.js";
 import { showContainers, showEndpoints, showMachines } from "./load_panel.js";
+import { MapChanges } from "./map_changes.js";
 import { MapChoice } from "./map_choice.js";
-import { MapPanel, partnersOf } from "./map_panel.js";
 import { People } from "./people.js";
 import { Poller } from "./poller.js";
 import { RecordingsDialog } from "./recordings.js";
@@ -19,6 +19,7 @@ import { toast } from "./toasts.js";
 import { Tools } from "./tools.js";
 import { Traffic } from "./traffic.js";
 import { hasTraffic } from "./traffic_state.js";
+import { Zones } from "./zones.js";
 
 const REDRAW = 250; // ms between two looks at what lists and cards say
 
@@ -34,13 +35,10 @@ export class Dashboard {
   #list;
   #card;
   #maps;
-  #mapPanel = new MapPanel({
-    approve: (review, why) => this.#decide(review, "approve", { why, force: review.outdated }),
-    refuse: (review, why) => this.#decide(review, "refuse", { why }),
-    merge: (other, into) => this.#ask(`${this.#mapPath}/merge`, { with: other, into }, `${into} is merged of both maps`),
-  });
+  #changes;
   #people;
   #traffic;
+  #zones;
   #poller;
   #expired;
 
@@ -50,11 +48,15 @@ export class Dashboard {
     this.#expired = expired;
     const events = { changed: () => this.#stage?.renderer.ask(), ended: this.#ended, told: this.#told };
     this.#fleet = new Fleet((robot) => rest.socketUrl(robot), this.#layers.shown, events);
-    this.#stage = new Stage(this.#fleet, this.#tools, { select: (id) => this.#select(id), order: (pose) => this.#order(pose), pick: (point, reach) => this.#people.pickAt(point, reach) });
+    const pick = (point, reach) => [this.#people, this.#zones].forEach((part) => part.pickAt(point, reach));
+    const drawing = () => (this.#zones.isDrawing ? this.#zones : null);
+    this.#stage = new Stage(this.#fleet, this.#tools, { select: (id) => this.#select(id), order: (pose) => this.#order(pose), pick, drawing });
     const told = { changed: () => this.#stage.renderer.ask(), failed: (error) => this.#failed(error), ask: (order, done) => this.#tell(order, done) };
     this.#people = new People(rest, told);
     this.#traffic = new Traffic(rest, told, { colourOf: (id) => this.#stage.renderer.colourOfId(id), mayChange: (id) => mayAdminister(this.#fleet.link(id)?.robot) });
-    for (const layer of ["people", "traffic"]) this.#switch(layer, true);
+    this.#zones = new Zones(rest, told);
+    this.#changes = new MapChanges(rest, told, (rectangles) => (this.#stage.renderer.changes = rectangles));
+    for (const layer of ["people", "traffic", "zones"]) this.#switch(layer, true);
     this.#list = new RobotList(this.#fleet, (link) => this.#stage.renderer.colourOf(link), (id) => this.#select(id));
     this.#card = new RobotCard({
       drive: (pose) => this.#drive(pose),
@@ -85,7 +87,9 @@ export class Dashboard {
     const maps = await mapsOf(this.#rest, listed, robots);
     this.#maps.update(maps, robots, own);
     await this.#showMap();
-    await this.#showChanges(maps);
+    await this.#changes.poll(this.#mapPath, maps, this.#maps.current);
+    const map = maps.find(({ id }) => id === this.#maps.current);
+    await this.#zones.poll(map ? this.#mapPath : null, this.#maps.version, map?.owner === this.#me.id);
     await this.#showSharing();
     this.#fleet.update(robots.filter(({ map }) => map === this.#maps.current), own, this.#radii);
     showMachines(machines);
@@ -94,7 +98,7 @@ export class Dashboard {
     this.#refresh();
     this.#traffic.follow(this.#mapPath, hasTraffic(containers, this.#me.id, this.#maps.current));
     // Last: a coordinator that is frozen answers late.
-    await this.#people.poll(maps.some(({ id }) => id === this.#maps.current) ? this.#mapPath : null);
+    await this.#people.poll(map ? this.#mapPath : null);
   }
 
   async #introduce() {
@@ -128,19 +132,6 @@ export class Dashboard {
 
   get #mapPath() {
     return `v1/maps/${encodeURIComponent(this.#maps.current)}`;
-  }
-
-  async #showChanges(maps) {
-    const { current } = this.#maps;
-    const published = maps.some(({ id }) => id === current);
-    const reviews = published ? await this.#rest.list(`${this.#mapPath}/reviews`) : [];
-    const waiting = reviews.filter(({ state }) => state === "waiting");
-    this.#mapPanel.update(waiting, partnersOf(maps, current));
-    this.#stage.renderer.changes = waiting.flatMap(({ rectangles }) => rectangles);
-  }
-
-  #decide({ number }, decision, body) {
-    return this.#ask(`${this.#mapPath}/reviews/${number}/${decision}`, body, decision === "approve" ? "Approved: robots go on with it" : "Refused");
   }
 
   /** Show the map that the selected robot makes, or the first one. */
@@ -194,7 +185,7 @@ export class Dashboard {
   }
 
   #switch(layer, on) {
-    const drawn = { people: this.#people, traffic: this.#traffic }[layer]?.layer;
+    const drawn = { people: this.#people, traffic: this.#traffic, zones: this.#zones }[layer]?.layer;
     if (!drawn) this.#fleet.layer(layer, on);
     else if (on) this.#stage.renderer.put(layer, drawn);
     else this.#stage.renderer.remove(layer);
@@ -219,12 +210,7 @@ export class Dashboard {
 
   async #publish(name) {
     const { id } = this.#fleet.selected.robot;
-    await this.#ask(`v1/robots/${encodeURIComponent(id)}/map`, { publish: name }, `${name} is published: robots can drive on it`);
-  }
-
-  /** Send an order of the user to the cloud, and say how it went. */
-  #ask(path, body, done) {
-    return this.#tell(this.#rest.post(path, body), done);
+    await this.#tell(this.#rest.post(`v1/robots/${encodeURIComponent(id)}/map`, { publish: name }), `${name} is published: robots can drive on it`);
   }
 
   /** Say how an order of the user went. @param {Promise<unknown>} order @param {string} done */

@@ -3,14 +3,16 @@
 import { MapPicture } from "./map_picture.js";
 import { body, dashes, dots, label, line, target } from "./shapes.js";
 
+/** @typedef {"zones" | "traffic" | "people"} Extra a layer that is not one of robots */
+
 const LEAST = 8; // pixels: a robot seen from afar is still found
 
 export class Renderer {
   /** @type {MapPicture | null} */ #picture = null;
   /** @type {{from: import("./geometry.js").Point, theta: number | null, colour: string} | null} */ #aim = null;
   /**
-   * What else is drawn: the traffic, below robots, and people, above their paths and goals.
-   * @type {Map<"traffic" | "people", import("./traffic_layer.js").TrafficLayer | import("./people_layer.js").PeopleLayer>}
+   * What else is drawn: zones and the traffic, below robots, and people, above their paths and goals.
+   * @type {Map<Extra, import("./zones_layer.js").ZonesLayer | import("./traffic_layer.js").TrafficLayer | import("./people_layer.js").PeopleLayer>}
    */
   #layers = new Map();
   /** @type {{column: number, row: number, width: number, height: number}[]} */ #changes = [];
@@ -40,14 +42,14 @@ export class Renderer {
     this.ask();
   }
 
-  /** Draw people or the traffic. @param {"traffic" | "people"} name */
+  /** Draw zones, people or the traffic. @param {Extra} name */
   put(name, layer) {
     layer.theme = this.#theme;
     this.#layers.set(name, layer);
     this.ask();
   }
 
-  /** Draw people or the traffic no longer. @param {"traffic" | "people"} name */
+  /** Draw zones, people or the traffic no longer. @param {Extra} name */
   remove(name) {
     this.#layers.delete(name);
     this.ask();
@@ -91,7 +93,7 @@ export class Renderer {
     context.fillStyle = this.#theme.ground;
     context.fillRect(0, 0, this.#view.width, this.#view.height);
     this.#drawMap(context);
-    this.#layers.get("traffic")?.draw(context, this.#view);
+    for (const name of ["zones", "traffic"]) this.#layers.get(name)?.draw(context, this.#view);
     const links = this.#fleet.links.filter((link) => link.connected && link.state.pose);
     for (const link of links) this.#drawSurroundings(context, link);
     for (const link of links) this.#drawTarget(context, link);

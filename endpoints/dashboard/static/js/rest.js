@@ -53,6 +53,7 @@ async function ask(path, options, read, patience = PATIENCE) {
 const json = (response) => (response.status === 204 ? undefined : response.json());
 const bytes = (response) => response.arrayBuffer();
 const nothing = async () => undefined;
+const tagged = async (response) => ({ tag: response.headers.get("ETag"), body: await response.json() });
 
 /** Log in. @param {string} user @param {string} password @returns {Promise<string>} the token */
 export async function logIn(user, password) {
@@ -81,6 +82,20 @@ export class Rest {
   /** @param {string} path */
   get(path) {
     return ask(path, { headers: this.#headers }, json);
+  }
+
+  /** A resource and its tag. @param {string} path @returns {Promise<{tag: string | null, body: any}>} */
+  tagged(path) {
+    return ask(path, { headers: this.#headers }, tagged);
+  }
+
+  /**
+   * Replace a resource, unless it is not the one with this tag any more.
+   * @param {string} path @param {object} body @param {string | null} tag @param {string} type media type of the body
+   */
+  put(path, body, tag, type) {
+    const headers = { ...this.#headers, "Content-Type": type, ...(tag && { "If-Match": tag }) };
+    return ask(path, { method: "PUT", headers, body: JSON.stringify(body) }, nothing, PATIENCE_FOR_MAPS);
   }
 
   /**

@@ -30,7 +30,8 @@ export class Stage {
    * @param {import("./fleet.js").Fleet} fleet
    * @param {import("./tools.js").Tools} tools
    * @param {{select: (id: string | null) => void, order: (pose: import("./geometry.js").Pose) => void,
-   *          pick: (point: import("./geometry.js").Point, reach: number) => void}} orders
+   *          pick: (point: import("./geometry.js").Point, reach: number) => void,
+   *          drawing: () => import("./zones.js").Zones | null}} orders who takes clicks while the user draws, if anybody
    */
   constructor(fleet, tools, orders) {
     this.#fleet = fleet;
@@ -41,6 +42,8 @@ export class Stage {
     new ResizeObserver(() => this.#resized()).observe(this.#canvas);
     new Gestures(this.#canvas, this.#meaning());
     this.#canvas.addEventListener("keydown", (event) => this.#key(event));
+    this.#canvas.addEventListener("pointermove", (event) => this.#hover(event));
+    this.#canvas.addEventListener("pointerleave", () => orders.drawing()?.hover(null));
     byId("zoom-in").addEventListener("click", () => this.#zoom(ZOOM));
     byId("zoom-out").addEventListener("click", () => this.#zoom(1 / ZOOM));
     byId("zoom-fit").addEventListener("click", () => this.fit());
@@ -94,7 +97,7 @@ export class Stage {
 
   #meaning() {
     return {
-      aims: () => this.#tools.current !== "look" && this.#fleet.selected !== null,
+      aims: () => !this.#orders.drawing() && this.#tools.current !== "look" && this.#fleet.selected !== null,
       aim: (from, to) => this.#aim(from, to),
       drop: () => (this.renderer.aim = null),
       pan: (dx, dy) => this.#pan(dx, dy),
@@ -114,6 +117,8 @@ export class Stage {
   #tap(at) {
     this.renderer.aim = null;
     const point = this.view.toWorld(at);
+    const drawing = this.#orders.drawing();
+    if (drawing) return drawing.click(point, REACH / this.view.scale);
     const hit = this.#fleet.at(point, REACH / this.view.scale);
     const { selected } = this.#fleet;
     const aims = this.#tools.current !== "look" && selected;
@@ -134,7 +139,15 @@ export class Stage {
     this.#orders.order({ ...this.view.toWorld(from), theta: Math.atan2(from.y - to.y, to.x - from.x) });
   }
 
+  /** A finger has no place while it is up, so it leaves no line behind. */
+  #hover(event) {
+    const at = { x: event.offsetX, y: event.offsetY };
+    if (event.pointerType === "mouse") this.#orders.drawing()?.hover(this.view.toWorld(at));
+  }
+
   #key(event) {
+    if (event.ctrlKey || event.metaKey) return;
+    if (this.#orders.drawing()?.key(event.key, this.view.centre)) return event.preventDefault();
     const keys = {
       ArrowLeft: () => this.#pan(STEP, 0),
       ArrowRight: () => this.#pan(-STEP, 0),
@@ -146,7 +159,7 @@ export class Stage {
       0: () => this.fit(),
       Escape: () => this.#orders.select(null),
     };
-    if (!(event.key in keys) || event.ctrlKey || event.metaKey) return;
+    if (!(event.key in keys)) return;
     event.preventDefault();
     keys[event.key]();
   }

@@ -1,8 +1,9 @@
 /** The colours of the drawing, which are those of the page: light or dark, as the system wants it. */
 
-/** @typedef {{ground: string, ink: string, halo: string, heat: string, palette: import("./grid.js").Palette, robots: string[]}} Theme */
+/** @typedef {{ground: string, ink: string, halo: string, heat: string, zones: Record<string, string>, palette: import("./grid.js").Palette, robots: string[]}} Theme */
 
 const ROBOTS = 8;
+const ZONES = ["keep_out", "speed_limit", "one_way", "no_stop", "capacity"];
 
 /** @param {string} text as "#rrggbb" @returns {import("./grid.js").Colour} */
 export function colourOf(text) {
@@ -19,6 +20,7 @@ export function readTheme() {
     ink: read("ink"),
     halo: read("halo"),
     heat: read("heat"),
+    zones: Object.fromEntries(ZONES.map((kind) => [kind, read(kind.replace("_", "-"))])),
     palette: { free: colourOf(read("free")), occupied: colourOf(read("occupied")), unknown: colourOf(read("unknown")) },
     robots: Array.from({ length: ROBOTS }, (_, i) => style.getPropertyValue(`--robot-${i}`).trim()),
   };

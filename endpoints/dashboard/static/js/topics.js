@@ -3,7 +3,7 @@
  * robots that make a map publish them, and how many messages may wait.
  */
 
-/** @typedef {"plan" | "scan" | "particles" | "people" | "traffic"} Layer */
+/** @typedef {"plan" | "scan" | "particles" | "people" | "traffic" | "zones"} Layer */
 
 /** @type {Record<string, {type: string, throttle: number, layer?: Layer, mapping?: true, queue?: number}>} */
 export const TOPICS = {
@@ -23,7 +23,7 @@ export const TOPICS = {
 };
 
 /** @type {Record<Layer, string>} */
-export const LAYERS = { plan: "Paths", scan: "Laser scans", particles: "Particles", people: "People", traffic: "Traffic" };
+export const LAYERS = { plan: "Paths", scan: "Laser scans", particles: "Particles", people: "People", traffic: "Traffic", zones: "Zones" };
 
 /**
  * Return the topics without a layer and those of the shown layers.

@@ -1,0 +1,132 @@
+/** Form with the properties of a zone. Each change is told at once; it is saved with all others. */
+
+import { make } from "./dom.js";
+import { cornersOf, linesOf, withCorners } from "./zone_shapes.js";
+import { DAYS, KINDS, USUAL } from "./zones_state.js";
+
+const OFFSET = /(Z|[+-]\d\d:\d\d)$/;
+const DEGREE = Math.PI / 180;
+const LONGEST = 64;
+
+/** The properties of a zone from what its form says; of a zone that has just become one of another kind, usual ones. @param {Record<string, any>} said */
+export function ruleOf({ name, kind, times, ...values }) {
+  const rule = { name, kind };
+  if (kind === "speed_limit") rule[values.unit ?? "max_speed"] = values.speed ?? USUAL.speed;
+  if (kind === "capacity") rule.robots = values.robots ?? USUAL.robots;
+  if (kind === "one_way" && "width" in values) rule.width = values.width;
+  else if (kind === "one_way") rule.direction = Math.round((values.heading ?? 0) * DEGREE * 1e6) / 1e6;
+  if (kind === "one_way" && values.strict) rule.strict = true;
+  if (times.length) rule.times = times;
+  return rule;
+}
+
+/** Hours from what their fields say. The end of a day is 24:00 in the cloud, and 00:00 in a browser. */
+export function hoursOf({ days, from, to, since, until }) {
+  const hours = {};
+  if (days.length && days.length < DAYS.length) hours.days = days;
+  if (from && from !== "00:00") hours.from = from;
+  if (to && to !== "00:00") hours.to = to;
+  if (since) hours.since = since;
+  if (until) hours.until = until;
+  return hours;
+}
+
+export class ZoneForm {
+  /** @type {HTMLFormElement} */ element;
+  #zone;
+  #fields = {};
+  #hours = [];
+  #changed;
+
+  /** @param {import("./zones_state.js").Zone} zone @param {(zone: import("./zones_state.js").Zone) => void} changed */
+  constructor(zone, changed) {
+    this.#zone = zone;
+    this.#changed = changed;
+    const { properties, geometry } = zone;
+    const times = make("div", { className: "zone-times" }, ...(properties.times ?? []).map((hours) => this.#hoursFields(hours)));
+    const more = make("button", { className: "link", type: "button", textContent: "Add hours", onclick: () => { times.append(this.#hoursFields({ from: "08:00", to: "18:00" })); this.#tell(); } });
+    this.element = make("form", { className: "name-form zone-form", "aria-label": `Zone ${properties.name}` },
+      this.#field("name", "Name", { value: properties.name, maxLength: LONGEST, required: true, autocomplete: "off" }),
+      this.#kindField(properties.kind, linesOf(geometry).length > 0), ...this.#valueFields(zone), ...this.#cornersField(geometry), times, more);
+    this.element.addEventListener("submit", (event) => event.preventDefault());
+    this.element.addEventListener("change", () => this.#tell());
+  }
+
+  #field(name, title, properties) {
+    const input = make("input", { name, ...properties });
+    this.#fields[name] = input;
+    return make("label", {}, title, input);
+  }
+
+  #number(name, title, value, properties = {}) {
+    return this.#field(name, title, { type: "number", step: "any", inputMode: "decimal", required: true, value: String(value ?? ""), ...properties });
+  }
+
+  /** A lane along a line stays one: no other zone may be a line. */
+  #kindField(kind, isLine) {
+    const kinds = isLine ? ["one_way"] : Object.keys(KINDS);
+    const select = make("select", { name: "kind" }, ...kinds.map((each) => make("option", { value: each, textContent: KINDS[each] })));
+    select.value = kind;
+    this.#fields.kind = select;
+    return make("label", {}, "Kind", select);
+  }
+
+  #valueFields({ properties: { kind, max_speed: speed, percent, robots, width, direction, strict }, geometry }) {
+    if (kind === "speed_limit") {
+      const units = [["max_speed", "m/s"], ["percent", "% of the robot's"]].map(([value, textContent]) => make("option", { value, textContent }));
+      const unit = make("select", { name: "unit" }, ...units);
+      unit.value = Number.isFinite(percent) ? "percent" : "max_speed";
+      this.#fields.unit = unit;
+      return [make("div", { className: "zone-pair" }, this.#number("speed", "Highest speed", percent ?? speed, { min: 0.01, max: 100 }), make("label", {}, "Unit", unit))];
+    }
+    if (kind === "capacity") return [this.#number("robots", "Most robots at a time", robots, { min: 1, max: 1000, step: 1, inputMode: "numeric" })];
+    if (kind !== "one_way") return [];
+    const box = make("input", { type: "checkbox", role: "switch", name: "strict", checked: Boolean(strict) });
+    this.#fields.strict = box;
+    const way = linesOf(geometry).length ? this.#number("width", "Width [m]", width, { min: 0.01, max: 100 }) : this.#number("heading", "Direction [°]", Math.round(((direction ?? 0) / DEGREE) * 100) / 100);
+    return [way, make("label", { className: "switch" }, box, "Crossing is forbidden too")];
+  }
+
+  #cornersField(geometry) {
+    const corners = cornersOf(geometry);
+    return corners === null ? [] : [this.#field("corners", "Corners: x y, x y … [m]", { value: corners, required: true, autocomplete: "off", spellcheck: false })];
+  }
+
+  #hoursFields({ days = [], from = "00:00", to = "24:00", since = "", until = "" }) {
+    const boxes = DAYS.map((day) => make("input", { type: "checkbox", value: day, checked: !days.length || days.includes(day) }));
+    const time = (value) => make("input", { type: "time", value: value === "24:00" ? "00:00" : value, required: true });
+    const moment = (value) => make("input", { type: OFFSET.test(value) ? "text" : "datetime-local", value });
+    const fields = { boxes, from: time(from), to: time(to), since: moment(since), until: moment(until) };
+    const remove = make("button", { className: "link", type: "button", textContent: "Remove these hours", onclick: () => this.#drop(fields, row) });
+    const row = make("fieldset", { className: "zone-hours" }, make("legend", { textContent: "Hours" }),
+      make("div", { className: "zone-days" }, ...boxes.map((box, i) => make("label", {}, box, DAYS[i]))),
+      make("div", { className: "zone-pair" }, make("label", {}, "From", fields.from), make("label", {}, "To", fields.to)),
+      make("label", {}, "Since", fields.since), make("label", {}, "Until", fields.until), remove);
+    this.#hours.push(fields);
+    return row;
+  }
+
+  #drop(fields, row) {
+    this.#hours = this.#hours.filter((one) => one !== fields);
+    row.remove();
+    this.#tell();
+  }
+
+  /** Say what the zone is now, if the fields are valid. */
+  #tell() {
+    const { corners } = this.#fields;
+    const geometry = corners ? withCorners(this.#zone.geometry, corners.value) : this.#zone.geometry;
+    corners?.setCustomValidity(geometry ? "" : "Write each corner as x y in metres, with a comma between corners");
+    for (const { boxes } of this.#hours) boxes[0].setCustomValidity(boxes.some(({ checked }) => checked) ? "" : "Choose one day or more");
+    if (!this.element.reportValidity()) return;
+    this.#zone = { ...this.#zone, geometry, properties: ruleOf(this.#said()) };
+    this.#changed(this.#zone);
+  }
+
+  #said() {
+    const values = Object.entries(this.#fields).map(([name, field]) => [name, { checkbox: field.checked, number: field.valueAsNumber }[field.type] ?? field.value]);
+    const times = this.#hours.map(({ boxes, from, to, since, until }) =>
+      hoursOf({ days: boxes.filter(({ checked }) => checked).map(({ value }) => value), from: from.value, to: to.value, since: since.value, until: until.value }));
+    return { ...Object.fromEntries(values), times };
+  }
+}

@@ -1,0 +1,165 @@
+/** Zones of the shown map: reads them, lets the map's owner draw and change them, and saves them. */
+
+import { byId } from "./dom.js";
+import { refused, Refused } from "./rest.js";
+import { readTheme } from "./theme.js";
+import { toast } from "./toasts.js";
+import { Drawing } from "./zone_shapes.js";
+import { ZonesLayer } from "./zones_layer.js";
+import { ZonesPanel } from "./zones_panel.js";
+import { ZonesState } from "./zones_state.js";
+
+const PERIOD = 10_000; // ms between two looks at which are in force
+const CONFLICTS = new Set([409, 412]);
+const NONE = { body: null, tag: null };
+
+export class Zones {
+  state = new ZonesState();
+  layer = new ZonesLayer(this.state, readTheme());
+  #panel;
+  #rest;
+  #events;
+  /** Path of the zones of the shown map. @type {string | null} */ #path = null;
+  #version = "";
+  #looked = -Infinity;
+
+  /** @param {import("./rest.js").Rest} rest @param {{changed: () => void}} events */
+  constructor(rest, events) {
+    this.#rest = rest;
+    this.#events = events;
+    this.#panel = new ZonesPanel({
+      pick: (index) => this.#pick(index === this.state.picked ? null : index),
+      colourOf: (kind) => this.layer.colourOf(kind),
+      draw: (kind, isLine) => this.#draw(new Drawing(kind, isLine)),
+      end: () => this.#end(),
+      undo: () => this.#undo(),
+      cancel: () => this.#draw(null),
+      replace: (index, zone) => this.#change(() => this.state.replace(index, zone)),
+      remove: (index) => this.#change(() => this.state.remove(index)),
+      zone: (name) => this.#change(() => this.state.setTimeZone(name)),
+      save: () => this.#save(),
+      discard: () => this.#change(() => this.state.discard()),
+    });
+  }
+
+  /** Whether the user draws a zone now, so that clicks on the map are corners. */
+  get isDrawing() {
+    return this.layer.drawing !== null;
+  }
+
+  /**
+   * Read the zones of a map, if it was changed or some time has passed.
+   * @param {string | null} path of the map, or null for one that is being made @param {string} version @param {boolean} mayEdit
+   */
+  async poll(path, version, mayEdit) {
+    const zones = path && `${path}/zones`;
+    if (zones !== this.#path) this.#leave(zones);
+    this.state.mayEdit = mayEdit;
+    const now = performance.now();
+    if (!zones || (version === this.#version && now - this.#looked < PERIOD)) return this.#show();
+    const answer = await this.#rest.tagged(zones).catch(refused(404, () => NONE));
+    if (zones !== this.#path) return; // another map was chosen meanwhile
+    this.#version = version;
+    this.#looked = now;
+    this.state.take(answer.body, answer.tag);
+    this.#show();
+  }
+
+  /** Pick the zone at a point of the map, or none. @param {{x: number, y: number}} point @param {number} reach [m] */
+  pickAt(point, reach) {
+    this.#pick(this.state.at(point, reach));
+    if (this.state.picked !== null) this.#panel.reveal(this.state.picked);
+  }
+
+  /** Take a click on the map while the user draws. @param {{x: number, y: number}} point @param {number} reach [m] */
+  click(point, reach) {
+    if (this.layer.drawing.click(point, reach, performance.now())) this.#end();
+    else this.#show();
+  }
+
+  /** Take the place of the pointer while the user draws. @param {{x: number, y: number} | null} point */
+  hover(point) {
+    this.layer.drawing.hover = point;
+    this.#events.changed();
+  }
+
+  /** Take a key while the user draws; return whether it has a meaning. @param {string} key @param {{x: number, y: number}} middle of the map */
+  key(key, middle) {
+    const meanings = { Enter: () => this.#end(), Escape: () => this.#draw(null), Backspace: () => this.#undo(), " ": () => this.click(middle, 0) };
+    if (!this.isDrawing || !(key in meanings)) return false;
+    meanings[key]();
+    return true;
+  }
+
+  /** Leave the zones of a map: what was not saved is lost, and the user is told. */
+  #leave(path) {
+    if (this.state.isChanged) toast("The changes of zones were not saved: another map is shown", "bad");
+    this.#path = path;
+    this.#version = "";
+    this.#looked = -Infinity;
+    this.state.clear();
+    this.#draw(null);
+  }
+
+  #pick(index) {
+    this.state.picked = index;
+    this.#show();
+  }
+
+  #draw(drawing) {
+    this.layer.drawing = drawing;
+    byId("map").toggleAttribute("data-drawing", drawing !== null);
+    if (drawing) byId("map").focus({ preventScroll: true });
+    this.#show();
+  }
+
+  #undo() {
+    this.layer.drawing.undo();
+    this.#show();
+  }
+
+  /** End the drawing: what was drawn becomes a zone, unless corners are missing. */
+  #end() {
+    const { kind, geometry } = this.layer.drawing;
+    if (!geometry) return this.#show();
+    this.state.add(this.state.proposal(kind, geometry));
+    this.#draw(null);
+    this.#panel.reveal(this.state.picked);
+  }
+
+  #change(change) {
+    change();
+    this.#show();
+  }
+
+  async #save() {
+    const { body, base } = this.state;
+    const path = this.#path;
+    try {
+      await this.#rest.put(path, body, base, "application/geo+json");
+    } catch (error) {
+      if (path !== this.#path) return;
+      this.state.problem = error.message;
+      if (error instanceof Refused && CONFLICTS.has(error.status)) await this.#lookAgain(path);
+      else this.#show();
+      return;
+    }
+    toast("The zones are saved: robots heed them from now on", "good");
+    await this.#lookAgain(path, () => this.state.discard());
+  }
+
+  /** Read the zones now. If that fails they are read by the next poll, which tells why. */
+  async #lookAgain(path, before = () => {}) {
+    this.#looked = -Infinity;
+    const answer = await this.#rest.tagged(path).catch(() => null);
+    if (path !== this.#path) return;
+    before();
+    if (answer) this.state.take(answer.body, answer.tag);
+    this.#show();
+  }
+
+  #show() {
+    this.#panel.update(this.state, this.layer.drawing);
+    this.#events.changed();
+  }
+}

@@ -1,0 +1,202 @@
+/** Draws zones on the map, below everything else: a colour for each kind, hatched where robots may not be or stand. */
+
+import { label } from "./shapes.js";
+import { linesOf, middleOf, polygonsOf } from "./zone_shapes.js";
+import { valueOf } from "./zones_state.js";
+
+const TINT = { in: 0.2, out: 0.07, picked: 0.34 }; // opacity
+const STROKE = { in: 0.9, out: 0.5 };
+const HATCH = { keep_out: { gap: 10, turn: 1 }, no_stop: { gap: 16, turn: -1 } }; // pixels between lines, and their slope
+const ARROWS = 56; // pixels between two arrows
+const ARROW = 9; // pixels
+const LEGIBLE = 44; // pixels that a zone is wide to have a name
+const DASH = [7, 5];
+
+export class ZonesLayer {
+  /** What the user draws. @type {import("./zone_shapes.js").Drawing | null} */ drawing = null;
+  #state;
+  #theme;
+
+  /** @param {import("./zones_state.js").ZonesState} state @param {import("./theme.js").Theme} theme */
+  constructor(state, theme) {
+    this.#state = state;
+    this.#theme = theme;
+  }
+
+  set theme(theme) {
+    this.#theme = theme;
+  }
+
+  /** @param {string} kind */
+  colourOf(kind) {
+    return this.#theme.zones[kind] ?? this.#theme.ink;
+  }
+
+  /** Draw all zones. @param {CanvasRenderingContext2D} context @param {import("./view.js").View} view */
+  draw(context, view) {
+    this.#state.features.forEach((zone, index) => this.#drawZone(context, view, zone, index));
+    this.#state.features.forEach((zone, index) => this.#drawName(context, view, zone, index));
+    if (this.drawing) this.#drawDrawing(context, view, this.drawing);
+  }
+
+  #drawZone(context, view, { geometry, properties }, index) {
+    const inForce = this.#state.standing(index) !== "not in force";
+    const picked = index === this.#state.picked;
+    const look = {
+      colour: this.colourOf(properties.kind),
+      tint: picked ? TINT.picked : inForce ? TINT.in : TINT.out,
+      stroke: inForce ? STROKE.in : STROKE.out,
+      dash: inForce ? [] : DASH,
+      width: picked ? 3 : 1.5,
+    };
+    for (const line of linesOf(geometry)) drawLane(context, view, line, properties.width ?? 0, look);
+    for (const rings of polygonsOf(geometry)) drawPolygon(context, view, rings, properties, look);
+    context.globalAlpha = 1;
+  }
+
+  #drawName(context, view, { geometry, properties }, index) {
+    const picked = index === this.#state.picked;
+    const places = [...polygonsOf(geometry).flat(), ...linesOf(geometry)].flat();
+    const { left, right } = boxOf(places.map(([x, y]) => ({ x, y })));
+    if ((right - left) * view.scale < LEGIBLE && !picked) return;
+    const { x, y } = view.toScreen(middleOf(geometry));
+    context.globalAlpha = this.#state.standing(index) === "not in force" ? STROKE.out : 1;
+    label(context, properties.name, x, y - 14, this.#theme.ink, this.#theme.halo, picked);
+    label(context, valueOf(properties), x, y + 1, this.#theme.ink, this.#theme.halo, picked);
+    context.globalAlpha = 1;
+  }
+
+  /** The corners so far, a line to the pointer, and the middle of the map, where the space bar puts a corner. */
+  #drawDrawing(context, view, { corners, hover, isLine, kind }) {
+    const points = [...corners, ...(hover ? [[hover.x, hover.y]] : [])].map(([x, y]) => view.toScreen({ x, y }));
+    const colour = this.colourOf(kind);
+    trace(context, points, !isLine && points.length > 2);
+    pen(context, colour, 2, DASH);
+    context.stroke();
+    context.setLineDash([]);
+    for (const { x, y } of points.slice(0, corners.length)) {
+      context.beginPath();
+      context.arc(x, y, 5, 0, 2 * Math.PI);
+      context.fillStyle = this.#theme.halo;
+      context.fill();
+      context.stroke();
+    }
+    const [x, y] = [view.width / 2, view.height / 2];
+    context.beginPath();
+    for (const [dx, dy] of [[8, 0], [0, 8]]) {
+      context.moveTo(x - dx, y - dy);
+      context.lineTo(x + dx, y + dy);
+    }
+    pen(context, this.#theme.ink, 1, []);
+    context.stroke();
+  }
+}
+
+function drawPolygon(context, view, rings, { kind, direction }, { colour, tint, stroke, dash, width }) {
+  const points = rings.map((ring) => ring.map(([x, y]) => view.toScreen({ x, y })));
+  context.save();
+  context.beginPath();
+  for (const ring of points) path(context, ring, true);
+  context.globalAlpha = tint;
+  context.fillStyle = colour;
+  context.fill("evenodd");
+  context.globalAlpha = stroke;
+  pen(context, colour, width, dash);
+  context.stroke();
+  context.clip("evenodd");
+  const box = seen(boxOf(points.flat()), view);
+  if (HATCH[kind]) hatch(context, box, view.toScreen({ x: 0, y: 0 }), HATCH[kind]);
+  if (kind === "one_way") arrows(context, box, view.toScreen({ x: 0, y: 0 }), direction ?? 0);
+  pen(context, colour, kind === "one_way" ? 2 : 1, []);
+  context.globalAlpha = stroke * (kind === "one_way" ? 1 : 0.55);
+  context.stroke();
+  context.restore();
+}
+
+function drawLane(context, view, line, wide, { colour, tint, stroke, dash, width }) {
+  const points = line.map(([x, y]) => view.toScreen({ x, y }));
+  trace(context, points, false);
+  context.lineJoin = context.lineCap = "round";
+  context.globalAlpha = tint;
+  pen(context, colour, Math.max(2, wide * view.scale), []);
+  context.stroke();
+  context.globalAlpha = stroke;
+  pen(context, colour, width, dash);
+  context.stroke();
+  context.setLineDash([]);
+  context.beginPath();
+  for (let i = 1; i < points.length; i += 1) along(context, points[i - 1], points[i]);
+  pen(context, colour, 2, []);
+  context.stroke();
+}
+
+/** Arrows along a segment: one in its middle at least, if it is long enough. */
+function along(context, from, to) {
+  const [dx, dy] = [to.x - from.x, to.y - from.y];
+  const length = Math.hypot(dx, dy);
+  if (length < 2 * ARROW) return;
+  const count = Math.min(100, Math.max(1, Math.floor(length / ARROWS)));
+  for (let i = 0; i < count; i += 1) {
+    const part = (i + 0.5) / count;
+    chevron(context, from.x + part * dx, from.y + part * dy, Math.atan2(dy, dx));
+  }
+}
+
+/** Arrows on a grid that moves with the map. The angle is that of the map, y up. */
+function arrows(context, { left, right, top, bottom }, origin, direction) {
+  context.beginPath();
+  for (let x = first(left, origin.x, ARROWS); x < right + ARROWS; x += ARROWS) {
+    for (let y = first(top, origin.y, ARROWS); y < bottom + ARROWS; y += ARROWS) chevron(context, x, y, -direction);
+  }
+}
+
+function chevron(context, x, y, angle) {
+  const at = (along, aside) => [x + along * Math.cos(angle) - aside * Math.sin(angle), y + along * Math.sin(angle) + aside * Math.cos(angle)];
+  context.moveTo(...at(-ARROW, 0));
+  context.lineTo(...at(ARROW, 0));
+  context.moveTo(...at(ARROW / 3, -ARROW / 2));
+  context.lineTo(...at(ARROW, 0));
+  context.lineTo(...at(ARROW / 3, ARROW / 2));
+}
+
+function hatch(context, { left, right, top, bottom }, origin, { gap, turn }) {
+  context.beginPath();
+  const high = bottom - top;
+  const anchor = turn > 0 ? origin.x + origin.y - bottom : origin.x - origin.y + top;
+  for (let x = first(left - high, anchor, gap); x < right + high; x += gap) {
+    context.moveTo(x, turn > 0 ? bottom : top);
+    context.lineTo(x + high, turn > 0 ? top : bottom);
+  }
+}
+
+/** The first place from `from` on that is a whole number of steps away from an origin. */
+function first(from, origin, step) {
+  return from - ((((from - origin) % step) + step) % step);
+}
+
+/** The part of a box on the screen. */
+function seen({ left, right, top, bottom }, { width, height }) {
+  return { left: Math.max(left, 0), right: Math.min(right, width), top: Math.max(top, 0), bottom: Math.min(bottom, height) };
+}
+
+function boxOf(points) {
+  const [xs, ys] = [points.map(({ x }) => x), points.map(({ y }) => y)];
+  const most = (values, pick) => values.reduce((a, b) => pick(a, b));
+  return { left: most(xs, Math.min), right: most(xs, Math.max), top: most(ys, Math.min), bottom: most(ys, Math.max) };
+}
+
+function trace(context, points, closed) {
+  context.beginPath();
+  path(context, points, closed);
+}
+
+function path(context, points, closed) {
+  points.forEach(({ x, y }, i) => (i ? context.lineTo(x, y) : context.moveTo(x, y)));
+  if (closed) context.closePath();
+}
+
+function pen(context, colour, width, dash) {
+  context.strokeStyle = colour;
+  context.lineWidth = width;
+  context.setLineDash(dash);
+}

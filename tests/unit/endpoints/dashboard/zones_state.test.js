@@ -1,0 +1,108 @@
+import assert from "node:assert/strict";
+import test from "node:test";
+
+import { ZonesState, told } from "../../../../endpoints/dashboard/static/js/zones_state.js";
+
+const SQUARE = [[0, 0], [2, 0], [2, 2], [0, 2], [0, 0]];
+const zone = (name, properties = {}, geometry = { type: "Polygon", coordinates: [SQUARE] }) => ({ type: "Feature", geometry, properties: { name, kind: "keep_out", ...properties } });
+const answerOf = (features, inForce) => ({ type: "FeatureCollection", features, time_zone: "Europe/Berlin", ...(inForce && { in_force: inForce }) });
+
+function stateOf(...features) {
+  const state = new ZonesState();
+  state.take(answerOf(features, ["a"]), '"1"');
+  return state;
+}
+
+test("a zone is told in words, with its value and its hours", () => {
+  assert.equal(told(zone("a")), "Keep out");
+  assert.equal(told(zone("a", { kind: "speed_limit", max_speed: 0.3 })), "Speed limit 0.3 m/s");
+  assert.equal(told(zone("a", { kind: "speed_limit", percent: 50 })), "Speed limit 50 %");
+  assert.equal(told(zone("a", { kind: "capacity", robots: 2 })), "Few robots 2 robots");
+  assert.equal(told(zone("a", { kind: "capacity", robots: 1 })), "Few robots 1 robot");
+  assert.equal(told(zone("a", { kind: "one_way", direction: Math.PI / 2, strict: true })), "One way 90°, strict");
+  assert.equal(told(zone("a", { kind: "one_way", width: 1.5 })), "One way 1.5 m wide");
+  assert.equal(told(zone("a", { kind: "no_stop", times: [{ days: ["mon", "tue"], from: "08:00" }, {}] })), "No stopping; mon, tue 08:00 to 24:00; always");
+  assert.equal(told(zone("a", { times: [{ since: "2026-12-24T08:00:00Z", until: "2026-12-27T00:00:00Z" }] })), "Keep out; since 2026-12-24 08:00:00Z until 2026-12-27 00:00:00Z");
+  const weekdays = [{ days: ["mon", "tue", "wed", "thu", "fri"] }, { days: ["mon", "wed", "fri"], to: "12:00" }];
+  assert.equal(told(zone("a", { times: weekdays })), "Keep out; mon to fri; mon, wed, fri 00:00 to 12:00");
+  assert.equal(told(zone("a", { kind: "new_kind" })), "new_kind");
+});
+
+test("the cloud says which zones are in force", () => {
+  const state = stateOf(zone("a"), zone("b"));
+  assert.deepEqual([state.standing(0), state.standing(1)], ["in force", "not in force"]);
+  state.take(answerOf([zone("a"), zone("b")]), '"1"');
+  assert.equal(state.standing(1), "in force");
+});
+
+test("changes are a draft until they are saved or discarded", () => {
+  const state = stateOf(zone("a"), zone("b"));
+  assert.equal(state.isChanged, false);
+  state.replace(0, zone("a"));
+  assert.equal(state.isChanged, false, "a change to the same is none");
+  state.replace(0, zone("c"));
+  state.add(zone("d"));
+  assert.equal(state.picked, 2);
+  state.remove(1);
+  assert.deepEqual(state.features.map(({ properties }) => properties.name), ["c", "d"]);
+  assert.deepEqual([state.standing(0), state.standing(1), state.picked], ["not saved", "not saved", null]);
+  assert.deepEqual(state.body, { type: "FeatureCollection", features: state.features, time_zone: "Europe/Berlin" });
+  state.discard();
+  assert.deepEqual(state.features.map(({ properties }) => properties.name), ["a", "b"]);
+  assert.equal(state.isChanged, false);
+});
+
+test("zones of a draft that were not changed stay saved while the cloud is asked", () => {
+  const state = stateOf(zone("a"), zone("b"));
+  state.replace(1, zone("c"));
+  state.take(answerOf([zone("a"), zone("b")], []), '"1"');
+  assert.deepEqual([state.standing(0), state.standing(1)], ["not in force", "not saved"]);
+  assert.equal(state.isOutdated, false);
+});
+
+test("a draft is outdated once somebody else has changed the zones", () => {
+  const state = stateOf(zone("a"));
+  state.setTimeZone("UTC");
+  assert.equal(state.body.time_zone, "UTC");
+  state.take(answerOf([zone("a")], []), '"1b"');
+  assert.deepEqual([state.isOutdated, state.base], [false, '"1b"'], "the same zones with another tag");
+  state.take(answerOf([zone("z")]), '"2"');
+  assert.deepEqual([state.isOutdated, state.base], [true, '"1b"']);
+  assert.equal(state.features[0].properties.name, "a", "what the user has made stays");
+  state.discard();
+  assert.equal(state.features[0].properties.name, "z");
+});
+
+test("what is picked stays while the zones are the same", () => {
+  const state = stateOf(zone("a"), zone("b", {}, { type: "LineString", coordinates: [[5, 5], [9, 5]] }));
+  state.picked = state.at({ x: 1, y: 1 }, 0.2);
+  assert.equal(state.picked, 0);
+  assert.equal(state.at({ x: 7, y: 5.1 }, 0.2), 1);
+  assert.equal(state.at({ x: 7, y: 8 }, 0.2), null);
+  const before = state.generation;
+  state.take(answerOf([zone("a"), state.features[1]], ["b"]), '"1"');
+  assert.deepEqual([state.picked, state.generation], [0, before]);
+  state.take(answerOf([zone("x")]), '"2"');
+  assert.equal(state.picked, null);
+  assert.notEqual(state.generation, before);
+});
+
+test("a map without zones to ask for shows none", () => {
+  const state = stateOf(zone("a"));
+  state.take(null, null);
+  assert.deepEqual([state.features, state.answer], [[], null]);
+  state.clear();
+  assert.deepEqual([state.features, state.timeZone], [[], "UTC"]);
+});
+
+test("new zones have a name of their own and usual values", () => {
+  const state = stateOf(zone("Keep out 1"));
+  const area = { type: "Polygon", coordinates: [SQUARE] };
+  const lane = { type: "LineString", coordinates: [[0, 0], [0, 3]] };
+  assert.deepEqual(state.proposal("keep_out", area).properties, { name: "Keep out 2", kind: "keep_out" });
+  assert.deepEqual(state.proposal("speed_limit", area).properties, { name: "Speed limit 1", kind: "speed_limit", max_speed: 0.5 });
+  assert.deepEqual(state.proposal("capacity", area).properties, { name: "Few robots 1", kind: "capacity", robots: 1 });
+  assert.deepEqual(state.proposal("one_way", lane).properties, { name: "One way 1", kind: "one_way", width: 1 });
+  const turned = { type: "Polygon", coordinates: [[[0, 0], [0, 3], [3, 3], [0, 0]]] };
+  assert.equal(state.proposal("one_way", turned).properties.direction, 1.571);
+});
