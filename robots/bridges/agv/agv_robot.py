@@ -3,6 +3,7 @@
 import asyncio
 import logging
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from ppaas.clock import epoch, monotonic
@@ -20,16 +21,19 @@ from ppaas.wire.vda5050.master.instructions import (
     Progress,
     SendActions,
     SendOrder,
+    SendZones,
 )
 from ppaas.wire.vda5050.master.master_control import MasterControl, Path
 from ppaas.wire.vda5050.master.reports import standing
 from ppaas.wire.vda5050.states import Connection, State, Visualization
+from ppaas.zones.zone import Zone
 from robots.bridges.agv.agv_side import AgvSide
 from robots.bridges.agv.cloud_side import CloudSide, Requests
 from robots.bridges.agv.limits import settings_of
 from robots.bridges.agv.options import FleetOptions
 from robots.bridges.agv.registration import registered
 from robots.bridges.agv.ros_messages import diagnostics
+from robots.bridges.agv.zone_side import ZoneSide
 from robots.client.rest import RestClient
 
 logger = logging.getLogger(__name__)
@@ -74,6 +78,7 @@ class AgvRobot:
         self._url, self._token = url, token
         self._control = MasterControl(options.settings)
         self._cloud: CloudSide | None = None
+        self._zones = ZoneSide(agv.name)
         self._map = ""
         self._sheet: Factsheet | None = None
         self._sheet_came = asyncio.Event()
@@ -113,6 +118,7 @@ class AgvRobot:
         self._away_since = None if body.connection_state == "ONLINE" else self._away_since or now
         self._do(self._control.take_connection(body.connection_state, now))
         if is_back:
+            self._zones.control.begin_again()
             self._agv.send_actions(instant_action("stateRequest", epoch()))
             if self._sheet is None:
                 self._agv.send_actions(instant_action("factsheetRequest", epoch()))
@@ -122,6 +128,8 @@ class AgvRobot:
             self._take_connection(Connection(connection_state="ONLINE"), now)
         self._take_position(state.mobile_robot_position, state.velocity, now)
         self._do(self._control.take_state(state, now))
+        if self._control.connection == "ONLINE":
+            self._do(self._zones.control.advance(state, now))
 
     def _take_position(self, position: Position | None, velocity: Velocity | None, now: float) -> None:
         if position is None:
@@ -210,6 +218,17 @@ class AgvRobot:
             raise NotFound("instant action", kind, FORWARDED)
         self._agv.send_actions(instant_action(kind, epoch()))
 
+    @property
+    def map(self) -> str:
+        """Map of the robot in the cloud; empty until the AGV has been connected as the robot."""
+        return self._map
+
+    def use_zones(self, zones: Sequence[Zone]) -> None:
+        """Take the zones in force on the map; the AGV is told them while it is on that map."""
+        position = self._position
+        if position is not None and self._options.map_of(position.map_id) == self._map:
+            self._zones.take(zones, position.map_id, self._sheet, self._agv.version)
+
     # -- both ways -----------------------------------------------------------------------------------------------------
 
     def tick(self) -> None:
@@ -230,6 +249,8 @@ class AgvRobot:
                     self._agv.send_order(each.order)
                 case SendActions():
                     self._agv.send_actions(each.actions)
+                case SendZones():
+                    self._agv.send_zones(each.zones)
                 case Complaint():
                     self._complain(each.text)
                 case Progress() if self._cloud is not None:

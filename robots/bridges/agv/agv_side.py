@@ -13,6 +13,7 @@ from ppaas.wire.vda5050.master.header_watch import Arrival, HeaderWatch
 from ppaas.wire.vda5050.orders import InstantActions, Order
 from ppaas.wire.vda5050.topics import Address
 from ppaas.wire.vda5050.versions import Version, version_of
+from ppaas.wire.vda5050.zones import ZoneSet
 from robots.bridges.vda5050.outbox import Outbox, Outgoing
 
 logger = logging.getLogger(__name__)
@@ -74,6 +75,12 @@ class AgvSide:
             logger.warning("AGV %s: %s is not sent: %s", self.name, kinds, error)
         else:
             logger.info("AGV %s: %s", self.name, kinds)
+
+    def send_zones(self, zones: ZoneSet) -> None:
+        """Send a set of zones; it replaces one that still waits for the broker."""
+        self._outbox.put_newest(self._message(topics.ZONE_SET, zones))
+        one = zones.zone_set
+        logger.info("AGV %s: zone set %s of map %s, %d zones", self.name, one.zone_set_id, one.map_id, len(one.zones))
 
     def _message(self, topic: str, body: Fields) -> Outgoing:
         payload = encode(topic, self._headers.next(topic, epoch()), body, self.version)

@@ -5,6 +5,7 @@ import logging
 from collections import Counter
 from uuid import uuid4
 
+from ppaas.clock import epoch, monotonic
 from ppaas.errors import PPaaSError
 from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.codec import decode
@@ -13,6 +14,7 @@ from ppaas.wire.vda5050.versions import version_of
 from robots.bridges.agv.agv_robot import AgvRobot
 from robots.bridges.agv.agv_side import AgvSide
 from robots.bridges.agv.options import MAJORS, FleetOptions
+from robots.bridges.agv.zone_reader import ZoneReader
 from robots.bridges.vda5050.broker import Broker
 from robots.bridges.vda5050.mqtt_link import Exchange, MqttLink
 from robots.client.rest import RestClient
@@ -43,6 +45,7 @@ class Fleet:
     def __init__(self, url: str, token: str, broker: Broker, options: FleetOptions) -> None:
         self._url, self._token, self._options = url, token, options
         self._rest = RestClient(url, token)
+        self._zones = ZoneReader(self._rest)
         exchange = Exchange(filters(options.interface), self.receive, lost=self._broker_lost)
         self.mqtt = MqttLink(broker, f"ppaas-fleet-{uuid4().hex[:12]}", exchange)
         self.robots: dict[Address, AgvRobot] = {}
@@ -63,6 +66,7 @@ class Fleet:
                 self._group = group
                 group.create_task(self.mqtt.run())
                 group.create_task(self._tick())
+                group.create_task(self._look_at_zones())
         except* PPaaSError as errors:
             raise errors.exceptions[0] from None
 
@@ -71,6 +75,15 @@ class Fleet:
             await asyncio.sleep(TICK)
             for robot in tuple(self.robots.values()):
                 robot.tick()
+
+    async def _look_at_zones(self) -> None:
+        while True:
+            await self._zones.look({robot.map for robot in self.robots.values() if robot.map}, monotonic())
+            for robot in self.robots.values():
+                zones = self._zones.in_force(robot.map, epoch())
+                if zones is not None:
+                    robot.use_zones(zones)
+            await asyncio.sleep(TICK)
 
     def receive(self, topic: str, payload: bytes, retained: bool) -> None:
         """Take a message of the broker; one that is not valid is logged, and changes nothing."""

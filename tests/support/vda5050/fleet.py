@@ -56,5 +56,7 @@ class FleetWithAgv:
             body = decode(topic, message.payload, self.version)[1]
             if topic == topics.ORDER:
                 self.agv.take_order(body)
+            elif topic == topics.ZONE_SET:
+                self.agv.take_zones(body)
             else:
                 self.agv.take_actions(body)

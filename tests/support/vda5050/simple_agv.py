@@ -7,7 +7,17 @@ import msgspec
 from ppaas.geometry import Pose2D
 from ppaas.wire.vda5050.fields import Position, Reference, Velocity
 from ppaas.wire.vda5050.orders import Action, InstantActions, Node, Order
-from ppaas.wire.vda5050.states import ActionState, EdgeState, Error, NodeState, PowerSupply, SafetyState, State
+from ppaas.wire.vda5050.states import (
+    ActionState,
+    EdgeState,
+    Error,
+    NodeState,
+    PowerSupply,
+    SafetyState,
+    State,
+    ZoneSetState,
+)
+from ppaas.wire.vda5050.zones import Zones, ZoneSet
 
 SAFE = SafetyState(active_emergency_stop="NONE", field_violation=False)
 
@@ -37,6 +47,8 @@ class SimpleAgv:
         self._states: list[ActionState] = []
         self._moving = False
         self.paused = False
+        self.zone_sets: dict[str, Zones] = {}
+        self.enabled_zones = ""
 
     # -- messages ------------------------------------------------------------------------------------------------------
 
@@ -61,6 +73,11 @@ class SimpleAgv:
         self.orders.append(order)
         self._order, self._update, self._errors = order.order_id, order.order_update_id, []
 
+    def take_zones(self, message: ZoneSet) -> None:
+        """Keep a set of zones, unless it has one of that id."""
+        if not self.deaf:
+            self.zone_sets.setdefault(message.zone_set.zone_set_id, message.zone_set)
+
     def take_actions(self, message: InstantActions) -> None:
         """Execute instant actions."""
         for action in message.actions:
@@ -73,6 +90,10 @@ class SimpleAgv:
                 self.paused = action.action_type == "startPause"
             elif action.action_type == "initPosition":
                 self.pose = Pose2D(*(float(action.parameter(key)) for key in ("x", "y", "theta")))
+            elif action.action_type == "enableZoneSet":
+                self.enabled_zones = str(action.parameter("zoneSetId"))
+            elif action.action_type == "deleteZoneSet":
+                self.zone_sets.pop(str(action.parameter("zoneSetId")), None)
             self._states.append(ActionState(action_id=action.action_id, action_status=status))
 
     # -- driving -------------------------------------------------------------------------------------------------------
@@ -111,6 +132,13 @@ class SimpleAgv:
             for node in self._nodes
             if node.sequence_id
         ]
+        sets = [
+            ZoneSetState(
+                zone_set_id=key, map_id=zones.map_id,
+                zone_set_status="ENABLED" if key == self.enabled_zones else "DISABLED",
+            )
+            for key, zones in self.zone_sets.items()
+        ]  # fmt: skip
         return State(
             order_id=self._order, order_update_id=self._update,
             last_node_id=self._last[0], last_node_sequence_id=self._last[1],
@@ -120,7 +148,7 @@ class SimpleAgv:
             mobile_robot_position=Position(
                 x=self.pose.x, y=self.pose.y, theta=self.pose.theta, map_id=self.map_id, localized=True
             ),
-            velocity=Velocity(vx=self.speed if self._moving else 0.0), paused=self.paused,
+            velocity=Velocity(vx=self.speed if self._moving else 0.0), paused=self.paused, zone_sets=sets or None,
         )  # fmt: skip
 
     def forget(self) -> None:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from ppaas.messages.follow_path import FollowPathError
 from ppaas.wire.vda5050.orders import InstantActions, Order
+from ppaas.wire.vda5050.zones import ZoneSet
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,6 +19,13 @@ class SendActions:
     """Send instant actions to the AGV."""
 
     actions: InstantActions
+
+
+@dataclass(frozen=True, slots=True)
+class SendZones:
+    """Send a set of zones to the AGV."""
+
+    zones: ZoneSet
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,9 +49,9 @@ class PathEnded:
 
 @dataclass(frozen=True, slots=True)
 class Complaint:
-    """The AGV contradicts its order, in words."""
+    """The AGV contradicts its order, or does not do what it is told, in words."""
 
     text: str
 
 
-Instruction = SendOrder | SendActions | Progress | PathEnded | Complaint
+Instruction = SendOrder | SendActions | SendZones | Progress | PathEnded | Complaint
