@@ -147,7 +147,7 @@ async def test_a_lane_is_a_line_that_a_double_click_ends(shown: Shown) -> None:
 
 async def test_a_zone_is_drawn_by_keyboard_alone(shown: Shown) -> None:
     page = shown.page
-    await shown.group.get_by_label("New zone").select_option(label="Few robots")
+    await shown.group.get_by_label("New zone").select_option(label="Capacity")
     await shown.group.get_by_role("button", name="Add zone").press("Enter")
     await expect(page.locator("#map")).to_be_focused()
     for key in ("Space", "ArrowRight", "ArrowRight", "Space", "ArrowDown", "Space", "ArrowDown", "Space", "Backspace"):
@@ -165,7 +165,7 @@ async def test_a_zone_is_drawn_by_keyboard_alone(shown: Shown) -> None:
     await shown.group.get_by_role("button", name="Save", exact=True).press("Enter")
     await expect(page.locator(".toast").last).to_contain_text("The zones are saved")
     few = shown.given.zones.zones[2]
-    assert msgspec.to_builtins(few.rule) == {"name": "Few robots 1", "kind": "capacity", "robots": 2}
+    assert msgspec.to_builtins(few.rule) == {"name": "Capacity 1", "kind": "capacity", "robots": 2}
     assert few.geometry.coordinates == [[[1, 1], [3, 1], [3, 3], [1, 1]]]
 
 
@@ -190,12 +190,12 @@ async def test_escape_cancels_a_drawing_and_discard_all_changes(shown: Shown) ->
 async def test_a_refusal_is_shown_as_it_is_and_nothing_is_lost(shown: Shown) -> None:
     await shown.page.get_by_role("button", name="aisle").click()
     await shown.group.get_by_label("Kind").focus()
-    await shown.group.get_by_label("Kind").select_option(label="Few robots")
+    await shown.group.get_by_label("Kind").select_option(label="Capacity")
     await expect(shown.group.get_by_label("Kind")).to_be_focused()
     shown.given.refusal = "zone <i>'aisle'</i> is too large"
     await shown.group.get_by_role("button", name="Save", exact=True).click()
     await expect(shown.page.locator("#zones-note")).to_have_text("zone <i>'aisle'</i> is too large")
-    await expect(shown.page.locator("#zones > li").last).to_contain_text("not savedFew robots 1 robot")
+    await expect(shown.page.locator("#zones > li").last).to_contain_text("not savedCapacity 1 robot")
     await shown.save()
     assert rules_of(shown.given.zones)[1] == {"name": "aisle", "kind": "capacity", "robots": 1}
 

@@ -10,7 +10,7 @@
 
 import { linesOf, polygonsOf, within } from "./zone_shapes.js";
 
-export const KINDS = { keep_out: "Keep out", speed_limit: "Speed limit", one_way: "One way", no_stop: "No stopping", capacity: "Few robots" };
+export const KINDS = { keep_out: "Keep out", speed_limit: "Speed limit", one_way: "One way", no_stop: "No stopping", capacity: "Capacity" };
 
 export const DAYS = ["mon", "tue", "wed", "thu", "fri", "sat", "sun"];
 

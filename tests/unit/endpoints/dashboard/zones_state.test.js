@@ -17,8 +17,8 @@ test("a zone is told in words, with its value and its hours", () => {
   assert.equal(told(zone("a")), "Keep out");
   assert.equal(told(zone("a", { kind: "speed_limit", max_speed: 0.3 })), "Speed limit 0.3 m/s");
   assert.equal(told(zone("a", { kind: "speed_limit", percent: 50 })), "Speed limit 50 %");
-  assert.equal(told(zone("a", { kind: "capacity", robots: 2 })), "Few robots 2 robots");
-  assert.equal(told(zone("a", { kind: "capacity", robots: 1 })), "Few robots 1 robot");
+  assert.equal(told(zone("a", { kind: "capacity", robots: 2 })), "Capacity 2 robots");
+  assert.equal(told(zone("a", { kind: "capacity", robots: 1 })), "Capacity 1 robot");
   assert.equal(told(zone("a", { kind: "one_way", direction: Math.PI / 2, strict: true })), "One way 90°, strict");
   assert.equal(told(zone("a", { kind: "one_way", width: 1.5 })), "One way 1.5 m wide");
   assert.equal(told(zone("a", { kind: "no_stop", times: [{ days: ["mon", "tue"], from: "08:00" }, {}] })), "No stopping; mon, tue 08:00 to 24:00; always");
@@ -101,7 +101,7 @@ test("new zones have a name of their own and usual values", () => {
   const lane = { type: "LineString", coordinates: [[0, 0], [0, 3]] };
   assert.deepEqual(state.proposal("keep_out", area).properties, { name: "Keep out 2", kind: "keep_out" });
   assert.deepEqual(state.proposal("speed_limit", area).properties, { name: "Speed limit 1", kind: "speed_limit", max_speed: 0.5 });
-  assert.deepEqual(state.proposal("capacity", area).properties, { name: "Few robots 1", kind: "capacity", robots: 1 });
+  assert.deepEqual(state.proposal("capacity", area).properties, { name: "Capacity 1", kind: "capacity", robots: 1 });
   assert.deepEqual(state.proposal("one_way", lane).properties, { name: "One way 1", kind: "one_way", width: 1 });
   const turned = { type: "Polygon", coordinates: [[[0, 0], [0, 3], [3, 3], [0, 0]]] };
   assert.equal(state.proposal("one_way", turned).properties.direction, 1.571);
