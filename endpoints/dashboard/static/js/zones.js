@@ -22,6 +22,8 @@ export class Zones {
   /** Path of the zones of the shown map. @type {string | null} */ #path = null;
   #version = "";
   #looked = -Infinity;
+  /** Whether zones are being saved: those that are read meanwhile may be the user's own. */
+  #isSaving = false;
 
   /** @param {import("./rest.js").Rest} rest @param {{changed: () => void}} events */
   constructor(rest, events) {
@@ -37,7 +39,7 @@ export class Zones {
       replace: (index, zone) => this.#change(() => this.state.replace(index, zone)),
       remove: (index) => this.#change(() => this.state.remove(index)),
       zone: (name) => this.#change(() => this.state.setTimeZone(name)),
-      save: () => this.#save(),
+      save: () => this.#save().finally(() => (this.#isSaving = false)),
       discard: () => this.#change(() => this.state.discard()),
     });
   }
@@ -56,9 +58,9 @@ export class Zones {
     if (zones !== this.#path) this.#leave(zones);
     this.state.mayEdit = mayEdit;
     const now = performance.now();
-    if (!zones || (version === this.#version && now - this.#looked < PERIOD)) return this.#show();
+    if (!zones || this.#isSaving || (version === this.#version && now - this.#looked < PERIOD)) return this.#show();
     const answer = await this.#rest.tagged(zones).catch(refused(404, () => NONE));
-    if (zones !== this.#path) return; // another map was chosen meanwhile
+    if (zones !== this.#path || this.#isSaving) return; // another map was chosen meanwhile, or zones are being saved
     this.#version = version;
     this.#looked = now;
     this.state.take(answer.body, answer.tag);
@@ -133,6 +135,7 @@ export class Zones {
   }
 
   async #save() {
+    this.#isSaving = true;
     const { body, base } = this.state;
     const path = this.#path;
     try {
