@@ -19,6 +19,7 @@ from ppaas.nodes.amcl.node import AmclNode
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.map_server.node import MapServerNode
 from ppaas.nodes.move_base.node import MoveBaseNode
+from ppaas.nodes.planner_server.node import PlannerServerNode
 from ppaas.people.nodes import FOLLOW_PERSON, LEG_DETECTOR, PEOPLE_COORDINATOR
 from ppaas.plans.reuse.measured_times import Times
 from ppaas.plans.reuse.scope import Note
@@ -33,7 +34,7 @@ logger = logging.getLogger(__name__)
 ZONES = "zones"
 """Name among the conditions of plans of the keep-out zones that were closed."""
 
-ON_LAYERS = (AmclNode.name, LEG_DETECTOR, FOLLOW_PERSON, PEOPLE_COORDINATOR, TRAFFIC)
+ON_LAYERS = (AmclNode.name, LEG_DETECTOR, FOLLOW_PERSON, PEOPLE_COORDINATOR, TRAFFIC, PlannerServerNode.name)
 """Nodes that use the layers of the map, beside Move Base and the map server; most containers lack some of them."""
 
 

@@ -1,7 +1,8 @@
 """Service ``ppaas_msgs/ComputeFleetPlan``: paths of many robots that keep out of each other's way."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +17,7 @@ from ppaas.nodes.planner_server.path_services import MAX_TIMEOUT
 from ppaas.nodes.planner_server.planner_queue import PlannerQueue
 from ppaas.planners.base import PlanRequest
 from ppaas.planners.watch import Watch
+from ppaas.zones.zone import Zone
 
 if TYPE_CHECKING:
     from ppaas.fleet.metric_problem import MetricFloor
@@ -53,13 +55,14 @@ class FleetService:
     context : Context
         Context of the node that offers the service.
     layers : MapLayers
-        The map.
+        The map, and its zones.
     """
 
     def __init__(self, context: Context, layers: MapLayers) -> None:
         self._layers = layers
         self._queue = PlannerQueue(context)
-        self._floors: BoundedDict[tuple[float, float], MetricFloor] = BoundedDict(MOST_FLOORS)
+        self._floors: BoundedDict[tuple[float, float, tuple[str, ...]], MetricFloor] = BoundedDict(MOST_FLOORS)
+        self._context = context
 
     def compute(self, request: ComputeFleetPlanRequest, reply: Reply) -> Job:
         """Plan for a fleet, and reply with the plan or with the error.
@@ -78,11 +81,12 @@ class FleetService:
         """
         _check_numbers(request)
         starts, goals = _places(request.starts, "start"), _places(request.goals, "goal")
+        zones = self._layers.zones.in_force(self._context.now())
 
         def work(cancelled: Callable[[], bool]) -> ComputeFleetPlanResponse:
             origin = self._layers.grid.info.origin
             watch = Watch(PlanRequest(origin, origin, timeout=request.timeout, cancelled=cancelled))
-            floor = self._floor(request.radius, request.margin, watch.check)
+            floor = self._floor(request.radius, request.margin, zones, watch.check)
             problem = floor.problem(starts, goals, watch.check)
             plan = _plan(problem, request, watch)
             return ComputeFleetPlanResponse(
@@ -97,17 +101,20 @@ class FleetService:
 
         return self._queue.submit(work, reply)
 
-    def _floor(self, radius: float, margin: float, check: Callable[[], None]) -> "MetricFloor":
+    def _floor(self, radius: float, margin: float, zones: Sequence[Zone], check: Callable[[], None]) -> "MetricFloor":
         # Imported by the first request: few containers need the modules.
         from ppaas.fleet.metric_problem import MetricFloor  # noqa: PLC0415 - see above
         from ppaas.fleet.metric_roadmap import clearance_of, metric_roadmap  # noqa: PLC0415 - see above
+        from ppaas.zones.cell_rules import rules_on  # noqa: PLC0415 - see above
 
-        found = self._floors.get((radius, margin))
+        key = radius, margin, tuple(zone.name for zone in zones)
+        found = self._floors.get(key)
         if found is None:
             to_lethal, info = clearance_of(self._layers), self._layers.grid.info
             metric = metric_roadmap(to_lethal, info, radius, margin, check=check)
+            metric = replace(metric, roadmap=rules_on(metric, zones, radius).roadmap)
             found = MetricFloor(to_lethal, info, metric, radius)
-        self._floors[radius, margin] = found
+        self._floors[key] = found
         return found
 
 

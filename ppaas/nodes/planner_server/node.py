@@ -1,5 +1,6 @@
 """Node ``planner_server``: plans paths on a map, without a robot."""
 
+from collections.abc import Callable
 from typing import ClassVar
 
 from ppaas.costmap.costmap import Costmap
@@ -31,18 +32,15 @@ class PlannerServerNode(Node):
     ----------
     context : Context
         The node's context.
-    costmap : Costmap
-        Costmap of the map.
     base_global_planner : str
         Planner of requests that name none.
     threads : callable
         Returns the largest number of threads that kernels may use now.
-    processor : PlanProcessor
-        Finds stored plans.
-    variants : Variants
-        Makes planners and costmaps for requests with parameters.
+    surroundings_of : callable
+        Returns, for the layers of a map, its costmap, the processor that finds stored plans, and what makes planners
+        and costmaps for requests with parameters.
     layers : MapLayers
-        The map, on which fleets are planned for.
+        The map.
     """
 
     name: ClassVar[str] = "planner_server"
@@ -56,20 +54,27 @@ class PlannerServerNode(Node):
     def __init__(
         self,
         context: Context,
-        costmap: Costmap,
         base_global_planner: str,
         threads: Threads,
         *,
-        processor: PlanProcessor,
-        variants: Variants,
+        surroundings_of: Callable[[MapLayers], tuple[Costmap, PlanProcessor, Variants]],
         layers: MapLayers,
     ) -> None:
         super().__init__(context)
+        self._surroundings_of, self._threads = surroundings_of, threads
+        costmap, processor, variants = surroundings_of(layers)
         self._paths = PathServices(
             context, costmap, base_global_planner, threads, processor=processor, variants=variants
         )
         self._costs = CostService(context, variants, threads)
         self._fleets = FleetService(context, layers)
+
+    def use_layers(self, layers: MapLayers) -> None:
+        """Plan on other layers of the map, because other zones are closed."""
+        costmap, processor, variants = self._surroundings_of(layers)
+        self._paths.use_map(costmap, processor, variants)
+        self._costs = CostService(self.context, variants, self._threads)
+        self._fleets = FleetService(self.context, layers)
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:
         """Start planning a path or for a fleet, or computing costs.

@@ -96,9 +96,10 @@ class PathServices:
         self._planners = dict(tuned or {})
         self._variants = variants
 
-    def use_map(self, costmap: Costmap, processor: PlanProcessor) -> None:
+    def use_map(self, costmap: Costmap, processor: PlanProcessor, variants: Variants | None = None) -> None:
         """Replace the map for requests from now on; planners forget what they have prepared of the last one."""
         self._costmap, self._processor = costmap, processor
+        self._variants = variants or self._variants
         self._comparison = PlanComparison(self._context, processor)
         self._planners = {name: planner.fresh() for name, planner in self._planners.items()}
 

@@ -1,8 +1,10 @@
 """Plans of fleets, by the planner server."""
 
+import itertools
 import json
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -31,7 +33,9 @@ from ppaas.messages.fleet.fleet_plans import ComputeFleetPlanRequest, ComputeFle
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.planner_server import fleet_service
 from ppaas.nodes.planner_server.fleet_service import MAX_ROBOTS, MAX_SECONDS
+from ppaas.zones.zone import Capacity, OneWay, ZoneSet
 from tests.support.world.planar_world import walled_map
+from tests.support.zones import rectangle
 
 LAYERS = build_layers(walled_map(6, 4, [(2.9, 0.0, 3.1, 2.5)]))
 PARTED = build_layers(walled_map(6, 4, [(2.9, 0.0, 3.1, 4.0)]))
@@ -201,6 +205,9 @@ class _Context:
         self._after = after
         self.asked = 0
 
+    def now(self) -> float:
+        return 0.0
+
     def _cancelled(self) -> bool:
         self.asked += 1
         return self.asked > self._after
@@ -210,3 +217,19 @@ class _Context:
             done(work(self._cancelled))
         except PPaaSError as error:
             done(error)
+
+
+def test_robots_obey_the_zones_of_the_map() -> None:
+    zones = [
+        rectangle(OneWay(name="east", direction=0.0), 2.2, 2.6, 3.8, 3.2),
+        rectangle(Capacity(name="dock", robots=1), 0.0, 0.0, 1.5, 1.5),
+    ]
+    layers = replace(LAYERS, zones=ZoneSet(zones))  # type: ignore[arg-type]
+    paths = checked(planned(layers=layers), STARTS, GOALS)
+    for path in paths:
+        for (x, y), (to_x, to_y) in itertools.pairwise(path.tolist()):
+            against = 2.2 < (x + to_x) / 2 < 3.8 and 2.6 < (y + to_y) / 2 < 3.2 and to_x < x
+            assert not against
+    dock = zones[1].area
+    inside = [(dock.distances(paths[:, step]) < RADIUS).sum() for step in range(paths.shape[1])]
+    assert max(inside) == 1

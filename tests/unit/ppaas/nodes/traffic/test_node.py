@@ -1,5 +1,7 @@
 """The traffic node: reports in, grants and the state out, services of operators."""
 
+from datetime import UTC, datetime
+
 import pytest
 
 from ppaas.clone.traffic import build_traffic
@@ -10,8 +12,12 @@ from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.fleet.traffic import MapPoint, RobotOfTraffic, TrafficGrants, TrafficReport, TrafficState
 from ppaas.nodes.base import Payload
 from ppaas.nodes.graph import Graph
+from ppaas.nodes.traffic.node import TrafficNode
+from ppaas.zones.schedule import Hours
+from ppaas.zones.zone import NoStop, ZoneSet
 from tests.support.world.closed_loop import ManualClock
 from tests.support.world.planar_world import walled_map
+from tests.support.zones import rectangle
 
 
 class Hall:
@@ -116,3 +122,20 @@ def test_it_goes_on_with_another_map() -> None:
     node.use_layers(build_layers(walled_map(6, 4, [(2.0, 0.1, 3.0, 3.0)]), robot_radius=0.18))  # type: ignore[attr-defined]
     hall.run(2.0)
     assert hall.grants["tb1"].way
+
+
+def test_zones_come_into_force_while_robots_drive() -> None:
+    hall = Hall()
+    hall.run(3.0)
+    hours = Hours(since=datetime.fromtimestamp(1010.0, UTC))
+    zone = rectangle(NoStop(name="crossing", times=[hours]), 3.7, 1.7, 4.3, 2.3)
+    layers = build_layers(walled_map(6, 4, []), robot_radius=0.18, zones=ZoneSet([zone]))
+    node = hall.graph.nodes["traffic"]
+    assert isinstance(node, TrafficNode)
+    before = hall.grants["tb1"].epoch
+    node.use_layers(layers)
+    hall.run(1.0)
+    assert (hall.grants["tb1"].refused, hall.grants["tb1"].give_back) == ("", False)
+    hall.run(8.0)
+    assert "do not stop" in hall.grants["tb1"].refused
+    assert hall.grants["tb1"].epoch == before, "nobody begins anew"
