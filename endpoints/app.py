@@ -16,7 +16,7 @@ from endpoints.http.head_requests import HeadRequests
 from endpoints.http.problems import add_problem_handlers
 from endpoints.rest.cluster import audit, containers, endpoints, health, machines
 from endpoints.rest.dependencies import single_query_values
-from endpoints.rest.maps import map_cells, map_merge, map_reviews, map_versions, maps
+from endpoints.rest.maps import map_cells, map_merge, map_reviews, map_versions, map_zones, maps
 from endpoints.rest.openapi import EVERYWHERE, TAGS, describe, operation_id
 from endpoints.rest.people import people, people_history
 from endpoints.rest.plans import (
@@ -74,6 +74,7 @@ RESOURCES = (
     map_reviews,
     map_merge,
     map_cells,
+    map_zones,
     people,
     people_history,
     traffic,

@@ -9,6 +9,7 @@
     │   ├── UnknownType             unknown ROS message or service type
     │   ├── InvalidMap              invalid map file, occupancy grid or voxel grid
     │   ├── InvalidUrdf             invalid robot description (URDF)
+    │   ├── InvalidZones            invalid zones of a map
     │   ├── InvalidGraph            invalid pose graph, or file of one
     │   └── InvalidParameter        unknown, of the wrong type, or out of range
     ├── NotFound                    unknown map, robot, planner, topic …
@@ -85,6 +86,12 @@ class InvalidUrdf(InvalidInput):
     """The URDF of a robot is invalid."""
 
     slug = "invalid-urdf"
+
+
+class InvalidZones(InvalidInput):
+    """The zones of a map are invalid."""
+
+    slug = "invalid-zones"
 
 
 class InvalidGraph(InvalidInput):

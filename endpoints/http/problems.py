@@ -48,6 +48,7 @@ STATUS: dict[type[errors.PPaaSError], tuple[int, str]] = {
     errors.UnknownType: (400, "Unknown type"),
     errors.InvalidMap: (422, "Invalid map"),
     errors.InvalidUrdf: (422, "Invalid URDF"),
+    errors.InvalidZones: (422, "Invalid zones"),
     errors.InvalidParameter: (422, "Invalid parameter"),
     errors.NotFound: (404, "Not found"),
     errors.Conflict: (409, "Conflict"),

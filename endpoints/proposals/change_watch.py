@@ -28,7 +28,7 @@ from ppaas.messages.slam_toolbox import GetPoseGraphResponse
 from storage.disk_errors import disk_errors
 from storage.records import ConfirmedPlaces, MapRecord, MapReview, Publication, User
 from storage.staged_uploads import StagedUpload, blocks, mapped, temporary_folder
-from storage.versions import POSEGRAPH
+from storage.versions import ONLY_ZONES, POSEGRAPH, ZONES
 
 if TYPE_CHECKING:
     from endpoints.proposals import change_program  # noqa: F401 - the program named below
@@ -165,8 +165,9 @@ class ChangeWatch:
             (folder / POSEGRAPH).write_bytes(posegraph)
 
     def _add_others(self, upload: StagedUpload, head: MapRecord) -> None:
-        """Add the files of a map that are not compared, such as an octomap."""
-        others = head.present.files.keys() - set(PARTS)
+        """Add the files of a map that are not compared, such as an octomap; its zones are those of the map anyway."""
+        upload.keeps = ONLY_ZONES
+        others = head.present.files.keys() - {*PARTS, ZONES}
         with self._services.map_store.open_map(head.id, head.version, only=others) as opened:
             for part, data in opened.buffers.items():
                 upload.add(part, blocks(data))

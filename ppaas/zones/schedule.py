@@ -8,7 +8,7 @@ from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 import msgspec
 from msgspec import Meta
 
-from ppaas.errors import InvalidInput
+from ppaas.errors import InvalidZones
 
 Day = Literal["mon", "tue", "wed", "thu", "fri", "sat", "sun"]
 
@@ -34,7 +34,7 @@ class Hours(
 
     Raises
     ------
-    InvalidInput
+    InvalidZones
         ``until`` is not after ``since``, or one of both has an offset from UTC.
     """
 
@@ -48,9 +48,9 @@ class Hours(
         """Check the times."""
         if self.since is not None and self.until is not None:
             if (self.since.tzinfo is None) != (self.until.tzinfo is None):
-                raise InvalidInput("'since' and 'until' must both have an offset from UTC, or none")
+                raise InvalidZones("'since' and 'until' must both have an offset from UTC, or none")
             if self.until <= self.since:
-                raise InvalidInput("'until' must be after 'since'")
+                raise InvalidZones("'until' must be after 'since'")
 
     def contain(self, moment: datetime) -> bool:
         """Return whether a moment, in local time, is within the hours."""
@@ -85,11 +85,11 @@ def _in(zone: object, moment: datetime) -> datetime:
 
 
 def time_zone_of(name: str) -> ZoneInfo:
-    """Return a time zone of the IANA database; ``InvalidInput`` if there is none of that name."""
+    """Return a time zone of the IANA database; ``InvalidZones`` if there is none of that name."""
     try:
         return ZoneInfo(name)
     except (ZoneInfoNotFoundError, ValueError, OSError) as error:
-        raise InvalidInput(f"there is no time zone {name!r}: give a name such as 'Europe/Berlin', or 'UTC'") from error
+        raise InvalidZones(f"there is no time zone {name!r}: give a name such as 'Europe/Berlin', or 'UTC'") from error
 
 
 def is_in_force(times: Sequence[Hours], zone: ZoneInfo, now: float) -> bool:

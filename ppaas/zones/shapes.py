@@ -6,7 +6,7 @@ from itertools import pairwise
 import msgspec
 import numpy as np
 
-from ppaas.errors import InvalidInput
+from ppaas.errors import InvalidZones
 from ppaas.polygons import Points, distances_to_edges, within_polygon
 
 AT_ONCE = 1 << 20
@@ -122,19 +122,19 @@ def check_geometry(geometry: Geometry, name: str) -> int:
 
     Raises
     ------
-    InvalidInput
+    InvalidZones
         It has no positions, too few for a ring or line, or one that is not finite or too far; the text names ``name``.
     """
     rings, lines = rings_of(geometry), lines_of(geometry)
     if not rings and not lines:
-        raise InvalidInput(f"zone {name!r} has no coordinates")
+        raise InvalidZones(f"zone {name!r} has no coordinates")
     for place in (place for part in rings + lines for place in part):
         if len(place) < 2 or not all(math.isfinite(each) and abs(each) <= FARTHEST for each in place[:2]):
-            raise InvalidInput(
+            raise InvalidZones(
                 f"zone {name!r}: a position must be x, y in metres up to {FARTHEST:g} in the map's frame, not {place}"
             )
     if any(len({tuple(place[:2]) for place in ring}) < 3 for ring in rings):
-        raise InvalidInput(f"zone {name!r}: a ring needs three different positions or more")
+        raise InvalidZones(f"zone {name!r}: a ring needs three different positions or more")
     if any(any(one[:2] == other[:2] for one, other in pairwise(line)) or len(line) < 2 for line in lines):
-        raise InvalidInput(f"zone {name!r}: a line needs two positions or more, each different from the one before")
+        raise InvalidZones(f"zone {name!r}: a line needs two positions or more, each different from the one before")
     return sum(map(len, rings + lines))

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 import msgspec
 from msgspec import Meta
 
-from ppaas.errors import InvalidInput
+from ppaas.errors import InvalidZones
 from ppaas.zones.schedule import Hours, is_in_force, next_limit, time_zone_of
 from ppaas.zones.shapes import Area, Geometry, check_geometry, lines_of
 
@@ -132,7 +132,7 @@ class ZoneSet(msgspec.Struct, frozen=True, tag="FeatureCollection", rename={"zon
 
     Raises
     ------
-    InvalidInput
+    InvalidZones
         Two zones have one name, a geometry or a value is not valid, or there are too many.
     """
 
@@ -143,17 +143,17 @@ class ZoneSet(msgspec.Struct, frozen=True, tag="FeatureCollection", rename={"zon
         """Check what types do not."""
         time_zone_of(self.time_zone)
         if len(self.zones) > MOST_ZONES:
-            raise InvalidInput(f"a map may have {MOST_ZONES} zones, not {len(self.zones)}")
+            raise InvalidZones(f"a map may have {MOST_ZONES} zones, not {len(self.zones)}")
         names: set[str] = set()
         for each in self.zones:
             if each.name in names:
-                raise InvalidInput(f"two zones have the name {each.name!r}: rename one of them")
+                raise InvalidZones(f"two zones have the name {each.name!r}: rename one of them")
             names.add(each.name)
         positions = sum(_check(each) for each in self.zones)
         if positions > MOST_POSITIONS:
-            raise InvalidInput(f"the zones of a map may have {MOST_POSITIONS} positions, not {positions}")
+            raise InvalidZones(f"the zones of a map may have {MOST_POSITIONS} positions, not {positions}")
         if sum(isinstance(each.rule, Capacity) for each in self.zones) > MOST_CAPACITIES:
-            raise InvalidInput(f"a map may have {MOST_CAPACITIES} zones of the kind 'capacity'")
+            raise InvalidZones(f"a map may have {MOST_CAPACITIES} zones of the kind 'capacity'")
 
     def in_force(self, now: float) -> list[Zone]:
         """Return the zones that are in force at a time [s since the epoch]."""
@@ -178,14 +178,14 @@ def _check(zone: Zone) -> int:
     positions, rule = check_geometry(zone.geometry, zone.name), zone.rule
     is_line = bool(lines_of(zone.geometry))
     if is_line and not isinstance(rule, OneWay):
-        raise InvalidInput(f"zone {zone.name!r}: only a one_way zone may be a line; draw a polygon")
+        raise InvalidZones(f"zone {zone.name!r}: only a one_way zone may be a line; draw a polygon")
     if isinstance(rule, SpeedZone) and (rule.max_speed is None) == (rule.percent is None):
-        raise InvalidInput(f"zone {zone.name!r} needs either 'max_speed' [m/s] or 'percent'")
+        raise InvalidZones(f"zone {zone.name!r} needs either 'max_speed' [m/s] or 'percent'")
     if isinstance(rule, OneWay):
         if is_line and rule.width is None:
-            raise InvalidInput(f"zone {zone.name!r}: a lane along a line needs its 'width' [m]")
+            raise InvalidZones(f"zone {zone.name!r}: a lane along a line needs its 'width' [m]")
         if not is_line and (rule.direction is None or not math.isfinite(rule.direction)):
-            raise InvalidInput(f"zone {zone.name!r}: a one_way polygon needs a 'direction' [rad], 0 along x")
+            raise InvalidZones(f"zone {zone.name!r}: a one_way polygon needs a 'direction' [rad], 0 along x")
     return positions
 
 
@@ -209,15 +209,15 @@ def zones_of(text: str | bytes) -> ZoneSet:
 
     Raises
     ------
-    InvalidInput
+    InvalidZones
         It is not JSON or not a feature collection, or a zone is not valid; the text says which, and why.
     """
     try:
         raw = msgspec.json.decode(text, type=_Collection)
     except msgspec.ValidationError as error:
-        raise InvalidInput(f"zones must be a FeatureCollection of GeoJSON: {error}") from error
+        raise InvalidZones(f"zones must be a FeatureCollection of GeoJSON: {error}") from error
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise InvalidInput(f"zones are not valid JSON: {error}") from error
+        raise InvalidZones(f"zones are not valid JSON: {error}") from error
     return ZoneSet([_zone_of(number, feature) for number, feature in enumerate(raw.features)], raw.time_zone)
 
 
@@ -229,9 +229,9 @@ def _zone_of(number: int, feature: _Feature) -> Zone:
     }
     try:
         return Zone(feature.geometry, msgspec.convert(given, AnyRule))
-    except (msgspec.ValidationError, InvalidInput) as error:
+    except (msgspec.ValidationError, InvalidZones) as error:
         name = given.get("name", number)
-        raise InvalidInput(f"properties of zone {name!r}: {error}") from error
+        raise InvalidZones(f"properties of zone {name!r}: {error}") from error
 
 
 def geojson_of(zones: ZoneSet) -> bytes:

@@ -30,7 +30,7 @@ from storage.opened_maps import OpenMap
 from storage.ports import Store
 from storage.records import MapRecord, Publication, User
 from storage.staged_uploads import StagedUpload
-from storage.versions import check_may_follow
+from storage.versions import ONLY_ZONES, check_may_follow
 
 router = APIRouter(prefix="/maps", tags=["maps"], route_class=StrictRoute)
 
@@ -56,12 +56,14 @@ WAITS: Responses = {202: {"model": MapReviewAnswer, "description": "With `review
 async def publish_map(request: Request, services: Provided, user: Caller, if_match: IfMatch = None) -> Any:
     """Publish a map or a new version of it: the two files of map_server, perhaps with a pose graph; an octree; or all.
 
+    A version without zones of its own has those of the one before.
     With `review`, the new version waits until the owner of the map approves or refuses it (202).
     """
     async with read_form(request, services.map_store) as (form, upload):
         note_object(request.scope, f"maps/{form.id}")
         if form.review:
-            publication = Publication(form.id, user.id, epoch(), form.message, if_match=_version(if_match))
+            publication = Publication(form.id, user.id, epoch(), form.message, if_match=matched_version(if_match))
+            upload.keeps = ONLY_ZONES if form.keeps_zones else frozenset()
             return await _propose(request, services, user, upload, publication)
         with invalidated(services, form.id):
             async with services.heavy_work.turn(user.id):
@@ -118,7 +120,7 @@ async def roll_back_map(
 ) -> MapSummary:
     """Make an earlier version of a map the current one again; this adds an entry to its versions."""
     head = await owned_head(services, user, map_id)
-    publication = Publication(map_id, user.id, epoch(), wanted.message, head.owner, if_match=_version(if_match))
+    publication = Publication(map_id, user.id, epoch(), wanted.message, head.owner, if_match=matched_version(if_match))
     with invalidated(services, map_id):
         record = await run_in_threadpool(services.map_store.roll_back, wanted.version, publication)
     services.cloud.map_changed(record)
@@ -169,7 +171,11 @@ def invalidated(services: Services, map_id: str) -> Iterator[None]:
 async def publish_upload(
     services: Services, user: User, form: MapForm, upload: StagedUpload, if_match: str | None
 ) -> tuple[MapAnswer, MapRecord]:
-    """Check an upload and make it the current version of a map. Raises as `MapStore.publish` does."""
+    """Check an upload and make it the current version of a map. Raises as `MapStore.publish` does.
+
+    The version has the zones of the one before, unless the form says otherwise.
+    """
+    upload.keeps = ONLY_ZONES if form.keeps_zones else frozenset()
     info = await run_in_threadpool(check_contents, upload)
     owner = await run_in_threadpool(_owner, services, user, form.id)
     publication = Publication(
@@ -180,7 +186,7 @@ async def publish_upload(
         owner,
         form.readers,
         form.description,
-        _version(if_match),
+        matched_version(if_match),
     )
     record = await services.usage.in_turn(owner, _publish, services, upload, owner, publication)
     return MapAnswer.of(record, **info), record
@@ -208,10 +214,10 @@ def check_may_publish(services: Services, user: User, map_id: str, if_match: str
     except NotFound:
         head = None
     owner = head.owner if head is not None and user.role == "admin" else user.id
-    check_may_follow(head, Publication(map_id, user.id, epoch(), "", owner, if_match=_version(if_match)))
+    check_may_follow(head, Publication(map_id, user.id, epoch(), "", owner, if_match=matched_version(if_match)))
 
 
-def _version(if_match: str | None) -> str | None:
+def matched_version(if_match: str | None) -> str | None:
     """Return the version of an If-Match header (RFC 9110), which has it in quotes."""
     return None if if_match is None else if_match.strip().strip('"')
 

@@ -21,7 +21,7 @@ class MapSummary(BaseModel):
     message: str = Field(description="Reason given for the publication")
     restored: bool = Field(description="Whether it was restored by a roll back")
     parts: list[str] = Field(
-        description="Its files: `yaml` and `image` for a grid, `octomap` for an octree, `posegraph`"
+        description="Its files: `yaml` and `image` for a grid, `octomap` for an octree, `posegraph`, `zones`"
     )
     description: str
 

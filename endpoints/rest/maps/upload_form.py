@@ -15,14 +15,18 @@ from endpoints.rest.maps.body_stream import consume
 from endpoints.rest.maps.multipart import FormReader, Writer
 from endpoints.rest.media_types import media_type_of
 from endpoints.rest.schemas import MAX_DESCRIPTION, MAX_READERS
-from ppaas.errors import InvalidMap, InvalidParameter
+from ppaas.errors import InvalidMap, InvalidParameter, InvalidZones, PPaaSError
 from ppaas.maps.formats.map_yaml import MAX_YAML, Rules, with_rules
+from ppaas.zones.zone import NO_ZONES, geojson_of, zones_of
 from storage.names import PATTERN, check_name
 from storage.ports import MapStore
 from storage.staged_uploads import StagedUpload
-from storage.versions import IMAGE, OCTOMAP, POSEGRAPH, YAML
+from storage.versions import IMAGE, OCTOMAP, POSEGRAPH, YAML, ZONES
 
 MULTIPART = "multipart/form-data"
+
+MAX_ZONES = 1 << 20
+"""Largest file with zones [bytes]."""
 
 MAX_FIELDS = MAX_READERS + 8
 """Largest number of text fields of a form: the readers may have one each."""
@@ -49,6 +53,12 @@ OPENAPI: dict[str, Any] = {
                             "format": "binary",
                             "description": "Pose graph that the grid was made of, from `ppaas map fetch` or a robot "
                             "that maps; with yaml and image only",
+                        },
+                        "zones": {
+                            "type": "string",
+                            "format": "binary",
+                            "description": "Zones as GeoJSON in metres on the map; with yaml and image only. Default: "
+                            "those of the current version; a collection without features removes them.",
                         },
                         "message": {
                             "type": "string",
@@ -87,7 +97,7 @@ OPENAPI: dict[str, Any] = {
 class MapForm(msgspec.Struct, frozen=True):
     """Text fields of the form; ``readers`` and ``description`` are None if omitted.
 
-    ``review`` is whether the version waits for a review.
+    ``review`` is whether the version waits for a review, ``keeps_zones`` whether it has the zones of the current one.
     """
 
     id: str
@@ -95,6 +105,7 @@ class MapForm(msgspec.Struct, frozen=True):
     description: str | None
     message: str
     review: bool = False
+    keeps_zones: bool = True
 
 
 @asynccontextmanager
@@ -107,8 +118,8 @@ async def read_form(request: Request, store: MapStore) -> AsyncIterator[tuple[Ma
         A field is missing or too long, or is a file instead of text or text instead of a file.
     InvalidInput
         The id or a reader is not a valid name.
-    InvalidMap
-        The YAML is invalid or too long.
+    InvalidMap, InvalidZones
+        The YAML or the zones are invalid or too long.
     MalformedMessage
         The body is not a valid form.
     HTTPException
@@ -124,31 +135,45 @@ async def read_form(request: Request, store: MapStore) -> AsyncIterator[tuple[Ma
         with FormReader(request.headers["content-type"], files.open, MAX_FIELDS) as reader:
             await consume(request.stream(), reader.write)
             reader.end()
-        form = _form(reader)
+        form = _form(reader, keeps_zones=not files.has_zones)
         await run_in_threadpool(files.complete, _rules(reader))
         yield form, upload
 
 
 class _Files:
-    """Writes the files of a form to a staged upload; the YAML last, because rules may be set in it."""
+    """Writes the files of a form to a staged upload.
+
+    The YAML and the zones are written last: rules may be set in the YAML, and equal zones have equal files.
+    """
 
     def __init__(self, upload: StagedUpload) -> None:
         self._upload = upload
-        self._yaml: _YamlBuffer | None = None
+        self._yaml: _FileBuffer | None = None
+        self._zones: _FileBuffer | None = None
+
+    @property
+    def has_zones(self) -> bool:
+        """Whether the form has zones, even if they are none."""
+        return self._zones is not None
 
     def open(self, name: str) -> AbstractContextManager[Writer]:
         """Return a context manager of the writer of a file."""
         if name == YAML and self._yaml is None:
-            self._yaml = _YamlBuffer()
+            self._yaml = _FileBuffer(InvalidMap(f"the map's YAML is too long: at most {MAX_YAML} bytes"), MAX_YAML)
             return nullcontext(self._yaml)
+        if name == ZONES and self._zones is None:
+            too_long = InvalidZones(f"the zones are too long: at most {MAX_ZONES} bytes")
+            self._zones = _FileBuffer(too_long, MAX_ZONES)
+            return nullcontext(self._zones)
         if name in (IMAGE, OCTOMAP, POSEGRAPH):
             return self._upload.writing(name)
         raise InvalidParameter(
-            f"unexpected or repeated file {name[:64]!r} in the form: send yaml, image, octomap and posegraph once each"
+            f"unexpected or repeated file {name[:64]!r} in the form: send yaml, image, octomap, posegraph and zones "
+            "once each"
         )
 
     def complete(self, rules: Rules | None) -> None:
-        """Write the YAML; raise ``InvalidParameter`` if a file is missing."""
+        """Write the YAML and the zones; raise ``InvalidParameter`` if a file is missing."""
         if (self._yaml is not None) != (IMAGE in self._upload.files):
             missing = YAML if self._yaml is None else IMAGE
             raise InvalidParameter(f"the form must also have a file {missing!r}, sent with a file name")
@@ -156,28 +181,33 @@ class _Files:
             raise InvalidParameter("the form must have a file 'yaml' with its 'image', an 'octomap', or both")
         if self._yaml is None and POSEGRAPH in self._upload.files:
             raise InvalidParameter("a 'posegraph' needs the grid made of it: send 'yaml' and 'image' as well")
+        if self._yaml is None and self._zones is not None:
+            raise InvalidParameter("'zones' need the grid that they are on: send 'yaml' and 'image' as well")
         if self._yaml is not None:
             record = bytes(self._yaml.data)
             self._upload.add(YAML, [record if rules is None else with_rules(record, rules)])
+        if self._zones is not None and (zones := zones_of(bytes(self._zones.data))) != NO_ZONES:
+            self._upload.add(ZONES, [geojson_of(zones)])
 
 
-class _YamlBuffer:
-    """Collects the YAML file in memory, up to `MAX_YAML` bytes."""
+class _FileBuffer:
+    """Collects a file in memory, up to ``most`` bytes."""
 
-    def __init__(self) -> None:
+    def __init__(self, too_long: PPaaSError, most: int) -> None:
         self.data = bytearray()
+        self._too_long, self._most = too_long, most
 
     def write(self, data: memoryview) -> None:
-        """Append some bytes; raise ``InvalidMap`` if the file gets too long."""
-        if len(self.data) + len(data) > MAX_YAML:
-            raise InvalidMap(f"the map's YAML is too long: at most {MAX_YAML} bytes")
+        """Append some bytes; raise the error if the file gets too long."""
+        if len(self.data) + len(data) > self._most:
+            raise self._too_long
         self.data += data
 
 
-def _form(reader: FormReader) -> MapForm:
+def _form(reader: FormReader, *, keeps_zones: bool) -> MapForm:
     map_id = check_name("map", _text(reader, "id") or "")
     description, message = _limited_text(reader, "description"), _limited_text(reader, "message") or ""
-    return MapForm(map_id, _readers(reader), description, message, _review(reader))
+    return MapForm(map_id, _readers(reader), description, message, _review(reader), keeps_zones)
 
 
 def _review(reader: FormReader) -> bool:
