@@ -75,7 +75,7 @@ async def put_zones(
     return await _change(request, services, publication, zones)
 
 
-@router.delete("/zones", status_code=204, responses=KNOWN | problems(403, 404, 409, 429))
+@router.delete("/zones", status_code=204, responses=KNOWN | problems(400, 403, 404, 409, 429))
 async def remove_zones(
     map_id: MapId, request: Request, *, services: Provided, user: Caller, if_match: IfMatch = None, message: Reason = ""
 ) -> None:

@@ -33,10 +33,13 @@ from tests.support.storage.records import house, pgm, plan, propose, put_map, ro
 TOKEN = "of an administrator"
 MAP, ROBOT, USER = "office", "tb1", "ann"
 PLAN = "9f1c0d6f6c1a4d0c8a52ad2d0cf0e6b1"
+ZONES = b"""{"features":[{"type":"Feature","geometry":{"type":"Polygon","coordinates":[[[-1.0,-2.0],[-0.9,-2.0],\
+[-0.9,-1.9]]]},"properties":{"kind":"keep_out","name":"stairs"}}],"time_zone":"UTC","type":"FeatureCollection"}"""
+OFFICE = house(MAP, owner="root", image=pgm(), zones=ZONES)
 KNOWN = {
     "map_id": MAP,
     "planner": "dijkstra",
-    "version": house(MAP, owner="root").version,
+    "version": OFFICE.version,
     "robot_id": ROBOT,
     "user_id": USER,
     "plan_id": PLAN,
@@ -88,10 +91,10 @@ class FuzzedService:
         """Publish the map and propose a version of it, if requests have changed it or closed the review."""
         store = self.services.map_store
         if MAP not in {head.id for head in store.maps()} or store.map_head(MAP).version != KNOWN["version"]:
-            put_map(store, house(MAP, owner="root", image=pgm()))
+            put_map(store, OFFICE)
         waiting = [review for review in store.reviews(MAP) if review.state == "waiting"]
         if not waiting:
-            waiting = [propose(store, house(MAP, owner="root", image=pgm(value=0)))]
+            waiting = [propose(store, house(MAP, owner="root", image=pgm(value=0), zones=ZONES))]
         self.known["number"] = str(waiting[0].number)
 
     def summary(self) -> str:

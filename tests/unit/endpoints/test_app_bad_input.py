@@ -215,6 +215,7 @@ BODIES: dict[str, object] = {
     "/v1/robots/tb1/map": {"publish": "house"},
     "/v1/maps/house/people/settings": {"rule": "nearest"},
     "/v1/maps/house/people/follow": {"people": []},
+    "/v1/maps/house/zones": {"type": "FeatureCollection", "features": []},
     "/v1/maps/house/tasks": {"kind": "go_to", "places": [[1, 1]]},
     "/v1/maps/house/reviews/1/approve": {},
     "/v1/maps/house/reviews/1/refuse": {"why": "no"},

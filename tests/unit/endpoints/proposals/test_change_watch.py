@@ -109,12 +109,14 @@ async def test_a_proposal_keeps_the_other_files_of_the_map(
 ) -> None:
     with services.map_store.open_map("office") as opened, services.map_store.stage() as upload:
         upload.add("octomap", [b"octomap"])
+        upload.add("zones", [b"zones"])
         for part, data in opened.buffers.items():
             upload.add(part, [bytes(data)])
         services.map_store.publish(upload, Publication("office", "ann", 1.0))
     await look(services)
     (review,) = await reviews(client, ann)
-    assert review["parts"] == ["image", "octomap", "posegraph", "yaml"]
+    assert review["parts"] == ["image", "octomap", "posegraph", "yaml", "zones"]
+    assert services.map_store.reviews("office")[0].keeps_zones
     with services.map_store.open_map("office", review["version"]) as opened:
         assert bytes(opened.buffer("octomap")) == b"octomap"
 

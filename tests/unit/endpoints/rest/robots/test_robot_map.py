@@ -173,3 +173,22 @@ async def test_an_invalid_request_is_refused(
     body: dict[str, object], client: httpx.AsyncClient, ann: dict[str, str]
 ) -> None:
     problem_of(await client.post(MAP, headers=ann, json=body), 422, "invalid-request")
+
+
+async def test_a_map_that_is_published_again_keeps_its_zones(
+    client: httpx.AsyncClient, ann: dict[str, str], services: Services
+) -> None:
+    await client.post(MAP, headers=ann, json={"publish": "office-2", "refine": False})
+    zones = {"type": "FeatureCollection", "features": [STAIRS]}
+    assert (await client.put("/v1/maps/office-2/zones", headers=ann, json=zones)).status_code == 200
+    published = await client.post(MAP, headers=ann, json={"publish": "office-2", "refine": True})
+    assert published.json()["parts"] == ["image", "posegraph", "yaml", "zones"]
+    kept = (await client.get("/v1/maps/office-2/zones", headers=ann)).json()
+    assert [zone["properties"]["name"] for zone in kept["features"]] == ["stairs"]
+
+
+STAIRS = {
+    "type": "Feature",
+    "geometry": {"type": "Polygon", "coordinates": [[[0, 0], [0.5, 0], [0.5, 0.5], [0, 0]]]},
+    "properties": {"name": "stairs", "kind": "keep_out"},
+}
