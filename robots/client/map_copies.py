@@ -54,7 +54,8 @@ class MapCopies:
         Parameters
         ----------
         parts : mapping
-            Downloaded files by part: ``yaml`` and ``image``, ``octomap``, ``posegraph``, on the same file system.
+            Downloaded files by part, on the same file system: ``yaml`` and ``image``, ``octomap``, ``posegraph``,
+            ``zones``.
 
         Raises
         ------
@@ -78,6 +79,8 @@ class MapCopies:
     def _name(self, part: str, parts: Mapping[str, Path]) -> str:
         if part == "yaml":
             return f"{self._map}.yaml"
+        if part == "zones":
+            return f"{self._map}.zones.geojson"
         if part == "posegraph":
             return f"{self._map}.posegraph"
         if part == "octomap":

@@ -115,6 +115,7 @@ class RestClient:
         *,
         octomap: Content | None = None,
         posegraph: Content | None = None,
+        zones: Content | None = None,
         if_match: str | None = None,
         **fields: str | None,
     ) -> dict[str, Any]:
@@ -124,8 +125,8 @@ class RestClient:
         ----------
         map_id : str
             Id of the map.
-        yaml, image, octomap, posegraph : bytes or Path, optional
-            Files of the map: YAML and image, an octomap, or all three; a pose graph with YAML and image.
+        yaml, image, octomap, posegraph, zones : bytes or Path, optional
+            Files of the map: YAML and image, an octomap, or all three; a pose graph and zones with YAML and image.
         readers : tuple of str
             Other users who may use the map; ``*`` is everybody.
         if_match : str, optional
@@ -136,7 +137,7 @@ class RestClient:
         """
         files = [
             ("yaml", "map.yaml", yaml), ("image", "map.pgm", image), ("octomap", "map.bt", octomap),
-            ("posegraph", "map.posegraph", posegraph),
+            ("posegraph", "map.posegraph", posegraph), ("zones", "map.geojson", zones),
         ]  # fmt: skip
         texts = [(name, value) for name, value in fields.items() if value is not None]
         try:
@@ -160,6 +161,18 @@ class RestClient:
         path = path_of("maps", map_id, "roll_back")
         answer: dict[str, Any] = _parse(await self._request("POST", path, body, _if_match(if_match)))
         return answer
+
+    async def put_zones(
+        self, map_id: str, geojson: bytes, message: str = "", if_match: str | None = None
+    ) -> dict[str, Any]:
+        """Set or replace the zones of a map; return the description of the version that has them."""
+        body = _Body("application/geo+json", geojson)
+        answer: dict[str, Any] = _parse(await self._request("PUT", _zones(map_id, message), body, _if_match(if_match)))
+        return answer
+
+    async def remove_zones(self, map_id: str, message: str = "", if_match: str | None = None) -> None:
+        """Remove the zones of a map."""
+        await self._request("DELETE", _zones(map_id, message), headers=_if_match(if_match))
 
     async def put_robot(self, robot_id: str, robot: RobotFile) -> None:
         """Register a robot, or replace its robot file."""
@@ -309,6 +322,10 @@ class RestClient:
 
 def _if_match(version: str | None) -> dict[str, str]:
     return {} if version is None else {"If-Match": f'"{version}"'}
+
+
+def _zones(map_id: str, message: str) -> str:
+    return f"{path_of('maps', map_id, 'zones')}?{urlencode({'message': message})}"
 
 
 def _copy(response: http.client.HTTPResponse, into: BinaryIO) -> None:

@@ -44,7 +44,7 @@ async def fetch_zones(map_id: MapId, services: Provided, user: AnyCaller) -> Res
     record, zones = await run_in_threadpool(_zones, services, user, map_id)
     answer: dict[str, Any] = msgspec.to_builtins(zones)
     answer["in_force"] = [zone.name for zone in zones.in_force(epoch())]
-    return _answer(record, msgspec.json.encode(answer, order="deterministic"))
+    return _answer(record, msgspec.json.encode(answer))
 
 
 @router.get("/versions/{version}/zones", response_class=Response, responses=_FILE)

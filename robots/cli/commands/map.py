@@ -1,4 +1,4 @@
-"""Command ``ppaas map``: publishes, lists, shows, changes, compares, reviews, merges and deletes maps; adds tasks."""
+"""Command ``ppaas map``: publishes, lists, shows, changes, compares, reviews, merges and deletes maps; zones, tasks."""
 
 import argparse
 import sys
@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 from ppaas.errors import InvalidInput
 from robots.cli import event_loop
 from robots.cli.output import show
+from robots.cli.output_files import write_file
 from robots.cli.resource import Resource
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
-from robots.cli.verbs import map_merge, map_reviews, map_tasks, map_traffic
+from robots.cli.verbs import map_merge, map_reviews, map_tasks, map_traffic, map_zones
 from robots.cli.verbs.map_versions import delete_version, diff, list_versions, roll_back, whole_version
 from robots.client.rest_paths import path_of
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from robots.client.rest import RestClient
 
 NAME = "map"
-HELP = "publish, list, show, change, compare, review, merge, roll back, fetch and delete maps; traffic, tasks"
+HELP = "publish, list, show, change, compare, review, merge, roll back, fetch and delete maps; zones, traffic, tasks"
 
 MAPS = Resource(
     "maps",
@@ -28,7 +29,7 @@ MAPS = Resource(
     list_columns=("id", "owner", "version", "created", "readers", "description"),
 )
 OCTREES = (".bt", ".ot")
-PARTS = ("yaml", "image", "octomap", "posegraph")
+PARTS = ("yaml", "image", "octomap", "posegraph", "zones")
 NOBODY = "-"
 
 
@@ -71,6 +72,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     map_merge.configure(verbs)
     map_tasks.configure(verbs)
     map_traffic.configure(verbs)
+    map_zones.configure(verbs)
     _add_version_verbs(verbs.add_parser("version", help="delete a version of a map"))
 
 
@@ -91,6 +93,9 @@ def _add_publish_arguments(publish: argparse.ArgumentParser) -> None:
     )
     publish.add_argument("--octomap", type=Path, metavar="FILE", help="octomap to publish with the image")
     publish.add_argument("--posegraph", type=Path, metavar="FILE", help="pose graph that the image was made of")
+    publish.add_argument(
+        "--zones", type=Path, metavar="FILE", help="zones on the map, as GeoJSON (those of the current version)"
+    )
     publish.add_argument("--id", help="id of the map (name of the file)")
     publish.add_argument(
         "--review", action="store_true", help="let the version wait until the owner approves or refuses it"
@@ -122,7 +127,7 @@ async def _publish(arguments: argparse.Namespace) -> None:
     texts |= {"review": "true"} if arguments.review else {}
     octomap = file if only_octomap else arguments.octomap
     expected = await whole_version(client, map_id, arguments.if_match)
-    files = {"octomap": octomap, "posegraph": arguments.posegraph}
+    files = {"octomap": octomap, "posegraph": arguments.posegraph, "zones": arguments.zones}
     answer = await client.upload_map(map_id, yaml, image, readers, if_match=expected, **files, **texts)
     columns = map_reviews.COLUMNS if arguments.review else MAPS.columns
     show(answer, columns, as_json=arguments.json)
@@ -166,7 +171,10 @@ async def _fetch_parts(
         with tempfile.TemporaryDirectory(prefix=".ppaas-fetch-", dir=arguments.to) as folder:
             files = {part: Path(folder) / part for part in parts}
             for part, file in files.items():
-                await client.fetch_to(path_of(*path, part), file)
+                if part == "zones":
+                    write_file(file, await map_zones.geojson_of(client, path_of(*path, part)))
+                else:
+                    await client.fetch_to(path_of(*path, part), file)
             return MapCopies(arguments.to, arguments.id).keep(files)
     except OSError as error:
         raise InvalidInput(f"cannot write to {arguments.to}: {error}") from error
@@ -193,5 +201,6 @@ _VERBS = {
     "approve": map_reviews.approve,
     "refuse": map_reviews.refuse,
     "traffic": map_traffic.traffic,
+    "zones": map_zones.zones,
     "task": map_tasks.task,
 }

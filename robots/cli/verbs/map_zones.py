@@ -1,0 +1,128 @@
+"""Verb ``ppaas map zones``: shows the zones of a map, writes them to a file, replaces and removes them."""
+
+import argparse
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ppaas.errors import InvalidInput
+from robots.cli.output import print_line, show
+from robots.cli.output_files import write_file
+from robots.cli.session import add_session_arguments, logged_in
+from robots.cli.verbs.map_versions import whole_version
+from robots.client.rest_paths import path_of
+
+if TYPE_CHECKING:
+    from robots.client.rest import RestClient
+
+COLUMNS = ("name", "kind", "detail", "times")
+PUBLISHED = ("id", "owner", "version", "created", "author", "message", "parts")
+
+Zone = dict[str, Any]
+"""Feature of GeoJSON."""
+
+
+def configure(verbs: Any) -> None:
+    """Add the parser of the verb."""
+    zones = verbs.add_parser(
+        "zones",
+        help="show the zones of a map: keep-out, speed, one-way, no-stop and capacity; put or remove them",
+        description="Zones are a file of each version of a map: --put and --remove publish a version.",
+    )
+    zones.add_argument("id")
+    change = zones.add_mutually_exclusive_group()
+    change.add_argument("--put", type=Path, metavar="FILE", help="publish the zones of a file of GeoJSON")
+    change.add_argument("--remove", action="store_true", help="publish a version without zones")
+    change.add_argument("--version", help="show those of a version, or a prefix of it (the current one)")
+    zones.add_argument("--out", type=Path, metavar="FILE", help="write the zones to a file of GeoJSON")
+    zones.add_argument("--message", help="with --put and --remove: reason, stored with the version")
+    zones.add_argument("--if-match", metavar="VERSION", help="with them: change only if this is the current version")
+    add_session_arguments(zones)
+
+
+async def zones(arguments: argparse.Namespace) -> None:
+    """Put, remove, write or show the zones of a map."""
+    changes = arguments.put is not None or arguments.remove
+    if not changes and (arguments.message, arguments.if_match) != (None, None):
+        raise InvalidInput("nothing to change; give --put FILE or --remove")
+    if changes and arguments.out is not None:
+        raise InvalidInput("--out writes the zones as they are; leave out --put and --remove")
+    client = logged_in(arguments)
+    if changes:
+        await _change(client, arguments)
+    elif arguments.out is not None:
+        write_file(arguments.out, await geojson_of(client, await _path(client, arguments)))
+    else:
+        await _show(client, arguments)
+
+
+async def _change(client: "RestClient", arguments: argparse.Namespace) -> None:
+    expected = await whole_version(client, arguments.id, arguments.if_match)
+    if arguments.remove:
+        await client.remove_zones(arguments.id, arguments.message or "", expected)
+        return
+    published = await client.put_zones(arguments.id, read_zones(arguments.put), arguments.message or "", expected)
+    show(published, PUBLISHED, as_json=arguments.json)
+
+
+async def geojson_of(client: "RestClient", path: str) -> bytes:
+    """Download zones; return the content of their file, which does not say which are in force now."""
+    found = await client.get(path)
+    found.pop("in_force", None)
+    return json.dumps(found, separators=(",", ":"), ensure_ascii=False).encode()
+
+
+async def _path(client: "RestClient", arguments: argparse.Namespace) -> str:
+    version = await whole_version(client, arguments.id, arguments.version)
+    return path_of("maps", arguments.id, *(() if version is None else ("versions", version)), "zones")
+
+
+async def _show(client: "RestClient", arguments: argparse.Namespace) -> None:
+    found = await client.get(await _path(client, arguments))
+    if arguments.json:
+        print_line(json.dumps(found))
+        return
+    in_force = found.get("in_force")
+    columns = COLUMNS if in_force is None else (*COLUMNS, "in_force")
+    rows = [_row(zone["properties"], in_force or ()) for zone in found["features"]]
+    show(rows, columns, as_json=False, if_none="no zones; add some: ppaas map zones MAP --put FILE.geojson")
+
+
+def read_zones(file: Path) -> bytes:
+    """Return the content of a file of zones, which the cloud checks; ``InvalidInput`` if it cannot be read."""
+    try:
+        return file.read_bytes()
+    except OSError as error:
+        raise InvalidInput(f"cannot read the zones: {error}") from error
+
+
+def _row(rule: Zone, in_force: list[str] | tuple[str, ...]) -> Zone:
+    return {
+        "name": rule["name"],
+        "kind": rule["kind"],
+        "detail": _detail(rule),
+        "times": "; ".join(map(_hours, rule.get("times", ()))) or "always",
+        "in_force": rule["name"] in in_force,
+    }
+
+
+def _detail(rule: Zone) -> str | None:
+    match rule:
+        case {"max_speed": speed}:
+            return f"{speed:g} m/s"
+        case {"percent": percent}:
+            return f"{percent:g} %"
+        case {"robots": count}:
+            return "1 robot" if count == 1 else f"{count} robots"
+        case {"kind": "one_way"}:
+            along = "along a line" if rule.get("direction") is None else f"{rule['direction']:.2f} rad"
+            return f"{along}, strict" if rule.get("strict") else along
+        case _:
+            return None
+
+
+def _hours(hours: dict[str, Any]) -> str:
+    days, begin, end = hours.get("days", ()), hours.get("from", "00:00"), hours.get("to", "24:00")
+    parts = [" ".join(days), "" if (begin, end) == ("00:00", "24:00") else f"{begin}-{end}"]
+    parts += [f"{key} {hours[key]}" for key in ("since", "until") if hours.get(key)]
+    return " ".join(part for part in parts if part) or "always"

@@ -1,0 +1,124 @@
+"""``ppaas map zones``: shown, put, written to a file and removed; and zones of maps that are published and fetched."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ppaas.zones.zone import geojson_of, zones_of
+from tests.support.cloud.command_line import CommandLine
+from tests.support.storage.records import found_map, house, put_map
+
+SQUARE = {"type": "Polygon", "coordinates": [[[-1, -2], [-0.9, -2], [-0.9, -1.9], [-1, -2]]]}
+LINE = {"type": "LineString", "coordinates": [[-1, -2], [-0.9, -2]]}
+WEEK = {"days": ["mon", "fri"], "from": "22:00", "to": "06:00"}
+LONG_AGO = {"until": "2001-01-01T00:00:00"}
+
+
+def feature(name: str, kind: str, geometry: Any = SQUARE, **fields: Any) -> dict[str, Any]:
+    return {"type": "Feature", "geometry": geometry, "properties": {"name": name, "kind": kind} | fields}
+
+
+ALL = {
+    "type": "FeatureCollection",
+    "features": [
+        feature("stairs", "keep_out"),
+        feature("ramp", "speed_limit", max_speed=0.3, times=[WEEK, LONG_AGO]),
+        feature("bend", "speed_limit", percent=50, times=[LONG_AGO]),
+        feature("lane", "one_way", LINE, width=1.0, strict=True),
+        feature("aisle", "one_way", direction=1.5708),
+        feature("door", "no_stop", times=[{"from": "00:00"}]),
+        feature("lift", "capacity", robots=1),
+        feature("hall", "capacity", robots=3),
+    ],
+}
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    """Return a file with a zone of each kind."""
+    path = tmp_path / "house.zones.geojson"
+    path.write_text(json.dumps(ALL))
+    return path
+
+
+@pytest.fixture
+def owner(ppaas: CommandLine) -> CommandLine:
+    """Return the command line of ann, who has the map house."""
+    put_map(ppaas.services.map_store, house())
+    return ppaas
+
+
+async def test_zones_are_put_and_shown_with_their_rules_and_times(owner: CommandLine, file: Path) -> None:
+    none = await owner("map", "zones", "house")
+    assert (none.status, none.out) == (0, "no zones; add some: ppaas map zones MAP --put FILE.geojson\n")
+    put = await owner("map", "zones", "house", "--put", str(file), "--message", "rules of the hall & yard")
+    assert (put.status, put.err) == (0, "")
+    head = owner.services.map_store.map_head("house")
+    assert head.present.message == "rules of the hall & yard"
+    shown = (await owner("map", "zones", "house")).out.splitlines()
+    assert shown[0].split() == ["name", "kind", "detail", "times", "in_force"]
+    assert [line.split(maxsplit=2)[:2] for line in shown[1:3]] == [["stairs", "keep_out"], ["ramp", "speed_limit"]]
+    text = "\n".join(" ".join(line.split()) for line in shown)
+    assert "stairs keep_out - always yes" in text
+    assert "ramp speed_limit 0.3 m/s mon fri 22:00-06:00; until 2001-01-01T00:00:00" in text
+    assert "bend speed_limit 50 % until 2001-01-01T00:00:00 no" in text
+    assert "lane one_way along a line, strict always yes" in text
+    assert "aisle one_way 1.57 rad always yes" in text
+    assert "door no_stop - always yes" in text
+    assert "lift capacity 1 robot always yes" in text
+    assert "hall capacity 3 robots always yes" in text
+
+
+async def test_zones_are_printed_and_written_as_geojson(owner: CommandLine, file: Path, tmp_path: Path) -> None:
+    version = json.loads((await owner("map", "zones", "house", "--put", str(file), "--json")).out)["version"]
+    printed = json.loads((await owner("map", "zones", "house", "--json")).out)
+    assert zones_of(json.dumps(printed)) == zones_of(json.dumps(ALL))
+    assert "stairs" in printed["in_force"]
+    out = tmp_path / "out.geojson"
+    await owner("map", "zones", "house", "--remove", "--message", "rebuilt", "--if-match", version[:8])
+    for of in (("--version", version[:8]), ("--version", version)):
+        assert (await owner("map", "zones", "house", "--out", str(out), *of)).status == 0
+        assert out.read_bytes() == geojson_of(zones_of(json.dumps(ALL)))
+    shown = await owner("map", "zones", "house", "--version", version)
+    assert shown.rows[0] == ["name", "kind", "detail", "times"]
+    assert json.loads((await owner("map", "zones", "house", "--json")).out)["features"] == []
+
+
+async def test_zones_are_published_and_fetched_with_the_map(
+    ppaas: CommandLine, tmp_path: Path, file: Path, house: Path
+) -> None:
+    published = await ppaas("map", "publish", str(house), "--zones", str(file))
+    assert published.status == 0, published.err
+    folder = tmp_path / "copies"
+    written = (await ppaas("map", "fetch", "house", "--to", str(folder))).out.splitlines()
+    assert str(folder / "house.zones.geojson") in written
+    assert (folder / "house.zones.geojson").read_bytes() == found_map(ppaas.services.map_store).zones
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (("--put", "missing.geojson"), "cannot read the zones"),
+        (("--message", "no"), "give --put FILE or --remove"),
+        (("--if-match", "abc"), "give --put FILE or --remove"),
+        (("--remove", "--out", "x.geojson"), "leave out --put and --remove"),
+        (("--out", "missing/x.geojson"), "cannot write the file"),
+        (("--remove",), "zones"),
+        (("--version", "abc"), "abc"),
+    ],
+)
+async def test_wrong_arguments_change_nothing(owner: CommandLine, arguments: tuple[str, ...], text: str) -> None:
+    ended = await owner("map", "zones", "house", *arguments)
+    assert (ended.status, ended.out) == (1, "")
+    assert text in ended.err
+    assert len(owner.services.map_store.versions("house")) == 1
+
+
+async def test_wrong_zones_are_refused_with_the_reason(owner: CommandLine, tmp_path: Path) -> None:
+    file = tmp_path / "wrong.geojson"
+    file.write_text(json.dumps(ALL | {"features": [feature("moat", "moat")]}))
+    ended = await owner("map", "zones", "house", "--put", str(file))
+    assert ended.status == 1
+    assert "invalid-zones: properties of zone 'moat'" in ended.err
