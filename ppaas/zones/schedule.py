@@ -1,5 +1,6 @@
 """Times at which a zone is in force: hours of days of the week, and a first and a last moment."""
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from datetime import UTC, date, datetime, time, timedelta
 from typing import Annotated, Literal
@@ -14,7 +15,7 @@ Day = Literal["mon", "tue", "wed", "thu", "fri", "sat", "sun"]
 
 DAYS: tuple[Day, ...] = ("mon", "tue", "wed", "thu", "fri", "sat", "sun")
 
-Clock = Annotated[str, Meta(pattern=r"^([01][0-9]|2[0-3]):[0-5][0-9]$|^24:00$")]
+Clock = Annotated[str, Meta(pattern=r"^([01][0-9]|2[0-3]):[0-5][0-9]\Z|^24:00\Z")]
 """Local time of day, such as 08:30; 24:00 is the midnight at the end of a day."""
 
 
@@ -54,10 +55,10 @@ class Hours(
 
     def contain(self, moment: datetime) -> bool:
         """Return whether a moment, in local time, is within the hours."""
-        zone = moment.tzinfo
-        if self.since is not None and moment < _in(zone, self.since):
+        # As numbers: two times of one zone are compared by the clock alone, which shows an hour twice in autumn.
+        if self.since is not None and moment.timestamp() < _in(moment.tzinfo, self.since).timestamp():
             return False
-        if self.until is not None and moment >= _in(zone, self.until):
+        if self.until is not None and moment.timestamp() >= _in(moment.tzinfo, self.until).timestamp():
             return False
         clock, today = f"{moment:%H:%M}", moment.date()
         if self.begin < self.end:
@@ -65,15 +66,20 @@ class Hours(
         return self._has(today) if clock >= self.begin else clock < self.end and self._has(today - timedelta(days=1))
 
     def limits(self, around: datetime) -> Iterator[datetime]:
-        """Yield the moments within eight days after a moment at which the hours may begin or end, and some others."""
+        """Yield the moments within two days after a moment at which the hours may begin or end, and some others.
+
+        Those at which clocks are put forward or back are not among them.
+        """
         zone = around.tzinfo
         for moment in (self.since, self.until):
             if moment is not None:
                 yield _in(zone, moment)
-        for number in range(-1, 9):
+        clocks = [time.fromisoformat(clock) for clock in {"00:00", self.begin, self.end} - {"24:00"}]
+        for number in range(-1, 3):
             day = around.date() + timedelta(days=number)
-            for clock in {"00:00", self.begin, self.end} - {"24:00"}:
-                yield datetime.combine(day, time.fromisoformat(clock), zone)
+            for clock in clocks:
+                moment = datetime.combine(day, clock, zone)
+                yield from (moment, moment.replace(fold=1))
 
     def _has(self, day: date) -> bool:
         return not self.days or DAYS[day.weekday()] in self.days
@@ -89,7 +95,9 @@ def time_zone_of(name: str) -> ZoneInfo:
     try:
         return ZoneInfo(name)
     except (ZoneInfoNotFoundError, ValueError, OSError) as error:
-        raise InvalidZones(f"there is no time zone {name!r}: give a name such as 'Europe/Berlin', or 'UTC'") from error
+        raise InvalidZones(
+            f"there is no time zone {name!r:.80}: give a name such as 'Europe/Berlin', or 'UTC'"
+        ) from error
 
 
 def is_in_force(times: Sequence[Hours], zone: ZoneInfo, now: float) -> bool:
@@ -101,8 +109,24 @@ def is_in_force(times: Sequence[Hours], zone: ZoneInfo, now: float) -> bool:
 def next_limit(times: Iterable[Hours], zone: ZoneInfo, now: float) -> float:
     """Return the first time after ``now`` [s since the epoch] at which some hours may begin or end; infinite if none.
 
-    It is at most eight days later; what is in force may be the same before and after it.
+    It is at most two days later; what is in force may be the same before and after it.
     """
     moment = datetime.fromtimestamp(now, UTC).astimezone(zone)
     later = (limit.timestamp() for hours in times for limit in hours.limits(moment))
-    return min((limit for limit in later if limit > now), default=float("inf"))
+    found = min((limit for limit in later if limit > now), default=float("inf"))
+    return found if found == float("inf") else min(found, _shift(zone, now, found))
+
+
+def _shift(zone: ZoneInfo, begin: float, end: float) -> float:
+    """Return the first time between two at which the clocks are put forward or back; infinite if they are not."""
+    before, low, high = _offset(zone, begin), math.floor(begin), math.ceil(end)
+    if _offset(zone, high) == before:
+        return float("inf")
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if _offset(zone, middle) == before else (low, middle)
+    return float(high)
+
+
+def _offset(zone: ZoneInfo, now: float) -> timedelta | None:
+    return datetime.fromtimestamp(now, UTC).astimezone(zone).utcoffset()

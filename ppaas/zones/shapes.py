@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from ppaas.errors import InvalidZones
 from ppaas.polygons import Points, distances_to_edges, within_polygon
@@ -59,8 +60,10 @@ class Area:
     """
 
     def __init__(self, geometry: Geometry, width: float = 0.0) -> None:
-        self.rings = [np.array([place[:2] for place in ring]) for ring in rings_of(geometry)]
-        self.lines = [np.array([place[:2] for place in line]) for line in lines_of(geometry)]
+        polygons = [[_points(ring) for ring in polygon] for polygon in polygons_of(geometry)]
+        self._polygons = [polygon for polygon in polygons if polygon]
+        self.rings = [ring for polygon in self._polygons for ring in polygon]
+        self.lines = [_points(line) for line in lines_of(geometry)]
         self._half = 0.5 * width
         places = np.concatenate(self.rings + self.lines)
         self.low, self.high = places.min(axis=0) - self._half, places.max(axis=0) + self._half
@@ -74,8 +77,9 @@ class Area:
     def _distances(self, points: Points) -> Points:
         distances = np.full(len(points), np.inf)
         inside = np.zeros(len(points), np.bool_)
+        for outer, *holes in self._polygons:
+            inside |= within_polygon(outer, points) & ~_within_any(holes, points)
         for ring in self.rings:
-            inside ^= within_polygon(ring, points)
             distances = np.minimum(distances, _apart(ring, np.roll(ring, -1, axis=0), points))
         for line in self.lines:
             distances = np.minimum(distances, np.maximum(_apart(line[:-1], line[1:], points) - self._half, 0.0))
@@ -91,19 +95,35 @@ class Area:
         return np.asarray(along / np.hypot(*along.T)[:, np.newaxis])
 
 
+def _points(places: Ring) -> Points:
+    return np.array([place[:2] for place in places])
+
+
+def _within_any(rings: list[Points], points: Points) -> NDArray[np.bool_]:
+    within = np.zeros(len(points), np.bool_)
+    for ring in rings:
+        within |= within_polygon(ring, points)
+    return within
+
+
 def _apart(starts: Points, ends: Points, points: Points) -> Points:
     return np.asarray(distances_to_edges(starts, ends, points[:, np.newaxis]).min(axis=1))
 
 
-def rings_of(geometry: Geometry) -> list[Ring]:
-    """Return all rings of a geometry."""
+def polygons_of(geometry: Geometry) -> list[list[Ring]]:
+    """Return all polygons of a geometry, each as its outer ring and its holes."""
     match geometry:
         case Polygon():
-            return geometry.coordinates
+            return [geometry.coordinates]
         case MultiPolygon():
-            return [ring for polygon in geometry.coordinates for ring in polygon]
+            return geometry.coordinates
         case _:
             return []
+
+
+def rings_of(geometry: Geometry) -> list[Ring]:
+    """Return all rings of a geometry."""
+    return [ring for polygon in polygons_of(geometry) for ring in polygon]
 
 
 def lines_of(geometry: Geometry) -> list[Ring]:
@@ -131,7 +151,8 @@ def check_geometry(geometry: Geometry, name: str) -> int:
     for place in (place for part in rings + lines for place in part):
         if len(place) < 2 or not all(math.isfinite(each) and abs(each) <= FARTHEST for each in place[:2]):
             raise InvalidZones(
-                f"zone {name!r}: a position must be x, y in metres up to {FARTHEST:g} in the map's frame, not {place}"
+                f"zone {name!r}: a position must be x, y in metres up to {FARTHEST:g} in the map's frame, not "
+                f"{place!s:.80}"
             )
     if any(len({tuple(place[:2]) for place in ring}) < 3 for ring in rings):
         raise InvalidZones(f"zone {name!r}: a ring needs three different positions or more")

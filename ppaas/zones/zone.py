@@ -163,7 +163,7 @@ class ZoneSet(msgspec.Struct, frozen=True, tag="FeatureCollection", rename={"zon
     def next_change(self, now: float) -> float:
         """Return the first time after ``now`` [s since the epoch] at which others may be in force; infinite if never.
 
-        It is at most eight days later.
+        It is at most two days later.
         """
         return next_limit(
             (hours for each in self.zones for hours in each.rule.times), time_zone_of(self.time_zone), now
@@ -215,9 +215,11 @@ def zones_of(text: str | bytes) -> ZoneSet:
     try:
         raw = msgspec.json.decode(text, type=_Collection)
     except msgspec.ValidationError as error:
-        raise InvalidZones(f"zones must be a FeatureCollection of GeoJSON: {error}") from error
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise InvalidZones(f"zones are not valid JSON: {error}") from error
+        raise InvalidZones(f"zones must be a FeatureCollection of GeoJSON: {error!s:.300}") from error
+    except (msgspec.DecodeError, UnicodeError) as error:
+        raise InvalidZones(f"zones are not valid JSON: {error!s:.300}") from error
+    except RecursionError as error:
+        raise InvalidZones("zones are not valid: they are nested too deeply") from error
     return ZoneSet([_zone_of(number, feature) for number, feature in enumerate(raw.features)], raw.time_zone)
 
 
@@ -231,7 +233,7 @@ def _zone_of(number: int, feature: _Feature) -> Zone:
         return Zone(feature.geometry, msgspec.convert(given, AnyRule))
     except (msgspec.ValidationError, InvalidZones) as error:
         name = given.get("name", number)
-        raise InvalidZones(f"properties of zone {name!r}: {error}") from error
+        raise InvalidZones(f"properties of zone {name!r:.80}: {error!s:.300}") from error
 
 
 def geojson_of(zones: ZoneSet) -> bytes:
