@@ -19,7 +19,7 @@ from endpoints.merging.coordinator import TRANSFER_TIMEOUT, TURN_TIMEOUT
 from endpoints.rapyuta import clone, endpoints, executor, interfaces
 from endpoints.rest import nesting, paging, schemas, strict_json
 from endpoints.rest.maps import map_programs, multipart
-from endpoints.rest.maps.upload_form import MAX_FIELDS
+from endpoints.rest.maps.upload_form import MAX_FIELDS, MAX_ZONES
 from endpoints.rest.plans.schemas import MAX_MATRIX, MAX_WAYPOINTS
 from endpoints.services import heavy_work
 from endpoints.services.joint_maps import MOST_ROBOTS
@@ -47,6 +47,7 @@ from ppaas.wire.foxglove import session
 from ppaas.wire.foxglove.requests import MAX_LISTED, MAX_TEXT
 from ppaas.wire.rapyuta import forwarder, part_assembler, requests
 from ppaas.wire.ros import rmw_zenoh, tcpros, types, xml_rpc
+from ppaas.zones import zone
 from robots.bridges.ros1 import http, move_base, peer, publication
 from robots.bridges.ros1 import node as ros1_node
 from robots.bridges.zenoh import node
@@ -96,6 +97,13 @@ ROWS = {
     ("form with a map", "head of a part"): [f"{DEFAULT_MAX_HEADER_COUNT} lines", f"{DEFAULT_MAX_HEADER_SIZE} bytes"],
     ("YAML of a map", "size"): [size(map_yaml.MAX_YAML)],
     ("YAML of a map", "brackets, and levels of nesting"): [yaml_keys.MAX_BRACKETS, f"and {yaml_keys.MAX_DEPTH};"],
+    ("[zones](zones.md) of a map", "size"): [size(MAX_ZONES), size(SETTINGS.max_body)],
+    ("zones of a map", "zones, positions of all, zones of the kind `capacity`, hours of a zone"): [
+        zone.MOST_ZONES,
+        zone.MOST_POSITIONS,
+        zone.MOST_CAPACITIES,
+        zone.MOST_HOURS,
+    ],
     ("image of a map", "header of PGM, PPM and PBM"): [size(netpbm.MAX_HEADER)],
     ("image of a map", "pixels of PGM and PPM"): [MAX_CELLS],
     ("image of a map", "pixels of PBM"): [pbm.MAX_BITS],
