@@ -57,6 +57,8 @@ from ppaas.wire.ros.serialization import serialize
 from ppaas.wire.ros.tcpros import FrameReader, framed, pack_header, unpack_header
 from ppaas.wire.ros.xml_rpc import pack_call, pack_response, unpack_call, unpack_response
 from ppaas.wire.rosbridge import RosbridgeSession
+from ppaas.zones.shapes import Polygon
+from ppaas.zones.zone import KeepOut, Zone, ZoneSet, geojson_of, zones_of
 from tests.support.fuzzing import EXAMPLES
 from tests.support.hostile_bytes import mutations, operations, peak_memory
 from tests.support.world.mappings import room_mapping
@@ -195,6 +197,10 @@ FILE = 'Content-Disposition: form-data; name="image"; filename="m.pgm"'
 FIELD = 'Content-Disposition: form-data; name="id"'
 
 POSEGRAPH = b"".join(pack_mapping(room_mapping(3)))
+
+ZONES = geojson_of(ZoneSet([Zone(Polygon([[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]]), KeepOut(name="stairs"))])).replace(
+    b".0", b""
+)
 
 PARSERS = {
     "JSON body": Parser(
@@ -381,6 +387,18 @@ PARSERS = {
             lambda n: POSEGRAPH[:20] + pack_record(RecordKind.POSES, b"") * n,
             lambda n: POSEGRAPH[:20] + pack_record(RecordKind.FRAMES, bytes(n)),
             lambda n: POSEGRAPH[:-20] + pack_record(RecordKind.FRAMES, b"\0\0\0\0\xff\xff\xff\x7f" + bytes(n)),
+        ],
+    ),
+    "zones of a map": Parser(
+        zones_of,
+        [ZONES],
+        [
+            lambda n: ZONES.replace(b"[1,0]", b",".join([b"[1,0]"] * n)),
+            lambda n: ZONES.replace(b"[1,0]", b"[" + b",".join([b"1"] * n) + b"]"),
+            lambda n: ZONES.replace(b'"stairs"', b"[" * n + b"]" * n),
+            lambda n: ZONES.replace(b"stairs", b"x" * n),
+            lambda n: ZONES.replace(b'"kind"', b"".join(b'"_%d":0,' % i for i in range(n)) + b'"kind"'),
+            lambda n: b"[" * n,
         ],
     ),
     "YAML of a map": Parser(

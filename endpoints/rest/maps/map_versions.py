@@ -9,7 +9,7 @@ from starlette.responses import Response, StreamingResponse
 
 from endpoints.rest.dependencies import AnyCaller, Caller, Paged, Provided, owned_head, readable_head
 from endpoints.rest.maps.maps import opened_map, shown_map
-from endpoints.rest.maps.schemas import CellRectangle, MapAnswer, MapDifference, MapVersionAnswer, OctomapFate
+from endpoints.rest.maps.schemas import CellRectangle, MapAnswer, MapDifference, MapVersionAnswer, PartFate
 from endpoints.rest.names import MapId, Version, VersionId
 from endpoints.rest.openapi import KNOWN, Responses, problems
 from endpoints.rest.paging import Page
@@ -21,7 +21,7 @@ from ppaas.maps.formats.map_files import open_grid
 from storage.opened_maps import OpenMap
 from storage.records import MapVersionRecord, User
 from storage.staged_uploads import blocks
-from storage.versions import IMAGE, OCTOMAP, POSEGRAPH, YAML
+from storage.versions import IMAGE, OCTOMAP, POSEGRAPH, YAML, ZONES
 
 router = APIRouter(prefix="/maps/{map_id}", tags=["maps"])
 
@@ -165,12 +165,13 @@ def _difference(services: Services, user: User, map_id: str, old: str, new: str 
             rectangle=rectangle,
             corners=None if found.corners is None else found.corners.tolist(),
             aligned=found.aligned,
-            octomap=_octomap(before, after),
+            octomap=_fate(OCTOMAP, before, after),
+            zones=_fate(ZONES, before, after),
         )
 
 
-def _octomap(before: OpenMap, after: OpenMap) -> OctomapFate:
-    old, new = before.record.present.files.get(OCTOMAP), after.record.present.files.get(OCTOMAP)
+def _fate(part: str, before: OpenMap, after: OpenMap) -> PartFate:
+    old, new = before.record.present.files.get(part), after.record.present.files.get(part)
     if old == new:
         return "none" if old is None else "same"
     return "added" if old is None else "removed" if new is None else "changed"

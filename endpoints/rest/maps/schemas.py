@@ -89,7 +89,7 @@ class CellRectangle(BaseModel):
     height: int
 
 
-OctomapFate = Literal["none", "same", "added", "removed", "changed"]
+PartFate = Literal["none", "same", "added", "removed", "changed"]
 
 
 class MapDifference(BaseModel):
@@ -107,4 +107,5 @@ class MapDifference(BaseModel):
     aligned: bool = Field(
         description="Whether the cells of both grids are aligned; if not, all cells of the newer one count as changed"
     )
-    octomap: OctomapFate
+    octomap: PartFate
+    zones: PartFate

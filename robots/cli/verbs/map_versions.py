@@ -17,7 +17,7 @@ WHOLE = 64
 """Length of a version's hash; an unambiguous prefix names the version too."""
 
 VERSIONS = ("version", "created", "author", "message", "restored", "parts", "present")
-DIFFERENCE = ("old", "new", "changed", "rectangle", "corners", "aligned", "octomap")
+DIFFERENCE = ("old", "new", "changed", "rectangle", "corners", "aligned", "octomap", "zones")
 ROLLED_BACK = ("id", "owner", "version", "created", "author", "message", "restored")
 
 

@@ -219,6 +219,26 @@ async def test_versions_beyond_the_quota_of_a_map_are_refused(
     assert (await client.get("/v1/users/me", headers=ann)).json()["used"]["versions_per_map"] == 2
 
 
+async def test_a_version_that_keeps_its_zones_is_no_new_one(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, limit: Callable[..., None]
+) -> None:
+    ann = await log_in("ann")
+    ring = [[-0.95, -1.95], [-0.9, -1.95], [-0.9, -1.9], [-0.95, -1.95]]
+    area = {"type": "Polygon", "coordinates": [ring]}
+    features = [
+        {"type": "Feature", "geometry": area, "properties": {"name": name, "kind": "keep_out"}} for name in ("a", "b")
+    ]
+    limit("ann", versions_per_map=2)
+    await publish(ann)
+    one, other = ({"type": "FeatureCollection", "features": [feature]} for feature in features)
+    assert (await client.put("/v1/maps/house/zones", headers=ann, json=one)).status_code == 200
+    assert (await publish(ann)).status_code == 201
+    refused = await client.put("/v1/maps/house/zones", headers=ann, json=other)
+    problem_of(refused, 429, "quota-exceeded")
+    assert (await client.delete("/v1/maps/house/zones", headers=ann)).status_code == 204
+    assert (await client.get("/v1/users/me", headers=ann)).json()["used"]["versions_per_map"] == 2
+
+
 async def test_map_files_beyond_the_quota_of_bytes_are_refused_until_a_version_is_removed(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, limit: Callable[..., None]
 ) -> None:

@@ -112,6 +112,16 @@ async def test_the_zones_of_each_version_are_read_and_come_back_with_it(
     assert await names(client, ann) == ["stairs"]
 
 
+async def test_a_difference_says_what_became_of_the_zones(client: httpx.AsyncClient, ann: dict[str, str]) -> None:
+    old = (await client.get("/v1/maps/house", headers=ann)).json()["version"]
+    new = (await put(client, ann, zone()))["version"]
+    other = (await put(client, ann, zone("dock")))["version"]
+    for pair, fate in (((old, new), "added"), ((new, other), "changed"), ((new, old), "removed"), ((new, new), "same")):
+        query = dict(zip(("old", "new"), pair, strict=True))
+        found = (await client.get("/v1/maps/house/difference", headers=ann, params=query)).json()
+        assert (found["changed"], found["octomap"], found["zones"]) == (0, "none", fate)
+
+
 async def test_a_version_without_zones_keeps_those_of_the_map(
     client: httpx.AsyncClient, ann: dict[str, str], publish: Publish
 ) -> None:
