@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.fleet.stand_ins.simulation import Simulation, roadmap_of
 from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.traffic import checkpoint
 from ppaas.traffic.coordinator import Coordinator
 from ppaas.traffic.settings import TrafficParameters
-from tests.support.traffic.simulation import Simulation, roadmap_of
 
 AISLES = "\n".join(["." * 12, *["..###.###..."] * 2, "." * 12] * 3)
 

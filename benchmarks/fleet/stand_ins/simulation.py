@@ -1,20 +1,26 @@
-"""Simulation of robots and the coordinator of their traffic, with messages between them, in simulated time."""
+"""Simulation of stand-ins and the coordinator of their traffic, with messages between them, in simulated time."""
 
+import time
 from dataclasses import dataclass, field
 from random import Random
 
 import numpy as np
 
+from benchmarks.fleet.stand_ins.contacts import Contacts
+from benchmarks.fleet.stand_ins.network import Network
+from benchmarks.fleet.stand_ins.robot import PERIOD, FindWay, StandIn, straight
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.fleet.roadmap import Roadmap
 from ppaas.geometry import Pose2D
 from ppaas.messages.fleet.traffic import TrafficGrants, TrafficReport
 from ppaas.traffic.coordinator import Coordinator
 from ppaas.traffic.settings import TrafficParameters
-from tests.support.traffic.robots import PERIOD, Network, SimulatedRobot
 
 SPACING = 0.6
 """Distance of neighbouring cells [m]: two robots of radius 0.2 m, and a margin of 0.1 m on each side."""
+
+STALL = 5.0
+"""Mean time for which a robot stands that stalls [s]."""
 
 
 def roadmap_of(text: str) -> MetricRoadmap:
@@ -29,14 +35,33 @@ def roadmap_of(text: str) -> MetricRoadmap:
 class Simulation:
     """Robots in a hall, and what has become of them.
 
+    Parameters
+    ----------
+    hall : MetricRoadmap
+    seed : int
+    delay : float
+        Largest delay of a message [s].
+    loss : float
+        Part of messages that are lost.
+    stalls : float
+        How often a robot stops for a while [1/s].
+    parameters : TrafficParameters
+    now : float
+        Time [s].
+    find_way : callable
+        Finds the ways of robots that drive freely.
+
     Attributes
     ----------
-    nearest : float
-        Smallest distance of two robots less their radii, so far [m]; negative if they touched.
+    contacts : Contacts
+    cells : list of int
+        Cells from which goals are drawn.
     longest : float
         Longest time for which a goal was open [s].
     stood : float
         Longest time for which no robot with a goal moved [s].
+    spent : list of float
+        CPU time of the coordinator for each step, reports included [s].
     """
 
     hall: MetricRoadmap
@@ -46,26 +71,30 @@ class Simulation:
     stalls: float = 0.0
     parameters: TrafficParameters = field(default_factory=TrafficParameters)
     now: float = 0.0
+    find_way: FindWay = straight
 
     def __post_init__(self) -> None:
         self.rng = Random(self.seed)
         self.network = Network(self.rng, self.delay, self.loss)
-        self.robots: list[SimulatedRobot] = []
+        self.robots: list[StandIn] = []
+        self._names: dict[str, StandIn] = {}
         self.coordinator: Coordinator | None = Coordinator(lambda *_: self.hall, self.parameters)
-        self.nearest, self.longest, self.stood, self._standing = 9.0, 0.0, 0.0, 0.0
-        self.again = False
+        self.contacts = Contacts()
+        self.longest = self.stood = self._standing = 0.0
+        self.spent: list[float] = []
         self.cells = list(range(len(self.hall.roadmap)))
 
-    def add(self, cell: int, goal: int | None = None, **options: float) -> SimulatedRobot:
+    def add(self, cell: int, goal: int | None = None, **options: float) -> StandIn:
         """Add a robot at the centre of a cell, with a goal in the centre of another."""
         x, y = self.hall.centre(cell)
         return self.put(x, y, goal, **options)
 
-    def put(self, x: float, y: float, goal: int | None = None, **options: float) -> SimulatedRobot:
+    def put(self, x: float, y: float, goal: int | None = None, **options: float) -> StandIn:
         """Add a robot at a place [m]."""
-        name = f"tb{len(self.robots)}"
-        robot = SimulatedRobot(name, Pose2D(x, y, self.rng.uniform(-3.0, 3.0)), **options)  # type: ignore[arg-type]
+        pose = Pose2D(x, y, self.rng.uniform(-3.0, 3.0))
+        robot = StandIn(f"tb{len(self.robots)}", pose, find_way=self.find_way, **options)  # type: ignore[arg-type]
         self.robots.append(robot)
+        self._names[robot.name] = robot
         if goal is not None:
             robot.head_for(*self.hall.centre(goal), self.now)
         return robot
@@ -91,36 +120,46 @@ class Simulation:
         self.now = round(self.now + PERIOD, 3)
         for robot in self.robots:
             if self.stalls and self.rng.random() < self.stalls * PERIOD:
-                robot.stalled_until = self.now + self.rng.expovariate(1.0 / 5.0)
+                robot.stalled_until = self.now + self.rng.expovariate(1.0 / STALL)
             if again and robot.goal is None:
                 robot.head_for(*self.hall.centre(self.rng.choice(self.cells)), self.now)
-            robot.step(self.now, self.robots)
-            if not robot.silent:
-                self.network.send(robot.report(self.now), self.now)
+            robot.step(self.now)
+            report = robot.due_report(self.now)
+            if report is not None:
+                self.network.send(report, self.now)
         self._deliver()
         self._measure()
 
     def _deliver(self) -> None:
-        names = {robot.name: robot for robot in self.robots}
+        reports = []
         for message in self.network.arrived(self.now):
-            if isinstance(message, TrafficReport) and self.coordinator is not None:
-                self.coordinator.report(message, self.now)
-            elif isinstance(message, TrafficGrants):
-                names[message.robot].take(message, self.now)
-        for grants in self.coordinator.step(self.now) if self.coordinator is not None else ():
+            if isinstance(message, TrafficGrants):
+                self._names[message.robot].take(message, self.now)
+            elif isinstance(message, TrafficReport):
+                reports.append(message)
+        if self.coordinator is None:
+            return
+        began = time.process_time()
+        for report in reports:
+            self.coordinator.report(report, self.now)
+        due = self.coordinator.step(self.now)
+        self.spent.append(time.process_time() - began)
+        for grants in due:
             self.network.send(grants, self.now)
 
     def _measure(self) -> None:
         places = np.array([(robot.pose.x, robot.pose.y) for robot in self.robots])
-        radii = np.array([robot.radius for robot in self.robots])
-        apart = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1)) - radii[:, None] - radii[None]
-        np.fill_diagonal(apart, 9.0)
-        self.nearest = min(self.nearest, float(apart.min()))
+        self.contacts.see(places, np.array([robot.radius for robot in self.robots]))
         active = [robot for robot in self.robots if robot.goal_id]
         self.longest = max([self.longest, *(self.now - robot.goal_since for robot in active)])
         able = [robot for robot in active if not robot.dead and self.now >= robot.stalled_until]
         self._standing = 0.0 if not able or any(robot.moving for robot in self.robots) else self._standing + PERIOD
         self.stood = max(self.stood, self._standing)
+
+    @property
+    def nearest(self) -> float:
+        """Smallest gap between two robots so far [m]; negative if they touched."""
+        return self.contacts.nearest
 
     @property
     def arrived(self) -> int:
