@@ -8,6 +8,8 @@ from robots.cli.benches import Measured
 if TYPE_CHECKING:
     from rich.progress import Progress
 
+    from benchmarks.harness.figures import Figure
+
 HELP = "plans of fleets: CPU time, cost beside the bound, lifelong steps and waits; simulated robots in traffic"
 
 
@@ -27,6 +29,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         action="append",
         help="instead of plans, simulated robots with real clones in a warehouse or an office, again for more",
     )
+    parser.add_argument(
+        "--stand-ins",
+        nargs=4,
+        metavar=("HALL", "ROBOTS", "MINUTES", "SEED"),
+        action="append",
+        help="instead of plans, hundreds of discs that stand in for robots and clones, with faults, again for more",
+    )
     parser.add_argument("--quick", action="store_true", help="little time: a check that it runs, not for comparison")
 
 
@@ -41,8 +50,22 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
         return measured(
             [each for case in progress.track(runs, description="traffic") for each in traffic.measure(case)]
         )
+    if arguments.stand_ins:
+        return measured([each for words in arguments.stand_ins for each in _stand_ins(words, progress)])
     chosen = [cases.case_of(words) for words in arguments.case] if arguments.case else cases.MADE
     parts = [part for case in chosen for part in ((one_shot.measure, case), (lifelong.measure, case))]
     return measured(
         [figure for part, case in progress.track(parts, description="fleet") for figure in part(case, arguments.quick)]
     )
+
+
+def _stand_ins(words: list[str], progress: "Progress") -> "list[Figure]":
+    from benchmarks.fleet.stand_ins import measure as stand_ins  # noqa: PLC0415
+
+    case = stand_ins.case_of(words)
+    task = progress.add_task("stand-ins", total=case.total)
+
+    def tell(what: str, seconds: float) -> None:
+        progress.update(task, advance=seconds, description=what)
+
+    return list(stand_ins.measure(case, tell))

@@ -58,6 +58,8 @@ class StandIn:
         Whether its wheels are stopped for ever; it still reports.
     silent : bool
         Whether it reports nothing.
+    gets_on : bool
+        Whether it reached a cell or a goal in the last control cycle, or drives freely.
     arrived : int
         Number of goals that it has reached.
     goal_since : float
@@ -87,7 +89,7 @@ class StandIn:
 
     def __post_init__(self) -> None:
         self.way = GrantedWay(self.radius)
-        self.moving = False
+        self.gets_on = False
         self._path: Points = np.empty((0, 2))
         self._leads: object = None
         self._at = 0
@@ -136,9 +138,8 @@ class StandIn:
 
     def step(self, now: float) -> None:
         """Drive for a control cycle."""
-        self.moving = False
         way = self.way
-        way.advance(self.pose)
+        self.gets_on = way.advance(self.pose)
         grants = way.grants
         if grants is None:
             return
@@ -161,11 +162,13 @@ class StandIn:
         goal = Pose2D(*self.goal)
         if self._leads != goal:
             self._take_path(self.find_way(self.pose, goal), goal)
+        self.gets_on = True
         if self._drive_on(1):
             self._end_goal(now)
 
     def _end_goal(self, now: float) -> None:
         self.arrived += 1
+        self.gets_on = True
         self.times.append(now - self.goal_since)
         self.goal, self.goal_id = None, ""
 
@@ -210,5 +213,4 @@ class StandIn:
         turn = max(min(off, TURN_RATE * PERIOD), -TURN_RATE * PERIOD)
         go = 0.0 if abs(off) > 0.6 else min(self.speed * PERIOD * math.cos(off), math.hypot(dx, dy))
         theta = wrap_angle(self.pose.theta + turn)
-        self.moving = go > 0.0 or abs(turn) > 1e-6
         self.pose = Pose2D(self.pose.x + go * math.cos(theta), self.pose.y + go * math.sin(theta), theta)

@@ -19,6 +19,9 @@ from ppaas.traffic.settings import TrafficParameters
 SPACING = 0.6
 """Distance of neighbouring cells [m]: two robots of radius 0.2 m, and a margin of 0.1 m on each side."""
 
+DEADLOCK = 60.0
+"""Time after which robots that do not get on count as in a deadlock [s]."""
+
 STALL = 5.0
 """Mean time for which a robot stands that stalls [s]."""
 
@@ -59,7 +62,9 @@ class Simulation:
     longest : float
         Longest time for which a goal was open [s].
     stood : float
-        Longest time for which no robot with a goal moved [s].
+        Longest time in which no robot reached a cell or a goal, although goals were open [s].
+    deadlocks : int
+        Number of times that this was `DEADLOCK`.
     spent : list of float
         CPU time of the coordinator for each step, reports included [s].
     """
@@ -80,7 +85,8 @@ class Simulation:
         self._names: dict[str, StandIn] = {}
         self.coordinator: Coordinator | None = Coordinator(lambda *_: self.hall, self.parameters)
         self.contacts = Contacts()
-        self.longest = self.stood = self._standing = 0.0
+        self.longest = self.stood = 0.0
+        self.deadlocks, self._got_on = 0, self.now
         self.spent: list[float] = []
         self.cells = list(range(len(self.hall.roadmap)))
 
@@ -153,8 +159,11 @@ class Simulation:
         active = [robot for robot in self.robots if robot.goal_id]
         self.longest = max([self.longest, *(self.now - robot.goal_since for robot in active)])
         able = [robot for robot in active if not robot.dead and self.now >= robot.stalled_until]
-        self._standing = 0.0 if not able or any(robot.moving for robot in self.robots) else self._standing + PERIOD
-        self.stood = max(self.stood, self._standing)
+        if not able or any(robot.gets_on for robot in self.robots):
+            self._got_on = self.now
+        stands = round(self.now - self._got_on, 3)
+        self.deadlocks += stands - PERIOD < DEADLOCK <= stands
+        self.stood = max(self.stood, stands)
 
     @property
     def nearest(self) -> float:

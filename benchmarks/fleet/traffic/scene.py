@@ -6,6 +6,7 @@ from random import Random
 
 import numpy as np
 
+from benchmarks.fleet.largest_part import largest_part
 from benchmarks.navigation.goals.clone import MODEL, ClonedRobot, InProcessClone
 from ppaas.clone.plugins import DEFAULT_CONTROLLER
 from ppaas.clone.traffic import build_traffic, roadmaps_of
@@ -144,7 +145,7 @@ class TrafficScene:
         radius = robot_model(MODEL).robot_radius
         self.layers = build_layers(grid, robot_radius=radius)
         self.roadmap: MetricRoadmap = roadmaps_of(self.layers)(radius, TrafficParameters())
-        self.cells = self._largest_part()
+        self.cells = largest_part(self.roadmap.roadmap)
         for cell in self.rng.sample(self.cells, robots):
             self.world.add_robot(Pose2D(*self.roadmap.centre(cell), self.rng.uniform(-3.0, 3.0)))
         self.robots = [TrafficRobot(self.world, number, self.layers, obeys=obeys) for number in range(robots)]
@@ -163,17 +164,6 @@ class TrafficScene:
         self.node = Graph(run_inline, self.world.stamp, self.world.stamp)
         build_traffic(self.node, self.layers)
         self.node.tap(topics.TRAFFIC_GRANTS.name, self._send)
-
-    def _largest_part(self) -> list[int]:
-        roadmap, left, best = self.roadmap.roadmap, set(range(len(self.roadmap.roadmap))), set[int]()
-        while left:
-            part, new = set[int](), {left.pop()}
-            while new:
-                part.update(new)
-                new = {int(n) for cell in new for n in roadmap.neighbours[cell] if n in left}
-                left.difference_update(new)
-            best = max(best, part, key=len)
-        return sorted(best)
 
     def _send(self, _topic: str, message: Payload) -> None:
         if isinstance(message, TrafficReport | TrafficGrants):
