@@ -33,7 +33,7 @@ class Contacts:
         touching[: len(self._touching), : len(self._touching)] = self._touching
         self.count += int(((gaps <= 0.0) & ~touching).sum()) // 2
         self.nearest = min(self.nearest, float(gaps.min(initial=FAR)))
-        self._before, self._touching = places, gaps <= 0.0
+        self._before, self._touching = places, _gaps(places, places, radii) <= 0.0
 
 
 def _gaps(before: Places, after: Places, radii: NDArray[np.float64]) -> NDArray[np.float64]:
