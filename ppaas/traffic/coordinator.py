@@ -22,6 +22,9 @@ RETRY = 0.5
 NEAR = 0.75
 """Largest distance of a goal from the cell that is taken for it, as a part of the distance between two cells."""
 
+TOO_LARGE = "the robot is too large for the aisles in which others drive"
+"""Why all goals of a robot are refused for which there are no cells."""
+
 OUTSIDER = "a robot outside of the traffic"
 """What a robot waits for whose next cell has a robot in it that takes no part."""
 
@@ -97,11 +100,9 @@ class Coordinator:
     def step(self, now: float) -> list[TrafficGrants]:
         """Watch robots, plan, and grant; return what is to be sent."""
         self.occupancy.watch(now)
-        if self.occupancy.map is None:
-            return []
         if not self._granting:
             return self._gather(now)
-        if not self._let_alone():
+        if self.occupancy.map is not None and not self._let_alone():
             self._plan_ways(now)
             self._grant(now)
         return self._writer.due(self._messages(now), now)
@@ -280,22 +281,29 @@ class Coordinator:
     def _messages(self, now: float) -> Iterable[TrafficGrants]:
         alone = self._granting and self._drives_alone()
         for member in self.members.values():
+            refused = self._refusal(member, alone=alone)
             report = member.report
             way = [MapPoint(*self.occupancy.cells.centre(cell)) for cell in member.chain]
             yield TrafficGrants(
                 report.header, member.name, self.epoch, 0, report.revision, self.spacing,
                 first=member.first, way=way, at_goal=member.at_goal and self._granting,
-                goal_id=report.goal_id if self._leads_to_goal(member) else "",
+                goal_id=report.goal_id if refused or self._leads_to_goal(member) else "",
                 free=alone or member.standing == "out",
                 give_back=self._gives_back_now(member, alone=alone),
                 waits_for=member.waits_for,
-                refused=member.refused[1] if member.refused[0] == report.goal_id else "",
+                refused=refused,
             )  # fmt: skip
 
     @staticmethod
     def _leads_to_goal(member: Member) -> bool:
-        goal_id = member.report.goal_id
-        return bool(member.aim) or Arrival(goal_id) in member.queue or member.refused[0] == goal_id
+        return bool(member.aim) or Arrival(member.report.goal_id) in member.queue
+
+    @staticmethod
+    def _refusal(member: Member, *, alone: bool) -> str:
+        """Return why the goal of a robot cannot be reached; empty if it can."""
+        if not member.fits and not alone and member.standing != "out":
+            return TOO_LARGE
+        return member.refused[1] if member.refused[0] == member.report.goal_id else ""
 
     def _gives_back_now(self, member: Member, *, alone: bool) -> bool:
         if member.report.free:

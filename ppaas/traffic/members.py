@@ -31,6 +31,8 @@ class Member:
     heard_at : float
         Time of that [s].
     standing : Standing
+    fits : bool
+        Whether the cells are as wide as it needs. One that does not fit is an obstacle where it stands.
     base : set of int
         Cells that it touches where its way began, until it has reached the first cell of the way.
     chain : list of int
@@ -62,6 +64,7 @@ class Member:
     report: TrafficReport
     heard_at: float
     standing: Standing = "joined"
+    fits: bool = True
     base: set[Cell] = field(default_factory=set)
     chain: list[Cell] = field(default_factory=list)
     first: int = 0

@@ -1,6 +1,7 @@
 """Occupancy: the robots of the traffic, the cells that each holds, and who is an obstacle."""
 
 import math
+from collections import Counter
 from collections.abc import Callable, Collection, Sequence
 
 from msgspec.structs import replace
@@ -21,6 +22,9 @@ LARGEST, FASTEST, FARTHEST, LONGEST = 5.0, 10.0, 20.0, 1000
 
 GIVEN_UP = 3
 """Number of times that a robot does not get on before goals on which it stands are refused."""
+
+REACH = 2.0
+"""Distance within which a robot is led to a cell, in distances of neighbouring cells."""
 
 MakeRoadmap = Callable[[float, TrafficParameters], MetricRoadmap]
 """Called with the radius of the largest robot [m] and the margins; returns the roadmap of the map for it."""
@@ -127,6 +131,8 @@ class Occupancy:
         elif report.epoch != epoch or before.epoch != epoch:
             self._adopt(member, report)
         member.report, member.heard_at = report, now
+        if not member.fits and member.base != self._touched(member):
+            self._stand(member)
         self._advance(member, before, now)
         self._note_goal(member, before, now)
         self._note_standing(member, now)
@@ -165,14 +171,15 @@ class Occupancy:
         return self.members[name]
 
     def _join(self, report: TrafficReport, now: float) -> Member:
-        """Take a robot in; all ways begin anew on another roadmap if it is larger than those before."""
+        """Take a robot in; all ways begin anew on another roadmap if it is larger than those before and fits."""
         member = Member(report, now, moved_at=now, goal_since=now)
+        before = self.map
+        if before is None or report.radius > self._radius:
+            member.fits = self._make_room(report.radius)
         self.members[report.robot] = member
-        if self.map is None or report.radius > self._radius:
-            self._radius = report.radius
-            self._change_roadmap()
-        elif report.way:
+        if report.way and member.fits:
             self._adopt(member, report)
+            self.gives_back |= {member.name} if self.map is not before else set()
         else:
             self._stand(member)
         if not report.way:
@@ -183,7 +190,9 @@ class Occupancy:
         """Go on with another version of the map; all ways begin anew."""
         self._make_roadmap = make_roadmap
         if self.map is not None:
-            self._change_roadmap()
+            self._change_roadmap(self._make_roadmap(self._radius, self.parameters))
+        for member in self.members.values():
+            member.fits = member.fits or self._make_room(member.report.radius)
 
     def use_zones(self, zones: Sequence[Zone]) -> None:
         """Go on with these zones in force; robots drive on to the ends of what they were granted."""
@@ -194,12 +203,33 @@ class Occupancy:
             self._rules = rules_on(self.map, zones, self._radius)
             self.outdated = True
 
-    def _change_roadmap(self) -> None:
-        self.map = self._make_roadmap(self._radius, self.parameters)
-        self._rules = rules_on(self.map, self._zones, self._radius)
+    def _make_room(self, radius: float) -> bool:
+        """Make cells as wide as a robot of a radius needs; return False if there are none, or too few for the others.
+
+        Cells would be too few if somebody had none in reach.
+        """
+        try:
+            cells = self._make_roadmap(radius, self.parameters)
+        except InvalidInput:
+            return False
+        if any(self._is_near(each, self.map) and not self._is_near(each, cells) for each in self.members.values()):
+            return False
+        self._radius = radius
+        self._change_roadmap(cells)
+        return True
+
+    @staticmethod
+    def _is_near(member: Member, cells: MetricRoadmap | None) -> bool:
+        """Return whether a robot can be led to a cell."""
+        at = member.report
+        return cells is not None and member.fits and bool(cells.nearby(at.x, at.y, REACH * cells.spacing))
+
+    def _change_roadmap(self, cells: MetricRoadmap) -> None:
+        self.map = cells
+        self._rules = rules_on(cells, self._zones, self._radius)
         self._blocked.clear()
         for member in self.members.values():
-            if member.report.way:
+            if member.report.way and member.fits:
                 self._adopt(member, member.report)
                 self.gives_back.add(member.name)
             elif member.standing != "out":
@@ -209,12 +239,17 @@ class Occupancy:
     def _stand(self, member: Member) -> None:
         """Let a robot hold the cells that it touches, and nothing else."""
         self._release(member)
-        report = member.report
-        if not report.free and member.standing != "out":
-            member.base = set(self.cells.touched(report.x, report.y, report.radius).tolist())
+        member.base = self._touched(member)
         for cell in member.base:
             self.holders.hold(member.name, cell)
         self.outdated = True
+
+    def _touched(self, member: Member) -> set[Cell]:
+        """Return the cells that a robot touches; none for one that drives freely."""
+        at = member.report
+        if self.map is None or at.free or member.standing == "out":
+            return set()
+        return set(self.map.touched(at.x, at.y, at.radius).tolist())
 
     def _stop_around(self, member: Member) -> None:
         """Ask robots that were granted cells which a robot touches, where it begins, to give them back."""
@@ -331,14 +366,19 @@ class Occupancy:
         self.outdated = True
 
     def heads(self) -> dict[str, Cell]:
-        """Return the cells at the ends of ways; robots without a way get the nearest cell that nobody else has."""
-        joined = [member for member in self.members.values() if member.standing == "joined"]
-        heads = {member.name: member.chain[-1] for member in joined if member.chain}
-        taken = set(heads.values())
+        """Return the cells at the ends of ways; robots without a way get the nearest cell that nobody else has.
+
+        Of robots that report ways to one cell, one is wrong: all of them are asked to give back the rest of their ways.
+        """
+        joined = [member for member in self.members.values() if member.standing == "joined" and member.fits]
+        ends = Counter(member.chain[-1] for member in joined if member.chain)
+        self.gives_back |= {member.name for member in joined if member.chain and ends[member.chain[-1]] > 1}
+        heads = {member.name: member.chain[-1] for member in joined if member.chain and ends[member.chain[-1]] == 1}
+        taken = set(ends)
         for member in joined:
             if not member.chain:
                 report = member.report
-                near = self.cells.nearby(report.x, report.y, 2.0 * self.cells.spacing)
+                near = self.cells.nearby(report.x, report.y, REACH * self.cells.spacing)
                 free = [cell for cell in near if cell not in taken and not self._is_granted(cell, member.name)]
                 if free:
                     heads[member.name] = free[0]

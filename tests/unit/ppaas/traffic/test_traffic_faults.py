@@ -1,0 +1,156 @@
+"""Faults in simulated traffic: clocks, false claims, sizes, maps and networks that are not as they should be."""
+
+import numpy as np
+import pytest
+
+from benchmarks.fleet.stand_ins.simulation import SPACING, Simulation, roadmap_of
+from ppaas.errors import InvalidInput
+from ppaas.fleet.metric_roadmap import MetricRoadmap
+from ppaas.fleet.roadmap import Roadmap
+from ppaas.traffic.coordinator import Coordinator
+from ppaas.traffic.settings import TrafficParameters
+
+AISLES = "\n".join(["." * 12, *["..###.###..."] * 2, "." * 12] * 3)
+OTHER_AISLES = "\n".join(["." * 12, *["..###.......", ".........##."], "." * 12] * 3)
+
+
+def fleet(robots: int, seed: int, **options: float) -> Simulation:
+    """Return robots in a hall with aisles of one lane, which always get new goals."""
+    simulation = Simulation(roadmap_of(AISLES), seed, **options)
+    for cell in simulation.rng.sample(simulation.cells, robots):
+        simulation.add(cell)
+    return simulation
+
+
+def coordinator_of(simulation: Simulation) -> Coordinator:
+    """Return the coordinator of a simulation whose node runs."""
+    assert simulation.coordinator is not None
+    return simulation.coordinator
+
+
+def all_get_home(simulation: Simulation) -> None:
+    """Run until all robots have reached their goals."""
+    simulation.run(240.0, until_home=True)
+    assert not [robot.name for robot in simulation.robots if robot.goal_id or robot.refused]
+
+
+def test_clocks_of_robots_that_differ_change_nothing() -> None:
+    one, other = fleet(8, 1), fleet(8, 1)
+    for number, robot in enumerate(other.robots):
+        robot.clock = 0.5 * (-1.0) ** number
+    for simulation in (one, other):
+        simulation.run(60.0, again=True)
+    assert [robot.pose for robot in one.robots] == [robot.pose for robot in other.robots]
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+def test_all_get_home_with_messages_that_are_two_seconds_late_and_lost(seed: int) -> None:
+    simulation = fleet(8, seed, delay=2.0, loss=0.1)
+    simulation.run(120.0, again=True)
+    all_get_home(simulation)
+    assert min(robot.arrived for robot in simulation.robots) >= 1
+    assert simulation.contacts.count == 0
+
+
+@pytest.mark.parametrize("epoch", [0, None])
+def test_a_robot_that_claims_a_cell_of_another_takes_it_from_nobody(epoch: int | None) -> None:
+    simulation = fleet(6, 4)
+    simulation.run(20.0, again=True)
+    coordinator = coordinator_of(simulation)
+    robbed = next(robot for robot in simulation.robots[1:] if robot.way.ahead)
+    cells = {coordinator.occupancy.cells.closest(point.x, point.y) for point in robbed.way.held}
+    claim = simulation.robots[0].report(simulation.now + 0.01)
+    claim.epoch = claim.epoch if epoch is None else epoch
+    claim.way, claim.ahead = [*claim.way, *robbed.way.held], claim.ahead + len(robbed.way.held)
+    coordinator.report(claim, simulation.now)
+    assert coordinator.members[robbed.name].held >= cells
+    for _ in range(3):
+        coordinator.step(simulation.now)
+        others = [member for name, member in coordinator.members.items() if name not in {"tb0", robbed.name}]
+        assert not cells.intersection(*(member.held for member in others))
+    simulation.run(60.0, again=True)
+    all_get_home(simulation)
+    assert simulation.contacts.count == 0
+
+
+def test_another_map_under_a_fleet_that_drives_ends_no_goal() -> None:
+    simulation = fleet(8, 5)
+    simulation.run(30.0, again=True)
+    rows = OTHER_AISLES.split("\n")
+    other = MetricRoadmap(Roadmap.of_grid(np.array([[c != "#" for c in row] for row in rows])), SPACING, 0.2, -0.15)
+    coordinator_of(simulation).occupancy.use_map(lambda *_: other)
+    assert all(robot.goal_id for robot in simulation.robots)
+    all_get_home(simulation)
+    assert simulation.contacts.count == 0
+
+
+# -- sizes -------------------------------------------------------------------------------------------------------------
+
+
+def narrow(radius: float, _: TrafficParameters) -> MetricRoadmap:
+    """Return a hall whose aisles have room for robots of a radius of 0.2 m alone."""
+    if radius > 0.6:
+        raise InvalidInput(f"a robot of radius {radius:g} m fits nowhere on the map")
+    return roadmap_of(AISLES if radius <= 0.2 else "\n".join(["#" * 12] * 11 + ["." * 12]))
+
+
+def in_narrow_hall(*cells: int) -> Simulation:
+    """Return robots of 0.2 m in cells of the narrow hall."""
+    simulation = Simulation(roadmap_of(AISLES), 6)
+    simulation.coordinator = Coordinator(narrow, TrafficParameters())
+    for cell in cells:
+        simulation.add(cell)
+    return simulation
+
+
+@pytest.mark.parametrize("radius", [0.5, 0.9])
+def test_a_robot_that_is_too_large_for_the_aisles_is_told_so_and_the_others_go_on(radius: float) -> None:
+    simulation = in_narrow_hall(0, 11, 14, 20)
+    simulation.run(10.0, again=True)
+    revisions = [robot.way.revision for robot in simulation.robots]
+    large = simulation.put(*simulation.hall.centre(len(simulation.cells) - 6), goal=0, radius=radius)
+    others, before = simulation.robots[:-1], simulation.arrived
+    simulation.run(90.0, again=True)
+    assert large.refused and set(large.refused) == {"the robot is too large for the aisles in which others drive"}
+    assert large.arrived == 0 and not large.way.held
+    assert simulation.arrived - before >= 8
+    assert sum(robot.way.revision for robot in others) <= sum(revisions) + 8, "the others were not stopped"
+    assert simulation.contacts.count == 0
+
+
+def test_what_a_robot_touches_that_is_too_large_is_granted_to_nobody() -> None:
+    simulation = in_narrow_hall(0, 11)
+    simulation.run(5.0)
+    large = simulation.put(*simulation.hall.centre(5), radius=0.5)
+    touched = set(simulation.hall.touched(large.pose.x, large.pose.y, large.radius).tolist())
+    for robot, goal in zip(simulation.robots[:2], (11, 0), strict=True):
+        robot.head_for(*simulation.hall.centre(goal), simulation.now)
+    for _ in range(900):
+        simulation.step()
+        for robot in simulation.robots[:2]:
+            assert not touched & coordinator_of(simulation).members[robot.name].held or simulation.now < 6.0
+    assert [robot.arrived for robot in simulation.robots] == [1, 1, 0]
+    assert simulation.contacts.count == 0
+
+
+def test_a_robot_that_fits_nowhere_and_comes_first_does_not_keep_others_from_driving() -> None:
+    simulation = in_narrow_hall()
+    large = simulation.put(*simulation.hall.centre(len(simulation.cells) - 6), goal=0, radius=0.9)
+    simulation.run(2.0)
+    assert large.way.free, "it is alone"
+    robot, other = simulation.add(0, goal=11), simulation.add(14, goal=3)
+    simulation.run(90.0, until_home=True)
+    assert large.refused and not large.way.free
+    assert (robot.arrived, other.arrived) == (1, 1)
+    assert simulation.contacts.count == 0
+
+
+def test_a_robot_that_is_larger_and_fits_leads_to_larger_cells() -> None:
+    simulation = in_narrow_hall()
+    for cell in (-1, -12):
+        simulation.add(simulation.cells[cell])
+    simulation.run(5.0)
+    simulation.add(simulation.cells[-6], radius=0.25)
+    simulation.run(10.0)
+    assert coordinator_of(simulation).occupancy.cells is not simulation.hall
+    assert len(coordinator_of(simulation).occupancy.cells.roadmap) == 12
