@@ -1,6 +1,7 @@
 """``ppaas bench fleet``: plans of fleets, CPU time and cost."""
 
 import argparse
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robots.cli.benches import Measured
@@ -36,12 +37,19 @@ def configure(parser: argparse.ArgumentParser) -> None:
         action="append",
         help="instead of plans, hundreds of discs that stand in for robots and clones, with faults, again for more",
     )
+    parser.add_argument(
+        "--pictures",
+        type=Path,
+        metavar="FOLDER",
+        help="instead of plans, draw robots in cases that users of other systems reported, into a PNG file",
+    )
     parser.add_argument("--quick", action="store_true", help="little time: a check that it runs, not for comparison")
 
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     """Return the figures of all cases."""
     from benchmarks.fleet import cases, lifelong, one_shot  # noqa: PLC0415 - ``ppaas bench --help`` loads this
+    from benchmarks.fleet.stand_ins import strips  # noqa: PLC0415
     from benchmarks.fleet.traffic import measure as traffic  # noqa: PLC0415
     from benchmarks.harness.figures import measured  # noqa: PLC0415
 
@@ -50,6 +58,9 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
         return measured(
             [each for case in progress.track(runs, description="traffic") for each in traffic.measure(case)]
         )
+    if arguments.pictures:
+        path = strips.write_strips(arguments.pictures)
+        return Measured({"picture": str(path)}, text=f"{path} is drawn")
     if arguments.stand_ins:
         return measured([each for words in arguments.stand_ins for each in _stand_ins(words, progress)])
     chosen = [cases.case_of(words) for words in arguments.case] if arguments.case else cases.MADE

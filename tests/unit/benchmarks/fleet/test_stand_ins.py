@@ -1,5 +1,6 @@
 """Stand-ins of robots in ``ppaas bench fleet``: contacts, messages, faults and figures."""
 
+from pathlib import Path
 from random import Random
 
 import numpy as np
@@ -7,9 +8,10 @@ import pytest
 from rich.progress import Progress
 
 from benchmarks.fleet import command
-from benchmarks.fleet.stand_ins import faults, hall, measure
+from benchmarks.fleet.stand_ins import faults, hall, measure, strips
 from benchmarks.fleet.stand_ins.contacts import Contacts
 from benchmarks.fleet.stand_ins.network import Network
+from benchmarks.fleet.stand_ins.reported_cases import CASES
 from benchmarks.fleet.stand_ins.simulation import Simulation, roadmap_of
 from ppaas.errors import InvalidInput
 from robots.cli.command_parser import CommandParser
@@ -102,3 +104,24 @@ def test_all_figures_of_stand_ins_are_told(monkeypatch: pytest.MonkeyPatch) -> N
 def test_a_wrong_case_of_stand_ins_is_refused(words: list[str]) -> None:
     with pytest.raises(InvalidInput):
         measure.case_of(words)
+
+
+def test_pictures_of_the_reported_cases_are_drawn(tmp_path: Path) -> None:
+    parser = CommandParser()
+    command.configure(parser)
+    with Progress(disable=True) as progress:
+        measured = command.measure(parser.parse_args(["--pictures", str(tmp_path)]), progress)
+    assert Path(measured.result["picture"]).read_bytes().startswith(b"\x89PNG")
+
+
+def test_moments_of_a_case_lead_from_the_begin_to_the_goals() -> None:
+    moments = strips.moments_of(CASES[0])
+    assert len(moments) == strips.MOMENTS
+    assert all(robot.held for moment in moments for robot in moment.robots)
+    assert [robot.goal is None for robot in moments[0].robots] == [False, False]
+    assert [robot.goal is None for robot in moments[-1].robots] == [True, True]
+
+
+def test_pictures_need_a_folder(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="no folder"):
+        strips.write_strips(tmp_path / "none")

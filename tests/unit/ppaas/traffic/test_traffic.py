@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.fleet.stand_ins.reported_cases import CASES, ReportedCase
 from benchmarks.fleet.stand_ins.simulation import Simulation, roadmap_of
 from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.traffic import checkpoint
@@ -14,26 +15,6 @@ from ppaas.traffic.coordinator import Coordinator
 from ppaas.traffic.settings import TrafficParameters
 
 AISLES = "\n".join(["." * 12, *["..###.###..."] * 2, "." * 12] * 3)
-
-CASES = {
-    "head-on, with a bay": ("........\n###.####", [((0, 0), (0, 7)), ((0, 7), (0, 0))]),
-    "a swap with one niche": (".....\n#.###", [((0, 0), (0, 4)), ((0, 4), (0, 0))]),
-    "a crossing": (
-        "###.###\n###.###\n.......\n###.###\n###.###",
-        [((2, 0), (2, 6)), ((2, 6), (2, 0)), ((0, 3), (4, 3)), ((4, 3), (0, 3))],
-    ),
-    "an idle robot in the way": (".......\n###.###", [((0, 0), (0, 6)), ((0, 3), None)]),
-}
-
-
-def case(name: str, seed: int) -> Simulation:
-    """Return the simulation of a case that others reported."""
-    text, robots = CASES[name]
-    hall = roadmap_of(text)
-    simulation = Simulation(hall, seed)
-    for start, goal in robots:
-        simulation.add(int(hall.roadmap.numbers[start]), None if goal is None else int(hall.roadmap.numbers[goal]))
-    return simulation
 
 
 def fleet(robots: int, seed: int, **options: float) -> Simulation:
@@ -44,11 +25,11 @@ def fleet(robots: int, seed: int, **options: float) -> Simulation:
     return simulation
 
 
-@pytest.mark.parametrize("name", CASES)
-def test_all_are_home_in_the_cases_that_others_reported(name: str) -> None:
-    simulation = case(name, 1)
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_all_are_home_in_the_cases_that_others_reported(case: ReportedCase) -> None:
+    simulation = case.simulation(1)
     simulation.run(90.0, until_home=True)
-    assert simulation.arrived == sum(goal is not None for _, goal in CASES[name][1])
+    assert simulation.arrived == case.goals
     assert simulation.nearest > 0.0
 
 
