@@ -115,7 +115,7 @@ def _draw(strips: list[tuple[ReportedCase, list[Moment]]]) -> "Figure":
     heights = [WIDTH / MOMENTS * (rows + 1.0) / (columns + 1.0) + 0.45 for rows, columns in shapes]
     figure = Figure(figsize=(WIDTH, sum(heights)), dpi=DPI, layout="constrained")
     for part, (case, moments), hall in zip(
-        figure.subfigures(len(strips), 1, height_ratios=heights), strips, halls, strict=True
+        figure.subfigures(len(strips), 1, squeeze=False, height_ratios=heights)[:, 0], strips, halls, strict=True
     ):
         part.suptitle(case.name, x=0.01, ha="left", fontsize=12, fontweight="bold", color=INK)
         for axes, moment in zip(part.subplots(1, MOMENTS), moments, strict=True):
