@@ -38,6 +38,9 @@ OF_MORE = (FaultKind("joined machine", "kill"), FaultKind("joined machine", "sto
 OF_TWO_MASTERS = (FaultKind("standby", "kill"), FaultKind("standby", "stop"))
 """Additional faults of a cloud with a standby."""
 
+OF_TRAFFIC = (FaultKind("traffic node", "kill"), FaultKind("traffic node", "kill"), FaultKind("traffic node", "stop"))
+"""Additional faults of a cloud with robots in traffic."""
+
 PAUSES = {"master": (3.0,), "standby": (3.0, 8.0), "joined machine": (8.0,)}
 """Times after which stopped processes continue, for processes that the cloud itself cannot kill [s]."""
 
@@ -47,6 +50,24 @@ so that the master goes on while it is replaced."""
 
 LONGEST_STOP = 25.0
 """Time after which other stopped processes continue if the cloud has not killed them [s]."""
+
+
+class CloudSize(NamedTuple):
+    """What a cloud has that may fail.
+
+    Parameters
+    ----------
+    machines : int
+        Number of its machines.
+    standby : bool
+        Whether it has a standby.
+    traffic : bool
+        Whether it has robots in traffic.
+    """
+
+    machines: int
+    standby: bool = False
+    traffic: bool = False
 
 
 class InjectedFault(msgspec.Struct):
@@ -79,9 +100,10 @@ def pauses(victim: str, *, standby: bool) -> Sequence[float]:
     return (*ordinary, REPLACED_AFTER) if standby and victim == "master" else ordinary
 
 
-def deck(random: Random, machines: int, *, standby: bool) -> Iterator[FaultKind]:
+def deck(random: Random, cloud: CloudSize) -> Iterator[FaultKind]:
     """Yield kinds without end: all kinds in random order, then again in another order."""
-    kinds = [*OF_ONE_MACHINE, *(OF_MORE if machines > 1 else ()), *(OF_TWO_MASTERS if standby else ())]
+    kinds = [*OF_ONE_MACHINE, *(OF_MORE if cloud.machines > 1 else ()), *(OF_TWO_MASTERS if cloud.standby else ())]
+    kinds += OF_TRAFFIC if cloud.traffic else ()
     while True:
         random.shuffle(kinds)
         yield from kinds

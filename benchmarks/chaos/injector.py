@@ -13,9 +13,10 @@ from typing import Any
 import psutil
 
 from benchmarks.chaos.cloud_processes import FORKED, CloudProcessInfo, cloud_processes
-from benchmarks.chaos.faults import FaultKind, InjectedFault, deck, pauses
+from benchmarks.chaos.faults import CloudSize, FaultKind, InjectedFault, deck, pauses
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
+from ppaas.traffic.taking_part import TRAFFIC
 from robots.client.rest import RestClient
 
 logger = logging.getLogger(__name__)
@@ -44,12 +45,9 @@ class Injector:
         Folder of the cloud for temporary files.
     random : Random
         Chooses kinds, victims and times.
-    machines : int
-        Number of machines of the cloud.
+    cloud : CloudSize
     tell : callable
         Called with a description of each error.
-    standby : bool
-        Whether the cloud has a standby.
     """
 
     def __init__(
@@ -57,16 +55,14 @@ class Injector:
         rest: RestClient,
         folder: Path,
         random: Random,
-        machines: int,
+        cloud: CloudSize,
         tell: Callable[[str], None],
-        *,
-        standby: bool,
     ) -> None:
         self._rest = rest
         self._folder = folder
         self._random = random
-        self._standby = standby
-        self._kinds = deck(random, machines, standby=standby)
+        self._standby = cloud.standby
+        self._kinds = deck(random, cloud)
         self._tell = tell
         self._over = asyncio.Event()
         self._going_on: set[asyncio.Task[None]] = set()
@@ -116,12 +112,14 @@ class Injector:
         self._later(self._go_on(victim.process, pause, fault))
 
     async def _victims(self, kind: FaultKind, found: Sequence[CloudProcessInfo]) -> list[CloudProcessInfo]:
-        if kind.victim not in ("container", "helper"):
+        if kind.victim not in ("container", "helper", "traffic node"):
             return [member for member in found if member.kind == kind.victim]
-        clones = {one["pid"] for one in await self._rest.items("/v1/containers") if one["robot"] is not None}
-        if kind.victim == "container":
-            return [member for member in found if member.process.pid in clones]
-        return [member for member in found if member.kind in HELPERS and member.process.pid not in clones]
+        containers = await self._rest.items("/v1/containers")
+        clones = {one["pid"] for one in containers if one["robot"] is not None}
+        traffic = {one["pid"] for one in containers if one["kind"] == TRAFFIC}
+        if kind.victim == "helper":
+            return [one for one in found if one.kind in HELPERS and one.process.pid not in clones | traffic]
+        return [one for one in found if one.process.pid in (clones if kind.victim == "container" else traffic)]
 
     async def _go_on(self, process: psutil.Process, pause: float, fault: InjectedFault) -> None:
         """Continue a stopped process after a pause, or at the end of the run, unless it has exited."""

@@ -68,6 +68,8 @@ class ChaosReport(msgspec.Struct, frozen=True):
         The longest silences.
     wrong : list of str
         Descriptions of all errors, with their times.
+    fleet, fleet_contacts : int
+        Number of further robots, which take part in traffic, and of their contacts with each other.
     """
 
     seed: int
@@ -90,6 +92,8 @@ class ChaosReport(msgspec.Struct, frozen=True):
     log: list[InjectedFault]
     silences: list[Silence]
     wrong: list[str]
+    fleet: int = 0
+    fleet_contacts: int = 0
 
     @property
     def passed(self) -> bool:
@@ -120,6 +124,7 @@ class ChaosReport(msgspec.Struct, frozen=True):
             f"statuses; {goals['lost']} reported lost",
             f"paths by REST: {_counted(self.paths)}; the cloud was restarted {self.cloud_starts} times"
             + (f", another process took over {self.take_overs} times" if self.standby else ""),
+            *([f"{self.fleet} more robots in traffic: {self.fleet_contacts} contacts"] if self.fleet else ()),
             *(f"WRONG: {one}" for one in self.wrong),
             "nothing was lost, repeated or left behind" if self.passed else f"errors: {len(self.wrong)}",
         ]

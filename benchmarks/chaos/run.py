@@ -2,30 +2,23 @@
 
 import asyncio
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from random import Random
 from typing import Any
 
 from rich.progress import Progress
 
+from benchmarks.chaos.faults import CloudSize
 from benchmarks.chaos.injector import Injector
 from benchmarks.chaos.leftovers import Leftovers
 from benchmarks.chaos.path_requester import PathRequester
 from benchmarks.chaos.report import ChaosReport, log_of, longest_by_fault, longest_silences
 from benchmarks.chaos.robot_under_test import RobotUnderTest
+from benchmarks.chaos.scene import Scene, in_office, in_traffic
 from benchmarks.chaos.site import ChaosSite
-from benchmarks.harness.cloud_under_test import Target
 from ppaas.clock import monotonic
 from ppaas.errors import Unavailable
-from ppaas.maps.generate import office
-from ppaas.maps.grid import GridMap
-from robots.sim.courses import Course, CoursePlanner
-from robots.sim.simulator import Simulator
-from robots.sim.world import World
-
-CORES = 0.1
-"""Size of a container [cores]: small enough that one machine can run all robots while the others are lost."""
 
 MAPS = 2
 """Number of maps: the balancer keeps robots of a map together, so several maps use several machines."""
@@ -62,6 +55,10 @@ class ChaosOptions:
         Seed of the faults, the maps and the courses.
     sides : tuple of float
         Width and height of the offices in which robots drive [m].
+    fleet : int
+        Number of further robots, which take part in the traffic of a warehouse.
+    hall : tuple of float
+        Width and height of it [m].
     """
 
     seconds: float = 600.0
@@ -72,6 +69,8 @@ class ChaosOptions:
     every: float = 5.0
     seed: int = 1
     sides: tuple[float, float] = (16.0, 14.0)
+    fleet: int = 0
+    hall: tuple[float, float] = (18.0, 12.0)
 
 
 async def run(options: ChaosOptions, progress: Progress) -> ChaosReport:
@@ -91,14 +90,18 @@ async def run(options: ChaosOptions, progress: Progress) -> ChaosReport:
 
     leftovers = Leftovers(site.folder, tell)
     stage = [_scene(options, number) for number in range(min(MAPS, options.robots))]
+    fleets = [in_traffic(options.seed, options.fleet, options.hall)] if options.fleet else []
+    stage += fleets
     async with site:
         target = await site.login()
         robots = [robot for scene in stage for robot in await scene.enter(target, tell)]
         requester = PathRequester(target.rest, stage[0].map_id, stage[0].courses)
         random = Random(options.seed)
-        injector = Injector(target.rest, site.folder, random, options.machines, tell, standby=options.standby)
+        cloud = CloudSize(options.machines, standby=options.standby, traffic=bool(fleets))
+        injector = Injector(target.rest, site.folder, random, cloud, tell)
         async with asyncio.TaskGroup() as group:
             works = (*(scene.simulator.run() for scene in stage), requester.run(), _look_on(leftovers))
+            works += tuple(_count_contacts(scene, tell) for scene in fleets)
             meanwhile = [group.create_task(work) for work in works]
             await _drive(options, robots, injector, leftovers, progress)
             for task in meanwhile:
@@ -106,42 +109,24 @@ async def run(options: ChaosOptions, progress: Progress) -> ChaosReport:
         await _end(site, leftovers, tell)
         own = {robot.name: robot.silences.gaps for robot in robots}
         told = {"paths": dict(requester.answers), "cloud_starts": site.restarts, "wrong": wrong}
-        told["take_overs"] = site.take_overs
+        told |= {"take_overs": site.take_overs, "fleet_contacts": sum(scene.contacts for scene in fleets)}
         told |= {"log": log_of(injector.faults, began), "silences": longest_silences(injector.faults, own, began)}
         return _reckon(options, robots, injector, **told)
 
 
-@dataclass(frozen=True, slots=True)
-class _Scene:
-    map_id: str
-    grid: GridMap
-    world: World
-    courses: Sequence[Course]
-    operated: int
-    simulator: Simulator
-
-    async def enter(self, target: Target, tell: Callable[[str], None]) -> list[RobotUnderTest]:
-        await target.publish(self.map_id, self.grid)
-        robots = []
-        for number, course in enumerate(self.courses):
-            name = f"{self.map_id}-{number}"
-            await target.register(name, self.map_id, course.start, CORES)
-            simulated = self.world.add_robot(course.start)
-            address = target.url, target.token
-            robots.append(
-                RobotUnderTest(
-                    address, name, simulated, course, tell, clock=self.world.time, operator=number < self.operated
-                )
-            )
-        return robots
-
-
-def _scene(options: ChaosOptions, number: int) -> _Scene:
-    grid = office(options.seed + number, *options.sides)
+def _scene(options: ChaosOptions, number: int) -> Scene:
     robots, operated = (len(range(number, count, MAPS)) for count in (options.robots, options.operators))
-    courses = CoursePlanner(grid, options.seed + number).choose(robots, 2)
-    world = World(grid, options.seed + number)
-    return _Scene(f"chaos-{number}", grid, world, courses, operated, Simulator(world))
+    return in_office(number, options.seed + number, robots, operated, options.sides)
+
+
+async def _count_contacts(scene: Scene, tell: Callable[[str], None]) -> None:
+    """Report contacts of robots in traffic, as long as the run lasts."""
+    known = 0
+    while True:
+        if scene.contacts > known:
+            known = scene.contacts
+            tell(f"robots of {scene.map_id} touched each other, for the {known}. time")
+        await asyncio.sleep(LOOK)
 
 
 async def _look_on(leftovers: Leftovers) -> None:
@@ -163,7 +148,7 @@ async def _drive(
         await _show(faults, options.seconds, injector, progress)
         for robot in robots:
             robot.enough()
-    await asyncio.to_thread(leftovers.count_files, MORE_FILES + FILES_A_ROBOT * options.robots)
+    await asyncio.to_thread(leftovers.count_files, MORE_FILES + FILES_A_ROBOT * len(robots))
 
 
 async def _end(site: ChaosSite, leftovers: Leftovers, tell: Callable[[str], None]) -> None:
@@ -201,6 +186,7 @@ def _reckon(options: ChaosOptions, robots: list[RobotUnderTest], injector: Injec
         operators=options.operators,
         machines=options.machines,
         standby=options.standby,
+        fleet=options.fleet,
         seconds=options.seconds,
         faults=dict(Counter(fault.name for fault in injector.faults)),
         longest_gap_s=longest_by_fault(injector.faults, gaps),

@@ -4,6 +4,7 @@ import argparse
 from typing import TYPE_CHECKING
 
 from ppaas.bounded_numbers import above_zero, whole
+from ppaas.errors import InvalidInput
 from robots.cli import event_loop
 from robots.cli.benches import Measured
 from robots.cli.output import table
@@ -22,7 +23,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--minutes", type=above_zero(LONGEST), default=10.0, metavar="N",
                         help="duration of the faults (%(default)s)")  # fmt: skip
     parser.add_argument(
-        "--robots", type=whole(most=MOST_ROBOTS), default=10, metavar="N", help="number of robots (%(default)s)"
+        "--robots", type=whole(0, MOST_ROBOTS), default=10, metavar="N", help="number of robots (%(default)s)"
     )
     parser.add_argument(
         "--operators", type=whole(0, MOST_ROBOTS), default=3, metavar="N",
@@ -49,6 +50,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="let a second cloud process stand by, which takes over when the first one is killed or stopped, and the "
         "other way around (%(default)s)",
     )
+    parser.add_argument(
+        "--fleet",
+        type=whole(0, MOST_ROBOTS),
+        default=0,
+        metavar="N",
+        help="number of further robots, which take part in the traffic of a warehouse (%(default)s)",
+    )
     parser.add_argument("--seed", type=int, default=1, help="seed of the faults (%(default)s)")
 
 
@@ -58,6 +66,8 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
 
     from benchmarks.chaos.run import ChaosOptions, run  # noqa: PLC0415
 
+    if not arguments.robots + arguments.fleet:
+        raise InvalidInput("there must be at least one robot: give --robots or --fleet")
     options = ChaosOptions(
         seconds=60.0 * arguments.minutes,
         robots=arguments.robots,
@@ -66,6 +76,7 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
         standby=arguments.standby,
         every=arguments.every,
         seed=arguments.seed,
+        fleet=arguments.fleet,
     )
     report = event_loop.run(run(options, progress))
     rows = report.rows()

@@ -47,9 +47,17 @@ class Target:
         yaml, image = save_map(grid, "map.pgm")
         await self.rest.upload_map(map_id, yaml, image)
 
-    async def register(self, robot: str, map_id: str, pose: tuple[float, float, float], cores: float = CORES) -> str:
-        """Register a robot; return the URL of its WebSocket."""
-        await self.rest.put_robot(robot, RobotFile(map=map_id, initial_pose=pose, cores=cores))
+    async def register(
+        self,
+        robot: str,
+        map_id: str,
+        pose: tuple[float, float, float],
+        cores: float = CORES,
+        *,
+        traffic: bool = False,
+    ) -> str:
+        """Register a robot, which may take part in the traffic of its map; return the URL of its WebSocket."""
+        await self.rest.put_robot(robot, RobotFile(map=map_id, initial_pose=pose, cores=cores, traffic=traffic))
         return f"{self.ws_url}/?robot={robot}&token={self.token}"
 
 

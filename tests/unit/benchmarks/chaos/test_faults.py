@@ -4,14 +4,24 @@ import itertools
 from collections import Counter
 from random import Random
 
-from benchmarks.chaos.faults import LONGEST_STOP, OF_MORE, OF_ONE_MACHINE, OF_TWO_MASTERS, FaultKind, deck, pauses
+from benchmarks.chaos.faults import (
+    LONGEST_STOP,
+    OF_MORE,
+    OF_ONE_MACHINE,
+    OF_TRAFFIC,
+    OF_TWO_MASTERS,
+    CloudSize,
+    FaultKind,
+    deck,
+    pauses,
+)
 from engine.leadership.candidate import Timing
 
 TIMING = Timing()
 
 
-def first(count: int, seed: int, machines: int, *, standby: bool = False) -> list[FaultKind]:
-    return list(itertools.islice(deck(Random(seed), machines, standby=standby), count))
+def first(count: int, seed: int, machines: int, **has: bool) -> list[FaultKind]:
+    return list(itertools.islice(deck(Random(seed), CloudSize(machines, **has)), count))
 
 
 def test_the_order_of_faults_depends_only_on_the_seed() -> None:
@@ -21,6 +31,12 @@ def test_the_order_of_faults_depends_only_on_the_seed() -> None:
 def test_all_kinds_are_equally_frequent() -> None:
     kinds = (*OF_ONE_MACHINE, *OF_MORE, *OF_TWO_MASTERS)
     assert Counter(first(3 * len(kinds), 5, 2, standby=True)) == Counter(3 * kinds)
+
+
+def test_traffic_nodes_fail_too_where_robots_are_in_traffic() -> None:
+    kinds = (*OF_ONE_MACHINE, *OF_TRAFFIC)
+    assert Counter(first(2 * len(kinds), 5, 1, traffic=True)) == Counter(2 * kinds)
+    assert str(OF_TRAFFIC[0]) == "traffic node, killed"
 
 
 def test_a_cloud_of_one_machine_has_no_faults_of_machines() -> None:

@@ -14,7 +14,7 @@ import pytest
 
 from benchmarks.chaos import faults, injector
 from benchmarks.chaos.cloud_processes import CloudProcessInfo
-from benchmarks.chaos.faults import FaultKind
+from benchmarks.chaos.faults import CloudSize, FaultKind
 from benchmarks.chaos.injector import Injector
 from robots.client.rest import RestClient
 from tests.support.waiting import until
@@ -33,7 +33,7 @@ def injecting(victim: psutil.Process, tmp_path: Path, monkeypatch: pytest.Monkey
     """Return an injector that does one fault: it stops the victim."""
     monkeypatch.setattr(injector, "cloud_processes", lambda _: [CloudProcessInfo(victim, "router", "local")])
     monkeypatch.setattr(injector, "deck", lambda *_, **__: iter([FaultKind("router", "stop")] * 9))
-    return Injector(cast(RestClient, None), tmp_path, Random(1), 1, pytest.fail, standby=False)
+    return Injector(cast(RestClient, None), tmp_path, Random(1), CloudSize(1), pytest.fail)
 
 
 async def test_a_stopped_process_continues_after_its_pause(

@@ -68,3 +68,9 @@ def test_every_kind_of_fault_or_gap_has_a_row() -> None:
 
 def test_the_json_has_the_whole_report() -> None:
     assert msgspec.convert(msgspec.to_builtins(report("x")), ChaosReport) == report("x")
+
+
+def test_contacts_of_robots_in_traffic_are_told() -> None:
+    told = msgspec.structs.replace(report(), fleet=6, fleet_contacts=1).sentences()
+    assert "6 more robots in traffic: 1 contacts" in told
+    assert not [line for line in report().sentences() if "traffic" in line]

@@ -58,7 +58,7 @@ def test_an_error_of_a_run_sets_the_exit_status(
 @pytest.mark.parametrize(
     "arguments",
     [
-        ["--minutes", "0"], ["--minutes", "nan"], ["--minutes", "soon"], ["--robots", "0"], ["--robots", "33"],
+        ["--minutes", "0"], ["--minutes", "nan"], ["--minutes", "soon"], ["--fleet", "33"], ["--robots", "33"],
         ["--machines", "1.5"], ["--machines", "-1"], ["--every", "inf"], ["--seed", "x"],
     ],
 )  # fmt: skip
@@ -67,3 +67,12 @@ def test_invalid_options_are_refused(arguments: list[str], runs: list[chaos.Chao
         main(["bench", "chaos", *arguments])
     assert refused.value.code == 2
     assert runs == []
+
+
+def test_robots_may_all_be_in_traffic_but_there_must_be_some(
+    runs: list[chaos.ChaosOptions], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["bench", "chaos", "--robots", "0", "--fleet", "4"]) == 0
+    assert [(options.robots, options.fleet) for options in runs] == [(0, 4)]
+    assert main(["bench", "chaos", "--robots", "0"]) != 0
+    assert "at least one robot" in capsys.readouterr().err
