@@ -30,6 +30,10 @@ class Standing(NamedTuple):
     commands: int
     cycles: int
 
+    def __str__(self) -> str:
+        """Return where the robot is, and how far from where its clone believes it to be."""
+        return f"at {self.x:.2f}, {self.y:.2f}, {self.lost:.2f} m lost"
+
 
 class GoalTrace:
     """Entries about one goal since it was sent.

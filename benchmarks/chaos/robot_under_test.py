@@ -64,7 +64,7 @@ class RobotUnderTest:
         self.silences = Silences()
         sender = f"operator-of-{name}" if operator else name
         expecting = self.checks.uncommanded, self.silences
-        self.sender = GoalSender(sender, (*course.goals, course.start), expecting, self._standing, tell)
+        self.sender = GoalSender(sender, (*course.goals, course.start), expecting, self.standing, tell)
         self.sessions = 0
         self._operator = operator
         self._address = address
@@ -84,7 +84,8 @@ class RobotUnderTest:
             if self._operator:
                 group.create_task(self._run_operator())
 
-    def _standing(self) -> Standing:
+    def standing(self) -> Standing:
+        """Return where the robot is, and what it has received."""
         pose = self._robot.base.pose
         lost = math.hypot(pose.x - self._believed.x, pose.y - self._believed.y)
         return Standing(pose.x, pose.y, lost, self._clock(), self.checks.commands, self.checks.cycles)

@@ -2,7 +2,7 @@
 
 import asyncio
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from random import Random
 from typing import Any
@@ -28,6 +28,9 @@ ORPHANED = 45.0
 
 TEXTS = 20
 """Number of reasons of goals that were not reached in the report."""
+
+WATCH = 0.1
+"""Period at which contacts of robots in traffic are looked for [s]."""
 
 LOOK = 1.0
 """Period at which leftovers are checked [s]."""
@@ -94,14 +97,17 @@ async def run(options: ChaosOptions, progress: Progress) -> ChaosReport:
     stage += fleets
     async with site:
         target = await site.login()
-        robots = [robot for scene in stage for robot in await scene.enter(target, tell)]
+        crews = [await scene.enter(target, tell) for scene in stage]
+        robots = [robot for crew in crews for robot in crew]
         requester = PathRequester(target.rest, stage[0].map_id, stage[0].courses)
         random = Random(options.seed)
         cloud = CloudSize(options.machines, standby=options.standby, traffic=bool(fleets))
         injector = Injector(target.rest, site.folder, random, cloud, tell)
         async with asyncio.TaskGroup() as group:
             works = (*(scene.simulator.run() for scene in stage), requester.run(), _look_on(leftovers))
-            works += tuple(_count_contacts(scene, tell) for scene in fleets)
+            works += tuple(
+                _count_contacts(scene, crew, tell) for scene, crew in zip(stage, crews, strict=True) if scene.traffic
+            )
             meanwhile = [group.create_task(work) for work in works]
             await _drive(options, robots, injector, leftovers, progress)
             for task in meanwhile:
@@ -119,14 +125,15 @@ def _scene(options: ChaosOptions, number: int) -> Scene:
     return in_office(number, options.seed + number, robots, operated, options.sides)
 
 
-async def _count_contacts(scene: Scene, tell: Callable[[str], None]) -> None:
+async def _count_contacts(scene: Scene, robots: Sequence[RobotUnderTest], tell: Callable[[str], None]) -> None:
     """Report contacts of robots in traffic, as long as the run lasts."""
-    known = 0
+    known: Counter[int] = Counter()
     while True:
-        if scene.contacts > known:
-            known = scene.contacts
-            tell(f"robots of {scene.map_id} touched each other, for the {known}. time")
-        await asyncio.sleep(LOOK)
+        contacts = scene.world.contacts.robot_contacts
+        if new := [f"{robots[index].name} ({robots[index].standing()})" for index in contacts - known]:
+            known = contacts.copy()
+            tell(f"robots in traffic touched each other: {', '.join(new)}")
+        await asyncio.sleep(WATCH)
 
 
 async def _look_on(leftovers: Leftovers) -> None:
