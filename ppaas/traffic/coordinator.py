@@ -238,11 +238,12 @@ class Coordinator:
     def _hindrance(self, plan: PlanAhead, member: Member, cells: Sequence[Cell], now: float) -> str:
         """Return because of whom a robot may not be granted its next cells; empty if it may."""
         last = member.chain[-1] if member.chain else None
+        gap = 2.0 * self.occupancy.parameters.margin  # poses of both are only right to the margin
         for cell in cells:
             first = plan.turn_of(cell)
             if first != member.name:
                 return first
-            other = self.occupancy.holders.in_the_way(member, cell, self.occupancy.cells.centre(cell))
+            other = self.occupancy.holders.in_the_way(member, cell, self.occupancy.cells.centre(cell), gap)
             other = other or self._has_no_room(plan, member, plan.areas_into(member, last, cell))
             if other:
                 return other

@@ -44,19 +44,20 @@ class Holders:
             if not self._of[cell]:
                 del self._of[cell]
 
-    def in_the_way(self, member: Member, cell: Cell, centre: tuple[float, float]) -> str:
+    def in_the_way(self, member: Member, cell: Cell, centre: tuple[float, float], gap: float) -> str:
         """Return a robot because of which another may not enter a cell; empty if it may.
 
-        A robot that has no cell yet may pass one that also has none, and stands, where there is room for both.
+        A robot that has no cell yet may pass one that also has none, and stands, where there is room for both and a gap
+        [m], or if they come no closer.
         """
         for name in sorted(self[cell] - {member.name}):
             other = self._members[name]
-            if member.chain or other.chain or not _passes(member, other, centre):
+            if member.chain or other.chain or not _passes(member, other, centre, gap):
                 return name
         return ""
 
 
-def _passes(member: Member, other: Member, centre: tuple[float, float]) -> bool:
+def _passes(member: Member, other: Member, centre: tuple[float, float], gap: float) -> bool:
     """Return whether there is room for a robot on the straight way to the centre of a cell beside one that stands."""
     one, two = member.report, other.report
     dx, dy = centre[0] - one.x, centre[1] - one.y
@@ -65,4 +66,4 @@ def _passes(member: Member, other: Member, centre: tuple[float, float]) -> bool:
     along = min(max(along, 0.0), 1.0)
     apart = math.hypot(one.x + along * dx - two.x, one.y + along * dy - two.y)
     now = math.hypot(one.x - two.x, one.y - two.y)
-    return apart >= min(one.radius + two.radius, now)
+    return apart >= min(one.radius + two.radius + gap, now)

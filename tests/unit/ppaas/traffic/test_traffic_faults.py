@@ -154,3 +154,22 @@ def test_a_robot_that_is_larger_and_fits_leads_to_larger_cells() -> None:
     simulation.run(10.0)
     assert coordinator_of(simulation).occupancy.cells is not simulation.hall
     assert len(coordinator_of(simulation).occupancy.cells.roadmap) == 12
+
+
+# -- poses -------------------------------------------------------------------------------------------------------------
+
+
+def test_robots_that_stand_close_to_each_other_come_no_closer_since_poses_are_not_exact() -> None:
+    simulation = Simulation(roadmap_of("......\n......"), 7)
+    simulation.put(0.0, 0.22, goal=5)
+    simulation.run(0.5)
+    simulation.put(0.41, 0.0, goal=4).dead = True
+    simulation.step()
+    gap = simulation.contacts.nearest
+    assert 0.0 < gap < 0.1
+    simulation.run(30.0)
+    assert simulation.contacts.nearest == pytest.approx(gap, abs=1e-3)
+    simulation.robots[1].dead = False
+    simulation.run(60.0, until_home=True)
+    assert simulation.arrived == 2
+    assert simulation.contacts.nearest == pytest.approx(gap, abs=1e-3)
