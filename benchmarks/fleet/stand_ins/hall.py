@@ -5,9 +5,9 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from benchmarks.fleet.largest_part import largest_part
 from benchmarks.fleet.stand_ins.robot import Points
 from benchmarks.fleet.stand_ins.simulation import Simulation
+from benchmarks.harness.largest_part import largest_part
 from ppaas.clone.traffic import roadmaps_of
 from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import InvalidInput

@@ -6,7 +6,7 @@ from random import Random
 
 import numpy as np
 
-from benchmarks.fleet.largest_part import largest_part
+from benchmarks.harness.largest_part import largest_part
 from benchmarks.navigation.goals.clone import MODEL, ClonedRobot, InProcessClone
 from ppaas.clone.plugins import DEFAULT_CONTROLLER
 from ppaas.clone.traffic import build_traffic, roadmaps_of
