@@ -105,7 +105,7 @@ class CurrentMap:
         if not self._closed:
             return layers
         # Imported only here: most containers make no layers.
-        from ppaas.zones.closed_layers import with_closed  # noqa: PLC0415
+        from ppaas.costmap.closed_layers import with_closed  # noqa: PLC0415
 
         needed = layers_of(self.spec)
         return with_closed(layers, self._closed, needed.robot_radius, needed.costs)

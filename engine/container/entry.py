@@ -73,10 +73,8 @@ async def run(launch: Launch) -> None:
             sessions.begin(container, endpoint)
         endpoint.write(container.hello(os.getpid()))
         home.attend()
-        works = (
-            container.serve(), container.keep_checkpoints(), container.beat(), follow.attend_zones(), _end_of(listening)
-        )  # fmt: skip
-        await _until_first(*works, *(() if sessions is None else (sessions.host.attend(),)))
+        works = (container.serve(), container.keep_checkpoints(), container.beat(), follow.attend_zones())
+        await _until_first(*works, _end_of(listening), *(() if sessions is None else (sessions.host.attend(),)))
     finally:
         home.close()
         await _closed(container, endpoint, machine)

@@ -40,6 +40,7 @@ from ppaas.nodes.move_base.costmap_topics import CostmapTopics
 from ppaas.nodes.move_base.node import MoveBaseNode, Processors
 from ppaas.nodes.move_base.people import SocialLayerParameters
 from ppaas.nodes.move_base.speed_limits import LimitsByPlace, SpeedFilter
+from ppaas.nodes.move_base.zone_speeds import ZoneSpeeds
 from ppaas.nodes.parameter_server.node import ParameterServerNode
 from ppaas.nodes.tf.republisher import TfRepublisherNode
 from ppaas.nodes.tf.state_publisher import StatePublisherNode, StatePublisherParameters
@@ -53,7 +54,6 @@ from ppaas.plugins import parameters_in_use
 from ppaas.robot_model.description import RobotDescription
 from ppaas.robot_model.known_models import RobotModel
 from ppaas.thread_budget import Threads, one_thread
-from ppaas.zones.speeds import ZoneSpeeds
 
 DEPTH_CAMERA = "depthimage_to_laserscan"
 """Node of robots with a depth camera; it is created only if the robot has parameters for it."""
@@ -186,9 +186,7 @@ def _move_base(
     planner, path_planners = planners_of(driving, given, body)
     recovering = recoveries_of(driving, given)
     local = given.read(LocalCostmapParameters, "local_costmap")
-    social = given.read(SocialLayerParameters, "social_layer")
-    limits_by_place = partial(_limits, *_masks(given), body.robot_radius)
-    limits_by_place(layers, epoch)
+    social, limits_by_place = given.read(SocialLayerParameters, "social_layer"), _limits_of(given, body, layers)
     tracked = given.read(StaticLayerParameters, STATIC_LAYER).track_unknown_space
     adapt = unchanged if tracked else partial(without_unknown, robot_radius=body.robot_radius, costs=costs)
     build = partial(_built, threads, body.robot_radius, costs) if maps else None
@@ -248,6 +246,15 @@ def _processors(reuse: ReuseSetup, body: RobotModel, driving: MoveBaseParameters
 def _masks(given: NodeParameters) -> tuple[KeepoutFilterParameters, SpeedFilterParameters]:
     keepout = given.read(KeepoutFilterParameters, KEEPOUT_FILTER)
     return keepout, given.read(SpeedFilterParameters, SPEED_FILTER)
+
+
+def _limits_of(
+    given: NodeParameters, body: RobotModel, layers: MapLayers
+) -> Callable[[MapLayers, Callable[[], float]], list[LimitsByPlace]]:
+    """Return the function that returns the speed limits by place of layers; check that these have the masks."""
+    limits = partial(_limits, *_masks(given), body.robot_radius)
+    limits(layers, epoch)
+    return limits
 
 
 def _limits(

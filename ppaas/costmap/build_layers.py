@@ -53,7 +53,7 @@ def build_layers(
         Keep-out mask of `height_mask`, for a map in space; treated like ``keepout``.
     zones : ZoneSet
         Zones of the map. Robots keep out of those of the kind ``keep_out`` that have no times, as of the masks; for
-        those with times see ``ppaas.zones.closed_layers``.
+        those with times see ``ppaas.costmap.closed_layers``.
     threads : int, optional
         Maximum number of threads, where other threads may call kernels at the same time; by default that of numba.
 

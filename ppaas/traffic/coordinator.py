@@ -122,7 +122,7 @@ class Coordinator:
 
     def _drives_alone(self) -> bool:
         """Return whether a robot is alone and may drive freely: no lane is one-way, which it would not know."""
-        return len(self.occupancy.present) == 1 and not self.occupancy.rules.one_way
+        return len(self.occupancy.present) == 1 and not self.occupancy.has_one_way
 
     # -- the plan ------------------------------------------------------------------------------------------------------
 

@@ -1,6 +1,5 @@
 """Occupancy: the robots of the traffic, the cells that each holds, and who is an obstacle."""
 
-import math
 from collections import Counter
 from collections.abc import Callable, Collection, Sequence
 
@@ -8,17 +7,15 @@ from msgspec.structs import replace
 
 from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.errors import InvalidInput, NotFound
+from ppaas.fleet.cell_rules import CellRules, rules_on
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.messages.fleet.traffic import MapPoint, TrafficReport
 from ppaas.traffic.holders import Holders
 from ppaas.traffic.members import Arrival, Cell, Member, Standing, reached_by
 from ppaas.traffic.outsiders import FRESH, Outsiders
+from ppaas.traffic.report_checks import check_report
 from ppaas.traffic.settings import TrafficParameters
-from ppaas.zones.cell_rules import CellRules, rules_on
 from ppaas.zones.zone import Zone
-
-LARGEST, FASTEST, FARTHEST, LONGEST = 5.0, 10.0, 20.0, 1000
-"""Limits of what a robot may report: its radius [m], speed [m/s], braking distance [m], and number of cells."""
 
 GIVEN_UP = 3
 """Number of times that a robot does not get on before goals on which it stands are refused."""
@@ -83,6 +80,11 @@ class Occupancy:
         assert self._rules is not None, "there are no rules before there is a robot"
         return self._rules
 
+    @property
+    def has_one_way(self) -> bool:
+        """Whether some zone in force has a direction."""
+        return self._rules is not None and self._rules.one_way
+
     def inside(self, area: int) -> set[str]:
         """Return the robots that hold a cell of an area."""
         areas_of = self.rules.areas_of
@@ -119,7 +121,7 @@ class Occupancy:
         InvalidInput
             A number is not finite, or the counts do not fit each other; nothing is changed.
         """
-        _check(report)
+        check_report(report)
         member = self.members.get(report.robot)
         before = report if member is None else member.report
         if member is None:
@@ -392,18 +394,3 @@ class Occupancy:
         """Return the cells that are not planned: where something was found, and those of robots without a head."""
         aside = (member.held for name, member in self.members.items() if name not in heads)
         return set(self._blocked).union(*aside)
-
-
-def _check(report: TrafficReport) -> None:
-    """Raise ``InvalidInput`` if a report cannot be used."""
-    points = [*report.way, *report.blocked, report.goal]
-    numbers = [report.x, report.y, report.theta, report.goal_seconds, *(c for each in points for c in (each.x, each.y))]
-    sizes = [report.radius, report.speed, report.braking]
-    if not all(map(math.isfinite, numbers + sizes)):
-        raise InvalidInput(f"a number in the report of robot {report.robot!r} is not finite")
-    if min(sizes) < 0.0 or report.radius > LARGEST or not 0.0 < report.speed <= FASTEST or report.braking > FARTHEST:
-        raise InvalidInput(f"the radius, speed or braking distance of robot {report.robot!r} is out of range")
-    if min(report.epoch, report.grants, report.revision, report.first) < 0 or not 0 <= report.ahead <= len(report.way):
-        raise InvalidInput(f"the numbers of the way of robot {report.robot!r} do not fit each other")
-    if len(report.way) > LONGEST or len(report.blocked) > LONGEST:
-        raise InvalidInput(f"robot {report.robot!r} reports a way of more than {LONGEST} cells")

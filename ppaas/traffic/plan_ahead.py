@@ -5,9 +5,9 @@ from collections.abc import Mapping, Set
 
 import numpy as np
 
+from ppaas.fleet.cell_rules import CellRules
 from ppaas.fleet.lifelong import LifelongPlan
 from ppaas.traffic.members import Arrival, Cell, Member
-from ppaas.zones.cell_rules import CellRules
 
 Area = int
 """Number of an area that has room for few robots (`CellRules`)."""

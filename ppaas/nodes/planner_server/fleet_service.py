@@ -103,9 +103,9 @@ class FleetService:
 
     def _floor(self, radius: float, margin: float, zones: Sequence[Zone], check: Callable[[], None]) -> "MetricFloor":
         # Imported by the first request: few containers need the modules.
+        from ppaas.fleet.cell_rules import rules_on  # noqa: PLC0415 - see above
         from ppaas.fleet.metric_problem import MetricFloor  # noqa: PLC0415 - see above
         from ppaas.fleet.metric_roadmap import clearance_of, metric_roadmap  # noqa: PLC0415 - see above
-        from ppaas.zones.cell_rules import rules_on  # noqa: PLC0415 - see above
 
         key = radius, margin, tuple(zone.name for zone in zones)
         found = self._floors.get(key)

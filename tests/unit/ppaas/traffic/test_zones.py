@@ -9,10 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.fleet.stand_ins.robot import StandIn
+from benchmarks.fleet.stand_ins.simulation import SPACING, Simulation, roadmap_of
+from ppaas.geometry import Pose2D
 from ppaas.zones.shapes import LineString, Polygon
 from ppaas.zones.zone import Capacity, KeepOut, NoStop, OneWay, Rule, Zone
-from tests.support.traffic.robots import SimulatedRobot
-from tests.support.traffic.simulation import SPACING, Simulation, roadmap_of
 
 RING = "......\n.####.\n......"
 CROSSING = "###.###\n###.###\n.......\n###.###\n###.###"
@@ -42,7 +43,7 @@ def number(simulation: Simulation, row: int, column: int) -> int:
     return int(simulation.hall.roadmap.numbers[row, column])
 
 
-def run(simulation: Simulation, seconds: float, check: Callable[[SimulatedRobot], None], *, again: bool = True) -> None:
+def run(simulation: Simulation, seconds: float, check: Callable[[StandIn], None], *, again: bool = True) -> None:
     """Run for a time [s], and check each robot after each cycle."""
     for _ in range(round(seconds / 0.1)):
         simulation.step(again=again)
@@ -51,7 +52,7 @@ def run(simulation: Simulation, seconds: float, check: Callable[[SimulatedRobot]
     assert simulation.nearest > 0.0
 
 
-def inside(simulation: Simulation, zone: Zone) -> list[SimulatedRobot]:
+def inside(simulation: Simulation, zone: Zone) -> list[StandIn]:
     """Return the robots of which a part is in a zone."""
     places = np.array([(robot.pose.x, robot.pose.y) for robot in simulation.robots])
     apart = zone.area.distances(places).tolist()
@@ -66,7 +67,7 @@ def test_robots_drive_one_way_around_a_ring(robots: int) -> None:
         simulation.add(cell)
     before: dict[str, float] = {}
 
-    def check(robot: SimulatedRobot) -> None:
+    def check(robot: StandIn) -> None:
         x, y = robot.pose.x, robot.pose.y
         if abs(y) < 0.1 and 0.5 * SPACING < x < 4.5 * SPACING and robot.name in before:
             assert x >= before[robot.name] - 0.01, "it drives against the lane"
@@ -106,9 +107,11 @@ def test_nobody_stands_in_a_crossing_in_which_robots_do_not_stop() -> None:
     for start, goal in zip(ends, [(2, 6), (2, 0), (4, 3), (0, 3)], strict=True):
         simulation.add(number(simulation, *start), number(simulation, *goal))
     stood: dict[str, float] = {}
+    before: dict[str, Pose2D] = {}
 
-    def check(robot: SimulatedRobot) -> None:
-        stands = robot in inside(simulation, zone) and not robot.moving
+    def check(robot: StandIn) -> None:
+        stands = robot in inside(simulation, zone) and robot.pose == before.get(robot.name)
+        before[robot.name] = robot.pose
         stood[robot.name] = stood.get(robot.name, 0.0) + 0.1 if stands else 0.0
         assert stood[robot.name] < 2.0, "longer than it takes to turn"
 
@@ -156,7 +159,7 @@ def test_zones_that_change_while_robots_drive_take_nothing_back() -> None:
     ]
     ways: dict[str, tuple[int, int]] = {}
 
-    def check(robot: SimulatedRobot) -> None:
+    def check(robot: StandIn) -> None:
         now = robot.report(simulation.now)
         revision, end = ways.get(robot.name, (-1, 0))
         assert now.revision != revision or now.first + len(now.way) >= end, "a grant was taken back"
