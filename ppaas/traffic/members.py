@@ -13,6 +13,11 @@ Standing = Literal["joined", "stopped", "stray", "silent", "out"]
 operator took it out."""
 
 
+CLOCK_SET = 2.5
+"""Time for which all reports of a robot are older than one before, after which its clock was set back [s]. Reports that
+are late are followed sooner by one that is not."""
+
+
 @dataclass(frozen=True, slots=True)
 class Arrival:
     """Mark in the queue of a robot: it has to end its goal before it drives on."""
@@ -59,6 +64,8 @@ class Member:
         Id of a goal that cannot be reached, and why.
     no_way : str
         Id of a goal to which this plan has no way.
+    late_since : float
+        Time from which on all of its reports were older than one before; infinite if the last was not [s].
     """
 
     report: TrafficReport
@@ -78,6 +85,7 @@ class Member:
     goal_since: float = 0.0
     refused: tuple[str, str] = ("", "")
     no_way: str = ""
+    late_since: float = float("inf")
 
     @property
     def name(self) -> str:
@@ -88,6 +96,20 @@ class Member:
     def held(self) -> set[Cell]:
         """Cells that it holds."""
         return self.base.union(self.chain)
+
+    def is_late(self, report: TrafficReport, now: float) -> bool:
+        """Return whether a report is older than the newest one.
+
+        If all are for `CLOCK_SET`, the clock was set back that they are stamped by: then they are as new as any.
+        """
+        if report.header.stamp.seconds() > self.report.header.stamp.seconds():
+            self.late_since = float("inf")
+            return False
+        self.late_since = min(self.late_since, now)
+        if now - self.late_since < CLOCK_SET:
+            return True
+        self.late_since = float("inf")
+        return False
 
     @property
     def at_goal(self) -> bool:

@@ -126,7 +126,7 @@ class Occupancy:
         before = report if member is None else member.report
         if member is None:
             member = self._join(report, now)
-        elif report.header.stamp.seconds() <= member.report.header.stamp.seconds():
+        elif member.is_late(report, now):
             return False
         elif report.revision != before.revision or report.free or before.free:
             self._begin_anew(member, report)
@@ -174,7 +174,7 @@ class Occupancy:
 
     def _join(self, report: TrafficReport, now: float) -> Member:
         """Take a robot in; all ways begin anew on another roadmap if it is larger than those before and fits."""
-        member = Member(report, now, moved_at=now, goal_since=now)
+        member = Member(report, now, moved_at=now, goal_since=now - report.goal_seconds)
         before = self.map
         if before is None or report.radius > self._radius:
             member.fits = self._make_room(report.radius)

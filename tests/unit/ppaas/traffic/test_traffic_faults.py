@@ -43,6 +43,30 @@ def test_clocks_of_robots_that_differ_change_nothing() -> None:
     assert [robot.pose for robot in one.robots] == [robot.pose for robot in other.robots]
 
 
+@pytest.mark.parametrize("change", [-3600.0, -1.0, 3600.0])
+def test_a_clock_that_is_set_holds_nobody_up_for_long(change: float) -> None:
+    simulation = fleet(6, 5, delay=0.2)
+    simulation.run(20.0, again=True)
+    simulation.robots[0].clock = change
+    simulation.run(60.0, again=True)
+    coordinator = coordinator_of(simulation)
+    assert {member.standing for member in coordinator.members.values()} == {"joined"}
+    all_get_home(simulation)
+    assert simulation.contacts.count == 0
+
+
+def test_the_next_node_knows_how_long_goals_have_been_open() -> None:
+    simulation = fleet(4, 6)
+    simulation.run(30.0, again=True)
+    simulation.kill_node()
+    simulation.run(2.0)
+    simulation.start_node()
+    simulation.run(3.0)
+    for member in coordinator_of(simulation).members.values():
+        if member.report.goal_id:
+            assert simulation.now - member.goal_since == pytest.approx(member.report.goal_seconds, abs=1.0)
+
+
 @pytest.mark.parametrize("seed", [2, 3])
 def test_all_get_home_with_messages_that_are_two_seconds_late_and_lost(seed: int) -> None:
     simulation = fleet(8, seed, delay=2.0, loss=0.1)
