@@ -157,7 +157,12 @@ class MapStore(Protocol):
         ...
 
     def change_map(
-        self, map_id: str, *, readers: tuple[str, ...] | None = None, description: str | None = None
+        self,
+        map_id: str,
+        *,
+        readers: tuple[str, ...] | None = None,
+        description: str | None = None,
+        traffic: bool | None = None,
     ) -> MapRecord:
         """Change the metadata of a map; return its head. ``NotFound`` if the map does not exist."""
         ...

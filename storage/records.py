@@ -87,7 +87,8 @@ class MapVersionRecord(msgspec.Struct, frozen=True):
 class MapRecord(msgspec.Struct, frozen=True):
     """A map with one of its versions: the current one, unless another was requested. It does not contain the files.
 
-    The owner and the readers can see a map; ``"*"`` among the readers makes it public.
+    The owner and the readers can see a map; ``"*"`` among the readers makes it public. With ``traffic``, all robots on
+    it take part in its traffic.
     """
 
     id: str
@@ -95,6 +96,7 @@ class MapRecord(msgspec.Struct, frozen=True):
     present: MapVersionRecord
     readers: tuple[str, ...] = ()
     description: str = ""
+    traffic: bool = False
 
     @property
     def version(self) -> str:

@@ -32,7 +32,7 @@ FIELDS: Mapping[str, tuple[str, ...]] = {
     "change_user": ("role", "password", "limits", "rapyuta_password", "groups"),
     "put_group": ("members",),
     "share_robot": ("role", "publish", "subscribe"),
-    "change_map": ("readers", "description"),
+    "change_map": ("readers", "description", "traffic"),
     "roll_back_map": ("version", "message"),
     "put_robot": ("map", "cores"),
     "change_robot": ("map", "cores"),

@@ -22,6 +22,7 @@ from ppaas.maps.new_map import new_map_id
 from ppaas.nodes.map_server.costmap_filters import check_no_masks
 from ppaas.nodes.tf.urdf_text import UrdfText
 from ppaas.robot_model.describe import describe
+from ppaas.traffic.taking_part import on_map_with_traffic
 from storage.ports import MapStore, Store
 from storage.records import MapRecord, RobotRecord
 from storage.versions import OCTOMAP, YAML
@@ -199,6 +200,8 @@ class RobotSessions:
         heads = mask_heads(self._map_store, user, config.parameters)
         masks = {name: MapVersion(head.id, head.version) for name, head in heads.items()}
         config = replace(config, masks=masks, in_space=OCTOMAP in version.present.files)
+        if version.traffic:
+            config = replace(config, parameters=on_map_with_traffic(config.parameters))
         place = MapVersion(version.id, version.version)
         return PlaceRequest(user, place, record.cores, config, labels=record.labels), [*heads.values(), version]
 

@@ -7,6 +7,9 @@ from typing import Any
 TRAFFIC = "traffic"
 """Name of the traffic node, and of the parameters of the robots that take part."""
 
+FOLLOWS_PATHS = "follow_path"
+"""Name of the parameters of robots that follow paths themselves."""
+
 
 def takes_part(parameters: Mapping[str, Any]) -> bool:
     """Return whether a robot takes part in the traffic of its map: if it has parameters for it, maybe none in them."""
@@ -28,6 +31,14 @@ def with_traffic(parameters: Mapping[str, Any], given: bool | Mapping[str, Any])
     if given is False:
         return others
     return others | {TRAFFIC: parameters.get(TRAFFIC, {}) if given is True else dict(given)}
+
+
+def on_map_with_traffic(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the parameters of a robot on a map on which all robots take part in the traffic.
+
+    Those that follow paths themselves cannot be led by grants, and stay as they are.
+    """
+    return dict(parameters) if FOLLOWS_PATHS in parameters else with_traffic(parameters, True)
 
 
 def traffic_checkpoint(map_id: str) -> str:

@@ -25,19 +25,23 @@ class LogEntry(msgspec.Struct, frozen=True):
     present: MapVersionRecord | None = None
     removed: tuple[int, ...] = ()
     reviews: tuple[MapReview, ...] = ()
+    traffic: bool = False
 
     @classmethod
     def of(
         cls, record: MapRecord, era: int, removed: Iterable[int] = (), reviews: tuple[MapReview, ...] = ()
     ) -> "LogEntry":
         """Return the entry for a record."""
-        return cls(era, record.owner, record.readers, record.description, record.present, tuple(removed), reviews)
+        return cls(
+            era, record.owner, record.readers, record.description, record.present, tuple(removed), reviews,
+            record.traffic,
+        )  # fmt: skip
 
     def record(self, map_id: str) -> MapRecord | None:
         """Return the record of the entry; None if the map was removed."""
         if self.present is None:
             return None
-        return MapRecord(map_id, self.owner, self.present, self.readers, self.description)
+        return MapRecord(map_id, self.owner, self.present, self.readers, self.description, self.traffic)
 
 
 _CRC = b'{"crc":"'
@@ -141,12 +145,15 @@ def rolled_back(latest: LatestEntry, publication: Publication, found: MapVersion
     return _with_present(latest.record, publication, present)
 
 
-def changed(record: MapRecord, readers: tuple[str, ...] | None, description: str | None) -> MapRecord:
+def changed(
+    record: MapRecord, readers: tuple[str, ...] | None, description: str | None, traffic: bool | None = None
+) -> MapRecord:
     """Return the record with other metadata; None leaves a field unchanged."""
     return msgspec.structs.replace(
         record,
         readers=record.readers if readers is None else readers,
         description=record.description if description is None else description,
+        traffic=record.traffic if traffic is None else traffic,
     )
 
 

@@ -144,13 +144,18 @@ class LoggedMapStore:
             yield self._open(stack, map_id, version, only)
 
     def change_map(
-        self, map_id: str, *, readers: tuple[str, ...] | None = None, description: str | None = None
+        self,
+        map_id: str,
+        *,
+        readers: tuple[str, ...] | None = None,
+        description: str | None = None,
+        traffic: bool | None = None,
     ) -> MapRecord:
         """Change the metadata of a map; return its head."""
         check_name("map", map_id)
         while True:
             latest = self._latest(map_id)
-            record = changed(latest.head(map_id), readers, description)
+            record = changed(latest.head(map_id), readers, description, traffic)
             if record == latest.record or self._append(latest, record, latest.era):
                 return record
 

@@ -26,6 +26,7 @@ class MapLog(msgspec.Struct, frozen=True):
     description: str
     publications: tuple[MapVersionRecord, ...]
     reviews: tuple[MapReview, ...] = ()
+    traffic: bool = False
 
 
 def _ids(store: MapStore) -> Iterator[list[Key]]:
@@ -45,7 +46,7 @@ def _log(store: MapStore, key: Key) -> MapLog:
     waiting = (review for review in listed if review.waits and review.version != head.version)
     reviews = (msgspec.structs.replace(review, number=number) for number, review in enumerate(waiting))
     readers = tuple(head.readers)
-    return MapLog(head.id, head.owner, readers, head.description, tuple(publications), tuple(reviews))
+    return MapLog(head.id, head.owner, readers, head.description, tuple(publications), tuple(reviews), head.traffic)
 
 
 def _add(source: MapStore, target: MapStore, logs: Sequence[MapLog]) -> None:
@@ -54,6 +55,8 @@ def _add(source: MapStore, target: MapStore, logs: Sequence[MapLog]) -> None:
             _publish(source, target, log, publication)
         for review in log.reviews:
             _propose(source, target, log, review)
+        if log.traffic:
+            target.change_map(log.id, traffic=True)
 
 
 def _publish(source: MapStore, target: MapStore, log: MapLog, publication: MapVersionRecord) -> MapRecord:
@@ -102,7 +105,7 @@ def _replace(source: MapStore, target: MapStore, log: MapLog, there: MapLog) -> 
         target.remove_map(log.id)
         rest, reviews = log.publications, log.reviews
     _add(source, target, [msgspec.structs.replace(log, publications=rest, reviews=reviews)])
-    target.change_map(log.id, readers=log.readers, description=log.description)
+    target.change_map(log.id, readers=log.readers, description=log.description, traffic=log.traffic)
 
 
 def _verify(store: MapStore, keys: Sequence[Any]) -> None:

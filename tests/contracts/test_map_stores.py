@@ -311,6 +311,16 @@ def test_readers_and_description_change_without_the_files(map_store: MapStore) -
     assert found_map(map_store, version=house().version).description == "the ground floor"
 
 
+def test_traffic_of_a_map_stays_with_its_next_versions(map_store: MapStore) -> None:
+    put_map(map_store, house())
+    assert not map_store.map_head("house").traffic
+    assert map_store.change_map("house", traffic=True).traffic
+    assert map_store.change_map("house", description="a hall").traffic
+    put_map(map_store, house(image=pgm(value=2)))
+    assert map_store.map_head("house").traffic
+    assert not map_store.change_map("house", traffic=False).traffic
+
+
 @pytest.mark.parametrize("text", ["'; DROP TABLE maps; --", '"}{', "../../etc", "\0\u202e", "ä" * 256])
 def test_texts_are_stored_unchanged(map_store: MapStore, text: str) -> None:
     put_map(map_store, house(description=text), message=text)

@@ -103,13 +103,18 @@ async def show_map(map_id: MapId, services: Provided, user: AnyCaller) -> MapAns
 async def change_map(
     map_id: MapId, change: Annotated[MapChange, Body(media_type=MERGE_PATCH)], services: Provided, user: Caller
 ) -> MapSummary:
-    """Change the readers or the description of a map by a JSON merge patch (RFC 7396); its files stay unchanged."""
+    """Change readers, description or traffic of a map by a JSON merge patch (RFC 7396); its files stay unchanged.
+
+    Robots that are connected begin or end to take part in the traffic when they reconnect.
+    """
     await owned_head(services, user, map_id)
     fields: dict[str, Any] = change.model_dump(exclude_unset=True)
     if "readers" in fields:
         fields["readers"] = tuple(dict.fromkeys(fields["readers"] or ()))
     if "description" in fields:
         fields["description"] = fields["description"] or ""
+    if "traffic" in fields:
+        fields["traffic"] = bool(fields["traffic"])
     with invalidated(services, map_id):
         return MapSummary.of(await run_in_threadpool(services.map_store.change_map, map_id, **fields))
 

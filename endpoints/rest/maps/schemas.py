@@ -24,6 +24,7 @@ class MapSummary(BaseModel):
         description="Its files: `yaml` and `image` for a grid, `octomap` for an octree, `posegraph`, `zones`"
     )
     description: str
+    traffic: bool = Field(description="Whether all robots on it take part in its traffic")
 
     @classmethod
     def of(cls, record: MapRecord, **more: Any) -> Self:
@@ -40,6 +41,7 @@ class MapSummary(BaseModel):
             "restored": present.restored,
             "parts": sorted(present.files),
             "description": record.description,
+            "traffic": record.traffic,
         }
         return cls(**fields, **more)
 
@@ -56,6 +58,7 @@ class MapChange(RequestBody):
 
     readers: Annotated[list[Reader], Field(max_length=MAX_READERS)] | None = None
     description: Description | None = None
+    traffic: bool | None = None
 
 
 class MapVersionAnswer(BaseModel):

@@ -24,10 +24,11 @@ HELP = "publish, list, show, change, compare, review, merge, roll back, fetch an
 
 MAPS = Resource(
     "maps",
-    ("id", "owner", "version", "width", "height", "resolution", "origin", "readers", "description"),
+    ("id", "owner", "version", "width", "height", "resolution", "origin", "readers", "description", "traffic"),
     "no maps that you may use; publish one: ppaas map publish FILE.yaml",
     list_columns=("id", "owner", "version", "created", "readers", "description"),
 )
+ON, OFF = "on", "off"
 OCTREES = (".bt", ".ot")
 PARTS = ("yaml", "image", "octomap", "posegraph", "zones")
 NOBODY = "-"
@@ -40,7 +41,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     _add_publish_arguments(publish)
     listing = verbs.add_parser("list", help="list the maps that you may use")
     one = verbs.add_parser("show", help="show one map")
-    change = verbs.add_parser("change", help="change the readers or the description of a map")
+    change = verbs.add_parser("change", help="change the readers, the description or the traffic of a map")
     versions = verbs.add_parser("versions", help="list the versions of a map with author, time and message")
     diff = verbs.add_parser("diff", help="show the difference between two versions")
     roll_back = verbs.add_parser("roll-back", help="make an earlier version the current one")
@@ -54,6 +55,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     roll_back.add_argument("version", help="the version, or a prefix of it")
     for verb in (publish, roll_back):
         verb.add_argument("--message", help="reason, stored with the version")
+    change.add_argument(
+        "--traffic", choices=(ON, OFF), help="whether all robots on it take part in its traffic when they connect"
+    )
     for verb in (publish, change):
         verb.add_argument(
             "--reader", action="append", help=f"another user who may use it; * for everybody, {NOBODY} for nobody"
@@ -144,8 +148,10 @@ async def _change(arguments: argparse.Namespace) -> None:
         change["readers"] = [name for name in arguments.reader if name != NOBODY]
     if arguments.description is not None:
         change["description"] = arguments.description
+    if arguments.traffic is not None:
+        change["traffic"] = arguments.traffic == ON
     if not change:
-        raise InvalidInput("nothing to change; give --reader or --description")
+        raise InvalidInput("nothing to change; give --reader, --description or --traffic")
     changed = await logged_in(arguments).patch(path_of("maps", arguments.id), change)
     show(changed, MAPS.list_columns, as_json=arguments.json)
 

@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import AsyncIterator
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import pytest
@@ -16,6 +17,7 @@ from engine.service.robot_sessions import RobotSessions
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import MapVersion, RobotConfig
 from ppaas.errors import Conflict, Idle, InvalidParameter, NotFound, NotPermitted, QuotaExceeded, Unavailable
+from ppaas.nodes.follow_path.path_follower import PathFollower
 from ppaas.nodes.tf.urdf_text import UrdfText
 from ppaas.robot_model.describe import describe
 from storage.memory.maps import MemoryMapStore
@@ -26,6 +28,7 @@ from tests.support.storage import records
 from tests.support.waiting import until
 from tests.support.world.urdf import example
 
+PATHS: dict[str, Any] = {PathFollower.name: {}}
 LONG = 1000.0
 SHORT = 0.02
 
@@ -82,6 +85,21 @@ async def test_place_has_the_stored_robot_and_map(service: MasterDriver, session
     assert request.robot is not None
     assert (request.user, request.robot.id, request.robot.model) == ("ann", "tb1", "turtlebot2")
     assert (request.map.id, request.map.version) == ("house", records.house().version)
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [({}, {"traffic": {}}), ({"traffic": {"reaction": 0.3}}, {"traffic": {"reaction": 0.3}}), (PATHS, PATHS)],
+)
+async def test_robots_on_a_map_with_traffic_take_part_unless_they_follow_paths_themselves(
+    service: MasterDriver, sessions: RobotSessions, store: MemoryStore, map_store: MemoryMapStore,
+    given: dict[str, Any], expected: dict[str, Any],
+) -> None:  # fmt: skip
+    map_store.change_map("house", traffic=True)
+    store.put_robot(msgspec.structs.replace(store.robot("ann", "tb1"), parameters=given))
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    robot = service._master.places[place.key].request.robot
+    assert robot is not None and robot.parameters == expected
 
 
 async def test_a_second_robot_is_refused_until_the_first_has_left(sessions: RobotSessions) -> None:

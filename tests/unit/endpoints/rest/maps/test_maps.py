@@ -30,6 +30,7 @@ async def test_a_published_map_is_described_and_returned_unchanged(
     lines = [f"{part} {hashlib.sha256(data).hexdigest()}\n" for part, data in files.items()]
     version = hashlib.sha256("".join(lines).encode()).hexdigest()
     expected = {"id": "house", "owner": "ann", "version": version, "readers": ["bob", "carl"], "description": ""}
+    expected["traffic"] = False
     expected |= {"author": "ann", "message": "", "restored": False, "parts": ["image", "yaml"]}
     assert body == expected | {"resolution": 0.05, "width": 4, "height": 3, "origin": [-1.0, -2.0, 0.0]}
     assert (await client.get("/v1/maps/house/yaml", headers=ann)).content == YAML

@@ -47,9 +47,9 @@ async def test_a_map_is_published_listed_shown_and_deleted(ppaas: CommandLine, h
     published = await ppaas("map", "publish", str(house))
     assert published.status == 0, published.err
     expected = ["id", "owner", "version", "width", "height", "resolution", "origin", "readers", "description"]
-    assert published.rows[0] == expected
+    assert published.rows[0] == [*expected, "traffic"]
     assert published.rows[1][:2] == ["house", "ann"]
-    assert published.rows[1][3:] == ["4", "3", "0.05", "-1,", "-2,", "0", "-"]
+    assert published.rows[1][3:] == ["4", "3", "0.05", "-1,", "-2,", "0", "-", "no"]
     assert (await ppaas("map", "show", "house")).out == published.out
     assert (await ppaas("map", "list")).rows[1][:2] == ["house", "ann"]
     assert (await ppaas("map", "delete", "house")).status == 0
@@ -124,7 +124,9 @@ async def test_readers_and_description_are_changed(ppaas: CommandLine, house: Pa
     changed = json.loads((await ppaas("map", "change", "house", "--reader", "bob", "--json")).out)
     assert (changed["readers"], changed["description"]) == (["bob"], "the ground floor")
     changed = json.loads((await ppaas("map", "change", "house", "--reader", "-", "--description", "", "--json")).out)
-    assert (changed["readers"], changed["description"]) == ([], "")
+    assert (changed["readers"], changed["description"], changed["traffic"]) == ([], "", False)
+    assert json.loads((await ppaas("map", "change", "house", "--traffic", "on", "--json")).out)["traffic"]
+    assert not json.loads((await ppaas("map", "change", "house", "--traffic", "off", "--json")).out)["traffic"]
     assert "nothing to change" in (await ppaas("map", "change", "house")).err
 
 
