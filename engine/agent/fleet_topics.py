@@ -130,7 +130,8 @@ def heard_by(spec: ContainerSpec) -> list[str]:
     The clone of a robot receives the topics that all robots on its map share. On a published map, it also receives the
     state of its user's coordinator if it has nodes for people, and the grants of its user's traffic node for it if it
     takes part in the traffic. The node of a group receives the reports of its user's robots on the map, and nobody else
-    does. A traffic node also receives what all robots on the map share, since some take no part.
+    does. A traffic node also receives what all robots on the map share, since some take no part, and the state of its
+    user's people coordinator.
     """
     scope = scope_of(spec)
     if scope is None:
@@ -138,7 +139,8 @@ def heard_by(spec: ContainerSpec) -> list[str]:
     shared = [scope.shared_pattern(topic) for topic in SHARED_TOPICS]
     if spec.group_node:
         reports = shared_by_user(scope.map, scope.user, _REPORTS[spec.group_node])
-        return [reports, *shared] if spec.traffic else [reports]
+        people = shared_key(scope.map, scope.user, COORDINATOR, PEOPLE_STATE.name)
+        return [reports, *shared, people] if spec.traffic else [reports]
     return shared if spec.robot is None or spec.maps else shared + _of_groups(spec.robot, scope)
 
 

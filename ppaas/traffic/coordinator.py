@@ -25,9 +25,6 @@ NEAR = 0.75
 TOO_LARGE = "the robot is too large for the aisles in which others drive"
 """Why all goals of a robot are refused for which there are no cells."""
 
-OUTSIDER = "a robot outside of the traffic"
-"""What a robot waits for whose next cell has a robot in it that takes no part."""
-
 
 class Coordinator:
     """Grants robots cells in the order of one plan, so that no two are in one cell, and none waits for ever.
@@ -247,8 +244,9 @@ class Coordinator:
             other = other or self._has_no_room(plan, member, plan.areas_into(member, last, cell))
             if other:
                 return other
-            if self.occupancy.outsiders.are_in(cell, now):
-                return OUTSIDER
+            outsider = self.occupancy.outsiders.in_cell(cell, now)
+            if outsider:
+                return outsider
             last = cell
         return ""
 

@@ -12,7 +12,7 @@ from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.messages.fleet.traffic import MapPoint, TrafficReport
 from ppaas.traffic.holders import Holders
 from ppaas.traffic.members import Arrival, Cell, Member, Standing, reached_by
-from ppaas.traffic.outsiders import FRESH, Outsiders
+from ppaas.traffic.outsiders import FRESH, Kind, Outsiders
 from ppaas.traffic.report_checks import check_report
 from ppaas.traffic.settings import TrafficParameters
 from ppaas.zones.zone import Zone
@@ -50,7 +50,7 @@ class Occupancy:
     goals : int
         Number of goals reached.
     outsiders : Outsiders
-        Robots that take no part.
+        Robots that take no part, and people.
     """
 
     def __init__(self, make_roadmap: MakeRoadmap, parameters: TrafficParameters) -> None:
@@ -325,10 +325,10 @@ class Occupancy:
         if cell in member.chain:
             self.gives_back.add(member.name)
 
-    def see_others(self, robots: Sequence[MovingObstacle], now: float) -> None:
-        """Take the positions of all robots on the map, of which some take no part in the traffic."""
+    def see_others(self, kind: Kind, seen: Sequence[MovingObstacle], now: float) -> None:
+        """Take the positions of all robots on the map, of which some take no part in the traffic, or of people."""
         if self.map is not None:
-            self.outsiders.see(robots, self.members.values(), self.map, now)
+            self.outsiders.see(kind, seen, self.members.values(), self.map, now)
 
     def is_given_up(self, name: str) -> bool:
         """Return whether a robot does not get on, although it was tried again."""

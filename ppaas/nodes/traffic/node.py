@@ -1,14 +1,17 @@
 """Node ``traffic``: grants the robots of a map how far they may drive."""
 
+import math
 from collections.abc import Callable
 from typing import ClassVar
 
 import numpy as np
 
 from ppaas.costmap.map_layers import MapLayers
-from ppaas.errors import NotFound
+from ppaas.costmap.moving_obstacles import MovingObstacle
+from ppaas.errors import InvalidInput, NotFound
 from ppaas.messages.base.message import Empty, Message
 from ppaas.messages.fleet.traffic import GetTraffic, PutBack, RobotOfTraffic, TakeOut, TrafficReport, TrafficState
+from ppaas.messages.people_coordination import SEEN, PeopleState
 from ppaas.messages.ppaas_msgs import RobotStates
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
@@ -17,6 +20,7 @@ from ppaas.nodes.other_robots import others_of
 from ppaas.traffic.checkpoint import checkpoint_of, restore
 from ppaas.traffic.coordinator import Coordinator
 from ppaas.traffic.occupancy import MakeRoadmap
+from ppaas.traffic.outsiders import PERSON, ROBOT
 from ppaas.traffic.settings import TrafficParameters
 from ppaas.traffic.state import state_of
 from ppaas.traffic.taking_part import TRAFFIC
@@ -29,6 +33,9 @@ STATE_PERIOD = 1.0
 
 RADIUS = 0.25
 """Radius of other robots that do not report theirs [m]."""
+
+PERSON_RADIUS = 0.4
+"""Radius of a person, with a margin for the next steps [m]."""
 
 GET_TRAFFIC = Service("traffic/get_traffic", GetTraffic)
 TAKE_OUT = Service("traffic/take_out", TakeOut)
@@ -53,7 +60,7 @@ class TrafficNode(Node):
     """
 
     name: ClassVar[str] = TRAFFIC
-    subscribes: ClassVar[tuple[Topic, ...]] = (topics.TRAFFIC_REPORT, topics.ROBOTS)
+    subscribes: ClassVar[tuple[Topic, ...]] = (topics.TRAFFIC_REPORT, topics.ROBOTS, topics.PEOPLE_STATE)
     publishes: ClassVar[tuple[Topic, ...]] = (topics.TRAFFIC_GRANTS, topics.TRAFFIC_STATE)
     services: ClassVar[tuple[Service, ...]] = (GET_TRAFFIC, TAKE_OUT, PUT_BACK)
 
@@ -95,9 +102,12 @@ class TrafficNode(Node):
             self._coordinator.occupancy.use_zones(zones.in_force(now))
 
     def on_message(self, topic: str, message: Payload) -> None:
-        """Take the report of a robot, or the positions of all; `InvalidInput` if it is not valid."""
+        """Take the report of a robot, the positions of all, or people; `InvalidInput` if it is not valid."""
         if isinstance(message, RobotStates):
-            self._coordinator.occupancy.see_others(others_of(message, RADIUS), self.context.elapsed())
+            self._coordinator.occupancy.see_others(ROBOT, others_of(message, RADIUS), self.context.elapsed())
+            return
+        if isinstance(message, PeopleState):
+            self._coordinator.occupancy.see_others(PERSON, people_in(message), self.context.elapsed())
             return
         self._coordinator.report(expect(message, TrafficReport), self.context.elapsed())
 
@@ -140,3 +150,17 @@ class TrafficNode(Node):
 
     def _publish_state(self) -> None:
         self.context.publish(topics.TRAFFIC_STATE.name, self._state())
+
+
+def people_in(message: PeopleState) -> list[MovingObstacle]:
+    """Return the people whom a robot sees now, with a margin around each.
+
+    Raises
+    ------
+    InvalidInput
+        A position is not finite.
+    """
+    places = [(person.position.x, person.position.y) for person in message.people if person.state == SEEN]
+    if not all(map(math.isfinite, (number for place in places for number in place))):
+        raise InvalidInput("the position of a person is not finite")
+    return [MovingObstacle(x, y, 0.0, 0.0, PERSON_RADIUS) for x, y in places]

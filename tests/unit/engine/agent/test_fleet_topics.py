@@ -59,7 +59,8 @@ def test_only_robots_that_take_part_on_published_maps_receive_grants_and_only_th
     assert heard_by(spec)[1:] == ["ppaas/map/house/ann/_traffic/traffic/grants/tb1"]
     mapping = msgspec.structs.replace(mapping_spec(), robot=msgspec.structs.replace(takes_part, new_map="office-2"))
     assert len(heard_by(mapping)) == 1
-    assert heard_by(traffic_spec()) == ["ppaas/map/house/ann/*/traffic/report", "ppaas/map/house/*/*/amcl_pose"]
+    people = "ppaas/map/house/ann/_coordinator/people_coordinator/state"
+    assert heard_by(traffic_spec()) == ["ppaas/map/house/ann/*/traffic/report", "ppaas/map/house/*/*/amcl_pose", people]
 
 
 def test_only_traffic_nodes_address_robots() -> None:

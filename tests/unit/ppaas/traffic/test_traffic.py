@@ -12,6 +12,7 @@ from benchmarks.fleet.stand_ins.simulation import Simulation, roadmap_of
 from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.traffic import checkpoint
 from ppaas.traffic.coordinator import Coordinator
+from ppaas.traffic.outsiders import PERSON, ROBOT, Kind
 from ppaas.traffic.settings import TrafficParameters
 
 AISLES = "\n".join(["." * 12, *["..###.###..."] * 2, "." * 12] * 3)
@@ -270,7 +271,8 @@ def test_two_robots_that_stand_close_together_part_without_asking_each_other_for
     assert simulation.nearest > 0.0
 
 
-def test_nobody_is_granted_a_cell_in_which_an_outsider_is_and_one_that_stays_is_planned_around() -> None:
+@pytest.mark.parametrize("kind", [ROBOT, PERSON])
+def test_nobody_is_granted_a_cell_in_which_an_outsider_is_and_one_that_stays_is_planned_around(kind: Kind) -> None:
     hall = roadmap_of("......\n......")
     simulation = Simulation(hall, 21, parameters=TrafficParameters(patience=5.0))
     simulation.add(0, goal=5)
@@ -279,12 +281,14 @@ def test_nobody_is_granted_a_cell_in_which_an_outsider_is_and_one_that_stays_is_
     coordinator = simulation.coordinator
     assert coordinator is not None
     for _ in range(100):
-        coordinator.occupancy.see_others([outsider, MovingObstacle(*hall.centre(11), 0.0, 0.0, 0.25)], simulation.now)
+        seen = [outsider, MovingObstacle(*hall.centre(11), 0.0, 0.0, 0.25)] if kind == ROBOT else [outsider]
+        coordinator.occupancy.see_others(kind, seen, simulation.now)
         simulation.step()
         member = coordinator.members.get("tb0")
         assert member is None or 2 not in member.held
+    assert coordinator.members["tb0"].waits_for in {kind, ""}
     for _ in range(300):
-        coordinator.occupancy.see_others([outsider], simulation.now)
+        coordinator.occupancy.see_others(kind, [outsider], simulation.now)
         simulation.step()
     assert simulation.robots[0].arrived == 1
     assert coordinator.members["tb0"].waits_for == ""

@@ -10,6 +10,8 @@ from ppaas.errors import InvalidInput, NotFound
 from ppaas.messages.base.message import Empty
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.fleet.traffic import MapPoint, RobotOfTraffic, TrafficGrants, TrafficReport, TrafficState
+from ppaas.messages.geometry_msgs import Point
+from ppaas.messages.people_coordination import PeopleState, TrackedPerson
 from ppaas.nodes.base import Payload
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.traffic.node import TrafficNode
@@ -18,6 +20,9 @@ from ppaas.zones.zone import NoStop, ZoneSet
 from tests.support.world.closed_loop import ManualClock
 from tests.support.world.planar_world import walled_map
 from tests.support.zones import rectangle
+
+SURE = [0.01, 0.0, 0.0, 0.01]
+"""Covariance of a position [m²]."""
 
 
 class Hall:
@@ -139,3 +144,20 @@ def test_zones_come_into_force_while_robots_drive() -> None:
     hall.run(8.0)
     assert "do not stop" in hall.grants["tb1"].refused
     assert hall.grants["tb1"].epoch == before, "nobody begins anew"
+
+
+@pytest.mark.parametrize(("state", "waits"), [("seen", "a person"), ("predicted", "")])
+def test_robots_wait_for_people_who_are_seen(state: str, waits: str) -> None:
+    hall = Hall()
+    for _ in range(40):
+        person = TrackedPerson(1, Point(1.7, 2.0), Point(0.0, 0.0), SURE, state=state)
+        hall.graph.inject("people_coordinator/state", PeopleState(Header(frame_id="map"), 1, [person]))
+        hall.run(0.1)
+    waiting = {robot.robot: robot.waits_for for robot in hall.states[-1].robots}
+    assert waiting["tb1"] == waits
+
+
+def test_people_at_no_place_are_refused() -> None:
+    person = TrackedPerson(1, Point(float("nan"), 0.0), Point(0.0, 0.0), SURE)
+    with pytest.raises(InvalidInput, match="not finite"):
+        Hall().graph.inject("people_coordinator/state", PeopleState(Header(frame_id="map"), 1, [person]))
