@@ -138,11 +138,11 @@ async def test_traffic_that_ends_is_hidden_and_asked_for_less_often(watched: Wat
 
 
 async def drawn(page: Page, wanted: Callable[[set[str]], bool]) -> set[str]:
-    """Wait until the colours of the map are those that are wanted; return them."""
+    """Wait until the colours of the map are those that are wanted, and no longer change; return them."""
     colours: set[str] = set()
     for _ in range(100):
-        colours = set(await page.evaluate(COLOURS))
-        if wanted(colours):
+        before, colours = colours, set(await page.evaluate(COLOURS))
+        if wanted(colours) and colours == before:
             return colours
-        await asyncio.sleep(0.1)
+        await asyncio.sleep(0.2)
     raise AssertionError(f"the map has other colours: {sorted(colours)}")
