@@ -132,3 +132,10 @@ def test_every_makefile_target_has_a_rule_and_help():
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     (phony,) = re.findall(r"^\.PHONY: (.*)$", makefile, re.MULTILINE)
     assert sorted(phony.split()) == sorted(re.findall(r"^([\w-]+):.*## \S", makefile, re.MULTILINE))
+
+
+def test_each_module_of_a_command_is_a_command():
+    """One that no entry point names would be in the wheel, with tests and documents, and nobody could run it."""
+    own = set(pyproject()["project"]["entry-points"]["ppaas.commands"].values())
+    modules = {f"robots.cli.commands.{path.stem}" for path in (ROOT / "robots/cli/commands").glob("[!_]*.py")}
+    assert modules <= own
