@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, StrictBool
 
 from endpoints.rest.names import Version
 from endpoints.rest.schemas import MAX_READERS, Description, Reader, RequestBody, Triple
@@ -58,7 +58,7 @@ class MapChange(RequestBody):
 
     readers: Annotated[list[Reader], Field(max_length=MAX_READERS)] | None = None
     description: Description | None = None
-    traffic: bool | None = None
+    traffic: StrictBool | None = None
 
 
 class MapVersionAnswer(BaseModel):

@@ -49,15 +49,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     delete = verbs.add_parser("delete", help="delete a map with all its versions")
     for verb in (one, change, versions, diff, roll_back, fetch, delete):
         verb.add_argument("id")
-    diff.add_argument("old", metavar="A", help="a version, or a prefix of it")
-    diff.add_argument("new", metavar="B", nargs="?", help="another version (the current one)")
-    diff.add_argument("--plot", type=Path, metavar="FILE.png", help="draw the difference")
+    _add_diff_arguments(diff)
     roll_back.add_argument("version", help="the version, or a prefix of it")
     for verb in (publish, roll_back):
         verb.add_argument("--message", help="reason, stored with the version")
-    change.add_argument(
-        "--traffic", choices=(ON, OFF), help="whether all robots on it take part in its traffic when they connect"
-    )
+    change.add_argument("--traffic", choices=(ON, OFF), help="whether all robots that connect take part in its traffic")
     for verb in (publish, change):
         verb.add_argument(
             "--reader", action="append", help=f"another user who may use it; * for everybody, {NOBODY} for nobody"
@@ -78,6 +74,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     map_traffic.configure(verbs)
     map_zones.configure(verbs)
     _add_version_verbs(verbs.add_parser("version", help="delete a version of a map"))
+
+
+def _add_diff_arguments(diff: argparse.ArgumentParser) -> None:
+    diff.add_argument("old", metavar="A", help="a version, or a prefix of it")
+    diff.add_argument("new", metavar="B", nargs="?", help="another version (the current one)")
+    diff.add_argument("--plot", type=Path, metavar="FILE.png", help="draw the difference")
 
 
 def _add_version_verbs(version: argparse.ArgumentParser) -> None:
