@@ -139,16 +139,20 @@ def heard_by(spec: ContainerSpec) -> list[str]:
     shared = [scope.shared_pattern(topic) for topic in SHARED_TOPICS]
     if spec.group_node:
         reports = shared_by_user(scope.map, scope.user, _REPORTS[spec.group_node])
-        people = shared_key(scope.map, scope.user, COORDINATOR, PEOPLE_STATE.name)
-        return [reports, *shared, people] if spec.traffic else [reports]
+        return [reports, *shared, _people_on(scope)] if spec.traffic else [reports]
     return shared if spec.robot is None or spec.maps else shared + _of_groups(spec.robot, scope)
+
+
+def _people_on(scope: Scope) -> str:
+    """Return the key of what the people coordinator of a user publishes."""
+    return shared_key(scope.map, scope.user, COORDINATOR, PEOPLE_STATE.name)
 
 
 def _of_groups(robot: RobotConfig, scope: Scope) -> list[str]:
     """Return the keys of what the nodes of the groups of a robot publish for it."""
     keys = []
     if hears_coordinator(robot.parameters):
-        keys.append(shared_key(scope.map, scope.user, COORDINATOR, PEOPLE_STATE.name))
+        keys.append(_people_on(scope))
     if takes_part(robot.parameters):
         keys.append(addressed_key(scope.map, scope.user, TRAFFIC_GRANTS.name, scope.robot))
     return keys

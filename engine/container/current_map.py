@@ -85,35 +85,17 @@ class CurrentMap:
     def __init__(self, launch: Launch, library: PlanLibrary, times: Times, note: Note) -> None:
         self.spec = launch.spec
         self.indexes = SharedIndexes(Path(launch.layers))
-        self._filters: dict[str, Any] = filters_of(layers_of(self.spec))
+        self._whole = None if self.spec.maps else _opened(Path(launch.layers), self.indexes)
+        self._closed = _closed_in(self._whole)
+        self.layers = None if self._whole is None else _with_closed(self._whole, self._closed, self.spec)
+        self._filters = _filters_of(self.spec, self._closed)
         version = self.spec.map
         self.reuse = ReuseSetup(version.id, version.version, library, times, note, self._filters)
-        self._closed: list[Zone] = []
-        self.layers = None if self.spec.maps else _opened(Path(launch.layers), self.indexes)
-        self._whole = self.layers
-        if self.layers is not None:
-            self._closed = closed_zones(self.layers.zones, epoch())
-            self.layers = self._with_closed(self.layers)
-            self._set_filters(self._filters_of(self.spec))
 
     @property
     def next_change(self) -> float:
         """First time at which other zones may be in force [s since the epoch]; infinite if never."""
         return float("inf") if self._whole is None else self._whole.zones.next_change(epoch())
-
-    def _with_closed(self, layers: MapLayers) -> MapLayers:
-        if not self._closed:
-            return layers
-        # Imported only here: most containers make no layers.
-        from ppaas.costmap.closed_layers import with_closed  # noqa: PLC0415
-
-        needed = layers_of(self.spec)
-        return with_closed(layers, self._closed, needed.robot_radius, needed.costs)
-
-    def _filters_of(self, spec: ContainerSpec) -> dict[str, Any]:
-        """Return the conditions of its plans: zones that are only closed at times are among them."""
-        closed = {ZONES: sorted(zone.name for zone in self._closed)} if self._closed else {}
-        return filters_of(layers_of(spec)) | closed
 
     def follow_zones(self, graph: Graph, monitoring: ContainerMonitor | None) -> None:
         """Let the nodes go on with the zones that are in force now, if others are closed than before.
@@ -123,16 +105,9 @@ class CurrentMap:
         Unavailable
             As ``use`` raises it.
         """
-        whole = self._whole
-        if whole is None or (closed := closed_zones(whole.zones, epoch())) == self._closed:
-            return
-        before, self._closed = self._closed, closed
-        try:
-            self._go_on(self.spec, self.indexes, whole, graph, monitoring)
-        except BaseException:
-            self._closed = before
-            raise
-        self._publish(graph, ())
+        if self._whole is not None and _closed_in(self._whole) != self._closed:
+            self._go_on(self.spec, self.indexes, self._whole, graph, monitoring)
+            self._publish(graph, ())
 
     def use(self, frame: machine_link.UseLayers, graph: Graph, monitoring: ContainerMonitor | None) -> bool:
         """Let the nodes of a clone go on with other layers; the goal, the pose and seen obstacles stay.
@@ -162,12 +137,7 @@ class CurrentMap:
         indexes = self.indexes.of(folder)
         layers = _opened(folder, indexes)
         spec = self.spec.on_maps(frame.map, frame.masks, in_space=frame.in_space)
-        before, self._closed = self._closed, closed_zones(layers.zones, epoch())
-        try:
-            self._go_on(spec, indexes, layers, graph, monitoring)
-        except BaseException:
-            self._closed = before
-            raise
+        self._go_on(spec, indexes, layers, graph, monitoring)
         return self._publish(graph, frame.changes)
 
     def _go_on(
@@ -179,17 +149,18 @@ class CurrentMap:
         monitoring: ContainerMonitor | None,
     ) -> None:
         """Let the nodes go on with layers, to which closed zones are added; on an error all is as before."""
-        before = dict(self._filters)
-        self._set_filters(self._filters_of(spec))  # Move Base makes its processor of stored plans with them
+        before, closed = dict(self._filters), _closed_in(whole)
+        self._set_filters(_filters_of(spec, closed))  # Move Base makes its processor of stored plans with them
         try:
-            layers = self._with_closed(whole)
+            layers = _with_closed(whole, closed, spec)
             move_base = graph.nodes.get(MoveBaseNode.name)
             if isinstance(move_base, MoveBaseNode):
                 move_base.use_layers(layers, spec.map.version)
         except BaseException:
             self._set_filters(before)
             raise
-        self.spec, self.indexes, self.layers, self._whole = spec, indexes, layers, whole
+        self.spec, self.indexes, self.layers = spec, indexes, layers
+        self._whole, self._closed = whole, closed
         self.reuse = replace(self.reuse, version=spec.map.version)
         for name in ON_LAYERS:
             node: object = graph.nodes.get(name)
@@ -207,6 +178,26 @@ class CurrentMap:
     def _set_filters(self, filters: dict[str, Any]) -> None:
         self._filters.clear()
         self._filters.update(filters)
+
+
+def _closed_in(layers: MapLayers | None) -> list[Zone]:
+    return [] if layers is None else closed_zones(layers.zones, epoch())
+
+
+def _with_closed(layers: MapLayers, closed: list[Zone], spec: ContainerSpec) -> MapLayers:
+    if not closed:
+        return layers
+    # Imported only here: most containers make no layers.
+    from ppaas.costmap.closed_layers import with_closed  # noqa: PLC0415
+
+    needed = layers_of(spec)
+    return with_closed(layers, closed, needed.robot_radius, needed.costs)
+
+
+def _filters_of(spec: ContainerSpec, closed: list[Zone]) -> dict[str, Any]:
+    """Return the conditions of plans: zones that are only closed at times are among them."""
+    names = {ZONES: sorted(zone.name for zone in closed)} if closed else {}
+    return filters_of(layers_of(spec)) | names
 
 
 def _opened(folder: Path, indexes: SharedIndexes) -> MapLayers:

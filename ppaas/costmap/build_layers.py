@@ -1,10 +1,11 @@
 """Construction of a map's layers, once per map version and robot radius."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.filter_masks import barred, raise_costs, sampled, spread
@@ -29,6 +30,7 @@ def build_layers(
     overhead: GridMap | None = None,
     speed: GridMap | None = None,
     zones: ZoneSet = NO_ZONES,
+    distance: NDArray[np.float32] | None = None,
     threads: int | None = None,
 ) -> MapLayers:
     """Return the layers of a map: inflated costmap, distances and masks.
@@ -54,6 +56,8 @@ def build_layers(
     zones : ZoneSet
         Zones of the map. Robots keep out of those of the kind ``keep_out`` that have no times, as of the masks; for
         those with times see ``ppaas.costmap.closed_layers``.
+    distance : (h, w) float32 array, optional
+        Distances to the nearest occupied cell [m], if they are known; computed by default.
     threads : int, optional
         Maximum number of threads, where other threads may call kernels at the same time; by default that of numba.
 
@@ -62,10 +66,9 @@ def build_layers(
     InvalidParameter
         A radius or the factor is negative or not finite.
     """
-    masks = [spread(mask, grid.info) for mask in (keepout, overhead) if mask is not None]
-    barriers = _combined([*masks, *_barred_by(zones, grid.info)])
+    barriers = _barriers((keepout, overhead), zones, grid.info)
     with nullcontext(2) if threads is None else limit_threads(threads) as usable:
-        distance = to_lethal = distance_to_occupied(grid, serial=usable < 2)
+        to_lethal = distance = distance_to_occupied(grid, serial=usable < 2) if distance is None else distance
         if barriers is not None or lethal_cost_threshold != OCCUPIED_THRESHOLD:
             to_lethal = distance_to_occupied(
                 grid if barriers is None else barred(grid, barriers), lethal_cost_threshold, serial=usable < 2
@@ -91,11 +94,13 @@ def build_layers(
     )
 
 
-def _barred_by(zones: ZoneSet, info: GridInfo) -> Iterator[GridMap]:
-    """Yield a mask of the zones that robots always keep out of, if there are any."""
-    mask = kept_out(info, (zone for zone in zones.zones if not zone.rule.times))
-    if mask is not None:
-        yield GridMap(np.where(mask, np.int8(OCCUPIED), np.int8(FREE)), info)
+def _barriers(masks: Sequence[GridMap | None], zones: ZoneSet, info: GridInfo) -> GridMap | None:
+    """Return keep-out masks and the zones that robots always keep out of, as one mask; None if there are none."""
+    found = [spread(mask, info) for mask in masks if mask is not None]
+    kept = kept_out(info, (zone for zone in zones.zones if not zone.rule.times))
+    if kept is not None:
+        found.append(GridMap(np.where(kept, np.int8(OCCUPIED), np.int8(FREE)), info))
+    return GridMap(np.maximum.reduce([mask.data for mask in found]), info) if found else None
 
 
 def recosted(layers: MapLayers, robot_radius: float, costs: CostParameters) -> Costmap:
@@ -125,10 +130,3 @@ def without_unknown(layers: MapLayers, robot_radius: float, costs: CostParameter
     if layers.keepout is not None:
         raise_costs(data, layers.keepout.data)
     return replace(layers, grid=grid, costmap=Costmap(data, grid.info, layers.costmap.indexes))
-
-
-def _combined(masks: Sequence[GridMap]) -> GridMap | None:
-    """Return the maximum of masks with the same cells; None without masks."""
-    if not masks:
-        return None
-    return GridMap(np.maximum.reduce([mask.data for mask in masks]), masks[0].info)

@@ -40,5 +40,6 @@ def with_closed(layers: MapLayers, closed: list[Zone], robot_radius: float, cost
         cost_scaling_factor=costs.cost_scaling_factor,
         lethal_cost_threshold=costs.lethal_cost_threshold,
         keepout=GridMap(keepout, info),
+        distance=layers.distance,
     )
-    return replace(made, distance=layers.distance, speed=layers.speed, zones=layers.zones)
+    return replace(made, speed=layers.speed, zones=layers.zones)

@@ -103,6 +103,11 @@ class GrantedWay:
         """Centre of the last cell of the way [m]."""
         return self._points[-1].point
 
+    def stop_near(self, goal: Pose2D) -> Pose2D:
+        """Return the pose nearest to a goal at which the robot is wholly in the last cell of the way."""
+        (x, y), margin = self.last, self.margin
+        return Pose2D(min(max(goal.x, x - margin), x + margin), min(max(goal.y, y - margin), y + margin), goal.theta)
+
     def leads_to(self, goal_id: str) -> bool:
         """Return whether the way ends in the cell of a goal."""
         grants = self.grants

@@ -175,7 +175,9 @@ class StandIn:
     def _follow(self, now: float) -> None:
         way = self.way
         leg, ends = way.leg()
-        final = self._stop() if ends and way.leads_to(self.goal_id) else None
+        final = None
+        if ends and self.goal is not None and way.leads_to(self.goal_id):
+            final = way.stop_near(Pose2D(*self.goal))
         if len(leg) < 2 and final is None:
             return
         leads = [(each.x, each.y, each.curved) for each in leg], final
@@ -183,14 +185,6 @@ class StandIn:
             self._take_path(path_along(leg, way.spacing, self.pose, final)[:, :2], leads)
         if self._drive_on(LOOK_AHEAD) and final is not None:
             self._end_goal(now)
-
-    def _stop(self) -> Pose2D | None:
-        """Return where it stops at its goal: as near as it is wholly in the cell."""
-        if self.goal is None:
-            return None
-        (x, y), margin = self.way.last, self.way.margin
-        gx, gy = self.goal
-        return Pose2D(min(max(gx, x - margin), x + margin), min(max(gy, y - margin), y + margin))
 
     def _take_path(self, path: Points, leads: object) -> None:
         self._path, self._leads, self._at = path, leads, 0

@@ -63,6 +63,4 @@ class GrantedPlanner(RobotPlanner):
         way = self._link.way
         if not way.leads_to(self._link.goal_id):
             return None
-        x, y = way.last
-        margin = way.margin
-        return Pose2D(min(max(goal.x, x - margin), x + margin), min(max(goal.y, y - margin), y + margin), goal.theta)
+        return way.stop_near(goal)

@@ -6,6 +6,7 @@ import numpy as np
 
 from ppaas.controllers.base import NO_LIMIT, SpeedLimit
 from ppaas.geometry import Pose2D
+from ppaas.nodes.move_base.speed_limits import lower_of
 from ppaas.zones.shapes import Area
 from ppaas.zones.zone import SpeedZone, ZoneSet
 
@@ -42,7 +43,7 @@ class ZoneSpeeds:
         for area, own in self._limits:
             near = (place[0] >= area.low - self._radius).all() and (place[0] <= area.high + self._radius).all()
             if near and area.distances(place)[0] <= self._radius:
-                limit = SpeedLimit(min(limit.speed, own.speed), min(limit.part, own.part))
+                limit = lower_of(limit, own)
         return limit
 
     def _choose(self, now: float) -> None:
