@@ -53,7 +53,7 @@ LONGEST_STOP = 25.0
 
 
 class CloudSize(NamedTuple):
-    """What a cloud has that may fail.
+    """Size of a cloud: the parts that may fail.
 
     Parameters
     ----------

@@ -85,7 +85,7 @@ class RobotUnderTest:
                 group.create_task(self._run_operator())
 
     def standing(self) -> Standing:
-        """Return where the robot is, and what it has received."""
+        """Return the position of the robot, and the numbers of commands and cycles."""
         pose = self._robot.base.pose
         lost = math.hypot(pose.x - self._believed.x, pose.y - self._believed.y)
         return Standing(pose.x, pose.y, lost, self._clock(), self.checks.commands, self.checks.cycles)

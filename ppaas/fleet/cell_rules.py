@@ -30,10 +30,10 @@ class CellRules:
         Cells with the moves that are left, and with areas that have room for few robots.
     no_stop : frozenset of int
         Cells in which robots do not stop.
-    areas : list of str
+    areas : tuple of str
         Name of the zone of each area.
     one_way : bool
-        Whether some zone has a direction.
+        Whether a zone has a direction.
     """
 
     roadmap: Roadmap

@@ -55,7 +55,7 @@ class Improvement:
     def run(self, goes_on: Callable[[], bool]) -> None:
         """Improve the plan while ``goes_on`` returns True, which is asked every few milliseconds.
 
-        Returns earlier if no plan is better, and at once if areas have room for few robots, which it does not mind.
+        Returns earlier if no plan is better, and at once if areas have room for few robots: it does not count these.
         """
         if self._problem.roadmap.room.size:
             return

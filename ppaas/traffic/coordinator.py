@@ -23,7 +23,7 @@ NEAR = 0.75
 """Largest distance of a goal from the cell that is taken for it, as a part of the distance between two cells."""
 
 TOO_LARGE = "the robot is too large for the aisles in which others drive"
-"""Why all goals of a robot are refused for which there are no cells."""
+"""Reason why goals are refused to a robot that is larger than the cells."""
 
 
 class Coordinator:

@@ -29,7 +29,7 @@ def window_of(report: TrafficReport, spacing: float) -> int:
 def cells_together(member: Member, no_stop: Container[Cell]) -> list[Cell]:
     """Return the next cells of a robot that are granted together: up to the first one in which it may stop.
 
-    One cell, if it is in a zone already in which it does not stop. None if the plan does not lead out of one yet.
+    One cell, if it is in a zone already in which it does not stop. No cells if the plan does not lead out of one yet.
     """
     is_inside = bool(member.chain) and member.chain[-1] in no_stop
     cells: list[Cell] = []

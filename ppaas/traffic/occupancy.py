@@ -82,7 +82,7 @@ class Occupancy:
 
     @property
     def has_one_way(self) -> bool:
-        """Whether some zone in force has a direction."""
+        """True if a zone in force has a direction."""
         return self._rules is not None and self._rules.one_way
 
     def inside(self, area: int) -> set[str]:

@@ -15,7 +15,7 @@ ITSELF = 0.3
 """Distance from the position that a robot of the traffic reports within which another one is that robot [m]."""
 
 Kind = Literal["a robot outside of the traffic", "a person"]
-"""What a robot waits for whose next cell has an outsider in it."""
+"""Kind of an outsider, in the words for robots that wait for it."""
 
 ROBOT: Kind = "a robot outside of the traffic"
 PERSON: Kind = "a person"

@@ -27,7 +27,7 @@ RED_PIXELS = """(wanted) => {
     for (let i = 0; i < data.length; i += 4) if (data[i] - Math.max(data[i + 1], data[i + 2]) > 100) count += 1;
     return (count > 100) === wanted;
 }"""
-"""Whether the outline of a zone that robots keep out of is on the map, or is not."""
+"""Check that the outline of a keep-out zone is on the map, or that it is not."""
 
 
 def zones(*rules: dict[str, Any], **more: Any) -> ZoneSet:

@@ -1,4 +1,4 @@
-"""Many stand-ins in a hall: contacts, deadlocks, goals beside robots that are alone, and what faults cost."""
+"""Measurement of many stand-ins in a hall: contacts, deadlocks, goals beside robots alone, and the cost of faults."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass

@@ -153,7 +153,7 @@ class _Files:
 
     @property
     def has_zones(self) -> bool:
-        """Whether the form has zones, even if they are none."""
+        """True if the form has a file of zones, even one without features."""
         return self._zones is not None
 
     def open(self, name: str) -> AbstractContextManager[Writer]:

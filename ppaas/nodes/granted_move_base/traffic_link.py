@@ -144,7 +144,7 @@ class TrafficLink:
 
     @property
     def refusal(self) -> str:
-        """Why the traffic node refuses the goal; empty if it does not."""
+        """Reason why the traffic node refuses the goal; empty if it does not."""
         grants = self.way.grants
         return grants.refused if grants is not None and grants.goal_id == self.goal_id else ""
 

@@ -37,7 +37,7 @@ class PlannerServerNode(Node):
     threads : callable
         Returns the largest number of threads that kernels may use now.
     surroundings_of : callable
-        Returns, for the layers of a map, its costmap, the processor that finds stored plans, and what makes planners
+        Takes the layers of a map; returns its costmap, the processor that finds stored plans, and the maker of planners
         and costmaps for requests with parameters.
     layers : MapLayers
         The map.

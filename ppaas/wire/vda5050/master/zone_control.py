@@ -24,7 +24,7 @@ PATIENCE = 10.0
 _OWN = re.compile(r"zones-[0-9a-f]{16}")
 
 Step = tuple[str, str]
-"""What the AGV is to do, in words, and the id of the set."""
+"""Next action of the AGV, in words, and the id of the set."""
 
 
 def zone_set_of(map_id: str, zones: Sequence[Zone]) -> Zones:
