@@ -5,6 +5,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ppaas.clock import epoch
 from ppaas.errors import InvalidInput
 from robots.cli.output import print_line, show
 from robots.cli.output_files import write_file
@@ -35,6 +36,9 @@ def configure(verbs: Any) -> None:
     change.add_argument("--remove", action="store_true", help="publish a version without zones")
     change.add_argument("--version", help="show those of a version, or a prefix of it (the current one)")
     zones.add_argument("--out", type=Path, metavar="FILE", help="write the zones to a file of GeoJSON")
+    zones.add_argument(
+        "--vda5050", action="store_true", help="with --put and --out: the file is a message zoneSet of VDA 5050 3.0"
+    )
     zones.add_argument("--message", help="with --put and --remove: reason, stored with the version")
     zones.add_argument("--if-match", metavar="VERSION", help="with them: change only if this is the current version")
     add_session_arguments(zones)
@@ -45,13 +49,15 @@ async def zones(arguments: argparse.Namespace) -> None:
     changes = arguments.put is not None or arguments.remove
     if not changes and (arguments.message, arguments.if_match) != (None, None):
         raise InvalidInput("nothing to change; give --put FILE or --remove")
+    if arguments.vda5050 and arguments.put is None and arguments.out is None:
+        raise InvalidInput("--vda5050 is the format of a file; give --put FILE or --out FILE")
     if changes and arguments.out is not None:
         raise InvalidInput("--out writes the zones as they are; leave out --put and --remove")
     client = logged_in(arguments)
     if changes:
         await _change(client, arguments)
     elif arguments.out is not None:
-        write_file(arguments.out, await geojson_of(client, await _path(client, arguments)))
+        write_file(arguments.out, await _file(client, arguments))
     else:
         await _show(client, arguments)
 
@@ -61,8 +67,26 @@ async def _change(client: "RestClient", arguments: argparse.Namespace) -> None:
     if arguments.remove:
         await client.remove_zones(arguments.id, arguments.message or "", expected)
         return
-    published = await client.put_zones(arguments.id, read_zones(arguments.put), arguments.message or "", expected)
+    content = read_zones(arguments.put)
+    if arguments.vda5050:
+        from ppaas.wire.vda5050.map_zones import zones_of_vda5050  # noqa: PLC0415 - ``ppaas --help`` loads this module
+        from ppaas.zones import zone  # noqa: PLC0415 - see above
+
+        content = zone.geojson_of(zones_of_vda5050(content))
+    published = await client.put_zones(arguments.id, content, arguments.message or "", expected)
     show(published, PUBLISHED, as_json=arguments.json)
+
+
+async def _file(client: "RestClient", arguments: argparse.Namespace) -> bytes:
+    content = await geojson_of(client, await _path(client, arguments))
+    if not arguments.vda5050:
+        return content
+    from ppaas.wire.vda5050.map_zones import vda5050_of  # noqa: PLC0415 - ``ppaas --help`` loads this module
+    from ppaas.zones import zone  # noqa: PLC0415 - see above
+
+    given = await whole_version(client, arguments.id, arguments.version)
+    version: str = given or (await client.get(path_of("maps", arguments.id)))["version"]
+    return vda5050_of(zone.zones_of(content), arguments.id, f"zones-{version[:16]}", epoch())
 
 
 async def geojson_of(client: "RestClient", path: str) -> bytes:

@@ -122,3 +122,35 @@ async def test_wrong_zones_are_refused_with_the_reason(owner: CommandLine, tmp_p
     ended = await owner("map", "zones", "house", "--put", str(file))
     assert ended.status == 1
     assert "invalid-zones: properties of zone 'moat'" in ended.err
+
+
+async def test_a_zone_set_of_vda5050_is_put_and_written(owner: CommandLine, tmp_path: Path) -> None:
+    corners = [{"x": -1.0, "y": -2.0}, {"x": -0.9, "y": -2.0}, {"x": -0.9, "y": -1.9}]
+    stairs = {"zoneId": "stairs", "zoneType": "BLOCKED", "vertices": corners}
+    given, written = tmp_path / "given.json", tmp_path / "written.json"
+    given.write_text(json.dumps({"zoneSet": {"mapId": "hall", "zoneSetId": "one", "zones": [stairs]}}))
+    put = await owner("map", "zones", "house", "--put", str(given), "--vda5050")
+    assert (put.status, put.err) == (0, "")
+    assert [zone["properties"]["kind"] for zone in json.loads(await shown(owner))["features"]] == ["keep_out"]
+    out = await owner("map", "zones", "house", "--out", str(written), "--vda5050")
+    assert (out.status, out.err) == (0, "")
+    version = owner.services.map_store.map_head("house").version
+    found = json.loads(written.read_text())["zoneSet"]
+    assert (found["mapId"], found["zoneSetId"]) == ("house", f"zones-{version[:16]}")
+    assert [(zone["zoneId"], zone["zoneType"]) for zone in found["zones"]] == [("stairs", "BLOCKED")]
+
+
+async def test_the_format_of_vda5050_is_that_of_a_file(owner: CommandLine, tmp_path: Path) -> None:
+    refused = await owner("map", "zones", "house", "--vda5050")
+    assert (refused.status, refused.out) == (1, "")
+    assert "give --put FILE or --out FILE" in refused.err
+    wrong = tmp_path / "wrong.json"
+    wrong.write_text(json.dumps(ALL))
+    refused = await owner("map", "zones", "house", "--put", str(wrong), "--vda5050")
+    assert refused.status == 1
+    assert "not a zoneSet of VDA 5050 3.0" in refused.err
+
+
+async def shown(owner: CommandLine) -> str:
+    """Return the zones of the house as GeoJSON."""
+    return (await owner("map", "zones", "house", "--json")).out
