@@ -24,6 +24,7 @@ from ppaas.traffic.outsiders import PERSON, ROBOT
 from ppaas.traffic.settings import TrafficParameters
 from ppaas.traffic.state import state_of
 from ppaas.traffic.taking_part import TRAFFIC
+from ppaas.zones.in_force import ZonesInForce
 
 PERIOD = 0.1
 """Time between two steps of the coordinator [s]."""
@@ -76,8 +77,7 @@ class TrafficNode(Node):
         self._parameters = parameters
         self._seconds = 0.0
         self._coordinator = Coordinator(make_roadmap(layers), parameters, now=context.elapsed())
-        self._layers = layers
-        self._zones_until = float("-inf")
+        self._layers, self._zones = layers, ZonesInForce(layers.zones)
 
     def start(self) -> None:
         """Begin to grant."""
@@ -89,17 +89,9 @@ class TrafficNode(Node):
 
         If only its zones are others, robots drive on.
         """
-        before, self._layers = self._layers.grid, layers
-        self._zones_until = float("-inf")
+        before, self._layers, self._zones = self._layers.grid, layers, ZonesInForce(layers.zones)
         if before.info != layers.grid.info or not np.array_equal(before.data, layers.grid.data):
             self._coordinator.occupancy.use_map(self._make_roadmap(layers))
-
-    def _choose_zones(self) -> None:
-        """Let the zones hold that are in force now."""
-        now, zones = self.context.now(), self._layers.zones
-        if now >= self._zones_until:
-            self._zones_until = zones.next_change(now)
-            self._coordinator.occupancy.use_zones(zones.in_force(now))
 
     def on_message(self, topic: str, message: Payload) -> None:
         """Take the report of a robot, the positions of all, or people; `InvalidInput` if it is not valid."""
@@ -140,7 +132,7 @@ class TrafficNode(Node):
 
     def _step(self) -> None:
         began = self.context.elapsed()
-        self._choose_zones()
+        self._coordinator.occupancy.use_zones(self._zones.at(self.context.now()))
         for grants in self._coordinator.step(began):
             self.context.publish(topics.TRAFFIC_GRANTS.name, grants)
         self._seconds += self.context.elapsed() - began

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from ppaas.errors import PPaaSError
+from ppaas.zones.in_force import ZonesInForce
 from ppaas.zones.zone import Zone, ZoneSet, zones_of
 from robots.client.rest import RestClient
 from robots.client.rest_paths import path_of
@@ -20,8 +21,7 @@ PERIOD = 10.0
 class _MapZones:
     zones: ZoneSet | None = None
     read_at: float = -math.inf
-    in_force: Sequence[Zone] = ()
-    until: float = -math.inf
+    in_force: ZonesInForce | None = None
     problem: str = ""
 
 
@@ -54,7 +54,7 @@ class ZoneReader:
             problem = str(error)
         else:
             if zones != known.zones:
-                known.zones, known.until = zones, -math.inf
+                known.zones, known.in_force = zones, ZonesInForce(zones)
         if problem and problem != known.problem:
             logger.warning("the zones of map %s cannot be read: %s", map_id, problem)
         known.problem = problem
@@ -69,11 +69,4 @@ class ZoneReader:
             Time [s since the epoch].
         """
         known = self._maps.get(map_id)
-        if known is None or known.zones is None:
-            return None
-        if now >= known.until:
-            found = known.zones.in_force(now)
-            known.until = known.zones.next_change(now)
-            if list(known.in_force) != found:
-                known.in_force = found
-        return known.in_force
+        return None if known is None or known.in_force is None else known.in_force.at(now)
