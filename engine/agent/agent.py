@@ -31,6 +31,7 @@ from engine.processes.heartbeats import BEAT_PERIOD, MISSED
 from engine.processes.instances import is_dead
 from engine.processes.run_dir import remove_unless_owned
 from engine.protocols import control_link
+from engine.runtimes.fork_server import early_start
 from ppaas import __version__
 from ppaas.errors import Conflict, PPaaSError
 
@@ -204,6 +205,7 @@ async def run(
             except Conflict as error:
                 logger.warning("the agent stops, with its containers: %s", error)
             hung_up = True
+    early_start.end()  # no process of this machine may outlive its agent
     if hung_up:  # if the master was killed, no other process removes the folder with its sockets
         remove_unless_owned(Path(config.run_dir))
     return hung_up

@@ -27,6 +27,17 @@ def test_a_killed_machine_process_leaves_nothing_when_the_cloud_ends(tmp_path: P
     assert up.end(signal.SIGTERM) == 0  # it checks its folder for temporary files
 
 
+def test_a_cloud_that_ends_in_order_leaves_no_stopped_process(tmp_path: Path) -> None:
+    up = Up(tmp_path)
+    up.wait_for(up.ready.exists)
+    (agent,) = up.children(agent_main.__name__)
+    (server,) = named(agent.children(), "forkserver")
+    server.suspend()  # so that it cannot exit by itself
+    up.process.terminate()
+    assert up.wait() == 0
+    assert not lives(server)
+
+
 async def test_a_cloud_killed_during_its_start_leaves_nothing(
     tmp_path: Path,
 ) -> None:

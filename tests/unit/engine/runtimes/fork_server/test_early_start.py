@@ -4,6 +4,8 @@ import subprocess
 import sys
 from multiprocessing import forkserver
 
+import psutil
+
 from engine.agent.entries import ENTRIES
 from engine.runtimes.fork_server import early_start
 from engine.runtimes.fork_server.server import ForkServer
@@ -23,6 +25,19 @@ async def test_containers_are_forked_from_the_server_started_early() -> None:
     assert report.pid == forkserver._forkserver._forkserver_pid  # type: ignore[attr-defined]
     assert any(name.startswith("ppaas.costmap.kernels.") for name in report.kernels)
     server.close()
+    forkserver._forkserver._stop()  # type: ignore[attr-defined]
+
+
+def test_end_waits_for_the_server_even_if_it_imports_or_is_stopped() -> None:
+    forkserver._forkserver._stop()  # type: ignore[attr-defined]
+    early_start.end()  # there is none
+    for _ in range(2):
+        early_start.begin(ENTRIES.container.of_fork_server)
+        server = psutil.Process(forkserver._forkserver._forkserver_pid)  # type: ignore[attr-defined]
+        server.suspend()
+        early_start.end()
+        assert server.status() == psutil.STATUS_ZOMBIE
+        early_start.end()
     forkserver._forkserver._stop()  # type: ignore[attr-defined]
 
 
