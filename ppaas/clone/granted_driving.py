@@ -9,6 +9,7 @@ from ppaas.errors import InvalidParameter
 from ppaas.nodes.base import Context
 from ppaas.nodes.move_base.node import MoveBaseNode
 from ppaas.parameters import Parameters, check_numbers
+from ppaas.plugins import parameters_in_use
 from ppaas.robot_model.known_models import RobotModel
 from ppaas.traffic.taking_part import TRAFFIC
 
@@ -79,8 +80,10 @@ def in_traffic(
     along = controller_of(body, STAYS_ON_PATH, ALONG_WAY | {"yaw_goal_tolerance": parameters.yaw_goal_tolerance})
 
     def make(context: Context, **options: Any) -> MoveBaseNode:
-        link = TrafficLink(context, RobotFacts(robot, body.robot_radius, speed, braking))
-        follower = GrantFollower(link, options.pop("controller"), along)
+        own = options.pop("controller")
+        tolerance = float(parameters_in_use(own).get("xy_goal_tolerance", 0.0))
+        link = TrafficLink(context, RobotFacts(robot, body.robot_radius, speed, braking, tolerance))
+        follower = GrantFollower(link, own, along)
         return GrantedMoveBaseNode(context, link=link, controller=follower, **options)
 
     return make

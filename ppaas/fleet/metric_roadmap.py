@@ -114,6 +114,23 @@ class MetricRoadmap:
         near: NDArray[np.int32] = cells[np.hypot(*aside.T) < max(radius - TINY, TINY)]
         return near
 
+    def touched_along(self, begin: tuple[float, float], end: tuple[float, float], radius: float) -> set[int]:
+        """Return the numbers of all cells that a disc touches on the straight way between two places.
+
+        The disc is tried at places of which two are at most a sixteenth of its radius apart.
+
+        Raises
+        ------
+        InvalidInput
+            A number is not finite, or the radius is not positive.
+        """
+        self._check_finite(*begin, *end, radius)
+        if radius <= 0.0:
+            raise InvalidInput(f"the radius must be positive, not {radius:g}")
+        steps = max(math.ceil(math.dist(begin, end) / (radius / 16.0)), 1)
+        places = np.linspace(begin, end, steps + 1).tolist()
+        return {cell for x, y in places for cell in self.touched(x, y, radius).tolist()}
+
     def _around(self, x: float, y: float, reach: float) -> NDArray[np.int32]:
         """Return the numbers of cells with centres in a square, in ascending order."""
         height, width = self.roadmap.numbers.shape

@@ -11,7 +11,9 @@ from ppaas.traffic.grants import GrantWriter, cells_together, window_of
 from ppaas.traffic.members import Arrival, Cell, Member
 from ppaas.traffic.occupancy import MakeRoadmap, Occupancy
 from ppaas.traffic.plan_ahead import PlanAhead
+from ppaas.traffic.plan_starts import heads_of, obstacles_in
 from ppaas.traffic.settings import TrafficParameters
+from ppaas.traffic.spurs import Spurs
 
 GATHER = 1.0
 """Time in which a new coordinator listens to reports, before it chooses its epoch [s]."""
@@ -59,6 +61,7 @@ class Coordinator:
         self._plan: PlanAhead | None = None
         self._seeds = itertools.count()
         self._writer = GrantWriter()
+        self._spurs = Spurs(self.occupancy)
         self._granting = False
         self._begin = now + GATHER
         self._plan_at = now
@@ -140,12 +143,13 @@ class Coordinator:
     def _plan_anew(self) -> None:
         """Plan from the ends of all ways; those who do not take part are obstacles."""
         self.occupancy.outdated = False
-        heads = self.occupancy.heads()
+        heads = heads_of(self.occupancy)
         for member in self.members.values():
             member.queue.clear()
             member.aim = member.no_way = ""
         rules = self.occupancy.rules
-        rules = replace(rules, roadmap=rules.roadmap.without(self.occupancy.obstacles(heads) - set(heads.values())))
+        left_out = obstacles_in(self.occupancy, heads) - set(heads.values())
+        rules = replace(rules, roadmap=rules.roadmap.without(left_out))
         self._plan = plan = PlanAhead(rules, heads, self.members, next(self._seeds)) if heads else None
         for name, cell in heads.items():
             if plan is not None and not self.members[name].chain:
@@ -193,13 +197,22 @@ class Coordinator:
         plan = self._plan
         if plan is None:
             return
+        self._end_spurs()
         for member in sorted(self._planned(plan), key=lambda each: each.goal_since):
             if not self._may_be_granted(member, now):
                 continue
             why: str | None = None
             while why is None and member.ahead < window_of(member.report, self.spacing):
                 why = self._grant_next(plan, member, now)
+            if member.at_goal:
+                why = self._spurs.decide(member, now)
             self._wait(member, why or "" if member.ahead == 0 else "", now)
+
+    def _end_spurs(self) -> None:
+        waited_for = {member.waits_for for member in self.members.values()}
+        for member in filter(self._is_ours, self.members.values()):
+            number = self._writer.next_number(member.name)
+            self._spurs.end(member, number, waited_for=member.name in waited_for)
 
     def _may_be_granted(self, member: Member, now: float) -> bool:
         gives_back = member.name in self.occupancy.gives_back
@@ -285,13 +298,17 @@ class Coordinator:
             way = [MapPoint(*self.occupancy.cells.centre(cell)) for cell in member.chain]
             yield TrafficGrants(
                 report.header, member.name, self.epoch, 0, report.revision, self.spacing,
-                first=member.first, way=way, at_goal=member.at_goal and self._granting,
+                first=member.first, way=way, at_goal=self._ends_at_goal(member),
                 goal_id=report.goal_id if refused or self._leads_to_goal(member) else "",
                 free=alone or member.standing == "out",
                 give_back=self._gives_back_now(member, alone=alone),
                 waits_for=member.waits_for,
                 refused=refused,
+                spur=[] if member.spur is None or member.spur.ended_by else [member.spur.place],
             )  # fmt: skip
+
+    def _ends_at_goal(self, member: Member) -> bool:
+        return member.at_goal and self._granting and member.decided == member.report.goal_id
 
     @staticmethod
     def _leads_to_goal(member: Member) -> bool:

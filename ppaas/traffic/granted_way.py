@@ -12,6 +12,9 @@ Point = tuple[float, float]
 REACHED = 0.1
 """Distance before the centre of a cell at which it counts as reached [m]."""
 
+BACK = 0.05
+"""Distance from the centre of its cell within which a robot is back from a spur [m]."""
+
 STRAY = 0.4
 """Distance from the way beyond which a robot has left it, as a part of the distance between two cells."""
 
@@ -55,7 +58,7 @@ class GrantedWay:
     free : bool
         Whether the robot drives freely, because it is alone.
     reached : int
-        Number of points that the robot has reached.
+        Number of points that the robot has reached. On a spur it reaches no further ones.
     """
 
     def __init__(self, radius: float) -> None:
@@ -67,6 +70,7 @@ class GrantedWay:
         self._anchor: Point = (math.nan, math.nan)
         self._first = 0
         self._points: list[WayPoint] = []
+        self._spur: tuple[int, Point] | None = None
 
     @property
     def end(self) -> int:
@@ -77,11 +81,6 @@ class GrantedWay:
     def spacing(self) -> float:
         """Distance of neighbouring cells [m]; 0 before the first grants."""
         return 0.0 if self.grants is None else self.grants.spacing
-
-    @property
-    def margin(self) -> float:
-        """Distance from the centre of a cell within which the robot is wholly inside of it [m]."""
-        return max(self.spacing / 2.0 - self._radius, 0.0)
 
     @property
     def first(self) -> int:
@@ -104,9 +103,8 @@ class GrantedWay:
         return self._points[-1].point
 
     def stop_near(self, goal: Pose2D) -> Pose2D:
-        """Return the pose nearest to a goal at which the robot is wholly in the last cell of the way."""
-        (x, y), margin = self.last, self.margin
-        return Pose2D(min(max(goal.x, x - margin), x + margin), min(max(goal.y, y - margin), y + margin), goal.theta)
+        """Return the pose nearest to a goal at which the robot is wholly in the last cell of the way, with a margin."""
+        return Pose2D(*nearest_in_cell((goal.x, goal.y), self.last, beside(self.spacing, self._radius)), goal.theta)
 
     def leads_to(self, goal_id: str) -> bool:
         """Return whether the way ends in the cell of a goal."""
@@ -139,24 +137,59 @@ class GrantedWay:
         self.free = False
         self.reached = self._first = 0
         self._points = []
+        self._spur = None
         self._anchor = pose.x, pose.y
 
     def advance(self, pose: Pose2D) -> bool:
-        """Take the pose of the robot; return whether it has reached another point."""
-        before = self.reached
-        while self.reached < self.end and self._has_reached(self.reached, pose):
+        """Take the pose of the robot; return whether it has reached another point, or come back from a spur."""
+        before, spur = self.reached, self._spur
+        if spur is not None and self.is_recalled and (self.reached < spur[0] or self._is_back(spur[0], pose)):
+            self._spur = None
+        end = self.end if self._spur is None else self._spur[0]
+        while self.reached < end and self._has_reached(self.reached, pose):
             self.reached += 1
         behind = max(self.reached - BEHIND, self._first) - self._first
         del self._points[:behind]
         self._first += behind
-        return self.reached > before
+        return self.reached > before or self._spur is not spur
+
+    # -- the spur ------------------------------------------------------------------------------------------------------
+
+    @property
+    def spur_to(self) -> MapPoint | None:
+        """Goal to which the robot may drive from the centre of the last cell; None if it is granted no spur."""
+        grants = self.grants
+        if grants is None or grants.revision != self.revision or not self._points or not grants.spur:
+            return None
+        return grants.spur[0]
+
+    @property
+    def spur(self) -> list[MapPoint]:
+        """End of the spur that the robot has taken and not come back from, or nothing."""
+        return [] if self._spur is None else [MapPoint(*self._spur[1])]
+
+    @property
+    def is_recalled(self) -> bool:
+        """True if the robot has to drive back to the centre of the cell in which its spur begins."""
+        return self._spur is not None and (self.spur_to is None or self.end > self._spur[0])
+
+    def take_spur(self, place: MapPoint) -> None:
+        """Take the spur to a place that was granted: the robot may be anywhere on it from now on."""
+        self._spur = self.end, (place.x, place.y)
+
+    def _is_back(self, number: int, pose: Pose2D) -> bool:
+        x, y = self._points[self._index(number - 1)].point
+        return math.hypot(pose.x - x, pose.y - y) <= BACK
 
     def off(self, pose: Pose2D) -> float:
         """Return the distance of the robot from its way [m]; a robot that drives freely is never off it."""
         if self.free or not self.spacing:
             return 0.0
         ends = [self._start, *(each.point for each in self._points[self._index(self.reached) :])]
-        parts = itertools.pairwise(ends) if len(ends) > 1 else [(ends[0], ends[0])]
+        parts = list(itertools.pairwise(ends)) if len(ends) > 1 else [(ends[0], ends[0])]
+        if self._spur is not None:
+            number, place = self._spur
+            parts.append((self._points[self._index(number - 1)].point, place))
         return min(_distance_to(pose, *part) for part in parts)
 
     def is_stray(self, pose: Pose2D) -> bool:
@@ -166,9 +199,13 @@ class GrantedWay:
     def leg(self) -> tuple[list[WayPoint], bool]:
         """Return the points from behind the robot to where it next has to stop, and whether the way ends there.
 
-        It stops at the end, and turns in place where it drives back, or learnt too late of a corner for a curve.
+        It stops at the end, and turns in place where it drives back, or learnt too late of a corner for a curve. From a
+        spur it drives back first.
         """
         points = self._points
+        if self.is_recalled and self._spur is not None:
+            number, place = self._spur
+            return [WayPoint(*place), WayPoint(*points[self._index(number - 1)].point)], False
         begin = max(self._index(self.reached) - 1, 0)
         if begin > 0 and points[begin].curved:
             begin -= 1
@@ -215,6 +252,25 @@ class GrantedWay:
         dx, dy = here.x - before.x, here.y - before.y
         along = ((pose.x - before.x) * dx + (pose.y - before.y) * dy) / math.hypot(dx, dy)
         return along >= self.spacing - REACHED
+
+
+def beside(spacing: float, radius: float) -> float:
+    """Return half of the room that a robot has on each side in a cell [m]: two in cells side by side share a margin.
+
+    Parameters
+    ----------
+    spacing : float
+        Side of a cell [m].
+    radius : float
+        Radius of the robot [m].
+    """
+    return max(spacing / 2.0 - radius, 0.0) / 2.0
+
+
+def nearest_in_cell(place: Point, centre: Point, apart: float) -> Point:
+    """Return the point nearest to a place that is at most a distance from the centre of a cell along x and y [m]."""
+    (x, y), (mid_x, mid_y) = place, centre
+    return min(max(x, mid_x - apart), mid_x + apart), min(max(y, mid_y - apart), mid_y + apart)
 
 
 def _distance_to(pose: Pose2D, begin: Point, end: Point) -> float:

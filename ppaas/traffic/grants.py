@@ -52,6 +52,10 @@ class GrantWriter:
         # Those of robots that were forgotten stay: a robot that comes back ignores numbers that it knows.
         self._numbers: Counter[str] = Counter()
 
+    def next_number(self, robot: str) -> int:
+        """Return the number that the next grants of a robot will have."""
+        return self._numbers[robot] + 1
+
     def due(self, messages: Iterable[TrafficGrants], now: float) -> list[TrafficGrants]:
         """Return the messages that are to be sent now, with their numbers and times.
 

@@ -1,10 +1,12 @@
-"""Holders of cells: which robots hold each cell, and who may enter it."""
+"""Holders of cells: which robots hold each cell, who may enter it, and which cells belong to a spur."""
 
 import math
 from collections import defaultdict
 from collections.abc import Mapping
 
-from ppaas.traffic.members import Cell, Member
+from ppaas.fleet.metric_roadmap import MetricRoadmap
+from ppaas.traffic.granted_way import Point, beside
+from ppaas.traffic.members import Cell, Member, Spur
 
 
 class Holders:
@@ -29,6 +31,18 @@ class Holders:
     def hold(self, name: str, cell: Cell) -> None:
         """Let a robot hold a cell."""
         self._of[cell].add(name)
+
+    def hold_spur(self, member: Member, spur: Spur) -> None:
+        """Let a robot hold the cells of a spur."""
+        member.spur = spur
+        for cell in spur.cells:
+            self.hold(member.name, cell)
+
+    def let_spur_go(self, member: Member) -> None:
+        """Free the cells of a robot's spur, if it has one."""
+        spur, member.spur = member.spur, None
+        for cell in () if spur is None else spur.cells:
+            self.let_go(member.name, cell)
 
     def let_go(self, name: str, cell: Cell) -> None:
         """Free a cell of a robot, unless it holds it still: a way may lead through a cell twice."""
@@ -67,3 +81,12 @@ def _passes(member: Member, other: Member, centre: tuple[float, float], gap: flo
     apart = math.hypot(one.x + along * dx - two.x, one.y + along * dy - two.y)
     now = math.hypot(one.x - two.x, one.y - two.y)
     return apart >= min(one.radius + two.radius + gap, now)
+
+
+def cells_of_spur(cells: MetricRoadmap, member: Member, place: Point) -> set[Cell]:
+    """Return the cells that a robot touches on the straight way from the last cell of its way to a place.
+
+    It counts as wider by half of the room that it has beside it in a cell.
+    """
+    radius = member.report.radius + beside(cells.spacing, member.report.radius)
+    return cells.touched_along(cells.centre(member.chain[-1]), place, radius)

@@ -4,7 +4,7 @@ from collections import deque
 from dataclasses import dataclass, field
 from typing import Literal
 
-from ppaas.messages.fleet.traffic import TrafficReport
+from ppaas.messages.fleet.traffic import MapPoint, TrafficReport
 
 Cell = int
 
@@ -26,6 +26,27 @@ class Arrival:
 
 
 @dataclass(slots=True)
+class Spur:
+    """Straight way of a robot from the centre of its last cell to its goal, where it touches other cells.
+
+    Attributes
+    ----------
+    place : MapPoint
+        Its end [m].
+    goal_id : str
+    cells : frozenset of int
+        Cells that the robot touches on it.
+    ended_by : int
+        Number of the grants by which the robot was told to drive back; 0 if it was not.
+    """
+
+    place: MapPoint
+    goal_id: str
+    cells: frozenset[Cell]
+    ended_by: int = 0
+
+
+@dataclass(slots=True)
 class Member:
     """A robot of the traffic.
 
@@ -44,6 +65,12 @@ class Member:
         Cells of its way that it holds, in order.
     first : int
         Number of the first cell of ``chain`` within the revision.
+    spur : Spur or None
+        Way beside the last cell of ``chain`` that it was granted.
+    decided : str
+        Id of the goal of which it is decided where in its cell or beside it the robot stops.
+    settles : tuple of str and float
+        Id of a goal, and the time from which it does not wait for a spur to it [s].
     queue : deque of int or Arrival
         Planned cells after the chain, and the ends of goals.
     aim : str
@@ -75,6 +102,9 @@ class Member:
     base: set[Cell] = field(default_factory=set)
     chain: list[Cell] = field(default_factory=list)
     first: int = 0
+    spur: Spur | None = None
+    decided: str = ""
+    settles: tuple[str, float] = ("", 0.0)
     queue: "deque[Cell | Arrival]" = field(default_factory=deque)
     aim: str = ""
     moved_at: float = 0.0
@@ -95,7 +125,7 @@ class Member:
     @property
     def held(self) -> set[Cell]:
         """Cells that it holds."""
-        return self.base.union(self.chain)
+        return self.base.union(self.chain, () if self.spur is None else self.spur.cells)
 
     def is_late(self, report: TrafficReport, now: float) -> bool:
         """Return whether a report is older than the newest one.

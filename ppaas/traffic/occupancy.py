@@ -1,6 +1,5 @@
 """Occupancy: the robots of the traffic, the cells that each holds, and who is an obstacle."""
 
-from collections import Counter
 from collections.abc import Callable, Collection, Sequence
 
 from msgspec.structs import replace
@@ -10,8 +9,8 @@ from ppaas.errors import InvalidInput, NotFound
 from ppaas.fleet.cell_rules import CellRules, rules_on
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.messages.fleet.traffic import MapPoint, TrafficReport
-from ppaas.traffic.holders import Holders
-from ppaas.traffic.members import Arrival, Cell, Member, Standing, reached_by
+from ppaas.traffic.holders import Holders, cells_of_spur
+from ppaas.traffic.members import Arrival, Cell, Member, Spur, Standing, reached_by
 from ppaas.traffic.outsiders import FRESH, Kind, Outsiders
 from ppaas.traffic.report_checks import check_report
 from ppaas.traffic.settings import TrafficParameters
@@ -69,6 +68,11 @@ class Occupancy:
         self.outsiders = Outsiders()
 
     @property
+    def blocked(self) -> Collection[Cell]:
+        """Cells in which something was found that holds none."""
+        return self._blocked.keys()
+
+    @property
     def cells(self) -> MetricRoadmap:
         """Cells of the map; there is a robot."""
         assert self.map is not None, "there are no cells before there is a robot"
@@ -97,11 +101,13 @@ class Occupancy:
 
     def known(self) -> list[TrafficReport]:
         """Return the newest report of each robot; its way leads over all cells that it may be granted soon."""
-        return [replace(each.report, way=self._may_hold(each), ahead=0) for each in self.members.values()]
+        return [replace(each.report, way=self._may_hold(each), ahead=0, spur=[]) for each in self.members.values()]
 
     def _may_hold(self, member: Member) -> list[MapPoint]:
         planned = [cell for cell in member.queue if not isinstance(cell, Arrival)]
-        return [MapPoint(*self.cells.centre(cell)) for cell in [*sorted(member.base), *member.chain, *planned]]
+        aside = set() if member.spur is None else member.spur.cells
+        cells = [*sorted(member.base | aside), *member.chain, *planned]
+        return [MapPoint(*self.cells.centre(cell)) for cell in cells]
 
     # -- reports -------------------------------------------------------------------------------------------------------
 
@@ -260,8 +266,9 @@ class Occupancy:
 
     def _release(self, member: Member) -> None:
         member.base, member.chain, member.first = set(), [], 0
+        member.spur = None
         member.queue.clear()
-        member.aim = ""
+        member.aim = member.decided = ""
         self.holders.let_all_go(member.name)
 
     def _begin_anew(self, member: Member, report: TrafficReport) -> None:
@@ -279,6 +286,10 @@ class Occupancy:
             member.chain.append(cell)
             self.holders.hold(member.name, cell)
         member.first = report.first
+        for place in report.spur:
+            cells = cells_of_spur(self.cells, member, (place.x, place.y))
+            self.holders.hold_spur(member, Spur(place, report.goal_id, frozenset(cells)))
+            member.decided = report.goal_id
 
     def _advance(self, member: Member, before: TrafficReport, now: float) -> None:
         report = member.report
@@ -366,31 +377,3 @@ class Occupancy:
         member.tries += 1
         self.gives_back.add(member.name)
         self.outdated = True
-
-    def heads(self) -> dict[str, Cell]:
-        """Return the cells at the ends of ways; robots without a way get the nearest cell that nobody else has.
-
-        Of robots that report ways to one cell, one is wrong: all of them are asked to give back the rest of their ways.
-        """
-        joined = [member for member in self.members.values() if member.standing == "joined" and member.fits]
-        ends = Counter(member.chain[-1] for member in joined if member.chain)
-        self.gives_back |= {member.name for member in joined if member.chain and ends[member.chain[-1]] > 1}
-        heads = {member.name: member.chain[-1] for member in joined if member.chain and ends[member.chain[-1]] == 1}
-        taken = set(ends)
-        for member in joined:
-            if not member.chain:
-                report = member.report
-                near = self.cells.nearby(report.x, report.y, REACH * self.cells.spacing)
-                free = [cell for cell in near if cell not in taken and not self._is_granted(cell, member.name)]
-                if free:
-                    heads[member.name] = free[0]
-                    taken.add(free[0])
-        return heads
-
-    def _is_granted(self, cell: Cell, but: str) -> bool:
-        return any(cell in self.members[name].chain for name in self.holders[cell] - {but})
-
-    def obstacles(self, heads: Collection[str]) -> set[Cell]:
-        """Return the cells that are not planned: where something was found, and those of robots without a head."""
-        aside = (member.held for name, member in self.members.items() if name not in heads)
-        return set(self._blocked).union(*aside)

@@ -7,6 +7,7 @@ import numpy as np
 
 from benchmarks.fleet.stand_ins.robot import Points
 from benchmarks.fleet.stand_ins.simulation import Simulation
+from benchmarks.harness.goal_places import BESIDE
 from benchmarks.harness.largest_part import largest_part
 from ppaas.clone.traffic import roadmaps_of
 from ppaas.costmap.build_layers import build_layers
@@ -83,7 +84,7 @@ class Hall:
 
     def simulation(self, robots: int, seed: int, delay: float = 0.1, loss: float = 0.0) -> Simulation:
         """Return a simulation of robots at random places."""
-        simulation = Simulation(self.roadmap, seed, delay, loss, find_way=self.way)
+        simulation = Simulation(self.roadmap, seed, delay, loss, find_way=self.way, beside=BESIDE)
         simulation.cells = self.cells
         for cell in simulation.rng.sample(self.cells, robots):
             simulation.add(cell, radius=RADIUS)

@@ -120,6 +120,10 @@ def _ordinary(case: StandInCase, simulation: Simulation, goals: int, alone: floa
         note=f"mean of those reached {mean:.1f} s",
     )  # fmt: skip
     yield Figure(
+        PART, f"{case.name}: distance from goals that were reached", round(float(np.median(simulation.misses)), 3), "m",
+        note=f"95 % within {np.percentile(simulation.misses, 95.0):.3f} m",
+    )  # fmt: skip
+    yield Figure(
         PART, f"{case.name}: a step of the coordinator", round(float(np.median(spent)), 2), "ms",
         note=f"CPU time, reports included; 99 % of steps within {np.percentile(spent, 99.0):.2f} ms",
     )  # fmt: skip

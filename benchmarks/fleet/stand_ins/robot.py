@@ -26,6 +26,9 @@ TURN_RATE = 1.5
 NEAR = 0.05
 """Distance within which a robot is at the end of its path [m]."""
 
+TOLERANCE = 0.1
+"""Distance from its goal within which a robot reports it as reached [m]."""
+
 BRAKING = 0.1
 """Distance in which a robot stops, as it reports it [m]."""
 
@@ -66,6 +69,8 @@ class StandIn:
         Time at which it got its goal [s].
     times : list of float
         How long each goal that it reached was open [s].
+    misses : list of float
+        How far from each goal it was when it reported it as reached [m].
     find_way : callable
         Finds its way while it drives freely.
     """
@@ -85,6 +90,7 @@ class StandIn:
     goal_since: float = 0.0
     refused: list[str] = field(default_factory=list)
     times: list[float] = field(default_factory=list)
+    misses: list[float] = field(default_factory=list)
     find_way: FindWay = straight
 
     def __post_init__(self) -> None:
@@ -117,7 +123,7 @@ class StandIn:
         if self.silent:
             return None
         way, (said, pose, at) = self.way, self._reported
-        says = way.epoch, way.revision, way.first, way.end, way.reached, way.free, self.stray, self.goal_id
+        says = way.epoch, way.revision, way.first, way.end, way.reached, way.free, self.stray, self.goal_id, way.spur
         moved = math.hypot(pose.x - self.pose.x, pose.y - self.pose.y) > 0.01
         if says == said and now - at < (POSE_PERIOD if moved else REPORT_PERIOD) - 1e-6:
             return None
@@ -132,6 +138,7 @@ class StandIn:
             self.name, self.pose.x, self.pose.y, self.pose.theta,
             self.radius, self.speed, BRAKING, self.way.epoch, self.way.number, self.way.revision, self.way.first,
             self.way.held, self.way.ahead, self.way.free, self.stray, [], self.goal_id, goal, now - self.goal_since,
+            TOLERANCE, self.way.spur,
         )  # fmt: skip
 
     # -- driving -------------------------------------------------------------------------------------------------------
@@ -170,6 +177,7 @@ class StandIn:
         self.arrived += 1
         self.gets_on = True
         self.times.append(now - self.goal_since)
+        self.misses.append(math.dist(self.pose[:2], self.goal or self.pose[:2]))
         self.goal, self.goal_id = None, ""
 
     def _follow(self, now: float) -> None:
@@ -178,6 +186,9 @@ class StandIn:
         final = None
         if ends and self.goal is not None and way.leads_to(self.goal_id):
             final = way.stop_near(Pose2D(*self.goal))
+            if way.spur_to is not None:
+                way.take_spur(way.spur_to)
+                final = Pose2D(*self.goal)
         if len(leg) < 2 and final is None:
             return
         leads = [(each.x, each.y, each.curved) for each in leg], final

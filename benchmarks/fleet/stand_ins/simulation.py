@@ -9,6 +9,7 @@ import numpy as np
 from benchmarks.fleet.stand_ins.contacts import Contacts
 from benchmarks.fleet.stand_ins.network import Network
 from benchmarks.fleet.stand_ins.robot import PERIOD, FindWay, StandIn, straight
+from benchmarks.harness.goal_places import goal_in
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.fleet.roadmap import Roadmap
 from ppaas.geometry import Pose2D
@@ -53,6 +54,9 @@ class Simulation:
         Time [s].
     find_way : callable
         Finds the ways of robots that drive freely.
+    beside : float
+        How far goals that are drawn are off the centres of cells along x and y, at most, in distances of neighbouring
+        cells.
 
     Attributes
     ----------
@@ -77,6 +81,7 @@ class Simulation:
     parameters: TrafficParameters = field(default_factory=TrafficParameters)
     now: float = 0.0
     find_way: FindWay = straight
+    beside: float = 0.0
 
     def __post_init__(self) -> None:
         self.rng = Random(self.seed)
@@ -128,7 +133,8 @@ class Simulation:
             if self.stalls and self.rng.random() < self.stalls * PERIOD:
                 robot.stalled_until = self.now + self.rng.expovariate(1.0 / STALL)
             if again and robot.goal is None:
-                robot.head_for(*self.hall.centre(self.rng.choice(self.cells)), self.now)
+                cell = self.rng.choice(self.cells)
+                robot.head_for(*goal_in(cell, self.hall, robot.radius, self.rng, self.beside), self.now)
             robot.step(self.now)
             report = robot.due_report(self.now)
             if report is not None:
@@ -169,6 +175,11 @@ class Simulation:
     def nearest(self) -> float:
         """Smallest gap between two robots so far [m]; negative if they touched."""
         return self.contacts.nearest
+
+    @property
+    def misses(self) -> list[float]:
+        """Distance from each goal at which it was reached [m]."""
+        return [miss for robot in self.robots for miss in robot.misses]
 
     @property
     def arrived(self) -> int:

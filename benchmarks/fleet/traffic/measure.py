@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
 from benchmarks.fleet.traffic.scene import TrafficScene
 from benchmarks.harness.figures import Figure
 from ppaas.errors import InvalidInput
@@ -83,6 +85,11 @@ def measure(case: TrafficCase) -> Iterator[Figure]:
         PART, f"{name}: longest open goal", got.longest, "s", limit=round(WAITS * got.mean, 1),
         note=f"mean of those reached {got.mean:g} s",
     )  # fmt: skip
+    if got.misses:
+        yield Figure(
+            PART, f"{name}: distance from goals that were reached", round(float(np.median(got.misses)), 3), "m",
+            note=f"95 % within {np.percentile(got.misses, 95.0):.3f} m",
+        )  # fmt: skip
 
 
 def _run(scene: TrafficScene, seconds: float) -> TrafficScene:

@@ -6,6 +6,7 @@ from random import Random
 
 import numpy as np
 
+from benchmarks.harness.goal_places import goal_in
 from benchmarks.harness.largest_part import largest_part
 from benchmarks.navigation.goals.clone import MODEL, ClonedRobot, InProcessClone
 from ppaas.clone.plugins import DEFAULT_CONTROLLER
@@ -51,6 +52,8 @@ class TrafficRobot(ClonedRobot):
         Number of goals that it reached, and that ended otherwise.
     goal_since : float
         Time at which it got its goal [s].
+    misses : list of float
+        How far from each goal it was when it reported it as reached [m].
     """
 
     def __init__(self, world: World, number: int, layers: MapLayers, *, obeys: bool) -> None:
@@ -63,6 +66,7 @@ class TrafficRobot(ClonedRobot):
         self.goal_since = 0.0
         self.arrived = self.failed = 0
         self.reasons: list[str] = []
+        self.misses: list[float] = []
         self._pose = PoseWithCovarianceStamped(Header(frame_id=MAP), PoseWithCovariance(Pose.of(self.body.base.pose)))
         self._granted = False
         for topic in (topics.AMCL_POSE, topics.TRAFFIC_REPORT) if obeys else (topics.AMCL_POSE,):
@@ -88,11 +92,12 @@ class TrafficRobot(ClonedRobot):
     def step(self) -> None:
         """Simulate sensors and wheels, and note the end of a goal."""
         super().step()
-        end = self.clone.end
-        if self.goal is not None and end is not None:
+        end, goal = self.clone.end, self.goal
+        if goal is not None and end is not None:
             self.goal = None
             if end.status is Status.SUCCEEDED:
                 self.arrived += 1
+                self.misses.append(goal.distance_to(self.body.base.pose))
             else:
                 self.failed += 1
                 self.reasons.append(end.text)
@@ -116,6 +121,8 @@ class Outcome:
         Longest time for which a goal was open [s].
     mean : float
         Mean time of a goal [s].
+    misses : list of float
+        How far robots were from the goals that they reached [m].
     """
 
     goals: int
@@ -125,6 +132,7 @@ class Outcome:
     nearest: float
     longest: float
     mean: float
+    misses: list[float]
 
 
 class TrafficScene:
@@ -183,7 +191,8 @@ class TrafficScene:
         """Simulate a step of the world; robots that have no goal get one if ``again``."""
         for robot in self.robots:
             if again and robot.goal is None:
-                robot.send_to(Pose2D(*self.roadmap.centre(self.rng.choice(self.cells)), self.rng.uniform(-3.0, 3.0)))
+                place = goal_in(self.rng.choice(self.cells), self.roadmap, robot.body.base.model.radius, self.rng)
+                robot.send_to(Pose2D(*place, self.rng.uniform(-3.0, 3.0)))
             before = robot.arrived
             robot.step()
             if robot.arrived > before:
@@ -227,5 +236,5 @@ class TrafficScene:
         return Outcome(
             goals, sum(robot.failed for robot in self.robots), contacts.robot_contacts.total() // 2,
             contacts.wall_contacts.total(), round(self.nearest, 3), round(self.longest, 1),
-            round(self._times / max(goals, 1), 1),
+            round(self._times / max(goals, 1), 1), [miss for robot in self.robots for miss in robot.misses],
         )  # fmt: skip

@@ -59,6 +59,10 @@ class TrafficReport(OwnMessage):
     goal : MapPoint
     goal_seconds : float
         Time for which it has wanted it [s].
+    tolerance : float
+        Distance from its goal within which it counts as reached [m].
+    spur : list of MapPoint
+        Where it is or may go beside the last cell of ``way``, by the spur that it took; one point or none.
     """
 
     header: Header
@@ -81,6 +85,8 @@ class TrafficReport(OwnMessage):
     goal_id: str = ""
     goal: MapPoint = field(default_factory=lambda: MapPoint(0.0, 0.0))
     goal_seconds: float = 0.0
+    tolerance: float = 0.0
+    spur: list[MapPoint] = field(default_factory=list)
 
 
 class TrafficGrants(OwnMessage):
@@ -116,6 +122,9 @@ class TrafficGrants(OwnMessage):
         Why it cannot go on: names the robot that it waits for, for example.
     refused : str
         Why its goal cannot be reached: somebody stands on it for ever. Empty if it can.
+    spur : list of MapPoint
+        The goal, if the robot may drive to it from the centre of the last cell, although it touches other cells there.
+        Without it, the robot stops in the last cell, or drives back to its centre.
     """
 
     header: Header
@@ -132,6 +141,7 @@ class TrafficGrants(OwnMessage):
     give_back: bool = False
     waits_for: str = ""
     refused: str = ""
+    spur: list[MapPoint] = field(default_factory=list)
 
 
 class TrafficRobot(OwnMessage):

@@ -1,15 +1,17 @@
 """Planner of a robot in traffic: its plan is the way that it is granted."""
 
+import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from ppaas.errors import GoalOccupied
-from ppaas.geometry import Pose2D, Poses
+from ppaas.geometry import Pose2D, Poses, poses_along
 from ppaas.nodes.granted_move_base.traffic_link import TrafficLink
 from ppaas.nodes.move_base.robot_planner import NoPlan, Planned, RobotPlanner, Waiting
 from ppaas.planners.base import PlanResult
-from ppaas.traffic.leg_path import path_along
+from ppaas.traffic.granted_way import Point
+from ppaas.traffic.leg_path import STEP, path_along
 
 NAME = "traffic"
 """Name of the planner in plans."""
@@ -51,7 +53,7 @@ class GrantedPlanner(RobotPlanner):
             return Waiting(link.waits_for())
         leg, ends = way.leg()
         final = self._final_pose(goal) if ends else None
-        if final is None and (not way.ahead or len(leg) < 2):
+        if final is None and (not link.has_to_move or len(leg) < 2):
             return Waiting(link.waits_for())
         poses = path_along(leg, way.spacing, start, final)
         link.path_is_final = final is not None
@@ -59,8 +61,21 @@ class GrantedPlanner(RobotPlanner):
         return PlanResult(np.empty((0, 2), np.int32), poses, 0.0, length, 0, 0.0, NAME)
 
     def _final_pose(self, goal: Pose2D) -> Pose2D | None:
-        """Return where the robot stops at its goal: as near as it is wholly in the cell; None on the way there."""
+        """Return where the robot stops at its goal; None on the way there.
+
+        It takes the spur that it was granted, if it sees nothing there, and else stops as near as it is wholly in the
+        cell.
+        """
         way = self._link.way
         if not way.leads_to(self._link.goal_id):
             return None
-        return way.stop_near(goal)
+        place = way.spur_to
+        if place is None or super().is_blocked(_straight(way.last, (place.x, place.y))):
+            return way.stop_near(goal)
+        way.take_spur(place)
+        return Pose2D(place.x, place.y, goal.theta)
+
+
+def _straight(begin: Point, end: Point) -> Poses:
+    steps = math.ceil(math.dist(begin, end) / STEP)
+    return poses_along(np.linspace(begin, end, max(steps, 1) + 1))

@@ -101,9 +101,9 @@ class GrantedMoveBaseNode(MoveBaseNode):
         changed = link.see(pose)
         if link.must_stop:
             self._give_back(now)
-        elif self._machine.goals.active is None and link.way.ahead:
+        elif self._machine.goals.active is None and link.has_to_move:
             self._give_way(pose, now)
-        elif self._gives_way and not link.way.ahead:
+        elif self._gives_way and not link.has_to_move:
             self._feed(events.Preempted(now, GAVE_WAY))
         link.find_blocked(self._occupied(now))
         link.report()

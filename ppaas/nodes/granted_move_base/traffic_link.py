@@ -35,12 +35,15 @@ class RobotFacts:
         Its fastest speed [m/s].
     braking : float
         Distance that it needs to stop from that speed [m].
+    tolerance : float
+        Distance from its goal within which it counts as reached [m].
     """
 
     name: str
     radius: float
     speed: float
     braking: float
+    tolerance: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +112,11 @@ class TrafficLink:
         """True if the robot has left its way, is asked to give it back, or may no longer drive freely."""
         return self.stray or self.asked_to_give_back() or (self.way.free and self.node_is_lost)
 
+    @property
+    def has_to_move(self) -> bool:
+        """True if the robot has cells ahead, or has to drive back from where its goal was."""
+        return self.way.ahead > 0 or self.way.is_recalled
+
     def take(self, grants: TrafficGrants) -> bool:
         """Take grants; return whether they are newer than those before. Those of other robots are ignored."""
         if grants.robot != self.facts.name or self._pose is None:
@@ -119,7 +127,7 @@ class TrafficLink:
         return newer
 
     def see(self, pose: Pose2D) -> bool:
-        """Take the pose of the robot; return whether it has reached another cell, or left its way."""
+        """Take the pose of the robot; return whether it has reached another cell, come back from a spur, or strayed."""
         self._pose = pose
         reached = self.way.advance(pose)
         left = not self.stray and self.way.is_stray(pose)
@@ -182,7 +190,7 @@ class TrafficLink:
             Header(stamp=Time.of(self._context.now()), frame_id=MAP), facts.name, pose.x, pose.y, pose.theta,
             facts.radius, facts.speed, facts.braking, way.epoch, way.number, way.revision, way.first, way.held,
             way.ahead, way.free, self.stray, list(self._blocked), self.goal_id, goal,
-            0.0 if wanted is None else self._context.elapsed() - wanted.since,
+            0.0 if wanted is None else self._context.elapsed() - wanted.since, facts.tolerance, way.spur,
         )  # fmt: skip
 
 
@@ -193,5 +201,5 @@ def _says_more(one: TrafficReport, last: TrafficReport) -> bool:
         or one.revision != last.revision
         or (one.first, one.ahead, len(one.way)) != (last.first, last.ahead, len(last.way))
         or (one.free, one.stray, one.goal_id, one.goal) != (last.free, last.stray, last.goal_id, last.goal)
-        or one.blocked != last.blocked
+        or (one.blocked, one.spur) != (last.blocked, last.spur)
     )

@@ -93,8 +93,8 @@ class GrantedRobot:
         )  # type: ignore[arg-type]
         self.graph.inject("traffic/grants", grants)
 
-    def send_goal(self, column: int, row: int, goal_id: str = "there") -> None:
-        """Send a goal in the centre of a cell, as an operator does."""
+    def send_goal(self, column: float, row: float, goal_id: str = "there") -> None:
+        """Send a goal in the centre of a cell, or beside it, as an operator does."""
         goal = PoseStamped(Header(frame_id="map"), Pose.of(Pose2D(1.0 + SPACING * column, 1.0 + SPACING * row)))
         self.graph.inject("move_base/goal", MoveBaseActionGoal(MoveBaseGoal(goal), GoalID(id=goal_id)))
         self.run(0.3)
@@ -104,6 +104,6 @@ class GrantedRobot:
         self.graph.inject("move_base/cancel", GoalID())
         self.run(0.3)
 
-    def is_at(self, column: int, row: int) -> bool:
-        """Return whether the robot is in the centre of a cell."""
+    def is_at(self, column: float, row: float) -> bool:
+        """Return whether the robot is within 0.1 m of the centre of a cell, or of a place beside it."""
         return math.hypot(self.pose.x - 1.0 - SPACING * column, self.pose.y - 1.0 - SPACING * row) < 0.1

@@ -88,7 +88,7 @@ def test_all_figures_of_stand_ins_are_told(monkeypatch: pytest.MonkeyPatch) -> N
     assert told[", messages up to 2 s late and 10% lost: contacts"]["value"] == 0
     assert told[": goals"]["value"] > 0
     assert told[": the next traffic node grants"]["value"] <= 2.0
-    assert len(told) == 11
+    assert len(told) == 12
 
 
 @pytest.mark.parametrize(

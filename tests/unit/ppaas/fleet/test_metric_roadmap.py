@@ -113,6 +113,27 @@ def test_touched_cells_and_the_nearest_one_are_those_of_a_search_among_all(
         assert not (-1.34 < x < -1.0 + 3.5 * 0.7 - 0.01 and 0.16 < y < 0.5 + (len(free) - 0.5) * 0.7 - 0.01)
 
 
+@given(st.tuples(*[st.floats(-2, 5)] * 4), st.floats(0.05, 1.0))
+def test_cells_touched_along_a_way_are_those_that_are_near_to_it(ends: tuple[float, ...], radius: float) -> None:
+    metric = MetricRoadmap(Roadmap.of_grid(np.ones((6, 7), np.bool_)), 0.7, -1.0, 0.5)
+    begin, end = np.array(ends[:2]), np.array(ends[2:])
+    found = metric.touched_along((ends[0], ends[1]), (ends[2], ends[3]), radius)
+    along = begin + np.linspace(0.0, 1.0, 5001)[:, None] * (end - begin)
+    for cell, centre in enumerate(metric.centres):
+        near = np.hypot(*np.maximum(np.abs(along - centre) - 0.35, 0.0).T).min()
+        if near < radius - 0.001 or near > radius:
+            assert (cell in found) == (near < radius)
+
+
+@pytest.mark.parametrize("end", [(math.nan, 0.0), (0.0, math.inf)])
+def test_a_way_that_is_not_finite_touches_nothing(end: tuple[float, float]) -> None:
+    metric = metric_roadmap(*EMPTY, 0.2, 0.05)
+    with pytest.raises(InvalidInput, match="finite"):
+        metric.touched_along((0.0, 0.0), end, 0.2)
+    with pytest.raises(InvalidInput, match="positive"):
+        metric.touched_along((0.0, 0.0), (1.0, 0.0), 0.0)
+
+
 def test_a_robot_in_the_middle_of_its_cell_touches_no_other() -> None:
     metric = metric_roadmap(*EMPTY, 0.2, 0.05)
     for cell, centre in enumerate(metric.centres):

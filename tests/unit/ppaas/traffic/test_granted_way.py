@@ -120,4 +120,61 @@ def test_a_way_leads_to_the_goal_that_it_was_granted_for() -> None:
     way.take(grants(1, (0.0, 0.0), at_goal=True, goal_id="a"), START)
     assert way.leads_to("a") and not way.leads_to("b")
     assert way.last == (0.0, 0.0)
-    assert way.margin == pytest.approx(0.2)
+    assert way.stop_near(Pose2D(1.0, -0.03)) == pytest.approx((0.1, -0.03, 0.0))
+
+
+# -- spurs -------------------------------------------------------------------------------------------------------------
+
+
+def on_spur() -> GrantedWay:
+    """Return the way of a robot that has taken a spur of 0.4 m from the second cell."""
+    way = way_of((0.0, 0.0), (1.0, 0.0))
+    assert way.take(grants(2, (0.0, 0.0), (1.0, 0.0), at_goal=True, goal_id="a", spur=[MapPoint(1.0, 0.4)]), START)
+    assert way.spur_to == MapPoint(1.0, 0.4)
+    way.take_spur(MapPoint(1.0, 0.4))
+    return way
+
+
+def test_a_robot_on_its_spur_has_not_left_its_way() -> None:
+    way = on_spur()
+    assert not way.is_stray(Pose2D(1.0, 0.4)) and way.off(Pose2D(1.1, 0.2)) == pytest.approx(0.1)
+    assert way.advance(Pose2D(1.0, 0.0))
+    assert not way.is_stray(Pose2D(1.0, 0.45)) and way.is_stray(Pose2D(1.0, 0.9))
+    assert (way.spur, way.is_recalled) == ([MapPoint(1.0, 0.4)], False)
+
+
+@pytest.mark.parametrize("more", [((0.0, 0.0), (1.0, 0.0)), ((0.0, 0.0), (1.0, 0.0), (2.0, 0.0))])
+def test_a_robot_drives_back_from_its_spur_when_it_is_told_to_or_goes_on(more: tuple[tuple[float, float], ...]) -> None:
+    way, aside = on_spur(), Pose2D(1.0, 0.4)
+    way.advance(Pose2D(1.0, 0.0))
+    way.take(grants(3, *more), aside)
+    assert way.is_recalled
+    leg, ends = way.leg()
+    assert ([each.point for each in leg], ends) == ([(1.0, 0.4), (1.0, 0.0)], False)
+    assert not way.advance(aside) and way.spur
+    assert way.advance(Pose2D(1.0, 0.04)) and not way.spur
+    assert way.leg()[1]
+
+
+def test_a_spur_that_was_not_reached_is_left_at_once() -> None:
+    way = on_spur()
+    way.take(grants(3, (0.0, 0.0), (1.0, 0.0)), START)
+    assert way.advance(START)
+    assert (way.spur, way.is_recalled) == ([], False)
+
+
+def test_no_cell_counts_as_reached_from_a_spur() -> None:
+    way = on_spur()
+    way.take(grants(3, (0.0, 0.0), (1.0, 0.0), (2.0, 0.0)), START)
+    way.advance(Pose2D(1.0, 0.0))
+    way = on_spur()
+    way.advance(Pose2D(1.0, 0.0))
+    way.take(grants(3, (0.0, 0.0), (1.0, 0.0), (2.0, 0.0)), Pose2D(1.0, 0.4))
+    assert not way.advance(Pose2D(1.95, 0.2))
+    assert way.reached == 2
+
+
+def test_giving_back_the_way_ends_the_spur() -> None:
+    way = on_spur()
+    way.give_back(Pose2D(1.0, 0.4))
+    assert (way.spur, way.spur_to, way.is_recalled) == ([], None, False)

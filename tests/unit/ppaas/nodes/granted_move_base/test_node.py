@@ -7,7 +7,7 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import InvalidParameter
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.nodes.graph import Graph
-from tests.support.traffic.granted_robot import GrantedRobot
+from tests.support.traffic.granted_robot import SPACING, GrantedRobot
 from tests.support.world.planar_world import walled_map
 
 LINE = ((0, 0), (1, 0), (2, 0), (3, 0))
@@ -75,6 +75,55 @@ def test_one_without_a_goal_gives_way() -> None:
     assert robot.is_at(1, 0)
     assert robot.report.goal_id == "", "the goal of giving way is no goal of the robot"
     assert robot.report.ahead == 0
+
+
+def test_it_drives_to_a_goal_beside_the_centre_of_its_cell_by_a_spur_and_back_when_it_is_told_to() -> None:
+    robot = GrantedRobot()
+    robot.send_goal(2, 0.4)
+    assert robot.report.tolerance == 0.1
+    spur = [robot.report.goal]
+    robot.grant(*LINE[:3], goal_id="there", at_goal=True, spur=spur)
+    robot.run(0.2)
+    assert robot.report.spur == spur
+    robot.run(12.0)
+    assert [result.status.status for result in robot.results] == [Status.SUCCEEDED]
+    assert robot.is_at(2, 0.4)
+    assert (robot.report.spur, robot.report.stray) == (spur, False)
+    robot.grant(*LINE[:3], spur=spur)
+    robot.run(2.0)
+    assert robot.is_at(2, 0.4)
+    robot.grant(*LINE[:3])
+    robot.run(8.0)
+    assert robot.is_at(2, 0) and not robot.report.spur
+    assert robot.report.goal_id == ""
+
+
+def test_it_drives_back_from_a_spur_before_it_goes_on() -> None:
+    robot = GrantedRobot()
+    robot.send_goal(2, 0.4)
+    robot.grant(*LINE[:3], goal_id="there", at_goal=True, spur=[robot.report.goal])
+    robot.run(12.0)
+    robot.send_goal(3, 0, "next")
+    robot.grant(*LINE, goal_id="next", at_goal=True)
+    robot.run(0.5)
+    assert robot.report.spur
+    while robot.report.spur:
+        assert robot.pose.x < 1.0 + 2.3 * SPACING
+        robot.run(0.1)
+    assert robot.is_at(2, 0)
+    robot.run(10.0)
+    assert robot.is_at(3, 0) and not robot.report.spur
+    assert len(robot.results) == 2
+
+
+def test_it_stops_in_its_cell_if_it_sees_something_on_its_spur() -> None:
+    robot = GrantedRobot()
+    robot.send_goal(0, -1.35)
+    robot.grant(LINE[0], goal_id="there", at_goal=True, spur=[robot.report.goal])
+    robot.run(8.0)
+    assert not robot.report.spur
+    assert robot.is_at(0, 0)
+    assert [result.status.status for result in robot.results] == [Status.SUCCEEDED]
 
 
 def test_a_goal_replaces_giving_way() -> None:

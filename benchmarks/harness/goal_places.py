@@ -1,0 +1,41 @@
+"""Places of goals: anywhere in a cell of a roadmap where a robot touches no blocked one."""
+
+from random import Random
+
+import numpy as np
+
+from ppaas.fleet.metric_roadmap import MetricRoadmap
+from ppaas.fleet.roadmap import BLOCKED
+
+BESIDE = 0.45
+"""How far goals are off the centres of cells along x and y, at most, in distances of neighbouring cells."""
+
+
+def goal_in(cell: int, hall: MetricRoadmap, radius: float, rng: Random, beside: float = BESIDE) -> tuple[float, float]:
+    """Return a random place in a cell at which a robot touches no place that is blocked or outside of the hall.
+
+    It is the centre of the cell if the first that is drawn is not such a place.
+
+    Parameters
+    ----------
+    cell : int
+    hall : MetricRoadmap
+    radius : float
+        Radius of the robot [m].
+    rng : Random
+    beside : float
+        How far the place is off the centre along x and y, at most, in distances of neighbouring cells.
+    """
+    x, y = hall.centre(cell)
+    most = beside * hall.spacing
+    place = (x + rng.uniform(-most, most), y + rng.uniform(-most, most)) if most else (x, y)
+    return place if _is_clear(hall, *place, radius) else (x, y)
+
+
+def _is_clear(hall: MetricRoadmap, x: float, y: float, radius: float) -> bool:
+    numbers, spacing = np.pad(hall.roadmap.numbers, 1, constant_values=BLOCKED), hall.spacing
+    row, column = round((y - hall.y0) / spacing), round((x - hall.x0) / spacing)
+    rows, columns = np.nonzero(numbers[row : row + 3, column : column + 3] == BLOCKED)
+    dy = np.abs(hall.y0 + spacing * (row - 1 + rows) - y) - spacing / 2.0
+    dx = np.abs(hall.x0 + spacing * (column - 1 + columns) - x) - spacing / 2.0
+    return bool((np.hypot(np.maximum(dx, 0.0), np.maximum(dy, 0.0)) >= radius).all())

@@ -1,0 +1,85 @@
+"""Spurs: ways of robots to goals beside the centres of their cells, where they hold all cells that they touch."""
+
+from collections.abc import Collection
+from dataclasses import replace
+
+from ppaas.traffic.granted_way import beside, nearest_in_cell
+from ppaas.traffic.holders import cells_of_spur
+from ppaas.traffic.members import Cell, Member, Spur
+from ppaas.traffic.occupancy import Occupancy
+
+SETTLES = 5.0
+"""Time for which a robot waits in the cell of its goal until the cells around are free [s]; then it stops in it."""
+
+
+class Spurs:
+    """Decides where robots stop that have been granted the cells of their goals.
+
+    A goal may be up to half a cell off the centre. If the robot stays farther from it than its tolerance where it is
+    wholly in the cell, it is granted a spur: all cells that it touches on the straight way from the centre to the goal,
+    at once, and only while they are free. Cells of a spur have no turns in the plan. So none waits for ever because of
+    it: the robot drives back to the centre on its own as soon as it goes on or somebody waits for it.
+
+    Parameters
+    ----------
+    occupancy : Occupancy
+        The robots, and what they hold.
+    """
+
+    def __init__(self, occupancy: Occupancy) -> None:
+        self._occupancy = occupancy
+
+    def decide(self, member: Member, now: float) -> str:
+        """Decide where a robot stops in or beside the last cell of its way; return whom it waits for, if any."""
+        goal_id = member.report.goal_id
+        if member.decided == goal_id or member.spur is not None:  # it drives back from the goal before first
+            return ""
+        cells = self._cells_to_goal(member)
+        other = next(filter(None, (self._hindrance(member, cell, now) for cell in sorted(cells))), "")
+        if member.ahead or member.settles[0] != goal_id:
+            member.settles = goal_id, now + SETTLES
+        if other and now < member.settles[1]:
+            return other
+        if cells and not other:
+            self._occupancy.holders.hold_spur(member, Spur(member.report.goal, goal_id, frozenset(cells)))
+        member.decided = goal_id
+        return ""
+
+    def _hindrance(self, member: Member, cell: Cell, now: float) -> str:
+        others = self._occupancy.holders[cell] - {member.name}
+        return min(others) if others else self._occupancy.outsiders.in_cell(cell, now)
+
+    def _cells_to_goal(self, member: Member) -> Collection[Cell]:
+        """Return the cells of the spur to a goal; none if it is not needed, or leads where rules of zones begin."""
+        occupancy, report, last = self._occupancy, member.report, member.chain[-1]
+        centre, spacing = occupancy.cells.centre(last), occupancy.cells.spacing
+        goal = report.goal.x, report.goal.y
+        near = nearest_in_cell(goal, centre, beside(spacing, report.radius))
+        if (near[0] - goal[0]) ** 2 + (near[1] - goal[1]) ** 2 <= report.tolerance**2:
+            return ()
+        cells = cells_of_spur(occupancy.cells, member, goal)
+        areas = occupancy.rules.areas_of(last)
+        if any(cell in occupancy.rules.no_stop or occupancy.rules.areas_of(cell) - areas for cell in cells):
+            return ()
+        return cells
+
+    def end(self, member: Member, number: int, *, waited_for: bool) -> None:
+        """Ask a robot to drive back that goes on or is waited for; free its spur once it has.
+
+        Parameters
+        ----------
+        member : Member
+        number : int
+            Number that the next grants will have which say something new.
+        waited_for : bool
+            Whether others wait for this robot.
+        """
+        spur, report = member.spur, member.report
+        if spur is None:
+            return
+        if not spur.ended_by:
+            is_over = not report.goal_id or report.goal_id != spur.goal_id
+            if member.ahead or (is_over and (report.goal_id or not report.spur or waited_for)):
+                member.spur, member.decided = replace(spur, ended_by=number), ""
+        elif report.grants >= spur.ended_by and not report.spur:
+            self._occupancy.holders.let_spur_go(member)
