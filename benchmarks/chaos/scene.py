@@ -90,7 +90,7 @@ def in_traffic(seed: int, robots: int, sides: tuple[float, float]) -> Scene:
     """Return robots in a warehouse that take part in its traffic; starts and goals are in cells."""
     grid, random = warehouse(seed, *sides), Random(seed)
     radius = robot_model(MODEL).robot_radius
-    cells = roadmaps_of(build_layers(grid, robot_radius=radius))(radius, TrafficParameters())
+    cells = roadmaps_of(build_layers(grid, robot_radius=radius))((radius,), TrafficParameters())
     drawn = largest_part(cells.roadmap)
 
     def pose(cell: int) -> Pose2D:

@@ -1,5 +1,6 @@
 """Assembly of a container that grants the robots of a map how far they may drive."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -25,14 +26,16 @@ def build_traffic(graph: Graph, layers: MapLayers) -> None:
 
 
 def roadmaps_of(layers: MapLayers) -> MakeRoadmap:
-    """Return the function that makes the roadmaps of a map for robots of a radius [m] and margins.
+    """Return the function that makes the roadmaps of a map for robots of some radii [m] and margins.
 
     They are made without zones, which change while robots drive.
     """
     return partial(_roadmap, layers)
 
 
-def _roadmap(layers: MapLayers, radius: float, margins: TrafficParameters) -> MetricRoadmap:
-    clearance = radius + margins.margin + margins.wall_margin
-    bare = replace(layers, barred_distance=None)
-    return metric_roadmap(clearance_of(bare), layers.grid.info, radius, margins.margin, clearance=clearance)
+def _roadmap(layers: MapLayers, radii: Sequence[float], margins: TrafficParameters) -> MetricRoadmap:
+    largest, bare = max(radii), replace(layers, barred_distance=None)
+    clearance = largest + margins.margin + margins.wall_margin
+    return metric_roadmap(
+        clearance_of(bare), layers.grid.info, largest, margins.margin, clearance=clearance, smaller=radii
+    )

@@ -41,6 +41,8 @@ class LifelongPlan:
         Cells of the robots, all different. They have no goals and give way, until `set_goal`.
     seed : int
         Seed of the random numbers.
+    sizes : (n,) int8 array, optional
+        Size of each robot, a row of ``roadmap.barred``. A robot may start in a cell that its size does not enter.
 
     Raises
     ------
@@ -48,11 +50,15 @@ class LifelongPlan:
         Two robots start in one cell.
     """
 
-    def __init__(self, roadmap: Roadmap, starts: NDArray[np.int32], seed: int = 0) -> None:
+    def __init__(
+        self, roadmap: Roadmap, starts: NDArray[np.int32], seed: int = 0, sizes: NDArray[np.int8] | None = None
+    ) -> None:
         check_distinct(starts, roadmap, "starts")
         self._roadmap = roadmap
         distances = np.empty((len(starts), len(roadmap)), np.int16)
-        self._board = board_of(roadmap, distances, NO_GUIDE, starts.astype(np.int32))
+        self._sizes = sizes if len(roadmap.barred) else None
+        self._of_size = [roadmap.for_size(size) for size in range(len(roadmap.barred))]
+        self._board = board_of(roadmap, distances, NO_GUIDE, starts.astype(np.int32), self._sizes)
         self._step = step_of(self._board, starts, seed)
         self._ages = np.random.default_rng(seed).random(len(starts)).astype(np.float32)
         self._seed = seed
@@ -109,7 +115,8 @@ class LifelongPlan:
         """
         self._board.goals[robot] = cell
         self._ages[robot] %= 1.0
-        self._board.distances[robot] = distances_from(self._roadmap, np.array([cell], np.int32))[0]
+        roadmap = self._roadmap if self._sizes is None else self._of_size[self._sizes[robot]]
+        self._board.distances[robot] = distances_from(roadmap, np.array([cell], np.int32))[0]
         self._nearest[robot] = self._board.distances[robot, self._step.at[robot]]
         self._patience[robot] = STALLED if len(self._roadmap.room) else PATIENCE + 2 * int(self._nearest[robot])
 

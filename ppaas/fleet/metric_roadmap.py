@@ -1,15 +1,15 @@
 """Metric roadmap: the cells of a fleet on a map in metres, which are free of obstacles for robots of a radius."""
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import GoalOccupied, GoalOutsideMap, InvalidInput
-from ppaas.fleet.lattice import Bounds, Clear, best_lattice
+from ppaas.fleet.lattice import Bounds, Clear, Moves, best_lattice
 from ppaas.fleet.roadmap import BLOCKED, Roadmap
 from ppaas.maps.grid import UNKNOWN, GridInfo
 from ppaas.planners.watch import proceed
@@ -32,19 +32,26 @@ class MetricRoadmap:
         Distance of the centres of neighbouring cells, and side of a cell [m].
     x0, y0 : float
         Centre of row 0, column 0 [m]; row r has y = y0 + r · spacing, column c has x = x0 + c · spacing.
+    radii : tuple of float
+        Radius of robots of each size, in ascending order [m]; empty if all may enter all cells.
     """
 
     roadmap: Roadmap
     spacing: float
     x0: float
     y0: float
+    radii: tuple[float, ...] = ()
+
+    def size_of(self, radius: float) -> int:
+        """Return the size of robots of a radius [m]: the smallest one that is as large, or the largest of all."""
+        return min(int(np.searchsorted(self.radii, radius - TINY)), max(len(self.radii) - 1, 0))
 
     @property
     def centres(self) -> NDArray[np.float64]:
         """Centres of all cells, (v, 2) float64 array of x, y [m] in the map frame."""
         return self._centres_of(self.roadmap.cells)
 
-    def nearest(self, x: float, y: float, within: float) -> int:
+    def nearest(self, x: float, y: float, within: float, size: int = 0) -> int:
         """Return the number of the cell whose centre is nearest to a place; the lowest number if several are.
 
         Parameters
@@ -53,6 +60,8 @@ class MetricRoadmap:
             The place [m] in the map frame.
         within : float
             Largest distance of the centre [m].
+        size : int
+            Size of the robot, which enters the cell.
 
         Raises
         ------
@@ -68,7 +77,7 @@ class MetricRoadmap:
         height, width = self.roadmap.numbers.shape
         if not (0 <= row < height and 0 <= column < width):
             raise GoalOutsideMap(f"{x:g}, {y:g} is outside the map")
-        cells = self._around(x, y, within)
+        cells = self._entered(self._around(x, y, within), size)
         apart = np.hypot(*(self._centres_of(self.roadmap.cells[cells]) - (x, y)).T)
         if not (apart <= within).any():
             raise GoalOccupied(f"there is no room for a robot within {within:g} m of {x:g}, {y:g}")
@@ -79,10 +88,13 @@ class MetricRoadmap:
         row, column = self.roadmap.cells[cell].tolist()
         return self.x0 + self.spacing * column, self.y0 + self.spacing * row
 
-    def nearby(self, x: float, y: float, within: float) -> list[int]:
-        """Return the numbers of the cells whose centres are within a distance of a place [m], the nearest one first."""
+    def nearby(self, x: float, y: float, within: float, size: int = 0) -> list[int]:
+        """Return the numbers of the cells whose centres are within a distance of a place [m], the nearest one first.
+
+        Cells that robots of a size do not enter are left out.
+        """
         self._check_finite(x, y, within)
-        cells = self._around(x, y, within)
+        cells = self._entered(self._around(x, y, within), size)
         apart = np.hypot(*(self._centres_of(self.roadmap.cells[cells]) - (x, y)).T)
         order = np.argsort(apart, kind="stable")
         return [int(cell) for cell in cells[order[: int((apart <= within).sum())]]]
@@ -131,6 +143,9 @@ class MetricRoadmap:
         places = np.linspace(begin, end, steps + 1).tolist()
         return {cell for x, y in places for cell in self.touched(x, y, radius).tolist()}
 
+    def _entered(self, cells: NDArray[np.int32], size: int) -> NDArray[np.int32]:
+        return cells[~self.roadmap.barred[size, cells]] if len(self.roadmap.barred) else cells
+
     def _around(self, x: float, y: float, reach: float) -> NDArray[np.int32]:
         """Return the numbers of cells with centres in a square, in ascending order."""
         height, width = self.roadmap.numbers.shape
@@ -166,6 +181,7 @@ def metric_roadmap(
     spacing: float | None = None,
     *,
     clearance: float | None = None,
+    smaller: Sequence[float] = (),
     check: Callable[[], None] = proceed,
 ) -> MetricRoadmap:
     """Return the roadmap of a map for robots of a radius.
@@ -193,6 +209,9 @@ def metric_roadmap(
     clearance : float, optional
         Least distance of robots' ways from lethal cells [m], by default the radius and the margin; more where sensors
         see walls nearer than the map has them.
+    smaller : sequence of float
+        Radii of smaller robots [m], which also enter cells where only they have room; larger ones do not. A move on
+        which a robot has no room although it has in both cells is left out for all.
     check : callable
         Called between two lattices that are tried; ends the work by raising.
 
@@ -211,11 +230,27 @@ def metric_roadmap(
             f"the map is too large for robots so small: it has {places} places at {spacing:g} m, and at most "
             f"{MOST_PLACES} are allowed; plan on a part of the map"
         )
-    clear = to_lethal >= np.float32(max(reach, clearance or 0.0))
-    lattice, moves = best_lattice(Clear(clear, info), bounds, spacing, info.resolution, check)
+    more = max(reach, clearance or 0.0) - radius
+    clear = Clear(to_lethal >= np.float32(radius + more), info)
+    lattice, moves = best_lattice(clear, bounds, spacing, info.resolution, check)
     if not moves.free.any():
         raise InvalidInput(f"a robot of radius {radius:g} m with a margin of {margin:g} m fits nowhere on the map")
-    return MetricRoadmap(Roadmap.of_moves(*moves), spacing, float(lattice.xs[0]), float(lattice.ys[0]))
+    radii = sorted({each for each in smaller if each < radius - TINY})
+    others = [Clear(to_lethal >= np.float32(each + more), info).moves(lattice, spacing) for each in radii]
+    roadmap = _of_sizes([*others, moves]) if radii else Roadmap.of_moves(*moves)
+    sizes = (*radii, radius) if radii else ()
+    return MetricRoadmap(roadmap, spacing, float(lattice.xs[0]), float(lattice.ys[0]), sizes)
+
+
+def _of_sizes(moves: Sequence[Moves]) -> Roadmap:
+    """Return the roadmap of robots of several sizes from the moves that each of them has room for, smallest first."""
+    free, in_rows, in_columns = moves[0]
+    for each in moves[1:]:
+        in_rows = in_rows & ~(each.free[:, :-1] & each.free[:, 1:] & ~each.in_rows)
+        in_columns = in_columns & ~(each.free[:-1] & each.free[1:] & ~each.in_columns)
+    roadmap = Roadmap.of_moves(free, in_rows, in_columns)
+    rows, columns = roadmap.cells.T
+    return replace(roadmap, barred=np.stack([~each.free[rows, columns] for each in moves]))
 
 
 def _check_sizes(radius: float, margin: float, spacing: float) -> None:

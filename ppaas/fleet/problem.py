@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput, NoValidPath
-from ppaas.fleet.kernels.board import NO_GUIDE, UNREACHABLE, Board
+from ppaas.fleet.kernels.board import NO_GUIDE, NOT_BARRED, ONE_SIZE, UNREACHABLE, Board
 from ppaas.fleet.kernels.distances import flood_all
 from ppaas.fleet.roadmap import Roadmap
 from ppaas.planners.watch import proceed
@@ -89,10 +89,16 @@ class FleetProblem:
 
 
 def board_of(
-    roadmap: Roadmap, distances: NDArray[np.int16], guide: NDArray[np.int8], goals: NDArray[np.int32]
+    roadmap: Roadmap,
+    distances: NDArray[np.int16],
+    guide: NDArray[np.int8],
+    goals: NDArray[np.int32],
+    sizes: NDArray[np.int8] | None = None,
 ) -> Board:
-    """Return the arrays of a roadmap and of robots for kernels."""
-    return Board(roadmap.neighbours, distances, guide, goals, roadmap.areas, roadmap.room)
+    """Return the arrays of a roadmap and of robots for kernels; without sizes, robots may enter all cells."""
+    barred = NOT_BARRED if sizes is None else roadmap.barred
+    own = ONE_SIZE if sizes is None else sizes
+    return Board(roadmap.neighbours, distances, guide, goals, roadmap.areas, roadmap.room, barred, own)
 
 
 def distances_from(

@@ -31,6 +31,8 @@ class Roadmap:
         Areas that each cell is in, as bits: bit a for area a. (0,) without areas.
     room : (a,) int32 array
         Number of robots that may be in each area at a time.
+    barred : (s, v) bool array
+        True for cells that robots of each size do not enter; (0, 0) if robots of all sizes may enter all cells.
     """
 
     neighbours: NDArray[np.int32]
@@ -39,6 +41,7 @@ class Roadmap:
     numbers: NDArray[np.int32]
     areas: NDArray[np.uint64] = field(default_factory=lambda: np.empty(0, np.uint64))
     room: NDArray[np.int32] = field(default_factory=lambda: np.empty(0, np.int32))
+    barred: NDArray[np.bool_] = field(default_factory=lambda: np.empty((0, 0), np.bool_))
 
     @classmethod
     def of_grid(cls, free: NDArray[np.bool_]) -> "Roadmap":
@@ -78,6 +81,12 @@ class Roadmap:
         gone = np.zeros(len(self), np.bool_)
         gone[list(cells)] = True
         return self.without_moves(gone[:, np.newaxis] | gone[self.neighbours])
+
+    def for_size(self, size: int) -> "Roadmap":
+        """Return the roadmap without the moves into cells that robots of a size do not enter."""
+        if not len(self.barred) or not self.barred[size].any():
+            return self
+        return self.without_moves(self.barred[size][self.neighbours])
 
     def without_moves(self, closed: NDArray[np.bool_]) -> "Roadmap":
         """Return the roadmap without some moves; the moves back may stay, so that others are one-way.

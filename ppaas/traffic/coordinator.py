@@ -39,7 +39,7 @@ class Coordinator:
     Parameters
     ----------
     make_roadmap : callable
-        Returns the roadmap for robots of a radius.
+        Returns the roadmap for robots of some radii.
     parameters : TrafficParameters
     epoch : int
         Epoch that the coordinator before this one had; 0 for none.
@@ -150,7 +150,8 @@ class Coordinator:
         rules = self.occupancy.rules
         left_out = obstacles_in(self.occupancy, heads) - set(heads.values())
         rules = replace(rules, roadmap=rules.roadmap.without(left_out))
-        self._plan = plan = PlanAhead(rules, heads, self.members, next(self._seeds)) if heads else None
+        sizes = {name: self.occupancy.cells.size_of(self.members[name].report.radius) for name in heads}
+        self._plan = plan = PlanAhead(rules, heads, self.members, next(self._seeds), sizes) if heads else None
         for name, cell in heads.items():
             if plan is not None and not self.members[name].chain:
                 plan.enter_first(self.members[name], cell)
@@ -170,8 +171,10 @@ class Coordinator:
 
     def _aim(self, plan: PlanAhead, member: Member) -> None:
         goal_id, goal = member.report.goal_id, member.report.goal
+        cells = self.occupancy.cells
+        size = cells.size_of(member.report.radius)
         try:
-            cell = self.occupancy.cells.nearest(goal.x, goal.y, NEAR * self.occupancy.cells.spacing)
+            cell = cells.nearest(goal.x, goal.y, NEAR * cells.spacing, size)
         except PPaaSError as error:
             member.refused = goal_id, f"robots of the traffic cannot stand there: {error}"
             return
@@ -182,8 +185,8 @@ class Coordinator:
         if plan.aim(member, cell):
             return
         member.no_way = goal_id
-        if not is_connected(self.occupancy.rules.roadmap, plan.end_of(member), cell):
-            closed = is_connected(self.occupancy.cells.roadmap, plan.end_of(member), cell)
+        if not is_connected(self.occupancy.rules.roadmap.for_size(size), plan.end_of(member), cell):
+            closed = is_connected(cells.roadmap.for_size(size), plan.end_of(member), cell)
             why = ": zones of the map close it" if closed else ""
             member.refused = goal_id, f"there is no way to it for the robots of the traffic{why}"
             return

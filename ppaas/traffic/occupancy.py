@@ -14,6 +14,7 @@ from ppaas.traffic.members import Arrival, Cell, Member, Spur, Standing, reached
 from ppaas.traffic.outsiders import FRESH, Kind, Outsiders
 from ppaas.traffic.report_checks import check_report
 from ppaas.traffic.settings import TrafficParameters
+from ppaas.traffic.sizes import is_same, with_size
 from ppaas.zones.zone import Zone
 
 GIVEN_UP = 3
@@ -22,8 +23,8 @@ GIVEN_UP = 3
 REACH = 2.0
 """Distance within which a robot is led to a cell, in distances of neighbouring cells."""
 
-MakeRoadmap = Callable[[float, TrafficParameters], MetricRoadmap]
-"""Called with the radius of the largest robot [m] and the margins; returns the roadmap of the map for it."""
+MakeRoadmap = Callable[[Sequence[float], TrafficParameters], MetricRoadmap]
+"""Called with the radii of robots of all sizes, in ascending order [m], and the margins; returns their roadmap."""
 
 
 class Occupancy:
@@ -32,7 +33,7 @@ class Occupancy:
     Parameters
     ----------
     make_roadmap : callable
-        Returns the roadmap for robots of a radius.
+        Returns the roadmap for robots of some radii.
     parameters : TrafficParameters
 
     Attributes
@@ -61,7 +62,7 @@ class Occupancy:
         self.gives_back: set[str] = set()
         self.goals = 0
         self._make_roadmap = make_roadmap
-        self._radius = 0.0
+        self._radii: tuple[float, ...] = ()
         self._zones: Sequence[Zone] = []
         self._rules: CellRules | None = None
         self._blocked: dict[Cell, float] = {}
@@ -179,10 +180,10 @@ class Occupancy:
         return self.members[name]
 
     def _join(self, report: TrafficReport, now: float) -> Member:
-        """Take a robot in; all ways begin anew on another roadmap if it is larger than those before and fits."""
+        """Take a robot in; all ways begin anew on another roadmap if it is of another size for which that differs."""
         member = Member(report, now, moved_at=now, goal_since=now - report.goal_seconds)
         before = self.map
-        if before is None or report.radius > self._radius:
+        if report.radius not in self._radii:
             member.fits = self._make_room(report.radius)
         self.members[report.robot] = member
         if report.way and member.fits:
@@ -198,7 +199,7 @@ class Occupancy:
         """Go on with another version of the map; all ways begin anew."""
         self._make_roadmap = make_roadmap
         if self.map is not None:
-            self._change_roadmap(self._make_roadmap(self._radius, self.parameters))
+            self._change_roadmap(self._make_roadmap(self._radii, self.parameters))
         for member in self.members.values():
             member.fits = member.fits or self._make_room(member.report.radius)
 
@@ -208,33 +209,39 @@ class Occupancy:
             return
         self._zones = zones
         if self.map is not None:
-            self._rules = rules_on(self.map, zones, self._radius)
+            self._rules = rules_on(self.map, zones, self._radii[-1])
             self.outdated = True
 
     def _make_room(self, radius: float) -> bool:
-        """Make cells as wide as a robot of a radius needs; return False if there are none, or too few for the others.
+        """Make cells as robots of a radius need them; return False if there are none, or too few for the others.
 
         Cells would be too few if somebody had none in reach.
         """
+        radii = with_size(self._radii, radius)
+        if radii == self._radii:
+            return True
         try:
-            cells = self._make_roadmap(radius, self.parameters)
+            cells = self._make_roadmap(radii, self.parameters)
         except InvalidInput:
             return False
         if any(self._is_near(each, self.map) and not self._is_near(each, cells) for each in self.members.values()):
             return False
-        self._radius = radius
-        self._change_roadmap(cells)
+        before, self._radii = self.map, radii
+        if before is None or not is_same(before, cells):
+            self._change_roadmap(cells)
         return True
 
     @staticmethod
     def _is_near(member: Member, cells: MetricRoadmap | None) -> bool:
         """Return whether a robot can be led to a cell."""
-        at = member.report
-        return cells is not None and member.fits and bool(cells.nearby(at.x, at.y, REACH * cells.spacing))
+        if cells is None or not member.fits:
+            return False
+        at, within = member.report, REACH * cells.spacing
+        return bool(cells.nearby(at.x, at.y, within, cells.size_of(at.radius)))
 
     def _change_roadmap(self, cells: MetricRoadmap) -> None:
         self.map = cells
-        self._rules = rules_on(cells, self._zones, self._radius)
+        self._rules = rules_on(cells, self._zones, self._radii[-1])
         self._blocked.clear()
         for member in self.members.values():
             if member.report.way and member.fits:

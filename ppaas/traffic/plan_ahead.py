@@ -42,13 +42,24 @@ class PlanAhead:
         Robots by name, those of ``heads`` among them.
     seed : int
         Seed of the random numbers.
+    sizes : mapping of str to int
+        Size of each robot of ``heads``.
     """
 
-    def __init__(self, rules: CellRules, heads: Mapping[str, Cell], members: Mapping[str, Member], seed: int) -> None:
+    def __init__(
+        self,
+        rules: CellRules,
+        heads: Mapping[str, Cell],
+        members: Mapping[str, Member],
+        seed: int,
+        sizes: Mapping[str, int],
+    ) -> None:
         self._members = [members[name] for name in heads]
         self._index = {name: index for index, name in enumerate(heads)}
         self._rules = rules
-        self._plan = LifelongPlan(rules.roadmap, np.fromiter(heads.values(), np.int32, len(heads)), seed)
+        self._sizes = np.fromiter((sizes[name] for name in heads), np.int8, len(heads))
+        starts = np.fromiter(heads.values(), np.int32, len(heads))
+        self._plan = LifelongPlan(rules.roadmap, starts, seed, self._sizes)
         self._turns: defaultdict[Cell, deque[str]] = defaultdict(deque)
         self._turns_into: defaultdict[Area, deque[str]] = defaultdict(deque)
         for member in self._members:
@@ -75,7 +86,7 @@ class PlanAhead:
     def rest(self, member: Member) -> None:
         """Plan no goal for a robot: it gives way to others, and leaves zones in which robots do not stop."""
         index = self._index[member.name]
-        self._plan.set_goal(index, self._near_stop(int(self._plan.cells[index])))
+        self._plan.set_goal(index, self._near_stop(member))
         member.aim = ""
 
     def _make_room(self) -> None:
@@ -83,16 +94,18 @@ class PlanAhead:
         sought = self._plan.sought_areas
         for member in self._members if sought else ():
             if not member.aim and self._rules.areas_of(self.end_of(member)) & sought:
-                self._plan.set_goal(self._index[member.name], self._near_stop(self.end_of(member), sought))
+                self._plan.set_goal(self._index[member.name], self._near_stop(member, sought))
 
-    def _near_stop(self, cell: Cell, sought: Set[Area] = frozenset()) -> Cell:
-        """Return the cell with the shortest way from a cell in which robots may stop, outside of some areas.
+    def _near_stop(self, member: Member, sought: Set[Area] = frozenset()) -> Cell:
+        """Return the cell with the shortest way for a robot in which robots may stop, outside of some areas.
 
-        Itself if there is none.
+        That in which it is if there is none.
         """
+        cell = self.end_of(member)
+        roadmap = self._rules.roadmap.for_size(int(self._sizes[self._index[member.name]]))
         known, queue = {cell}, deque([cell])
         while queue and (queue[0] in self._rules.no_stop or self._rules.areas_of(queue[0]) & sought):
-            for near in self._rules.roadmap.neighbours[queue.popleft()].tolist():
+            for near in roadmap.neighbours[queue.popleft()].tolist():
                 if near >= 0 and near not in known:
                     known.add(near)
                     queue.append(near)

@@ -20,7 +20,8 @@ def heads_of(occupancy: Occupancy) -> dict[str, Cell]:
     for member in joined:
         if not member.chain:
             report = member.report
-            near = occupancy.cells.nearby(report.x, report.y, REACH * occupancy.cells.spacing)
+            cells = occupancy.cells
+            near = cells.nearby(report.x, report.y, REACH * cells.spacing, cells.size_of(report.radius))
             free = [cell for cell in near if cell not in taken and not _is_granted(occupancy, cell, member.name)]
             if free:
                 heads[member.name] = free[0]

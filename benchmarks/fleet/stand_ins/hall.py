@@ -67,7 +67,7 @@ class Hall:
     @cached_property
     def roadmap(self) -> MetricRoadmap:
         """Its cells."""
-        return roadmaps_of(build_layers(self.grid, robot_radius=RADIUS))(RADIUS, TrafficParameters())
+        return roadmaps_of(build_layers(self.grid, robot_radius=RADIUS))((RADIUS,), TrafficParameters())
 
     @cached_property
     def cells(self) -> list[int]:

@@ -152,7 +152,7 @@ class TrafficScene:
         self.world = World(grid, seed, epoch=EPOCH)
         radius = robot_model(MODEL).robot_radius
         self.layers = build_layers(grid, robot_radius=radius)
-        self.roadmap: MetricRoadmap = roadmaps_of(self.layers)(radius, TrafficParameters())
+        self.roadmap: MetricRoadmap = roadmaps_of(self.layers)((radius,), TrafficParameters())
         self.cells = largest_part(self.roadmap.roadmap)
         for cell in self.rng.sample(self.cells, robots):
             self.world.add_robot(Pose2D(*self.roadmap.centre(cell), self.rng.uniform(-3.0, 3.0)))

@@ -40,6 +40,10 @@ class Board(NamedTuple):
         Areas that each cell is in, as bits: bit a for area a. (0,) without areas.
     room : (a,) int32 array
         Number of robots that may be in each area at a time.
+    barred : (s, v) bool array
+        True for cells that robots of each size do not enter; (0, 0) if all robots may enter all cells.
+    sizes : (n,) int8 array
+        Size of each robot, a row of ``barred``; (0,) without it.
     """
 
     neighbours: Ints
@@ -48,6 +52,8 @@ class Board(NamedTuple):
     goals: Ints
     areas: NDArray[np.uint64]
     room: Ints
+    barred: NDArray[np.bool_]
+    sizes: NDArray[np.int8]
 
 
 class Step(NamedTuple):
@@ -88,6 +94,12 @@ class Step(NamedTuple):
 
 COUNT, PARTNER = 5, 6
 
+NOT_BARRED = np.empty((0, 0), np.bool_)
+"""Barred cells of robots that may enter all."""
+
+ONE_SIZE = np.empty(0, np.int8)
+"""Sizes of robots that may enter all cells."""
+
 NO_GUIDE = np.empty((0, 0), np.int8)
 """Guides of robots that have none."""
 
@@ -96,7 +108,13 @@ def smallest_board(guide: NDArray[np.int8] = NO_GUIDE) -> Board:
     """Return a board of two cells for one robot, whose goal is the second one: for ``warm`` of kernels."""
     neighbours = np.array([[1, -1, -1, -1], [0, -1, -1, -1]], np.int32)
     distances, goals = np.array([[1, 0]], np.int16), np.ones(1, np.int32)
-    return Board(neighbours, distances, guide, goals, NO_AREAS, np.empty(0, np.int32))
+    return Board(neighbours, distances, guide, goals, NO_AREAS, np.empty(0, np.int32), NOT_BARRED, ONE_SIZE)
+
+
+@joined
+def is_barred(board: Board, robot: int, cell: int) -> bool:
+    """Return whether a robot is too large to enter a cell."""
+    return bool(len(board.barred) > 0 and board.barred[board.sizes[robot], cell])
 
 
 def step_of(board: Board, at: Ints, seed: int) -> Step:

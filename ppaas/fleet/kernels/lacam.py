@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ppaas.fleet.kernels.board import UNREACHABLE, Board, Ints, Step, smallest_board, step_of
+from ppaas.fleet.kernels.board import UNREACHABLE, Board, Ints, Step, is_barred, smallest_board, step_of
 from ppaas.fleet.kernels.pibt import decide, is_possible
 
 Longs = NDArray[np.int64]
@@ -149,7 +149,7 @@ def branch(board: Board, search: Search, node: int, above: int) -> None:
     cell = search.cells[node, robot]
     for k in range(5):
         near = board.neighbours[cell, k] if k < 4 else cell
-        if near < 0:
+        if near < 0 or (k < 4 and is_barred(board, robot, near)):
             continue
         added = add_constraint(search, above, robot, near, depth + 1)
         if search.nodes[node, FIRST] < 0:

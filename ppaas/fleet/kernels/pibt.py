@@ -13,7 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.fleet.kernels.areas import count_inside, enter, has_room
-from ppaas.fleet.kernels.board import COUNT, NOBODY, PARTNER, Board, Ints, Step, fraction, smallest_board, step_of
+from ppaas.fleet.kernels.board import (
+    COUNT,
+    NOBODY,
+    PARTNER,
+    Board,
+    Ints,
+    Step,
+    fraction,
+    is_barred,
+    smallest_board,
+    step_of,
+)
 from ppaas.fleet.kernels.swap import partner
 from ppaas.planners.kernels.jit_decorators import bare
 
@@ -46,7 +57,7 @@ def choose(board: Board, step: Step, robot: int, out: Ints) -> None:
     count = 0
     for k in range(5):
         near = board.neighbours[cell, k] if k < 4 else cell
-        if near < 0:
+        if near < 0 or (k < 4 and is_barred(board, robot, near)):
             continue
         key = board.distances[robot, near] + SPREAD * fraction(step.bits)
         if k < 4 and board.guide.shape[0] > 0 and board.guide[robot, cell] == k:
@@ -112,7 +123,9 @@ def pull(board: Board, step: Step, depth: int) -> None:
     other, cell = mine[PARTNER], step.at[robot]
     if step.turn[depth] > 0 or other < 0 or step.to[other] >= 0 or step.next[cell] >= 0 or step.to[robot] == cell:
         return
-    if not may_move(board, step.at[other], cell) or not has_room(board, step, other, cell):
+    if not may_move(board, step.at[other], cell) or is_barred(board, other, cell):
+        return
+    if not has_room(board, step, other, cell):
         return
     if not closes_ring(step, other, cell):
         step.to[other], step.next[cell] = cell, other

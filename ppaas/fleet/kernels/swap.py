@@ -6,7 +6,7 @@ for Scalable Eventually Optimal Multi-Agent Pathfinding", IJCAI 2023, section 4.
 """
 
 from ppaas.fleet.kernels.areas import fit_together, has_room
-from ppaas.fleet.kernels.board import NOBODY, Board, Ints, Step
+from ppaas.fleet.kernels.board import NOBODY, Board, Ints, Step, is_barred
 from ppaas.planners.kernels.jit_decorators import bare, joined
 
 NO_WAY, ONE_WAY, JUNCTION = 0, 1, 2
@@ -109,6 +109,7 @@ def partner(board: Board, step: Step, robot: int, best: int) -> int:
     if (
         other >= 0
         and step.to[other] < 0
+        and not is_barred(board, other, cell)
         and has_room(board, step, other, cell)
         and is_needed(board, step, robot, other, cell, best)
         and is_possible(board, step, other, robot, best, cell)
@@ -123,6 +124,7 @@ def partner(board: Board, step: Step, robot: int, best: int) -> int:
         if (
             other >= 0
             and near != best
+            and not is_barred(board, other, cell)
             and has_room(board, step, other, cell)
             and is_needed(board, step, other, robot, cell, best)
             and is_possible(board, step, other, robot, best, cell)

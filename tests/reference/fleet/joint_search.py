@@ -8,21 +8,26 @@ from ppaas.fleet.roadmap import Roadmap
 Cells = tuple[int, ...]
 
 
-def shortest(roadmap: Roadmap, starts: Sequence[int], goals: Sequence[int]) -> int | None:
-    """Return the least number of steps after which all robots are at their goals; None if they never are."""
+def shortest(roadmap: Roadmap, starts: Sequence[int], goals: Sequence[int], sizes: Sequence[int] = ()) -> int | None:
+    """Return the least number of steps after which all robots are at their goals; None if they never are.
+
+    Robots of some sizes do not enter the cells that are barred for them.
+    """
     wanted, first = tuple(map(int, goals)), tuple(map(int, starts))
     known, layer, steps = {first}, [first], 0
     while layer:
         if wanted in known:
             return steps
-        layer = [after for before in layer for after in _next(roadmap, before) if after not in known]
+        layer = [after for before in layer for after in _next(roadmap, before, sizes) if after not in known]
         known |= set(layer)
         steps += 1
     return None
 
 
-def _next(roadmap: Roadmap, before: Cells) -> Iterator[Cells]:
+def _next(roadmap: Roadmap, before: Cells, sizes: Sequence[int]) -> Iterator[Cells]:
     ways = [[cell, *(int(near) for near in roadmap.neighbours[cell] if near >= 0)] for cell in before]
+    for robot, size in enumerate(sizes):
+        ways[robot] = [cell for cell in ways[robot] if cell == before[robot] or not roadmap.barred[size, cell]]
     for after in itertools.product(*ways):
         if len(set(after)) == len(after) and not has_ring(before, after) and has_room(roadmap, before, after):
             yield after

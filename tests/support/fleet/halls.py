@@ -51,6 +51,17 @@ def ruled_halls(draw: st.DrawFn, most_cells: int = 10, most_robots: int = 3) -> 
     return hall._replace(roadmap=roadmap)
 
 
+@st.composite
+def mixed_halls(draw: st.DrawFn, most_cells: int = 10, most_robots: int = 3) -> tuple[Hall, NDArray[np.int8]]:
+    """Return halls with cells that robots of size 1 do not enter, and the size of each robot."""
+    hall = draw(halls(most_cells, most_robots))
+    count, cells = len(hall.starts), len(hall.roadmap)
+    narrow = np.array(draw(st.lists(st.sampled_from([False, False, True]), min_size=cells, max_size=cells)))
+    sizes = np.array(draw(st.lists(st.integers(0, 1), min_size=count, max_size=count)), np.int8)
+    roadmap = replace(hall.roadmap, barred=np.stack([np.zeros(cells, np.bool_), narrow]))
+    return hall._replace(roadmap=roadmap), sizes
+
+
 def hall_of(text: str) -> Hall:
     """Return a hall from a drawing.
 

@@ -1,5 +1,6 @@
 """Traffic in simulated time: nobody touches anybody, all get home, and faults change neither."""
 
+from collections.abc import Sequence
 from random import Random
 
 import numpy as np
@@ -186,10 +187,10 @@ def test_what_silent_robots_held_by_a_checkpoint_is_held() -> None:
 
 
 def test_a_larger_robot_needs_larger_cells() -> None:
-    radii: list[float] = []
+    asked: list[tuple[float, ...]] = []
 
-    def make(radius: float, _: TrafficParameters) -> object:
-        radii.append(radius)
+    def make(radii: Sequence[float], _: TrafficParameters) -> object:
+        asked.append(tuple(radii))
         return roadmap_of("....\n....")
 
     simulation = fleet(1, 15)
@@ -197,7 +198,7 @@ def test_a_larger_robot_needs_larger_cells() -> None:
     simulation.run(3.0)
     simulation.put(1.2, 0.6, radius=0.25)
     simulation.run(3.0)
-    assert radii == [0.2, 0.25]
+    assert asked == [(0.2,), (0.2, 0.25)]
 
 
 def test_another_map_begins_all_ways_anew() -> None:

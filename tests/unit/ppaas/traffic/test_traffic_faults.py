@@ -1,5 +1,7 @@
 """Faults in simulated traffic: clocks, false claims, sizes, maps and networks that are not as they should be."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
@@ -111,8 +113,9 @@ def test_another_map_under_a_fleet_that_drives_ends_no_goal() -> None:
 # -- sizes -------------------------------------------------------------------------------------------------------------
 
 
-def narrow(radius: float, _: TrafficParameters) -> MetricRoadmap:
+def narrow(radii: Sequence[float], _: TrafficParameters) -> MetricRoadmap:
     """Return a hall whose aisles have room for robots of a radius of 0.2 m alone."""
+    radius = max(radii)
     if radius > 0.6:
         raise InvalidInput(f"a robot of radius {radius:g} m fits nowhere on the map")
     return roadmap_of(AISLES if radius <= 0.2 else "\n".join(["#" * 12] * 11 + ["." * 12]))
