@@ -127,6 +127,11 @@ class Member:
         """Cells that it holds."""
         return self.base.union(self.chain, () if self.spur is None else self.spur.cells)
 
+    @property
+    def is_recalled(self) -> bool:
+        """True if it has to drive back from its spur."""
+        return self.spur is not None and self.spur.ended_by > 0
+
     def is_late(self, report: TrafficReport, now: float) -> bool:
         """Return whether a report is older than the newest one.
 

@@ -311,7 +311,7 @@ class Occupancy:
                 self.holders.let_go(member.name, cell)
         same = report.revision == before.revision
         gets_on = same and reached_by(report) > reached_by(before)
-        if gets_on or not same or member.ahead == 0 or before.ahead == 0:
+        if gets_on or not same or ((member.ahead == 0 or before.ahead == 0) and not member.is_recalled):
             member.moved_at = now
         if gets_on and reached_by(report) > 1:  # it is in another cell than where it stood
             member.tries = 0

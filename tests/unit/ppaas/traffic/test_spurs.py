@@ -99,6 +99,19 @@ def test_it_settles_in_its_cell_if_the_one_beside_is_not_left() -> None:
     assert simulation.nearest > 0.05
 
 
+def test_one_that_cannot_drive_back_from_its_spur_becomes_an_obstacle() -> None:
+    simulation, robot, other = two(0, 23)
+    robot.head_for(2 * SPACING, 1.45 * SPACING, 0.0)
+    simulation.run(30.0, until_home=True)
+    robot.dead = True
+    other.head_for(2 * SPACING, 2 * SPACING, simulation.now)
+    simulation.run(200.0, until_home=True)
+    assert other.refused == ["robot tb0 stands on it and does not move"]
+    other.head_for(SPACING, 2 * SPACING, simulation.now)
+    simulation.run(30.0, until_home=True)
+    assert other.arrived == 1 and simulation.nearest > 0.0
+
+
 def test_it_waits_for_a_person_beside_its_goal() -> None:
     simulation, robot, _ = two(0, 23)
     robot.head_for(2 * SPACING, 1.45 * SPACING, 0.0)
