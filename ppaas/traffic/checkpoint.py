@@ -17,22 +17,27 @@ class TrafficCheckpoint(msgspec.Struct):
         The newest of each robot, with all cells that it may hold or be granted soon as its way.
     goals : int
         Number of goals reached.
+    out : list of str
+        Robots that an operator has taken out.
     """
 
     epoch: int
     reports: list[TrafficReport] = []
     goals: int = 0
+    out: list[str] = []
 
 
 def checkpoint_of(coordinator: Coordinator) -> bytes:
     """Return the checkpoint of a coordinator."""
-    return msgspec.msgpack.encode(
-        TrafficCheckpoint(coordinator.epoch, coordinator.occupancy.known(), coordinator.occupancy.goals)
-    )
+    occupancy = coordinator.occupancy
+    out = [name for name, member in occupancy.members.items() if member.standing == "out"]
+    return msgspec.msgpack.encode(TrafficCheckpoint(coordinator.epoch, occupancy.known(), occupancy.goals, out))
 
 
 def restore(coordinator: Coordinator, state: bytes, now: float) -> None:
     """Let a coordinator begin from a checkpoint: it waits for the robots of it, and takes what they held for held.
+
+    Those that were taken out stay out.
 
     Raises
     ------
@@ -46,3 +51,5 @@ def restore(coordinator: Coordinator, state: bytes, now: float) -> None:
     coordinator.epoch, coordinator.occupancy.goals = read.epoch, read.goals
     for report in read.reports:
         coordinator.report(report, now)
+    for name in set(read.out) & coordinator.members.keys():
+        coordinator.occupancy.take_out(name)

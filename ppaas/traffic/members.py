@@ -132,8 +132,8 @@ class Member:
         """True if it has to drive back from its spur."""
         return self.spur is not None and self.spur.ended_by > 0
 
-    def is_late(self, report: TrafficReport, now: float) -> bool:
-        """Return whether a report is older than the newest one.
+    def note_late(self, report: TrafficReport, now: float) -> bool:
+        """Note whether a report is older than the newest one, and return it.
 
         If all are for `CLOCK_SET`, the clock was set back that they are stamped by: then they are as new as any.
         """

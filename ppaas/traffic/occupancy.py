@@ -133,7 +133,7 @@ class Occupancy:
         before = report if member is None else member.report
         if member is None:
             member = self._join(report, now)
-        elif member.is_late(report, now):
+        elif member.note_late(report, now):
             return False
         elif report.revision != before.revision or report.free or before.free:
             self._begin_anew(member, report)
@@ -288,6 +288,8 @@ class Occupancy:
         """Take the way that a robot reports for what it holds: it is that of another coordinator."""
         member.report = report
         self._stand(member)
+        if member.standing == "out":
+            return
         for point in report.way:
             cell = self.cells.closest(point.x, point.y)
             member.chain.append(cell)

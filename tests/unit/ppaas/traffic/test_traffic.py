@@ -186,6 +186,24 @@ def test_what_silent_robots_held_by_a_checkpoint_is_held() -> None:
     assert simulation.nearest > 0.0
 
 
+@pytest.mark.parametrize("silent", [False, True])
+def test_a_robot_that_was_taken_out_stays_out_with_the_next_node(silent: bool) -> None:
+    simulation = fleet(4, 14)
+    simulation.run(20.0, again=True)
+    assert simulation.coordinator is not None
+    simulation.coordinator.occupancy.take_out("tb0")
+    state = checkpoint.checkpoint_of(simulation.coordinator)
+    simulation.robots[0].silent = silent  # it does not learn of it, and reports what it held
+    simulation.start_node()
+    assert simulation.coordinator is not None
+    checkpoint.restore(simulation.coordinator, state, simulation.now)
+    simulation.run(0.5)
+    simulation.robots[0].silent = False
+    simulation.run(6.0, again=True)
+    member = simulation.coordinator.members["tb0"]
+    assert (member.standing, member.held, member.report.free) == ("out", set(), True)
+
+
 def test_a_larger_robot_needs_larger_cells() -> None:
     asked: list[tuple[float, ...]] = []
 
