@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 from ppaas.geometry import Pose2D
 from ppaas.messages.fleet.traffic import MapPoint, TrafficGrants
-
-Point = tuple[float, float]
+from ppaas.traffic.room_in_cells import Point, beside, nearest_in_cell
 
 REACHED = 0.1
 """Distance before the centre of a cell at which it counts as reached [m]."""
@@ -252,25 +251,6 @@ class GrantedWay:
         dx, dy = here.x - before.x, here.y - before.y
         along = ((pose.x - before.x) * dx + (pose.y - before.y) * dy) / math.hypot(dx, dy)
         return along >= self.spacing - REACHED
-
-
-def beside(spacing: float, radius: float) -> float:
-    """Return half of the room that a robot has on each side in a cell [m]: two in cells side by side share a margin.
-
-    Parameters
-    ----------
-    spacing : float
-        Side of a cell [m].
-    radius : float
-        Radius of the robot [m].
-    """
-    return max(spacing / 2.0 - radius, 0.0) / 2.0
-
-
-def nearest_in_cell(place: Point, centre: Point, apart: float) -> Point:
-    """Return the point nearest to a place that is at most a distance from the centre of a cell along x and y [m]."""
-    (x, y), (mid_x, mid_y) = place, centre
-    return min(max(x, mid_x - apart), mid_x + apart), min(max(y, mid_y - apart), mid_y + apart)
 
 
 def _distance_to(pose: Pose2D, begin: Point, end: Point) -> float:

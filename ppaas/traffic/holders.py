@@ -5,8 +5,8 @@ from collections import defaultdict
 from collections.abc import Mapping
 
 from ppaas.fleet.metric_roadmap import MetricRoadmap
-from ppaas.traffic.granted_way import Point, beside
 from ppaas.traffic.members import Cell, Member, Spur
+from ppaas.traffic.room_in_cells import Point, beside
 
 
 class Holders:

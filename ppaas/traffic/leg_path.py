@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D, Poses, poses_along
-from ppaas.traffic.granted_way import Point, WayPoint
+from ppaas.traffic.granted_way import WayPoint
+from ppaas.traffic.room_in_cells import Point
 
 STEP = 0.05
 """Distance of the poses of a path [m]."""

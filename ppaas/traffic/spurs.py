@@ -3,10 +3,10 @@
 from collections.abc import Collection
 from dataclasses import replace
 
-from ppaas.traffic.granted_way import beside, nearest_in_cell
 from ppaas.traffic.holders import cells_of_spur
 from ppaas.traffic.members import Cell, Member, Spur
 from ppaas.traffic.occupancy import Occupancy
+from ppaas.traffic.room_in_cells import beside, nearest_in_cell
 
 SETTLES = 5.0
 """Time for which a robot waits in the cell of its goal until the cells around are free [s]; then it stops in it."""

@@ -10,8 +10,8 @@ from ppaas.geometry import Pose2D, Poses, poses_along
 from ppaas.nodes.granted_move_base.traffic_link import TrafficLink
 from ppaas.nodes.move_base.robot_planner import NoPlan, Planned, RobotPlanner, Waiting
 from ppaas.planners.base import PlanResult
-from ppaas.traffic.granted_way import Point
 from ppaas.traffic.leg_path import STEP, path_along
+from ppaas.traffic.room_in_cells import Point
 
 NAME = "traffic"
 """Name of the planner in plans."""
