@@ -9,10 +9,8 @@ from ppaas.messages.fleet.traffic import MapPoint, TrafficGrants
 from ppaas.traffic.room_in_cells import Point, beside, nearest_in_cell
 
 REACHED = 0.1
-"""Distance before the centre of a cell at which it counts as reached [m]."""
-
-BACK = 0.05
-"""Distance from the centre of its cell within which a robot is back from a spur [m]."""
+"""Distance from the centre of a cell at which it counts as reached, also from a spur [m]. Local planners of robots in
+traffic drive nearer."""
 
 STRAY = 0.4
 """Distance from the way beyond which a robot has left it, as a part of the distance between two cells."""
@@ -178,7 +176,7 @@ class GrantedWay:
 
     def _is_back(self, number: int, pose: Pose2D) -> bool:
         x, y = self._points[self._index(number - 1)].point
-        return math.hypot(pose.x - x, pose.y - y) <= BACK
+        return math.hypot(pose.x - x, pose.y - y) <= REACHED
 
     def off(self, pose: Pose2D) -> float:
         """Return the distance of the robot from its way [m]; a robot that drives freely is never off it."""

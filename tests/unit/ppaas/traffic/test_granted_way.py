@@ -152,7 +152,7 @@ def test_a_robot_drives_back_from_its_spur_when_it_is_told_to_or_goes_on(more: t
     leg, ends = way.leg()
     assert ([each.point for each in leg], ends) == ([(1.0, 0.4), (1.0, 0.0)], False)
     assert not way.advance(aside) and way.spur
-    assert way.advance(Pose2D(1.0, 0.04)) and not way.spur
+    assert way.advance(Pose2D(1.0, 0.09)) and not way.spur
     assert way.leg()[1]
 
 

@@ -11,7 +11,7 @@ from benchmarks.fleet.stand_ins.simulation import SPACING, Simulation, roadmap_o
 from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.errors import InvalidInput
 from ppaas.messages.fleet.traffic import MapPoint
-from ppaas.traffic.granted_way import BACK
+from ppaas.traffic.granted_way import REACHED
 from ppaas.traffic.members import Member
 from ppaas.traffic.outsiders import PERSON
 from ppaas.traffic.spurs import SETTLES
@@ -61,7 +61,7 @@ def test_it_drives_back_to_the_centre_before_it_goes_on() -> None:
         simulation.step()
         nearest = min(nearest, math.dist(robot.pose[:2], (2 * SPACING, SPACING)))
         assert robot.pose.x < 2.5 * SPACING
-    assert robot.goal is None and nearest <= BACK
+    assert robot.goal is None and nearest <= REACHED
     assert member_of(simulation, robot).spur is None
 
 

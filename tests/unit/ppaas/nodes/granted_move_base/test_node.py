@@ -5,6 +5,7 @@ import pytest
 from ppaas.clone.assembly import build_clone
 from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import InvalidParameter
+from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.nodes.graph import Graph
 from tests.support.traffic.granted_robot import SPACING, GrantedRobot
@@ -96,6 +97,19 @@ def test_it_drives_to_a_goal_beside_the_centre_of_its_cell_by_a_spur_and_back_wh
     robot.run(8.0)
     assert robot.is_at(2, 0) and not robot.report.spur
     assert robot.report.goal_id == ""
+
+
+@pytest.mark.parametrize("off", [0.055, 0.07, 0.079])
+def test_it_is_back_from_a_spur_as_near_to_the_centre_as_its_local_planner_drives(off: float) -> None:
+    robot = GrantedRobot()
+    robot.send_goal(2, 0.4)
+    spur = [robot.report.goal]
+    robot.grant(*LINE[:3], goal_id="there", at_goal=True, spur=spur)
+    robot.run(12.0)
+    robot.pose = Pose2D(1.0 + 2 * SPACING, 1.0 - off)
+    robot.grant(*LINE[:3])
+    robot.run(5.0)
+    assert not robot.report.spur
 
 
 def test_it_drives_back_from_a_spur_before_it_goes_on() -> None:
