@@ -51,5 +51,7 @@ def restore(coordinator: Coordinator, state: bytes, now: float) -> None:
     coordinator.epoch, coordinator.occupancy.goals = read.epoch, read.goals
     for report in read.reports:
         coordinator.report(report, now)
+    for member in coordinator.members.values():
+        member.restored = True
     for name in set(read.out) & coordinator.members.keys():
         coordinator.occupancy.take_out(name)

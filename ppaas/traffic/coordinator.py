@@ -298,7 +298,8 @@ class Coordinator:
         for member in self.members.values():
             refused = self._refusal(member, alone=alone)
             report = member.report
-            way = [MapPoint(*self.occupancy.cells.centre(cell)) for cell in member.chain]
+            held = () if member.restored else member.chain
+            way = [MapPoint(*self.occupancy.cells.centre(cell)) for cell in held]
             yield TrafficGrants(
                 report.header, member.name, self.epoch, 0, report.revision, self.spacing,
                 first=member.first, way=way, at_goal=self._ends_at_goal(member),

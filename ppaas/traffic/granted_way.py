@@ -111,8 +111,13 @@ class GrantedWay:
         return grants.goal_id == goal_id
 
     def take(self, grants: TrafficGrants, pose: Pose2D) -> bool:
-        """Take grants at the robot's pose; return False if they are older than others."""
+        """Take grants at the robot's pose; return False if they are older than others, or no way can be driven by them.
+
+        There is no way through a cell that comes twice in a row.
+        """
         if (grants.epoch, grants.number) <= (self.epoch, self.number):
+            return False
+        if any(one == other for one, other in itertools.pairwise(grants.way)):
             return False
         self.grants, self.epoch, self.number = grants, grants.epoch, grants.number
         if grants.revision != self.revision:

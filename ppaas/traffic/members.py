@@ -91,6 +91,8 @@ class Member:
         Id of a goal that cannot be reached, and why.
     no_way : str
         Id of a goal to which this plan has no way.
+    restored : bool
+        Whether it is only known from a checkpoint: it may hold less than it is taken to hold.
     late_since : float
         Time from which on all of its reports were older than one before; infinite if the last was not [s].
     """
@@ -115,6 +117,7 @@ class Member:
     goal_since: float = 0.0
     refused: tuple[str, str] = ("", "")
     no_way: str = ""
+    restored: bool = False
     late_since: float = float("inf")
 
     @property

@@ -137,9 +137,9 @@ class Occupancy:
             return False
         elif report.revision != before.revision or report.free or before.free:
             self._begin_anew(member, report)
-        elif report.epoch != epoch or before.epoch != epoch:
+        elif report.epoch != epoch or before.epoch != epoch or member.restored:
             self._adopt(member, report)
-        member.report, member.heard_at = report, now
+        member.report, member.heard_at, member.restored = report, now, False
         if not member.fits and member.base != self._touched(member):
             self._stand(member)
         self._advance(member, before, now)

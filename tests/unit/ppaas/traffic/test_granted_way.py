@@ -123,6 +123,12 @@ def test_a_way_leads_to_the_goal_that_it_was_granted_for() -> None:
     assert way.stop_near(Pose2D(1.0, -0.03)) == pytest.approx((0.1, -0.03, 0.0))
 
 
+def test_grants_with_a_cell_twice_in_a_row_are_not_taken() -> None:
+    way = way_of((0.0, 0.0))
+    assert not way.take(grants(2, (0.0, 0.0), (1.0, 0.0), (1.0, 0.0)), START)
+    assert (way.number, way.end) == (1, 1)
+
+
 # -- spurs -------------------------------------------------------------------------------------------------------------
 
 

@@ -186,6 +186,37 @@ def test_what_silent_robots_held_by_a_checkpoint_is_held() -> None:
     assert simulation.nearest > 0.0
 
 
+def test_what_a_robot_may_hold_by_a_checkpoint_is_not_granted_to_it() -> None:
+    simulation = fleet(4, 14)
+    simulation.run(20.0, again=True)
+    assert simulation.coordinator is not None
+    state = checkpoint.checkpoint_of(simulation.coordinator)
+    simulation.start_node()
+    checkpoint.restore(simulation.coordinator, state, simulation.now)
+    sent = [grants for k in range(30) for grants in simulation.coordinator.step(simulation.now + 0.1 * k)]
+    assert {grants.robot for grants in sent} == {"tb0", "tb1", "tb2", "tb3"}
+    assert not any(grants.way or grants.spur or grants.at_goal for grants in sent)
+    for robot in simulation.robots:
+        simulation.coordinator.report(robot.report(simulation.now + 3.0), simulation.now + 3.0)
+    sent = simulation.coordinator.step(simulation.now + 3.0)
+    assert all(grants.way for grants in sent) and len(sent) == 4
+
+
+def test_a_report_replaces_what_a_robot_may_hold_by_a_checkpoint_before_the_next_epoch_begins() -> None:
+    simulation = fleet(4, 14)
+    simulation.run(20.0, again=True)
+    assert simulation.coordinator is not None
+    state = checkpoint.checkpoint_of(simulation.coordinator)
+    simulation.start_node()
+    checkpoint.restore(simulation.coordinator, state, simulation.now)
+    for robot in simulation.robots:
+        simulation.coordinator.report(robot.report(simulation.now + 0.1), simulation.now + 0.1)
+    cells = simulation.coordinator.occupancy.cells
+    for robot in simulation.robots:
+        held = [cells.closest(point.x, point.y) for point in robot.way.held]
+        assert simulation.coordinator.members[robot.name].chain == held
+
+
 @pytest.mark.parametrize("silent", [False, True])
 def test_a_robot_that_was_taken_out_stays_out_with_the_next_node(silent: bool) -> None:
     simulation = fleet(4, 14)
