@@ -63,6 +63,14 @@ class Spurs:
             return ()
         return cells
 
+    @staticmethod
+    def _is_over(member: Member, spur: Spur, *, waited_for: bool) -> bool:
+        """Return whether a robot has to drive back: it does not stop in its cell by the plan, or is in others' way."""
+        report = member.report
+        if report.goal_id == spur.goal_id != "":
+            return not member.at_goal
+        return bool(member.ahead or report.goal_id or not report.spur or waited_for)
+
     def end(self, member: Member, number: int, *, waited_for: bool) -> None:
         """Ask a robot to drive back that goes on or is waited for; free its spur once it has.
 
@@ -78,8 +86,7 @@ class Spurs:
         if spur is None:
             return
         if not spur.ended_by:
-            is_over = not report.goal_id or report.goal_id != spur.goal_id
-            if member.ahead or (is_over and (report.goal_id or not report.spur or waited_for)):
+            if self._is_over(member, spur, waited_for=waited_for):
                 member.spur, member.decided = replace(spur, ended_by=number), ""
         elif report.grants >= spur.ended_by and not report.spur:
             self._occupancy.holders.let_spur_go(member)

@@ -11,10 +11,11 @@ from benchmarks.fleet.stand_ins.simulation import SPACING, Simulation, roadmap_o
 from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.errors import InvalidInput
 from ppaas.messages.fleet.traffic import MapPoint
-from ppaas.traffic.granted_way import REACHED
+from ppaas.traffic.checkpoint import checkpoint_of, restore
+from ppaas.traffic.granted_way import REACHED, GrantedWay
 from ppaas.traffic.members import Member
 from ppaas.traffic.outsiders import PERSON
-from ppaas.traffic.spurs import SETTLES
+from ppaas.traffic.spurs import SETTLES, Spurs
 from ppaas.zones.shapes import Polygon
 from ppaas.zones.zone import NoStop, Zone
 
@@ -175,6 +176,55 @@ def test_a_spur_that_cannot_be_is_refused(spur: list[MapPoint]) -> None:
     assert simulation.coordinator is not None
     with pytest.raises(InvalidInput, match="robot 'tb0'"):
         simulation.coordinator.report(report, simulation.now)
+
+
+def test_a_spur_ends_when_the_plan_leads_the_robot_on_before_its_goal_is_reached() -> None:
+    simulation, robot, _ = two(0, 23)
+    robot.head_for(2 * SPACING, 1.45 * SPACING, 0.0)
+    while not robot.way.spur or robot.way.ahead:
+        simulation.step()
+    simulation.run(0.5)
+    assert simulation.coordinator is not None
+    member, spurs = member_of(simulation, robot), Spurs(simulation.coordinator.occupancy)
+    spurs.end(member, 9, waited_for=True)
+    assert member.spur is not None and not member.spur.ended_by
+    member.queue.popleft()
+    spurs.end(member, 9, waited_for=False)
+    assert member.spur.ended_by == 9 and member.decided == ""
+
+
+FAULTS = st.sampled_from(["node", "clone", "silent", "stall"])
+
+
+@settings(max_examples=10)
+@given(st.integers(2, 7), st.integers(0, 10_000), st.lists(st.tuples(FAULTS, st.integers(1, 150)), max_size=8))
+def test_all_get_home_after_faults_of_nodes_clones_and_networks(
+    robots: int, seed: int, faults: list[tuple[str, int]]
+) -> None:
+    simulation = Simulation(roadmap_of(AISLES), seed, 0.3, beside=0.5)
+    for cell in simulation.rng.sample(simulation.cells, robots):
+        simulation.add(cell)
+    for number, (fault, tenths) in enumerate(faults):
+        simulation.run(tenths / 10.0, again=True)
+        robot = simulation.rng.choice(simulation.robots)
+        if fault == "node":
+            assert simulation.coordinator is not None
+            state = checkpoint_of(simulation.coordinator)
+            simulation.run(tenths / 30.0, again=True)
+            simulation.start_node()
+            restore(simulation.coordinator, state, simulation.now)
+        elif fault == "clone":
+            robot.way, robot.stray = GrantedWay(robot.radius), False
+            robot.way.revision = 1000 * (number + 1)
+        elif fault == "silent":
+            robot.silent = True
+            simulation.run(tenths / 10.0, again=True)
+            robot.silent = False
+        else:
+            robot.stalled_until = simulation.now + tenths / 10.0
+    simulation.run(300.0, until_home=True)
+    assert not [robot.name for robot in simulation.robots if robot.goal_id]
+    assert simulation.nearest > 0.0
 
 
 @settings(max_examples=12)
