@@ -173,7 +173,10 @@ class GrantedWay:
     @property
     def is_recalled(self) -> bool:
         """True if the robot has to drive back to the centre of the cell in which its spur begins."""
-        return self._spur is not None and (self.spur_to is None or self.end > self._spur[0])
+        if self._spur is None:
+            return False
+        number, place = self._spur
+        return self.spur_to != MapPoint(*place) or self.end > number
 
     def take_spur(self, place: MapPoint) -> None:
         """Take the spur to a place that was granted: the robot may be anywhere on it from now on."""

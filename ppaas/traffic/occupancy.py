@@ -297,8 +297,8 @@ class Occupancy:
         member.first = report.first
         for place in report.spur:
             cells = cells_of_spur(self.cells, member, (place.x, place.y))
-            self.holders.hold_spur(member, Spur(place, report.goal_id, frozenset(cells)))
-            member.decided = report.goal_id
+            member.decided = report.goal_id if place == report.goal else ""  # it may lead to an earlier goal
+            self.holders.hold_spur(member, Spur(place, member.decided, frozenset(cells)))
 
     def _advance(self, member: Member, before: TrafficReport, now: float) -> None:
         report = member.report

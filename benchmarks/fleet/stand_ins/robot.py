@@ -188,7 +188,7 @@ class StandIn:
             final = way.stop_near(Pose2D(*self.goal))
             if way.spur_to is not None:
                 way.take_spur(way.spur_to)
-                final = Pose2D(*self.goal)
+                final = Pose2D(way.spur_to.x, way.spur_to.y)
         if len(leg) < 2 and final is None:
             return
         leads = [(each.x, each.y, each.curved) for each in leg], final

@@ -162,6 +162,15 @@ def test_a_robot_drives_back_from_its_spur_when_it_is_told_to_or_goes_on(more: t
     assert way.leg()[1]
 
 
+def test_a_robot_drives_back_from_its_spur_before_it_takes_another() -> None:
+    way, aside = on_spur(), Pose2D(1.0, 0.4)
+    way.advance(Pose2D(1.0, 0.0))
+    way.take(grants(3, (0.0, 0.0), (1.0, 0.0), at_goal=True, goal_id="b", spur=[MapPoint(1.4, 0.0)]), aside)
+    assert way.is_recalled and way.spur == [MapPoint(1.0, 0.4)]
+    assert not way.leg()[1], "it ends no goal before it is back"
+    assert way.advance(Pose2D(1.0, 0.0)) and way.leg()[1]
+
+
 def test_a_spur_that_was_not_reached_is_left_at_once() -> None:
     way = on_spur()
     way.take(grants(3, (0.0, 0.0), (1.0, 0.0)), START)

@@ -157,6 +157,21 @@ def test_the_next_node_knows_who_is_on_a_spur(when: float) -> None:
     assert simulation.nearest > 0.0
 
 
+def test_the_next_node_does_not_take_the_spur_to_an_earlier_goal_for_one_to_the_next_goal() -> None:
+    simulation, robot, _ = two(2, 23)
+    robot.head_for(2 * SPACING, 1.45 * SPACING, 0.0)
+    simulation.run(30.0, until_home=True)
+    robot.head_for(2.4 * SPACING, SPACING, simulation.now)
+    simulation.start_node()
+    assert simulation.coordinator is not None
+    simulation.coordinator.report(robot.report(simulation.now), simulation.now)
+    member = member_of(simulation, robot)
+    assert member.spur is not None and (member.spur.goal_id, member.decided) == ("", "")
+    assert member.held >= {8, 14}
+    simulation.run(30.0, until_home=True)
+    assert len(robot.misses) == 2 and max(robot.misses) <= TOLERANCE
+
+
 def test_a_stray_on_its_spur_is_led_back() -> None:
     simulation, robot, _ = two(0, 23)
     robot.head_for(2.4 * SPACING, SPACING, 0.0)
