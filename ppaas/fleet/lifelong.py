@@ -101,6 +101,10 @@ class LifelongPlan:
         """Number of steps for which each robot's goal has been open, (n,) int64."""
         return self._ages.astype(np.int64)
 
+    def roadmap_of(self, robot: int) -> Roadmap:
+        """Return the roadmap without the moves into cells that a robot does not enter."""
+        return self._roadmap if self._sizes is None else self._of_size[self._sizes[robot]]
+
     def can_reach(self, robot: int) -> bool:
         """Return whether there is a way from a robot's cell to its goal."""
         return bool(self._board.distances[robot, self._step.at[robot]] < UNREACHABLE)
@@ -115,8 +119,7 @@ class LifelongPlan:
         """
         self._board.goals[robot] = cell
         self._ages[robot] %= 1.0
-        roadmap = self._roadmap if self._sizes is None else self._of_size[self._sizes[robot]]
-        self._board.distances[robot] = distances_from(roadmap, np.array([cell], np.int32))[0]
+        self._board.distances[robot] = distances_from(self.roadmap_of(robot), np.array([cell], np.int32))[0]
         self._nearest[robot] = self._board.distances[robot, self._step.at[robot]]
         self._patience[robot] = STALLED if len(self._roadmap.room) else PATIENCE + 2 * int(self._nearest[robot])
 

@@ -150,7 +150,7 @@ class Coordinator:
         rules = self.occupancy.rules
         left_out = obstacles_in(self.occupancy, heads) - set(heads.values())
         rules = replace(rules, roadmap=rules.roadmap.without(left_out))
-        sizes = {name: self.occupancy.cells.size_of(self.members[name].report.radius) for name in heads}
+        sizes = {name: self.occupancy.size_of(self.members[name]) for name in heads}
         self._plan = plan = PlanAhead(rules, heads, self.members, next(self._seeds), sizes) if heads else None
         for name, cell in heads.items():
             if plan is not None and not self.members[name].chain:
@@ -171,8 +171,7 @@ class Coordinator:
 
     def _aim(self, plan: PlanAhead, member: Member) -> None:
         goal_id, goal = member.report.goal_id, member.report.goal
-        cells = self.occupancy.cells
-        size = cells.size_of(member.report.radius)
+        cells, size = self.occupancy.cells, self.occupancy.size_of(member)
         try:
             cell = cells.nearest(goal.x, goal.y, NEAR * cells.spacing, size)
         except PPaaSError as error:

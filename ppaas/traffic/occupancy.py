@@ -79,6 +79,10 @@ class Occupancy:
         assert self.map is not None, "there are no cells before there is a robot"
         return self.map
 
+    def size_of(self, member: Member) -> int:
+        """Return the size of a robot, by which cells are barred for it."""
+        return self.cells.size_of(member.report.radius)
+
     @property
     def rules(self) -> CellRules:
         """Rules of the zones in force, on the cells of the map; there is a robot."""

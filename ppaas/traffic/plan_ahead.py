@@ -57,9 +57,9 @@ class PlanAhead:
         self._members = [members[name] for name in heads]
         self._index = {name: index for index, name in enumerate(heads)}
         self._rules = rules
-        self._sizes = np.fromiter((sizes[name] for name in heads), np.int8, len(heads))
         starts = np.fromiter(heads.values(), np.int32, len(heads))
-        self._plan = LifelongPlan(rules.roadmap, starts, seed, self._sizes)
+        own = np.fromiter((sizes[name] for name in heads), np.int8, len(heads))
+        self._plan = LifelongPlan(rules.roadmap, starts, seed, own)
         self._turns: defaultdict[Cell, deque[str]] = defaultdict(deque)
         self._turns_into: defaultdict[Area, deque[str]] = defaultdict(deque)
         for member in self._members:
@@ -102,7 +102,7 @@ class PlanAhead:
         That in which it is if there is none.
         """
         cell = self.end_of(member)
-        roadmap = self._rules.roadmap.for_size(int(self._sizes[self._index[member.name]]))
+        roadmap = self._plan.roadmap_of(self._index[member.name])
         known, queue = {cell}, deque([cell])
         while queue and (queue[0] in self._rules.no_stop or self._rules.areas_of(queue[0]) & sought):
             for near in roadmap.neighbours[queue.popleft()].tolist():

@@ -19,9 +19,8 @@ def heads_of(occupancy: Occupancy) -> dict[str, Cell]:
     taken = set(ends)
     for member in joined:
         if not member.chain:
-            report = member.report
-            cells = occupancy.cells
-            near = cells.nearby(report.x, report.y, REACH * cells.spacing, cells.size_of(report.radius))
+            report, cells = member.report, occupancy.cells
+            near = cells.nearby(report.x, report.y, REACH * cells.spacing, occupancy.size_of(member))
             free = [cell for cell in near if cell not in taken and not _is_granted(occupancy, cell, member.name)]
             if free:
                 heads[member.name] = free[0]
