@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from ppaas.geometry import Pose2D
@@ -67,7 +68,7 @@ class GrantedWay:
         self._anchor: Point = (math.nan, math.nan)
         self._first = 0
         self._points: list[WayPoint] = []
-        self._spur: tuple[int, Point] | None = None
+        self._spur: tuple[int, MapPoint] | None = None
 
     @property
     def end(self) -> int:
@@ -145,7 +146,7 @@ class GrantedWay:
     def advance(self, pose: Pose2D) -> bool:
         """Take the pose of the robot; return whether it has reached another point, or come back from a spur."""
         before, spur = self.reached, self._spur
-        if spur is not None and self.is_recalled and (self.reached < spur[0] or self._is_back(spur[0], pose)):
+        if spur is not None and self.is_recalled and (self.reached < spur[0] or self._is_back(spur, pose)):
             self._spur = None
         end = self.end if self._spur is None else self._spur[0]
         while self.reached < end and self._has_reached(self.reached, pose):
@@ -168,7 +169,7 @@ class GrantedWay:
     @property
     def spur(self) -> list[MapPoint]:
         """End of the spur that the robot has taken and not come back from, or nothing."""
-        return [] if self._spur is None else [MapPoint(*self._spur[1])]
+        return [] if self._spur is None else [self._spur[1]]
 
     @property
     def is_recalled(self) -> bool:
@@ -176,14 +177,34 @@ class GrantedWay:
         if self._spur is None:
             return False
         number, place = self._spur
-        return self.spur_to != MapPoint(*place) or self.end > number
+        return self.spur_to != place or self.end > number
 
     def take_spur(self, place: MapPoint) -> None:
         """Take the spur to a place that was granted: the robot may be anywhere on it from now on."""
-        self._spur = self.end, (place.x, place.y)
+        self._spur = self.end, place
 
-    def _is_back(self, number: int, pose: Pose2D) -> bool:
-        x, y = self._points[self._index(number - 1)].point
+    def stop_at(self, goal: Pose2D, is_free: Callable[[Point, Point], bool]) -> Pose2D:
+        """Return the pose at which the robot stops at its goal: on the spur that it is granted, or else in its cell.
+
+        Parameters
+        ----------
+        goal : Pose2D
+            Goal to which the way leads.
+        is_free : callable
+            Takes both ends of a spur; returns whether the robot sees nothing on it. Then the robot takes the spur.
+        """
+        place = self.spur_to
+        if place is None or not is_free(self.last, (place.x, place.y)):
+            return self.stop_near(goal)
+        self.take_spur(place)
+        return Pose2D(place.x, place.y, goal.theta)
+
+    def _spur_line(self, number: int, place: MapPoint) -> tuple[Point, Point]:
+        """Return both ends of a spur that begins at the point before a number."""
+        return self._points[self._index(number - 1)].point, (place.x, place.y)
+
+    def _is_back(self, spur: tuple[int, MapPoint], pose: Pose2D) -> bool:
+        (x, y), _ = self._spur_line(*spur)
         return math.hypot(pose.x - x, pose.y - y) <= REACHED
 
     def off(self, pose: Pose2D) -> float:
@@ -193,8 +214,7 @@ class GrantedWay:
         ends = [self._start, *(each.point for each in self._points[self._index(self.reached) :])]
         parts = list(itertools.pairwise(ends)) if len(ends) > 1 else [(ends[0], ends[0])]
         if self._spur is not None:
-            number, place = self._spur
-            parts.append((self._points[self._index(number - 1)].point, place))
+            parts.append(self._spur_line(*self._spur))
         return min(_distance_to(pose, *part) for part in parts)
 
     def is_stray(self, pose: Pose2D) -> bool:
@@ -209,8 +229,8 @@ class GrantedWay:
         """
         points = self._points
         if self.is_recalled and self._spur is not None:
-            number, place = self._spur
-            return [WayPoint(*place), WayPoint(*points[self._index(number - 1)].point)], False
+            centre, place = self._spur_line(*self._spur)
+            return [WayPoint(*place), WayPoint(*centre)], False
         begin = max(self._index(self.reached) - 1, 0)
         if begin > 0 and points[begin].curved:
             begin -= 1

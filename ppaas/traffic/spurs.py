@@ -1,5 +1,6 @@
 """Spurs: ways of robots to goals beside the centres of their cells, where they hold all cells that they touch."""
 
+import math
 from collections.abc import Collection
 from dataclasses import replace
 
@@ -23,7 +24,7 @@ class Spurs:
     Parameters
     ----------
     occupancy : Occupancy
-        The robots, and what they hold.
+        Robots, and the cells that they hold.
     """
 
     def __init__(self, occupancy: Occupancy) -> None:
@@ -55,7 +56,7 @@ class Spurs:
         centre, spacing = occupancy.cells.centre(last), occupancy.cells.spacing
         goal = report.goal.x, report.goal.y
         near = nearest_in_cell(goal, centre, beside(spacing, report.radius))
-        if (near[0] - goal[0]) ** 2 + (near[1] - goal[1]) ** 2 <= report.tolerance**2:
+        if math.dist(near, goal) <= report.tolerance:
             return ()
         cells = cells_of_spur(occupancy.cells, member, goal)
         areas = occupancy.rules.areas_of(last)

@@ -70,7 +70,7 @@ class StandIn:
     times : list of float
         How long each goal that it reached was open [s].
     misses : list of float
-        How far from each goal it was when it reported it as reached [m].
+        Distance from each goal when it reported it as reached [m].
     find_way : callable
         Finds its way while it drives freely.
     """
@@ -185,10 +185,7 @@ class StandIn:
         leg, ends = way.leg()
         final = None
         if ends and self.goal is not None and way.leads_to(self.goal_id):
-            final = way.stop_near(Pose2D(*self.goal))
-            if way.spur_to is not None:
-                way.take_spur(way.spur_to)
-                final = Pose2D(way.spur_to.x, way.spur_to.y)
+            final = way.stop_at(Pose2D(*self.goal), lambda *_: True)
         if len(leg) < 2 and final is None:
             return
         leads = [(each.x, each.y, each.curved) for each in leg], final

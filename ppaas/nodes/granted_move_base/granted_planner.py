@@ -61,21 +61,11 @@ class GrantedPlanner(RobotPlanner):
         return PlanResult(np.empty((0, 2), np.int32), poses, 0.0, length, 0, 0.0, NAME)
 
     def _final_pose(self, goal: Pose2D) -> Pose2D | None:
-        """Return where the robot stops at its goal; None on the way there.
-
-        It takes the spur that it was granted, if it sees nothing there, and else stops as near as it is wholly in the
-        cell.
-        """
+        """Return where the robot stops at its goal; None on the way there."""
         way = self._link.way
-        if not way.leads_to(self._link.goal_id):
-            return None
-        place = way.spur_to
-        if place is None or super().is_blocked(_straight(way.last, (place.x, place.y))):
-            return way.stop_near(goal)
-        way.take_spur(place)
-        return Pose2D(place.x, place.y, goal.theta)
+        return way.stop_at(goal, self._is_free) if way.leads_to(self._link.goal_id) else None
 
-
-def _straight(begin: Point, end: Point) -> Poses:
-    steps = math.ceil(math.dist(begin, end) / STEP)
-    return poses_along(np.linspace(begin, end, max(steps, 1) + 1))
+    def _is_free(self, begin: Point, end: Point) -> bool:
+        """Return whether the robot sees nothing on a straight way."""
+        steps = max(math.ceil(math.dist(begin, end) / STEP), 1)
+        return not super().is_blocked(poses_along(np.linspace(begin, end, steps + 1)))
