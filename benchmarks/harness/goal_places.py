@@ -1,14 +1,16 @@
-"""Places of goals: anywhere in a cell of a roadmap where a robot touches no blocked one."""
+"""Places of goals, anywhere in a cell of a roadmap where a robot touches no blocked one, and how near robots get."""
 
+from collections.abc import Sequence
 from random import Random
 
 import numpy as np
 
+from benchmarks.harness.figures import Figure
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.fleet.roadmap import BLOCKED
 
 BESIDE = 0.45
-"""How far goals are off the centres of cells along x and y, at most, in distances of neighbouring cells."""
+"""Largest distance of goals from the centres of cells along x and along y, in distances of neighbouring cells."""
 
 
 def goal_in(cell: int, hall: MetricRoadmap, radius: float, rng: Random, beside: float = BESIDE) -> tuple[float, float]:
@@ -24,12 +26,20 @@ def goal_in(cell: int, hall: MetricRoadmap, radius: float, rng: Random, beside: 
         Radius of the robot [m].
     rng : Random
     beside : float
-        How far the place is off the centre along x and y, at most, in distances of neighbouring cells.
+        Largest distance of the place from the centre along x and along y, in distances of neighbouring cells.
     """
     x, y = hall.centre(cell)
     most = beside * hall.spacing
     place = (x + rng.uniform(-most, most), y + rng.uniform(-most, most)) if most else (x, y)
     return place if _is_clear(hall, *place, radius) else (x, y)
+
+
+def distance_figure(part: str, name: str, misses: Sequence[float]) -> Figure:
+    """Return the figure of the distances from goals at which robots reported them as reached [m], at least one."""
+    return Figure(
+        part, f"{name}: distance from goals that were reached", round(float(np.median(misses)), 3), "m",
+        note=f"95 % within {np.percentile(misses, 95.0):.3f} m",
+    )  # fmt: skip
 
 
 def _is_clear(hall: MetricRoadmap, x: float, y: float, radius: float) -> bool:

@@ -9,6 +9,7 @@ from benchmarks.fleet.stand_ins import faults
 from benchmarks.fleet.stand_ins.hall import Hall
 from benchmarks.fleet.stand_ins.simulation import Simulation
 from benchmarks.harness.figures import Figure
+from benchmarks.harness.goal_places import distance_figure
 from ppaas.errors import InvalidInput
 
 PART = "stand-ins"
@@ -119,10 +120,8 @@ def _ordinary(case: StandInCase, simulation: Simulation, goals: int, alone: floa
         PART, f"{case.name}: longest open goal", round(simulation.longest, 1), "s",
         note=f"mean of those reached {mean:.1f} s",
     )  # fmt: skip
-    yield Figure(
-        PART, f"{case.name}: distance from goals that were reached", round(float(np.median(simulation.misses)), 3), "m",
-        note=f"95 % within {np.percentile(simulation.misses, 95.0):.3f} m",
-    )  # fmt: skip
+    if simulation.misses:
+        yield distance_figure(PART, case.name, simulation.misses)
     yield Figure(
         PART, f"{case.name}: a step of the coordinator", round(float(np.median(spent)), 2), "ms",
         note=f"CPU time, reports included; 99 % of steps within {np.percentile(spent, 99.0):.2f} ms",

@@ -14,6 +14,7 @@ from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.fleet.roadmap import Roadmap
 from ppaas.geometry import Pose2D
 from ppaas.messages.fleet.traffic import TrafficGrants, TrafficReport
+from ppaas.traffic.checkpoint import restore
 from ppaas.traffic.coordinator import Coordinator
 from ppaas.traffic.settings import TrafficParameters
 
@@ -55,8 +56,8 @@ class Simulation:
     find_way : callable
         Finds the ways of robots that drive freely.
     beside : float
-        How far goals that are drawn are off the centres of cells along x and y, at most, in distances of neighbouring
-        cells.
+        Largest distance of goals that are drawn from the centres of cells along x and along y, in distances of
+        neighbouring cells.
 
     Attributes
     ----------
@@ -114,9 +115,12 @@ class Simulation:
         """Let the coordinator die."""
         self.coordinator = None
 
-    def start_node(self, epoch: int = 0) -> None:
-        """Start another coordinator, which knows nothing but an epoch."""
-        self.coordinator = Coordinator(lambda *_: self.hall, self.parameters, epoch, self.now)
+    def start_node(self, epoch: int = 0, state: bytes = b"") -> Coordinator:
+        """Start another coordinator, which knows nothing but an epoch, or what is in a checkpoint; return it."""
+        self.coordinator = coordinator = Coordinator(lambda *_: self.hall, self.parameters, epoch, self.now)
+        if state:
+            restore(coordinator, state, self.now)
+        return coordinator
 
     def run(self, seconds: float, *, again: bool = False, until_home: bool = False) -> None:
         """Run for a time [s]; robots that reach a goal get another one if ``again``."""

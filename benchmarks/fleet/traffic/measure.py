@@ -3,10 +3,9 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import numpy as np
-
 from benchmarks.fleet.traffic.scene import TrafficScene
 from benchmarks.harness.figures import Figure
+from benchmarks.harness.goal_places import distance_figure
 from ppaas.errors import InvalidInput
 from ppaas.maps.generate import office, warehouse
 from ppaas.maps.grid import GridMap
@@ -86,10 +85,7 @@ def measure(case: TrafficCase) -> Iterator[Figure]:
         note=f"mean of those reached {got.mean:g} s",
     )  # fmt: skip
     if got.misses:
-        yield Figure(
-            PART, f"{name}: distance from goals that were reached", round(float(np.median(got.misses)), 3), "m",
-            note=f"95 % within {np.percentile(got.misses, 95.0):.3f} m",
-        )  # fmt: skip
+        yield distance_figure(PART, name, got.misses)
 
 
 def _run(scene: TrafficScene, seconds: float) -> TrafficScene:

@@ -53,7 +53,7 @@ class TrafficRobot(ClonedRobot):
     goal_since : float
         Time at which it got its goal [s].
     misses : list of float
-        How far from each goal it was when it reported it as reached [m].
+        Distance from each goal when it reported it as reached [m].
     """
 
     def __init__(self, world: World, number: int, layers: MapLayers, *, obeys: bool) -> None:
@@ -122,7 +122,7 @@ class Outcome:
     mean : float
         Mean time of a goal [s].
     misses : list of float
-        How far robots were from the goals that they reached [m].
+        Distances of robots from the goals that they reached [m].
     """
 
     goals: int

@@ -11,7 +11,7 @@ from benchmarks.fleet.stand_ins.simulation import SPACING, Simulation, roadmap_o
 from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.errors import InvalidInput
 from ppaas.messages.fleet.traffic import MapPoint
-from ppaas.traffic.checkpoint import checkpoint_of, restore
+from ppaas.traffic.checkpoint import checkpoint_of
 from ppaas.traffic.granted_way import REACHED, GrantedWay
 from ppaas.traffic.members import Member
 from ppaas.traffic.outsiders import PERSON
@@ -33,6 +33,14 @@ def two(cell: int, other: int, text: str = ROOM) -> tuple[Simulation, StandIn, S
     """Return two robots in a hall, since one alone drives freely."""
     simulation = Simulation(roadmap_of(text), 1)
     return simulation, simulation.add(cell), simulation.add(other)
+
+
+def on_its_spur() -> tuple[Simulation, StandIn, StandIn]:
+    """Return a robot that has reached a goal by a spur into the cell 14, and another one."""
+    simulation, robot, other = two(0, 23)
+    robot.head_for(2 * SPACING, 1.45 * SPACING, 0.0)
+    simulation.run(30.0, until_home=True)
+    return simulation, robot, other
 
 
 def test_a_goal_at_the_corner_of_four_cells_is_reached_and_all_of_them_are_held() -> None:
@@ -75,9 +83,7 @@ def test_one_goal_after_the_other_in_one_cell() -> None:
 
 
 def test_one_that_stands_on_its_spur_drives_back_when_it_is_waited_for() -> None:
-    simulation, robot, other = two(0, 23)
-    robot.head_for(2 * SPACING, 1.45 * SPACING, 0.0)
-    simulation.run(30.0, until_home=True)
+    simulation, robot, other = on_its_spur()
     simulation.run(30.0)
     assert 14 in member_of(simulation, robot).held, "nobody waits, so it stays"
     other.head_for(2 * SPACING, 2 * SPACING, simulation.now)
@@ -101,9 +107,7 @@ def test_it_settles_in_its_cell_if_the_one_beside_is_not_left() -> None:
 
 
 def test_one_that_cannot_drive_back_from_its_spur_becomes_an_obstacle() -> None:
-    simulation, robot, other = two(0, 23)
-    robot.head_for(2 * SPACING, 1.45 * SPACING, 0.0)
-    simulation.run(30.0, until_home=True)
+    simulation, robot, other = on_its_spur()
     robot.dead = True
     other.head_for(2 * SPACING, 2 * SPACING, simulation.now)
     simulation.run(200.0, until_home=True)
@@ -158,9 +162,7 @@ def test_the_next_node_knows_who_is_on_a_spur(when: float) -> None:
 
 
 def test_the_next_node_does_not_take_the_spur_to_an_earlier_goal_for_one_to_the_next_goal() -> None:
-    simulation, robot, _ = two(2, 23)
-    robot.head_for(2 * SPACING, 1.45 * SPACING, 0.0)
-    simulation.run(30.0, until_home=True)
+    simulation, robot, _ = on_its_spur()
     robot.head_for(2.4 * SPACING, SPACING, simulation.now)
     simulation.start_node()
     assert simulation.coordinator is not None
@@ -226,8 +228,7 @@ def test_all_get_home_after_faults_of_nodes_clones_and_networks(
             assert simulation.coordinator is not None
             state = checkpoint_of(simulation.coordinator)
             simulation.run(tenths / 30.0, again=True)
-            simulation.start_node()
-            restore(simulation.coordinator, state, simulation.now)
+            simulation.start_node(state=state)
         elif fault == "clone":
             robot.way, robot.stray = GrantedWay(robot.radius), False
             robot.way.revision = 1000 * (number + 1)

@@ -178,11 +178,9 @@ def test_what_silent_robots_held_by_a_checkpoint_is_held() -> None:
     state = checkpoint.checkpoint_of(coordinator)
     held = coordinator.members["tb0"].held
     simulation.robots[0].silent = True
-    simulation.start_node()
-    assert simulation.coordinator is not None
-    checkpoint.restore(simulation.coordinator, state, simulation.now)
+    coordinator = simulation.start_node(state=state)
     simulation.run(6.0, again=True)
-    assert simulation.coordinator.members["tb0"].held >= held
+    assert coordinator.members["tb0"].held >= held
     assert simulation.nearest > 0.0
 
 
@@ -191,14 +189,13 @@ def test_what_a_robot_may_hold_by_a_checkpoint_is_not_granted_to_it() -> None:
     simulation.run(20.0, again=True)
     assert simulation.coordinator is not None
     state = checkpoint.checkpoint_of(simulation.coordinator)
-    simulation.start_node()
-    checkpoint.restore(simulation.coordinator, state, simulation.now)
-    sent = [grants for k in range(30) for grants in simulation.coordinator.step(simulation.now + 0.1 * k)]
+    coordinator = simulation.start_node(state=state)
+    sent = [grants for k in range(30) for grants in coordinator.step(simulation.now + 0.1 * k)]
     assert {grants.robot for grants in sent} == {"tb0", "tb1", "tb2", "tb3"}
     assert not any(grants.way or grants.spur or grants.at_goal for grants in sent)
     for robot in simulation.robots:
-        simulation.coordinator.report(robot.report(simulation.now + 3.0), simulation.now + 3.0)
-    sent = simulation.coordinator.step(simulation.now + 3.0)
+        coordinator.report(robot.report(simulation.now + 3.0), simulation.now + 3.0)
+    sent = coordinator.step(simulation.now + 3.0)
     assert all(grants.way for grants in sent) and len(sent) == 4
 
 
@@ -207,14 +204,13 @@ def test_a_report_replaces_what_a_robot_may_hold_by_a_checkpoint_before_the_next
     simulation.run(20.0, again=True)
     assert simulation.coordinator is not None
     state = checkpoint.checkpoint_of(simulation.coordinator)
-    simulation.start_node()
-    checkpoint.restore(simulation.coordinator, state, simulation.now)
+    coordinator = simulation.start_node(state=state)
     for robot in simulation.robots:
-        simulation.coordinator.report(robot.report(simulation.now + 0.1), simulation.now + 0.1)
-    cells = simulation.coordinator.occupancy.cells
+        coordinator.report(robot.report(simulation.now + 0.1), simulation.now + 0.1)
+    cells = coordinator.occupancy.cells
     for robot in simulation.robots:
         held = [cells.closest(point.x, point.y) for point in robot.way.held]
-        assert simulation.coordinator.members[robot.name].chain == held
+        assert coordinator.members[robot.name].chain == held
 
 
 @pytest.mark.parametrize("silent", [False, True])
@@ -225,13 +221,11 @@ def test_a_robot_that_was_taken_out_stays_out_with_the_next_node(silent: bool) -
     simulation.coordinator.occupancy.take_out("tb0")
     state = checkpoint.checkpoint_of(simulation.coordinator)
     simulation.robots[0].silent = silent  # it does not learn of it, and reports what it held
-    simulation.start_node()
-    assert simulation.coordinator is not None
-    checkpoint.restore(simulation.coordinator, state, simulation.now)
+    coordinator = simulation.start_node(state=state)
     simulation.run(0.5)
     simulation.robots[0].silent = False
     simulation.run(6.0, again=True)
-    member = simulation.coordinator.members["tb0"]
+    member = coordinator.members["tb0"]
     assert (member.standing, member.held, member.report.free) == ("out", set(), True)
 
 
