@@ -6,6 +6,7 @@ from random import Random
 import numpy as np
 
 from benchmarks.harness.figures import Figure
+from ppaas.fleet.lattice_roadmap import LatticeRoadmap
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.fleet.roadmap import BLOCKED
 
@@ -14,7 +15,7 @@ BESIDE = 0.45
 
 
 def goal_in(cell: int, hall: MetricRoadmap, radius: float, rng: Random, beside: float = BESIDE) -> tuple[float, float]:
-    """Return a random place in a cell at which a robot touches no place that is blocked or outside of the hall.
+    """Return a random place in a cell at which a robot touches no square that is blocked or outside of the hall.
 
     It is the centre of the cell if the first that is drawn is not such a place.
 
@@ -31,7 +32,7 @@ def goal_in(cell: int, hall: MetricRoadmap, radius: float, rng: Random, beside: 
     x, y = hall.centre(cell)
     most = beside * hall.spacing
     place = (x + rng.uniform(-most, most), y + rng.uniform(-most, most)) if most else (x, y)
-    return place if _is_clear(hall, *place, radius) else (x, y)
+    return (x, y) if isinstance(hall, LatticeRoadmap) and not _is_clear(hall, *place, radius) else place
 
 
 def distance_figure(part: str, name: str, misses: Sequence[float]) -> Figure:
@@ -42,7 +43,7 @@ def distance_figure(part: str, name: str, misses: Sequence[float]) -> Figure:
     )  # fmt: skip
 
 
-def _is_clear(hall: MetricRoadmap, x: float, y: float, radius: float) -> bool:
+def _is_clear(hall: LatticeRoadmap, x: float, y: float, radius: float) -> bool:
     numbers, spacing = np.pad(hall.roadmap.numbers, 1, constant_values=BLOCKED), hall.spacing
     row, column = round((y - hall.y0) / spacing), round((x - hall.x0) / spacing)
     rows, columns = np.nonzero(numbers[row : row + 3, column : column + 3] == BLOCKED)

@@ -5,7 +5,9 @@ from dataclasses import replace
 from functools import partial
 
 from ppaas.costmap.map_layers import MapLayers
-from ppaas.fleet.metric_roadmap import MetricRoadmap, clearance_of, metric_roadmap
+from ppaas.fleet.lattice_roadmap import lattice_roadmap
+from ppaas.fleet.metric_roadmap import MetricRoadmap
+from ppaas.fleet.robot_sizes import clearance_of
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.traffic.node import TrafficNode
 from ppaas.traffic.occupancy import MakeRoadmap
@@ -36,6 +38,6 @@ def roadmaps_of(layers: MapLayers) -> MakeRoadmap:
 def _roadmap(layers: MapLayers, radii: Sequence[float], margins: TrafficParameters) -> MetricRoadmap:
     largest, bare = max(radii), replace(layers, barred_distance=None)
     clearance = largest + margins.margin + margins.wall_margin
-    return metric_roadmap(
+    return lattice_roadmap(
         clearance_of(bare), layers.grid.info, largest, margins.margin, clearance=clearance, smaller=radii
     )

@@ -13,9 +13,10 @@ from engine.service.planning.fleet_requests import DEFAULT_MARGIN, DEFAULT_SPEED
 from engine.service.planning.path_requests import DEFAULT_TIMEOUT
 from ppaas.costmap.build_layers import build_layers
 from ppaas.fleet.checking import faults_of
+from ppaas.fleet.lattice_roadmap import MOST_PLACES, lattice_roadmap
 from ppaas.fleet.metric_problem import MOST_DISTANCES, WITHIN
-from ppaas.fleet.metric_roadmap import MOST_PLACES, clearance_of, metric_roadmap
 from ppaas.fleet.plan import FleetPlan
+from ppaas.fleet.robot_sizes import clearance_of
 from ppaas.nodes.planner_server.fleet_service import MAX_PLACES, MAX_ROBOTS, MAX_SCHEDULE, MAX_SECONDS
 from robots.plans.offline import read_map_file
 from tests.support.cloud.cloud import RunningCloud
@@ -60,7 +61,7 @@ def test_a_cloud_plans_for_a_fleet_as_described(cloud: RunningCloud, tmp_path: P
     assert answer["map"] == "office"
     assert [path[:2] for path in answer["paths"]] == example["paths"]
     layers = build_layers(read_map_file(OFFICE))
-    metric = metric_roadmap(clearance_of(layers), layers.grid.info, 0.18, 0.05)
+    metric = lattice_roadmap(clearance_of(layers), layers.grid.info, 0.18, 0.05)
     steps = np.array([[metric.nearest(*place, 0.01) for place in path] for path in answer["paths"]], np.int32).T
     ends = [
         [metric.nearest(*place, 0.75 * metric.spacing) for place in places]

@@ -10,6 +10,7 @@ from benchmarks.fleet.stand_ins.contacts import Contacts
 from benchmarks.fleet.stand_ins.network import Network
 from benchmarks.fleet.stand_ins.robot import PERIOD, FindWay, StandIn, straight
 from benchmarks.harness.goal_places import goal_in
+from ppaas.fleet.lattice_roadmap import LatticeRoadmap
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.fleet.roadmap import Roadmap
 from ppaas.geometry import Pose2D
@@ -33,7 +34,7 @@ def roadmap_of(text: str) -> MetricRoadmap:
     rows = [line for line in text.strip("\n").split("\n") if line]
     width = max(map(len, rows))
     free = np.array([[c != "#" for c in row.ljust(width, "#")] for row in rows])
-    return MetricRoadmap(Roadmap.of_grid(free), SPACING, 0.0, 0.0)
+    return LatticeRoadmap(Roadmap.of_grid(free), SPACING, 0.0, 0.0)
 
 
 @dataclass

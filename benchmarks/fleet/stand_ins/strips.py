@@ -130,9 +130,10 @@ def _draw_hall(axes: "Axes", hall: MetricRoadmap) -> None:
 
     rows, columns = hall.roadmap.numbers.shape
     side = hall.spacing
+    x0, y0 = hall.centres[0] - side * hall.roadmap.cells[0, ::-1]
     axes.set(
         aspect="equal", xticks=(), yticks=(), facecolor=WALL,
-        xlim=(hall.x0 - side, hall.x0 + side * columns), ylim=(hall.y0 + side * rows, hall.y0 - side),
+        xlim=(x0 - side, x0 + side * columns), ylim=(y0 + side * rows, y0 - side),
     )  # fmt: skip
     for x, y in hall.centres.tolist():
         axes.add_patch(

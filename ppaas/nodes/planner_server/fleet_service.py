@@ -104,14 +104,15 @@ class FleetService:
     def _floor(self, radius: float, margin: float, zones: Sequence[Zone], check: Callable[[], None]) -> "MetricFloor":
         # Imported by the first request: few containers need the modules.
         from ppaas.fleet.cell_rules import rules_on  # noqa: PLC0415 - see above
+        from ppaas.fleet.lattice_roadmap import lattice_roadmap  # noqa: PLC0415 - see above
         from ppaas.fleet.metric_problem import MetricFloor  # noqa: PLC0415 - see above
-        from ppaas.fleet.metric_roadmap import clearance_of, metric_roadmap  # noqa: PLC0415 - see above
+        from ppaas.fleet.robot_sizes import clearance_of  # noqa: PLC0415 - see above
 
         key = radius, margin, tuple(zone.name for zone in zones)
         found = self._floors.get(key)
         if found is None:
             to_lethal, info = clearance_of(self._layers), self._layers.grid.info
-            metric = metric_roadmap(to_lethal, info, radius, margin, check=check)
+            metric = lattice_roadmap(to_lethal, info, radius, margin, check=check)
             metric = replace(metric, roadmap=rules_on(metric, zones, radius).roadmap)
             found = MetricFloor(to_lethal, info, metric, radius)
         self._floors[key] = found

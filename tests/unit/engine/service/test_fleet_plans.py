@@ -14,8 +14,9 @@ from ppaas.clone.planning_container import build_planning
 from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import PPaaSError, StartOccupied
 from ppaas.fleet.checking import faults_of
-from ppaas.fleet.metric_roadmap import clearance_of, metric_roadmap
+from ppaas.fleet.lattice_roadmap import lattice_roadmap
 from ppaas.fleet.plan import FleetPlan
+from ppaas.fleet.robot_sizes import clearance_of
 from ppaas.messages import decode, encode
 from ppaas.messages.fleet.fleet_plans import ComputeFleetPlanRequest
 from ppaas.nodes.graph import Graph
@@ -67,7 +68,7 @@ async def test_the_answer_is_a_valid_plan_with_map_and_container(planning: Plann
     told = msgspec.json.decode(msgspec.json.encode(answer))
     assert (told["map"], told["version"], told["container"], told["pid"]) == ("house", "v", "c1", 4711)
     assert told["step_seconds"] == pytest.approx(told["spacing"] / 0.8)
-    metric = metric_roadmap(clearance_of(LAYERS), LAYERS.grid.info, 0.15, 0.05)
+    metric = lattice_roadmap(clearance_of(LAYERS), LAYERS.grid.info, 0.15, 0.05)
     steps = np.array([[metric.nearest(*place, 0.01) for place in path] for path in told["paths"]], np.int32).T
     ends = [[metric.nearest(*pose[:2], 0.3) for pose in poses] for poses in (REQUEST.starts, REQUEST.goals)]
     plan = FleetPlan(steps, told["bound"])

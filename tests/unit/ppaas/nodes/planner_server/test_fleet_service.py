@@ -25,8 +25,10 @@ from ppaas.errors import (
     StartOutsideMap,
 )
 from ppaas.fleet.checking import faults_of
-from ppaas.fleet.metric_roadmap import MetricRoadmap, clearance_of, metric_roadmap
+from ppaas.fleet.lattice_roadmap import lattice_roadmap
+from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.fleet.plan import FleetPlan
+from ppaas.fleet.robot_sizes import clearance_of
 from ppaas.maps.grid import UNKNOWN
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.fleet.fleet_plans import ComputeFleetPlanRequest, ComputeFleetPlanResponse
@@ -58,7 +60,7 @@ def checked(answer: Any, starts: Places, goals: Places) -> NDArray[np.float64]:
     """Return the paths of an answer, (n, t, 2) float64, whose plan was checked on a roadmap of its own."""
     if isinstance(answer, PPaaSError):
         raise answer
-    metric = metric_roadmap(clearance_of(LAYERS), LAYERS.grid.info, RADIUS, MARGIN)
+    metric = lattice_roadmap(clearance_of(LAYERS), LAYERS.grid.info, RADIUS, MARGIN)
     paths = np.array(json.loads(answer.paths))
     steps = np.array([[cell_of(metric, *place) for place in path] for path in paths.tolist()], np.int32).T
     ends = [[cell_of(metric, *place) for place in places] for places in (starts, goals)]
