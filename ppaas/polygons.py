@@ -1,4 +1,4 @@
-"""Polygons in the plane: which points are inside, and how far points are from edges."""
+"""Polygons in the plane: which points are inside, and how far points and edges are from edges."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,31 @@ def distances_to_edges(begins: Points, ends: Points, places: Points) -> Points:
     part = np.clip((offset[..., 0] * along[..., 0] + offset[..., 1] * along[..., 1]) / squared, 0.0, 1.0)
     distances: Points = np.hypot(offset[..., 0] - part * along[..., 0], offset[..., 1] - part * along[..., 1])
     return distances
+
+
+def distances_between(begins: Points, ends: Points, others: Points, other_ends: Points) -> Points:
+    """Return the distances of edges from other edges [m]; 0 where they cross.
+
+    Parameters
+    ----------
+    begins, ends, others, other_ends : (..., 2) array
+        Ends of both [m]; the leading axes are broadcast.
+    """
+    apart = np.minimum.reduce([
+        distances_to_edges(begins, ends, others),
+        distances_to_edges(begins, ends, other_ends),
+        distances_to_edges(others, other_ends, begins),
+        distances_to_edges(others, other_ends, ends),
+    ])  # fmt: skip
+    crosses = _sides(begins, ends, others) * _sides(begins, ends, other_ends) < 0.0
+    crosses &= _sides(others, other_ends, begins) * _sides(others, other_ends, ends) < 0.0
+    return np.where(crosses, 0.0, apart)
+
+
+def _sides(begins: Points, ends: Points, places: Points) -> Points:
+    """Return 1 for places to the left of edges, −1 to the right of them, 0 on their lines."""
+    along, aside = ends - begins, places - begins
+    return np.asarray(np.sign(along[..., 0] * aside[..., 1] - along[..., 1] * aside[..., 0]))
 
 
 def within_polygon(corners: Points, points: Points) -> NDArray[np.bool_]:

@@ -5,13 +5,15 @@ from dataclasses import replace
 from functools import partial
 
 from ppaas.costmap.map_layers import MapLayers
+from ppaas.fleet.lanes.drawing import lines_in
+from ppaas.fleet.lanes.roadmap import lane_roadmap
 from ppaas.fleet.lattice_roadmap import lattice_roadmap
 from ppaas.fleet.metric_roadmap import MetricRoadmap
-from ppaas.fleet.robot_sizes import clearance_of
+from ppaas.fleet.robot_sizes import RobotSizes, clearance_of
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.traffic.node import TrafficNode
-from ppaas.traffic.occupancy import MakeRoadmap
 from ppaas.traffic.settings import TrafficParameters
+from ppaas.traffic.sizes import MakeRoadmap
 
 
 def build_traffic(graph: Graph, layers: MapLayers) -> None:
@@ -30,7 +32,8 @@ def build_traffic(graph: Graph, layers: MapLayers) -> None:
 def roadmaps_of(layers: MapLayers) -> MakeRoadmap:
     """Return the function that makes the roadmaps of a map for robots of some radii [m] and margins.
 
-    They are made without zones, which change while robots drive.
+    They lead along the lanes of the map, or over all of it if it has none. They are made without its other zones, which
+    change while robots drive.
     """
     return partial(_roadmap, layers)
 
@@ -38,6 +41,8 @@ def roadmaps_of(layers: MapLayers) -> MakeRoadmap:
 def _roadmap(layers: MapLayers, radii: Sequence[float], margins: TrafficParameters) -> MetricRoadmap:
     largest, bare = max(radii), replace(layers, barred_distance=None)
     clearance = largest + margins.margin + margins.wall_margin
-    return lattice_roadmap(
-        clearance_of(bare), layers.grid.info, largest, margins.margin, clearance=clearance, smaller=radii
-    )
+    to_lethal, info, lines = clearance_of(bare), layers.grid.info, lines_in(layers.zones.zones)
+    if lines:
+        sizes = RobotSizes(largest, margins.margin, clearance=clearance, smaller=radii)
+        return lane_roadmap(lines, to_lethal, info, sizes)
+    return lattice_roadmap(to_lethal, info, largest, margins.margin, clearance=clearance, smaller=radii)

@@ -32,14 +32,11 @@ class CellRules:
         Cells in which robots do not stop.
     areas : tuple of str
         Name of the zone of each area.
-    one_way : bool
-        Whether a zone has a direction.
     """
 
     roadmap: Roadmap
     no_stop: frozenset[int] = frozenset()
     areas: tuple[str, ...] = ()
-    one_way: bool = False
 
     def areas_of(self, cell: int) -> set[int]:
         """Return the areas that a cell is in."""
@@ -85,7 +82,6 @@ def rules_on(cells: MetricRoadmap, zones: Sequence[Zone], radius: float) -> Cell
         roadmap,
         frozenset(np.nonzero(no_stop)[0].tolist()),
         tuple(name for name, _, _ in few),
-        any(isinstance(zone.rule, OneWay) for zone in zones),
     )
 
 

@@ -76,6 +76,23 @@ class Roadmap:
         both = _packed(np.where(np.stack(exists, axis=1), near, BLOCKED))
         return cls(both, both, cells, numbers)
 
+    @classmethod
+    def of_pairs(cls, count: int, moves: NDArray[np.int32]) -> "Roadmap":
+        """Return the roadmap of some cells, which count as the cells of one row, by the moves between them.
+
+        Parameters
+        ----------
+        count : int
+            Number of cells.
+        moves : (m, 2) int32 array
+            Cells from and to which robots may move, each pair once; at most four from each cell, and to each.
+        """
+        neighbours = _ends_of(count, moves[:, 0], moves[:, 1])
+        incoming = _ends_of(count, moves[:, 1], moves[:, 0])
+        numbers = np.arange(count, dtype=np.int32)
+        cells = np.stack([np.zeros_like(numbers), numbers], axis=1)
+        return cls(neighbours, incoming, cells, numbers[np.newaxis])
+
     def without(self, cells: Iterable[int]) -> "Roadmap":
         """Return the roadmap without the moves from and to some cells, which keep their numbers."""
         gone = np.zeros(len(self), np.bool_)
@@ -152,10 +169,14 @@ def _packed(near: NDArray[np.int32]) -> NDArray[np.int32]:
 def _incoming(neighbours: NDArray[np.int32]) -> NDArray[np.int32]:
     """Return the cells from which moves lead into each cell, (v, 4) int32."""
     starts, moves = np.nonzero(neighbours != BLOCKED)
-    ends = neighbours[starts, moves]
-    order = np.argsort(ends, kind="stable")
+    return _ends_of(len(neighbours), neighbours[starts, moves], starts.astype(np.int32))
+
+
+def _ends_of(count: int, starts: NDArray[np.int32], ends: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return the ends of the moves from each cell, (v, 4) int32; `BLOCKED` behind the last one."""
+    order = np.argsort(starts, kind="stable")
     starts, ends = starts[order], ends[order]
-    place = np.arange(len(ends)) - np.searchsorted(ends, ends)
-    incoming = np.full(neighbours.shape, BLOCKED, np.int32)
-    incoming[ends, place] = starts
-    return incoming
+    place = np.arange(len(starts)) - np.searchsorted(starts, starts)
+    found = np.full((count, 4), BLOCKED, np.int32)
+    found[starts, place] = ends
+    return found

@@ -9,14 +9,18 @@ from ppaas.fleet.problem import is_connected
 from ppaas.messages.fleet.traffic import NO_WAY, MapPoint, TrafficGrants, TrafficReport
 from ppaas.traffic.grants import GrantWriter, cells_together, window_of
 from ppaas.traffic.members import Arrival, Cell, Member
-from ppaas.traffic.occupancy import MakeRoadmap, Occupancy
+from ppaas.traffic.occupancy import Occupancy
 from ppaas.traffic.plan_ahead import PlanAhead
-from ppaas.traffic.plan_starts import heads_of, obstacles_in
+from ppaas.traffic.plan_starts import cells_near, heads_of, obstacles_in
 from ppaas.traffic.settings import TrafficParameters
+from ppaas.traffic.sizes import REACH, MakeRoadmap
 from ppaas.traffic.spurs import Spurs
 
 GATHER = 1.0
 """Time in which a new coordinator listens to reports, before it chooses its epoch [s]."""
+
+LOOK = 2.0
+"""Time between two looks for a free cell for robots that had none in reach [s]."""
 
 RETRY = 0.5
 """Time after which the plan is tried to be extended again, if nobody got on by it [s]."""
@@ -24,7 +28,6 @@ RETRY = 0.5
 NEAR = 0.75
 """Largest distance of a goal from the cell that is taken for it, as a part of the distance between two cells."""
 
-TOO_LARGE = "the robot is too large for the aisles in which others drive"
 """Reason why goals are refused to a robot that is larger than the cells."""
 
 
@@ -64,7 +67,7 @@ class Coordinator:
         self._spurs = Spurs(self.occupancy)
         self._granting = False
         self._begin = now + GATHER
-        self._plan_at = now
+        self._plan_at = self._look_at = now
 
     @property
     def members(self) -> dict[str, Member]:
@@ -121,13 +124,13 @@ class Coordinator:
         return self._drives_alone() or any(member.report.free for member in self.occupancy.present)
 
     def _drives_alone(self) -> bool:
-        """Return whether a robot is alone and may drive freely: no lane is one-way, which it would not know."""
-        return len(self.occupancy.present) == 1 and not self.occupancy.has_one_way
+        """Return whether a robot is alone and may drive freely: there are no lanes, which it would not know."""
+        return len(self.occupancy.present) == 1 and not self.occupancy.has_lanes
 
     # -- the plan ------------------------------------------------------------------------------------------------------
 
     def _plan_ways(self, now: float) -> None:
-        if self.occupancy.outdated:
+        if self.occupancy.outdated or self._has_room_for_more(now):
             self._plan_anew()
         plan = self._plan
         if plan is None:
@@ -136,6 +139,17 @@ class Coordinator:
             self._head_for_goal(plan, member)
         if now >= self._plan_at and not plan.extend():
             self._plan_at = now + RETRY
+
+    def _has_room_for_more(self, now: float) -> bool:
+        """Return whether there is a free cell now for a robot that had none in reach, looked at every few seconds."""
+        if now < self._look_at or self._plan is None or not any(map(self._is_left_out, self.members.values())):
+            return False
+        self._look_at = now + LOOK
+        return any(name not in self._plan for name in heads_of(self.occupancy))
+
+    def _is_left_out(self, member: Member) -> bool:
+        left_out = self._plan is None or member.name not in self._plan
+        return left_out and member.standing == "joined" and not member.misfit
 
     def _planned(self, plan: PlanAhead) -> Iterable[Member]:
         return [member for member in self.members.values() if member.name in plan]
@@ -255,7 +269,7 @@ class Coordinator:
             first = plan.turn_of(cell)
             if first != member.name:
                 return first
-            other = self.occupancy.holders.in_the_way(member, cell, self.occupancy.cells.centre(cell), gap)
+            other = self.occupancy.holders.in_the_way(member, cell, self.occupancy.cells, gap)
             other = other or self._has_no_room(plan, member, plan.areas_into(member, last, cell))
             if other:
                 return other
@@ -317,11 +331,15 @@ class Coordinator:
     def _leads_to_goal(member: Member) -> bool:
         return bool(member.aim) or Arrival(member.report.goal_id) in member.queue
 
-    @staticmethod
-    def _refusal(member: Member, *, alone: bool) -> str:
+    def _is_far(self, member: Member) -> bool:
+        return self._is_left_out(member) and not member.report.free and not cells_near(self.occupancy, member)
+
+    def _refusal(self, member: Member, *, alone: bool) -> str:
         """Return why the goal of a robot cannot be reached; empty if it can."""
-        if not member.fits and not alone and member.standing != "out":
-            return TOO_LARGE
+        if member.misfit and not alone and member.standing != "out":
+            return member.misfit
+        if self.occupancy.map is not None and self._granting and not alone and self._is_far(member):
+            return f"the robot is farther than {REACH * self.spacing:.2g} m from where robots of the traffic drive"
         return member.refused[1] if member.refused[0] == member.report.goal_id else ""
 
     def _gives_back_now(self, member: Member, *, alone: bool) -> bool:

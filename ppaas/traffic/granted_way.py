@@ -16,6 +16,10 @@ traffic drive nearer."""
 STRAY = 0.4
 """Distance from the way beyond which a robot has left it, as a part of the distance between two cells."""
 
+STRAIGHT_ON, SHARPEST_CURVE = 0.9, -0.2
+"""Cosines of the change of direction at a point: the robot drives straight on through it, and in a curve down to the
+second one. Beyond that it turns in place."""
+
 BEHIND = 2
 """Number of points that are kept behind the robot, so that the curve that it drives on is known."""
 
@@ -254,20 +258,20 @@ class GrantedWay:
         points = self._points
         points.append(WayPoint(point.x, point.y))
         corner = len(points) - 2
-        if corner >= 1 and self._turns_at(corner) and not self._goes_back(corner):
+        if corner >= 1 and SHARPEST_CURVE <= self._onward(corner) < STRAIGHT_ON:
             ahead = self._first + corner - self.reached
             near = math.hypot(pose.x - points[corner].x, pose.y - points[corner].y) < self.spacing / 2.0
             points[corner].curved = ahead > 0 or (ahead == 0 and not near)
 
     def _turns_at(self, index: int) -> bool:
-        if index == 0:
-            return True
-        (ax, ay), (bx, by), (cx, cy) = (each.point for each in self._points[index - 1 : index + 2])
-        return (bx - ax) * (cx - bx) + (by - ay) * (cy - by) < 0.9 * self.spacing**2
+        return index == 0 or self._onward(index) < STRAIGHT_ON
 
-    def _goes_back(self, index: int) -> bool:
-        (ax, ay), _, (cx, cy) = (each.point for each in self._points[index - 1 : index + 2])
-        return math.hypot(cx - ax, cy - ay) < 0.1 * self.spacing
+    def _onward(self, index: int) -> float:
+        """Return the cosine of the change of direction at a point."""
+        (ax, ay), (bx, by), (cx, cy) = (each.point for each in self._points[index - 1 : index + 2])
+        return ((bx - ax) * (cx - bx) + (by - ay) * (cy - by)) / (
+            math.hypot(bx - ax, by - ay) * math.hypot(cx - bx, cy - by)
+        )
 
     def _has_reached(self, number: int, pose: Pose2D) -> bool:
         here = self._points[self._index(number)]
@@ -275,8 +279,8 @@ class GrantedWay:
             return math.hypot(pose.x - here.x, pose.y - here.y) <= REACHED
         before = self._points[self._index(number) - 1]
         dx, dy = here.x - before.x, here.y - before.y
-        along = ((pose.x - before.x) * dx + (pose.y - before.y) * dy) / math.hypot(dx, dy)
-        return along >= self.spacing - REACHED
+        length = math.hypot(dx, dy)
+        return ((pose.x - before.x) * dx + (pose.y - before.y) * dy) / length >= length - REACHED
 
 
 def _distance_to(pose: Pose2D, begin: Point, end: Point) -> float:

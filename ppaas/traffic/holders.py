@@ -1,12 +1,13 @@
 """Holders of cells: which robots hold each cell, who may enter it, and which cells belong to a spur."""
 
-import math
 from collections import defaultdict
 from collections.abc import Mapping
 
 from ppaas.fleet.metric_roadmap import MetricRoadmap
+from ppaas.messages.fleet.traffic import MapPoint
+from ppaas.traffic.lines import OtherLines
 from ppaas.traffic.members import Cell, Member, Spur
-from ppaas.traffic.room_in_cells import Point, beside
+from ppaas.traffic.room_in_cells import beside
 
 
 class Holders:
@@ -58,35 +59,25 @@ class Holders:
             if not self._of[cell]:
                 del self._of[cell]
 
-    def in_the_way(self, member: Member, cell: Cell, centre: tuple[float, float], gap: float) -> str:
+    def in_the_way(self, member: Member, cell: Cell, cells: MetricRoadmap, gap: float) -> str:
         """Return a robot because of which another may not enter a cell; empty if it may.
 
-        A robot that has no cell yet may pass one that also has none, and stands, where there is room for both and a gap
-        [m], or if they come no closer.
+        A robot that has no cell yet may pass others beside their cells where there is room for both and a gap [m], or
+        if they come no closer.
         """
-        for name in sorted(self[cell] - {member.name}):
-            other = self._members[name]
-            if member.chain or other.chain or not _passes(member, other, centre, gap):
-                return name
-        return ""
+        others = self[cell] - {member.name}
+        if not member.chain:
+            way = (member.report.x, member.report.y), cells.centre(cell)
+            others = {name for name in others if self._members[name].chain}
+            others |= OtherLines(member, self._members.values(), cells).near(way, gap)
+        return min(others, default="")
 
 
-def _passes(member: Member, other: Member, centre: tuple[float, float], gap: float) -> bool:
-    """Return whether there is room for a robot on the straight way to the centre of a cell beside one that stands."""
-    one, two = member.report, other.report
-    dx, dy = centre[0] - one.x, centre[1] - one.y
-    squared = dx * dx + dy * dy
-    along = 0.0 if squared == 0.0 else ((two.x - one.x) * dx + (two.y - one.y) * dy) / squared
-    along = min(max(along, 0.0), 1.0)
-    apart = math.hypot(one.x + along * dx - two.x, one.y + along * dy - two.y)
-    now = math.hypot(one.x - two.x, one.y - two.y)
-    return apart >= min(one.radius + two.radius + gap, now)
+def spur_to(cells: MetricRoadmap, member: Member, goal: MapPoint, goal_id: str) -> Spur:
+    """Return the straight way from the last cell of a robot's way to a goal, with all cells that it touches on it.
 
-
-def cells_of_spur(cells: MetricRoadmap, member: Member, place: Point) -> set[Cell]:
-    """Return the cells that a robot touches on the straight way from the last cell of its way to a place.
-
-    It counts as wider by half of the room that it has beside it in a cell.
+    The robot counts as wider by half of the room that it has beside it in a cell.
     """
     radius = member.report.radius + beside(cells.spacing, member.report.radius)
-    return cells.touched_along(cells.centre(member.chain[-1]), place, radius)
+    line = cells.centre(member.chain[-1]), (goal.x, goal.y)
+    return Spur(goal, goal_id, frozenset(cells.touched_along(*line, radius)), line)

@@ -1,4 +1,4 @@
-"""Paths along a granted way: straight lines through the centres of cells, and a quarter circle around each corner."""
+"""Paths along a granted way: straight lines through the centres of cells, and an arc around each corner."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -40,19 +40,25 @@ def path_along(leg: Sequence[WayPoint], spacing: float, pose: Pose2D, goal: Pose
 def _points(leg: Sequence[WayPoint], spacing: float) -> Iterator[Point]:
     for index, here in enumerate(leg):
         if here.curved and 0 < index < len(leg) - 1:
-            yield from _curve(leg[index - 1], here, leg[index + 1], spacing / 2.0)
+            yield from _curve(leg[index - 1], here, leg[index + 1], spacing)
         else:
             yield here.point
 
 
-def _curve(before: WayPoint, here: WayPoint, after: WayPoint, radius: float) -> Iterator[Point]:
-    """Yield points of the quarter circle that touches both lines of a corner."""
+def _curve(before: WayPoint, here: WayPoint, after: WayPoint, spacing: float) -> Iterator[Point]:
+    """Yield points of the arc that touches both lines of a corner, at most half a spacing from it.
+
+    Its radius is at most a spacing: then robots that keep that distance from both lines keep it from the arc too.
+    """
     come, go = _unit(before, here), _unit(here, after)
-    x, y = here.x - radius * come[0] + radius * go[0], here.y - radius * come[1] + radius * go[1]
-    steps = max(math.ceil(radius * math.pi / 2.0 / STEP), 2)
-    for angle in np.linspace(0.0, math.pi / 2.0, steps):
-        along, across = radius * math.sin(angle), radius * math.cos(angle)
-        yield x + along * come[0] - across * go[0], y + along * come[1] - across * go[1]
+    turn = math.atan2(come[0] * go[1] - come[1] * go[0], come[0] * go[0] + come[1] * go[1])
+    half = math.tan(abs(turn) / 2.0)
+    radius = min(spacing / 2.0 / half, spacing)
+    begin = here.x - radius * half * come[0], here.y - radius * half * come[1]
+    side = math.copysign(1.0, turn)
+    for angle in np.linspace(0.0, abs(turn), max(math.ceil(radius * abs(turn) / STEP), 2)).tolist():
+        along, across = radius * math.sin(angle), side * radius * (1.0 - math.cos(angle))
+        yield begin[0] + along * come[0] - across * come[1], begin[1] + along * come[1] + across * come[0]
 
 
 def _unit(one: WayPoint, other: WayPoint) -> Point:

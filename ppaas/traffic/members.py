@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from ppaas.messages.fleet.traffic import MapPoint, TrafficReport
+from ppaas.traffic.room_in_cells import Line
 
 Cell = int
 
@@ -36,6 +37,8 @@ class Spur:
     goal_id : str
     cells : frozenset of int
         Cells that the robot touches on it.
+    line : tuple
+        Both ends of it [m].
     ended_by : int
         Number of the grants by which the robot was told to drive back; 0 if it was not.
     """
@@ -43,6 +46,7 @@ class Spur:
     place: MapPoint
     goal_id: str
     cells: frozenset[Cell]
+    line: Line
     ended_by: int = 0
 
 
@@ -57,8 +61,8 @@ class Member:
     heard_at : float
         Time of that [s].
     standing : Standing
-    fits : bool
-        Whether the cells are as wide as it needs. One that does not fit is an obstacle where it stands.
+    misfit : str
+        Why there are no cells for it, and it is an obstacle where it stands; empty if they are as wide as it needs.
     base : set of int
         Cells that it touches where its way began, until it has reached the first cell of the way.
     chain : list of int
@@ -100,7 +104,7 @@ class Member:
     report: TrafficReport
     heard_at: float
     standing: Standing = "joined"
-    fits: bool = True
+    misfit: str = ""
     base: set[Cell] = field(default_factory=set)
     chain: list[Cell] = field(default_factory=list)
     first: int = 0

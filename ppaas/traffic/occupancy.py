@@ -1,30 +1,24 @@
 """Occupancy: the robots of the traffic, the cells that each holds, and who is an obstacle."""
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 
 from msgspec.structs import replace
 
 from ppaas.costmap.moving_obstacles import MovingObstacle
-from ppaas.errors import InvalidInput, NotFound
+from ppaas.errors import NotFound
 from ppaas.fleet.cell_rules import CellRules, rules_on
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.messages.fleet.traffic import MapPoint, TrafficReport
-from ppaas.traffic.holders import Holders, cells_of_spur
-from ppaas.traffic.members import Arrival, Cell, Member, Spur, Standing, reached_by
+from ppaas.traffic.holders import Holders, spur_to
+from ppaas.traffic.members import Arrival, Cell, Member, Standing, reached_by
 from ppaas.traffic.outsiders import FRESH, Kind, Outsiders
 from ppaas.traffic.report_checks import check_report
 from ppaas.traffic.settings import TrafficParameters
-from ppaas.traffic.sizes import is_same, with_size
-from ppaas.zones.zone import Zone
+from ppaas.traffic.sizes import CellsOfSizes, MakeRoadmap
+from ppaas.zones.zone import Lane, OneWay, Zone
 
 GIVEN_UP = 3
 """Number of times that a robot does not get on before goals on which it stands are refused."""
-
-REACH = 2.0
-"""Distance within which a robot is led to a cell, in distances of neighbouring cells."""
-
-MakeRoadmap = Callable[[Sequence[float], TrafficParameters], MetricRoadmap]
-"""Called with the radii of robots of all sizes, in ascending order [m], and the margins; returns their roadmap."""
 
 
 class Occupancy:
@@ -41,8 +35,6 @@ class Occupancy:
     members : dict of str to Member
         Robots by name.
     holders : Holders
-    map : MetricRoadmap or None
-        Cells of the map; None before there is a robot.
     outdated : bool
         Whether the plan has to be made anew, since who takes part or what is blocked has changed.
     gives_back : set of str
@@ -57,12 +49,10 @@ class Occupancy:
         self.parameters = parameters
         self.members: dict[str, Member] = {}
         self.holders = Holders(self.members)
-        self.map: MetricRoadmap | None = None
         self.outdated = True
         self.gives_back: set[str] = set()
         self.goals = 0
-        self._make_roadmap = make_roadmap
-        self._radii: tuple[float, ...] = ()
+        self._layout = CellsOfSizes(make_roadmap, parameters)
         self._zones: Sequence[Zone] = []
         self._rules: CellRules | None = None
         self._blocked: dict[Cell, float] = {}
@@ -72,6 +62,11 @@ class Occupancy:
     def blocked(self) -> Collection[Cell]:
         """Cells in which something was found that holds none."""
         return self._blocked.keys()
+
+    @property
+    def map(self) -> MetricRoadmap | None:
+        """Cells of the map; None before there is a robot, and while the map has no cells for those that there are."""
+        return self._layout.map
 
     @property
     def cells(self) -> MetricRoadmap:
@@ -90,9 +85,9 @@ class Occupancy:
         return self._rules
 
     @property
-    def has_one_way(self) -> bool:
-        """True if a zone in force has a direction."""
-        return self._rules is not None and self._rules.one_way
+    def has_lanes(self) -> bool:
+        """True if a zone in force says along which lines, or in which direction, robots drive."""
+        return any(isinstance(zone.rule, Lane | OneWay) for zone in self._zones)
 
     def inside(self, area: int) -> set[str]:
         """Return the robots that hold a cell of an area."""
@@ -144,7 +139,7 @@ class Occupancy:
         elif report.epoch != epoch or before.epoch != epoch or member.restored:
             self._adopt(member, report)
         member.report, member.heard_at, member.restored = report, now, False
-        if not member.fits and member.base != self._touched(member):
+        if member.misfit and member.base != self._touched(member):
             self._stand(member)
         self._advance(member, before, now)
         self._note_goal(member, before, now)
@@ -187,10 +182,10 @@ class Occupancy:
         """Take a robot in; all ways begin anew on another roadmap if it is of another size for which that differs."""
         member = Member(report, now, moved_at=now, goal_since=now - report.goal_seconds)
         before = self.map
-        if report.radius not in self._radii:
-            member.fits = self._make_room(report.radius)
+        if report.radius not in self._layout.radii or self.map is None:
+            member.misfit = self._make_room(report.radius)
         self.members[report.robot] = member
-        if report.way and member.fits:
+        if report.way and not member.misfit:
             self._adopt(member, report)
             self.gives_back |= {member.name} if self.map is not before else set()
         else:
@@ -200,12 +195,19 @@ class Occupancy:
         return member
 
     def use_map(self, make_roadmap: MakeRoadmap) -> None:
-        """Go on with another version of the map; all ways begin anew."""
-        self._make_roadmap = make_roadmap
+        """Go on with another version of the map; all ways begin anew.
+
+        Nobody drives if it has no cells for the robots.
+        """
+        before = self.map
+        self._layout.use(make_roadmap)
         if self.map is not None:
-            self._change_roadmap(self._make_roadmap(self._radii, self.parameters))
+            self._change_roadmap(self.map)
+        elif before is not None:
+            self._lose_roadmap()
         for member in self.members.values():
-            member.fits = member.fits or self._make_room(member.report.radius)
+            if member.misfit or self.map is None:
+                member.misfit = self._make_room(member.report.radius)
 
     def use_zones(self, zones: Sequence[Zone]) -> None:
         """Go on with these zones in force; robots drive on to the ends of what they were granted."""
@@ -213,47 +215,34 @@ class Occupancy:
             return
         self._zones = zones
         if self.map is not None:
-            self._rules = rules_on(self.map, zones, self._radii[-1])
+            self._rules = rules_on(self.map, zones, self._layout.radii[-1])
             self.outdated = True
 
-    def _make_room(self, radius: float) -> bool:
-        """Make cells as robots of a radius need them; return False if there are none, or too few for the others.
-
-        Cells would be too few if somebody had none in reach.
-        """
-        radii = with_size(self._radii, radius)
-        if radii == self._radii:
-            return True
-        try:
-            cells = self._make_roadmap(radii, self.parameters)
-        except InvalidInput:
-            return False
-        if any(self._is_near(each, self.map) and not self._is_near(each, cells) for each in self.members.values()):
-            return False
-        before, self._radii = self.map, radii
-        if before is None or not is_same(before, cells):
-            self._change_roadmap(cells)
-        return True
-
-    @staticmethod
-    def _is_near(member: Member, cells: MetricRoadmap | None) -> bool:
-        """Return whether a robot can be led to a cell."""
-        if cells is None or not member.fits:
-            return False
-        at, within = member.report, REACH * cells.spacing
-        return bool(cells.nearby(at.x, at.y, within, cells.size_of(at.radius)))
+    def _make_room(self, radius: float) -> str:
+        """Make cells as robots of a radius need them; return why it has none, if so."""
+        before = self.map
+        misfit = self._layout.make_room(radius, self.members.values())
+        if self.map is not before:
+            self._change_roadmap(self.cells)
+        return misfit
 
     def _change_roadmap(self, cells: MetricRoadmap) -> None:
-        self.map = cells
-        self._rules = rules_on(cells, self._zones, self._radii[-1])
+        self._rules = rules_on(cells, self._zones, self._layout.radii[-1])
         self._blocked.clear()
         for member in self.members.values():
-            if member.report.way and member.fits:
+            if member.report.way and not member.misfit:
                 self._adopt(member, member.report)
                 self.gives_back.add(member.name)
             elif member.standing != "out":
                 self._stand(member)
         self.outdated = True
+
+    def _lose_roadmap(self) -> None:
+        self._rules = None
+        self._blocked.clear()
+        for member in self.members.values():
+            self._release(member)
+            self.gives_back |= {member.name} if member.report.way else set()
 
     def _stand(self, member: Member) -> None:
         """Let a robot hold the cells that it touches, and nothing else."""
@@ -292,7 +281,7 @@ class Occupancy:
         """Take the way that a robot reports for what it holds: it is that of another coordinator."""
         member.report = report
         self._stand(member)
-        if member.standing == "out":
+        if member.standing == "out" or self.map is None:
             return
         for point in report.way:
             cell = self.cells.closest(point.x, point.y)
@@ -300,9 +289,8 @@ class Occupancy:
             self.holders.hold(member.name, cell)
         member.first = report.first
         for place in report.spur:
-            cells = cells_of_spur(self.cells, member, (place.x, place.y))
             member.decided = report.goal_id if place == report.goal else ""  # it may lead to an earlier goal
-            self.holders.hold_spur(member, Spur(place, member.decided, frozenset(cells)))
+            self.holders.hold_spur(member, spur_to(self.cells, member, place, member.decided))
 
     def _advance(self, member: Member, before: TrafficReport, now: float) -> None:
         report = member.report
@@ -338,7 +326,7 @@ class Occupancy:
             self.outdated = True
         if member.standing == "silent":
             member.standing, self.outdated = "joined", True
-        for point in member.report.blocked:
+        for point in [] if self.map is None else member.report.blocked:
             self._block(member, point, now + self.parameters.keep_blocked)
 
     def _block(self, member: Member, point: MapPoint, until: float) -> None:

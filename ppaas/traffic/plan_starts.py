@@ -3,8 +3,9 @@
 from collections import Counter
 from collections.abc import Collection
 
-from ppaas.traffic.members import Cell
-from ppaas.traffic.occupancy import REACH, Occupancy
+from ppaas.traffic.members import Cell, Member
+from ppaas.traffic.occupancy import Occupancy
+from ppaas.traffic.sizes import REACH
 
 
 def heads_of(occupancy: Occupancy) -> dict[str, Cell]:
@@ -12,20 +13,25 @@ def heads_of(occupancy: Occupancy) -> dict[str, Cell]:
 
     Of robots that report ways to one cell, one is wrong: all of them are asked to give back the rest of their ways.
     """
-    joined = [member for member in occupancy.members.values() if member.standing == "joined" and member.fits]
+    joined = [member for member in occupancy.members.values() if member.standing == "joined" and not member.misfit]
     ends = Counter(member.chain[-1] for member in joined if member.chain)
     occupancy.gives_back |= {member.name for member in joined if member.chain and ends[member.chain[-1]] > 1}
     heads = {member.name: member.chain[-1] for member in joined if member.chain and ends[member.chain[-1]] == 1}
     taken = set(ends)
     for member in joined:
         if not member.chain:
-            report, cells = member.report, occupancy.cells
-            near = cells.nearby(report.x, report.y, REACH * cells.spacing, occupancy.size_of(member))
+            near = cells_near(occupancy, member)
             free = [cell for cell in near if cell not in taken and not _is_granted(occupancy, cell, member.name)]
             if free:
                 heads[member.name] = free[0]
                 taken.add(free[0])
     return heads
+
+
+def cells_near(occupancy: Occupancy, member: Member) -> list[Cell]:
+    """Return the cells to which a robot without a way may be led, the nearest one first."""
+    report, cells = member.report, occupancy.cells
+    return cells.nearby(report.x, report.y, REACH * cells.spacing, occupancy.size_of(member))
 
 
 def _is_granted(occupancy: Occupancy, cell: Cell, but: str) -> bool:

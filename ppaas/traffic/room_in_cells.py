@@ -3,6 +3,9 @@
 Point = tuple[float, float]
 """x, y [m] in the map frame."""
 
+Line = tuple[Point, Point]
+"""Both ends of a straight way [m]."""
+
 
 def beside(spacing: float, radius: float) -> float:
     """Return half of the room that a robot has on each side in a cell [m]: two in cells side by side share a margin.

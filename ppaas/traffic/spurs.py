@@ -1,11 +1,11 @@
 """Spurs: ways of robots to goals beside the centres of their cells, where they hold all cells that they touch."""
 
 import math
-from collections.abc import Collection
 from dataclasses import replace
 
-from ppaas.traffic.holders import cells_of_spur
-from ppaas.traffic.members import Cell, Member, Spur
+from ppaas.traffic.holders import spur_to
+from ppaas.traffic.lines import OtherLines
+from ppaas.traffic.members import Member, Spur
 from ppaas.traffic.occupancy import Occupancy
 from ppaas.traffic.room_in_cells import beside, nearest_in_cell
 
@@ -35,34 +35,40 @@ class Spurs:
         goal_id = member.report.goal_id
         if member.decided == goal_id or member.spur is not None:  # it drives back from the goal before first
             return ""
-        cells = self._cells_to_goal(member)
-        other = next(filter(None, (self._hindrance(member, cell, now) for cell in sorted(cells))), "")
+        spur = self._spur_to_goal(member)
+        other = "" if spur is None else self._hindrance(member, spur, now)
         if member.ahead or member.settles[0] != goal_id:
             member.settles = goal_id, now + SETTLES
         if other and now < member.settles[1]:
             return other
-        if cells and not other:
-            self._occupancy.holders.hold_spur(member, Spur(member.report.goal, goal_id, frozenset(cells)))
+        if spur is not None and not other:
+            self._occupancy.holders.hold_spur(member, spur)
         member.decided = goal_id
         return ""
 
-    def _hindrance(self, member: Member, cell: Cell, now: float) -> str:
-        others = self._occupancy.holders[cell] - {member.name}
-        return min(others) if others else self._occupancy.outsiders.in_cell(cell, now)
+    def _hindrance(self, member: Member, spur: Spur, now: float) -> str:
+        """Return who is in the way of a robot on a spur; empty if nobody is."""
+        occupancy = self._occupancy
+        lines = OtherLines(member, occupancy.members.values(), occupancy.cells)
+        others = lines.near(spur.line, 2.0 * beside(occupancy.cells.spacing, member.report.radius))
+        others = others.union(*(occupancy.holders[cell] for cell in spur.cells)) - {member.name}
+        if others:
+            return min(others)
+        return next(filter(None, (occupancy.outsiders.in_cell(cell, now) for cell in sorted(spur.cells))), "")
 
-    def _cells_to_goal(self, member: Member) -> Collection[Cell]:
-        """Return the cells of the spur to a goal; none if it is not needed, or leads where rules of zones begin."""
+    def _spur_to_goal(self, member: Member) -> Spur | None:
+        """Return the spur to a goal; None if it is not needed, or leads where rules of zones begin."""
         occupancy, report, last = self._occupancy, member.report, member.chain[-1]
         centre, spacing = occupancy.cells.centre(last), occupancy.cells.spacing
         goal = report.goal.x, report.goal.y
         near = nearest_in_cell(goal, centre, beside(spacing, report.radius))
         if math.dist(near, goal) <= report.tolerance:
-            return ()
-        cells = cells_of_spur(occupancy.cells, member, goal)
+            return None
+        spur = spur_to(occupancy.cells, member, report.goal, report.goal_id)
         areas = occupancy.rules.areas_of(last)
-        if any(cell in occupancy.rules.no_stop or occupancy.rules.areas_of(cell) - areas for cell in cells):
-            return ()
-        return cells
+        if any(cell in occupancy.rules.no_stop or occupancy.rules.areas_of(cell) - areas for cell in spur.cells):
+            return None
+        return spur
 
     @staticmethod
     def _is_over(member: Member, spur: Spur, *, waited_for: bool) -> bool:

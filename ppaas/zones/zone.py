@@ -13,6 +13,9 @@ from ppaas.zones.shapes import Area, Geometry, check_geometry, lines_of
 MOST_ZONES, MOST_POSITIONS, MOST_HOURS = 500, 20_000, 50
 """Largest numbers of zones of a map, of positions of all of them, and of hours of a zone."""
 
+MOST_ON_LANES = 2000
+"""Largest number of positions of all zones of the kind ``lane``."""
+
 MOST_CAPACITIES = 60
 """Largest number of zones of the kind ``capacity``: those of a cell are bits of a number."""
 
@@ -76,6 +79,18 @@ class OneWay(Rule, frozen=True, tag="one_way"):
     strict: bool = False
 
 
+class Lane(Rule, frozen=True, tag="lane"):
+    """Line along which robots of the traffic drive; on a map with lanes they drive nowhere else.
+
+    Parameters
+    ----------
+    one_way : bool
+        Whether they drive only in the order of its positions.
+    """
+
+    one_way: bool = False
+
+
 class NoStop(Rule, frozen=True, tag="no_stop"):
     """Robots of the traffic enter the zone only when they may leave it again, and do not wait in it."""
 
@@ -91,7 +106,7 @@ class Capacity(Rule, frozen=True, tag="capacity"):
     robots: Annotated[int, Meta(ge=1, le=1000)]
 
 
-AnyRule = KeepOut | SpeedZone | OneWay | NoStop | Capacity
+AnyRule = KeepOut | SpeedZone | OneWay | Lane | NoStop | Capacity
 
 
 class Zone(msgspec.Struct, frozen=True, tag="Feature", rename={"rule": "properties"}):
@@ -100,7 +115,7 @@ class Zone(msgspec.Struct, frozen=True, tag="Feature", rename={"rule": "properti
     Parameters
     ----------
     geometry : Geometry
-        In metres in the frame of the map; lines only for lanes.
+        In metres in the frame of the map; lines only for ``lane`` and ``one_way``.
     rule : Rule
         ``properties`` in JSON.
     """
@@ -152,8 +167,16 @@ class ZoneSet(msgspec.Struct, frozen=True, tag="FeatureCollection", rename={"zon
         positions = sum(_check(each) for each in self.zones)
         if positions > MOST_POSITIONS:
             raise InvalidZones(f"the zones of a map may have {MOST_POSITIONS} positions, not {positions}")
+        on_lanes = sum(len(line) for each in self.lanes for line in lines_of(each.geometry))
+        if on_lanes > MOST_ON_LANES:
+            raise InvalidZones(f"the lanes of a map may have {MOST_ON_LANES} positions, not {on_lanes}")
         if sum(isinstance(each.rule, Capacity) for each in self.zones) > MOST_CAPACITIES:
             raise InvalidZones(f"a map may have {MOST_CAPACITIES} zones of the kind 'capacity'")
+
+    @property
+    def lanes(self) -> list[Zone]:
+        """Zones of the kind ``lane``."""
+        return [each for each in self.zones if isinstance(each.rule, Lane)]
 
     def in_force(self, now: float) -> list[Zone]:
         """Return the zones that are in force at a time [s since the epoch]."""
@@ -177,8 +200,10 @@ def _check(zone: Zone) -> int:
     """Check a zone; return the number of its positions."""
     positions, rule = check_geometry(zone.geometry, zone.name), zone.rule
     is_line = bool(lines_of(zone.geometry))
-    if is_line and not isinstance(rule, OneWay):
-        raise InvalidZones(f"zone {zone.name!r}: only a one_way zone may be a line; draw a polygon")
+    if is_line and not isinstance(rule, OneWay | Lane):
+        raise InvalidZones(f"zone {zone.name!r}: only a lane or a one_way zone may be a line; draw a polygon")
+    if isinstance(rule, Lane):
+        _check_lane(zone.name, rule, is_line=is_line)
     if isinstance(rule, SpeedZone) and (rule.max_speed is None) == (rule.percent is None):
         raise InvalidZones(f"zone {zone.name!r} needs either 'max_speed' [m/s] or 'percent'")
     if isinstance(rule, OneWay):
@@ -187,6 +212,13 @@ def _check(zone: Zone) -> int:
         if not is_line and (rule.direction is None or not math.isfinite(rule.direction)):
             raise InvalidZones(f"zone {zone.name!r}: a one_way polygon needs a 'direction' [rad], 0 along x")
     return positions
+
+
+def _check_lane(name: str, rule: Lane, *, is_line: bool) -> None:
+    if not is_line:
+        raise InvalidZones(f"zone {name!r}: a lane is a line; a polygon with a direction is a one_way zone")
+    if rule.times:
+        raise InvalidZones(f"zone {name!r}: a lane is always in force; draw a keep_out zone with 'times' over it")
 
 
 class _Feature(msgspec.Struct, tag="Feature"):

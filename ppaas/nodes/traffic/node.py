@@ -19,9 +19,9 @@ from ppaas.nodes.message_checks import expect
 from ppaas.nodes.other_robots import others_of
 from ppaas.traffic.checkpoint import checkpoint_of, restore
 from ppaas.traffic.coordinator import Coordinator
-from ppaas.traffic.occupancy import MakeRoadmap
 from ppaas.traffic.outsiders import PERSON, ROBOT
 from ppaas.traffic.settings import TrafficParameters
+from ppaas.traffic.sizes import MakeRoadmap
 from ppaas.traffic.state import state_of
 from ppaas.traffic.taking_part import TRAFFIC
 from ppaas.zones.in_force import ZonesInForce
@@ -87,10 +87,11 @@ class TrafficNode(Node):
     def use_layers(self, layers: MapLayers) -> None:
         """Go on with another version of the map: all robots stop, and are granted cells of the new one.
 
-        If only its zones are others, robots drive on.
+        If only its zones are others, and no lanes are, robots drive on.
         """
-        before, self._layers, self._zones = self._layers.grid, layers, ZonesInForce(layers.zones)
-        if before.info != layers.grid.info or not np.array_equal(before.data, layers.grid.data):
+        before, self._layers, self._zones = self._layers, layers, ZonesInForce(layers.zones)
+        same = before.grid.info == layers.grid.info and np.array_equal(before.grid.data, layers.grid.data)
+        if not same or before.zones.lanes != layers.zones.lanes:
             self._coordinator.occupancy.use_map(self._make_roadmap(layers))
 
     def on_message(self, topic: str, message: Payload) -> None:

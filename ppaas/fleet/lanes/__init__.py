@@ -1,0 +1,1 @@
+"""Cells of a fleet along lanes that were drawn by hand."""
