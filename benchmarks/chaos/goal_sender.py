@@ -14,6 +14,7 @@ from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray, Status
 from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
+from ppaas.nodes.granted_move_base.node import GIVING_WAY
 from robots.client.goal_tracker import TrackedGoal
 from robots.client.robot_client import RobotClient
 
@@ -90,6 +91,8 @@ class GoalSender:
             self._following.on_status(message, monotonic())
 
     def _on_result(self, message: MoveBaseActionResult) -> None:
+        if message.status.goal_id.id.startswith(GIVING_WAY):
+            return  # the robot's own goal
         self.goals.result(message.status.goal_id.id)
         if self._following is not None:
             self._following.on_result(message)

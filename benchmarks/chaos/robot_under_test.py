@@ -3,7 +3,7 @@
 import asyncio
 import logging
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from benchmarks.chaos.goal_sender import GoalSender
 from benchmarks.chaos.goal_trace import Standing
@@ -46,6 +46,11 @@ class RobotUnderTest:
         Returns the time of its world [s].
     operator : bool
         Whether an operator with a connection of its own sends the goals, instead of the robot.
+
+    Attributes
+    ----------
+    ended : Event
+        Set once ``enough`` was called and the last goal has ended.
     """
 
     def __init__(
@@ -71,14 +76,22 @@ class RobotUnderTest:
         self._robot = robot
         self._clock = clock
         self._believed: Pose2D | Point = course.start
-        self._ended = asyncio.Event()
+        self.ended = asyncio.Event()
+        self._left = asyncio.Event()
 
     def enough(self) -> None:
-        """Stop after the current goal."""
+        """Stop after the current goal, and stay connected."""
         self.sender.enough()
 
+    def leave(self) -> None:
+        """Disconnect, and end ``run``."""
+        self._left.set()
+
     async def run(self) -> None:
-        """Drive until ``enough`` is called and the last goal has ended; a client that gives up is replaced."""
+        """Drive until ``leave`` is called; a client that gives up is replaced.
+
+        A robot that has ended its last goal stays connected, so that it can give way to others.
+        """
         async with asyncio.TaskGroup() as group:
             group.create_task(self._run_robot())
             if self._operator:
@@ -92,7 +105,7 @@ class RobotUnderTest:
 
     async def _run_robot(self) -> None:
         url, token = self._address
-        while not self._ended.is_set():
+        while not self._left.is_set():
             try:
                 async with RobotClient(url, robot=self.name, token=token) as client:
                     await self._drive(client)
@@ -111,7 +124,7 @@ class RobotUnderTest:
             except* PPaaSError as errors:
                 logger.warning("operator of %s: %s", self.name, errors.exceptions[0])
                 await asyncio.sleep(RETRY)
-        self._ended.set()
+        self.ended.set()
 
     async def _operate(self, client: RobotClient) -> None:
         async with asyncio.TaskGroup() as group:
@@ -129,8 +142,8 @@ class RobotUnderTest:
             gave_up = group.create_task(client.closed())
             if not self._operator:
                 await self.sender.run(client)
-                self._ended.set()
-            await self._ended.wait()
+                self.ended.set()
+            await self._left.wait()
             driving.cancel()
             gave_up.cancel()
 
@@ -153,3 +166,15 @@ class RobotUnderTest:
     def _on_pose(self, message: PoseWithCovarianceStamped) -> None:
         self.checks.localized(message.header.stamp.seconds())
         self._believed = message.pose.pose.position
+
+
+async def end_together(robots: Sequence[RobotUnderTest]) -> None:
+    """End the runs of robots once each has ended its current goal.
+
+    Until then all stay connected: one that left sooner would stand in the way of others and not give way to them.
+    """
+    for robot in robots:
+        robot.enough()
+    await asyncio.gather(*(robot.ended.wait() for robot in robots))
+    for robot in robots:
+        robot.leave()

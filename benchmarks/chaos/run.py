@@ -14,7 +14,7 @@ from benchmarks.chaos.injector import Injector
 from benchmarks.chaos.leftovers import Leftovers
 from benchmarks.chaos.path_requester import PathRequester
 from benchmarks.chaos.report import ChaosReport, log_of, longest_by_fault, longest_silences
-from benchmarks.chaos.robot_under_test import RobotUnderTest
+from benchmarks.chaos.robot_under_test import RobotUnderTest, end_together
 from benchmarks.chaos.scene import Scene, in_office, in_traffic
 from benchmarks.chaos.site import ChaosSite
 from ppaas.clock import monotonic
@@ -145,7 +145,7 @@ async def _look_on(leftovers: Leftovers) -> None:
 async def _drive(
     options: ChaosOptions, robots: list[RobotUnderTest], injector: Injector, leftovers: Leftovers, progress: Progress
 ) -> None:
-    """Run the robots, inject faults once all of them drive, and wait until each has ended its goal."""
+    """Run the robots, inject faults once all of them drive, and wait until all have ended their goals."""
     async with asyncio.TaskGroup() as group:
         for robot in robots:
             group.create_task(robot.run())
@@ -153,8 +153,7 @@ async def _drive(
         await asyncio.to_thread(leftovers.count_files)
         faults = group.create_task(injector.run(options.seconds, options.every))
         await _show(faults, options.seconds, injector, progress)
-        for robot in robots:
-            robot.enough()
+        await end_together(robots)
     await asyncio.to_thread(leftovers.count_files, MORE_FILES + FILES_A_ROBOT * len(robots))
 
 
