@@ -17,6 +17,7 @@ from benchmarks.chaos.report import ChaosReport, log_of, longest_by_fault, longe
 from benchmarks.chaos.robot_under_test import RobotUnderTest, end_together
 from benchmarks.chaos.scene import Scene, in_office, in_traffic
 from benchmarks.chaos.site import ChaosSite
+from benchmarks.chaos.traffic_watch import TrafficWatch
 from ppaas.clock import monotonic
 from ppaas.errors import Unavailable
 
@@ -92,12 +93,14 @@ async def run(options: ChaosOptions, progress: Progress) -> ChaosReport:
         wrong.append(f"{monotonic() - began:.1f} s: {what}")
 
     leftovers = Leftovers(site.folder, tell)
-    stage = [_scene(options, number) for number in range(min(MAPS, options.robots))]
+    offices = [_scene(options, number) for number in range(min(MAPS, options.robots))]
     fleets = [in_traffic(options.seed, options.fleet, options.hall)] if options.fleet else []
-    stage += fleets
+    stage = [*offices, *fleets]
     async with site:
         target = await site.login()
-        crews = [await scene.enter(target, tell) for scene in stage]
+        watches = [TrafficWatch(target.rest, scene.map_id, tell) for scene in fleets]
+        tells = [*(tell for _ in offices), *(watch.tell for watch in watches)]
+        crews = [await scene.enter(target, own) for scene, own in zip(stage, tells, strict=True)]
         robots = [robot for crew in crews for robot in crew]
         requester = PathRequester(target.rest, stage[0].map_id, stage[0].courses)
         random = Random(options.seed)
@@ -105,9 +108,8 @@ async def run(options: ChaosOptions, progress: Progress) -> ChaosReport:
         injector = Injector(target.rest, site.folder, random, cloud, tell)
         async with asyncio.TaskGroup() as group:
             works = (*(scene.simulator.run() for scene in stage), requester.run(), _look_on(leftovers))
-            works += tuple(
-                _count_contacts(scene, crew, tell) for scene, crew in zip(stage, crews, strict=True) if scene.traffic
-            )
+            works += tuple(watch.run() for watch in watches)
+            works += tuple(_count_contacts(*each) for each in zip(stage, crews, tells, strict=True) if each[0].traffic)
             meanwhile = [group.create_task(work) for work in works]
             await _drive(options, robots, injector, leftovers, progress)
             for task in meanwhile:
