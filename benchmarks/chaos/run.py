@@ -36,8 +36,8 @@ WATCH = 0.1
 LOOK = 1.0
 """Period at which leftovers are checked [s]."""
 MORE_FILES = 16
-FILES_A_ROBOT = 8
-"""Allowed increase of open files of a process, and for each robot: all robots may be on one machine at the end."""
+FILES_A_CONTAINER = 8
+"""Allowed increase of open files of a process, and for each container: all of them may be on one machine at the end."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +156,8 @@ async def _drive(
         faults = group.create_task(injector.run(options.seconds, options.every))
         await _show(faults, options.seconds, injector, progress)
         await end_together(robots)
-    await asyncio.to_thread(leftovers.count_files, MORE_FILES + FILES_A_ROBOT * len(robots))
+    containers = len(robots) + 1 + (options.fleet > 0)  # paths are planned in another one, as is the traffic
+    await asyncio.to_thread(leftovers.count_files, MORE_FILES + FILES_A_CONTAINER * containers)
 
 
 async def _end(site: ChaosSite, leftovers: Leftovers, tell: Callable[[str], None]) -> None:
