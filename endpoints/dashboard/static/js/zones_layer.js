@@ -125,21 +125,26 @@ function drawLane(context, view, line, wide, { colour, tint, stroke, dash, width
   context.stroke();
   context.setLineDash([]);
   context.beginPath();
-  for (let i = 1; i < points.length; i += 1) along(context, points[i - 1], points[i]);
+  along(context, points);
   pen(context, colour, 2, []);
   context.stroke();
 }
 
-/** Arrows along a segment: one in its middle at least, if it is long enough. */
-function along(context, from, to) {
-  const [dx, dy] = [to.x - from.x, to.y - from.y];
-  const length = Math.hypot(dx, dy);
-  if (length < 2 * ARROW) return;
-  const count = Math.min(100, Math.max(1, Math.floor(length / ARROWS)));
-  for (let i = 0; i < count; i += 1) {
-    const part = (i + 0.5) / count;
-    chevron(context, from.x + part * dx, from.y + part * dy, Math.atan2(dy, dx));
-  }
+/** Arrows along a line: one in the middle of each long segment at least; short ones, as those of curves, share some. */
+function along(context, points) {
+  let since = ARROWS / 2; // pixels since the last arrow
+  points.slice(1).forEach((to, i) => {
+    const from = points[i];
+    const [dx, dy] = [to.x - from.x, to.y - from.y];
+    const length = Math.hypot(dx, dy);
+    since += length;
+    const count = length < 2 * ARROW ? Number(since >= ARROWS) : Math.min(100, Math.max(1, Math.floor(length / ARROWS)));
+    for (let j = 0; j < count; j += 1) {
+      const part = (j + 0.5) / count;
+      chevron(context, from.x + part * dx, from.y + part * dy, Math.atan2(dy, dx));
+    }
+    if (count) since = length / count / 2;
+  });
 }
 
 /** Arrows on a grid that moves with the map. The angle is that of the map, y up. */
