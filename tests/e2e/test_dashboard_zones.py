@@ -132,17 +132,49 @@ async def test_a_zone_is_drawn_changed_and_saved(shown: Shown) -> None:
     await expect(shown.group.get_by_role("button", name="Save", exact=True)).to_be_hidden()
 
 
-async def test_a_lane_is_a_line_that_a_double_click_ends(shown: Shown) -> None:
-    await shown.add("One way, a lane along a line")
+async def test_a_one_way_line_ends_with_a_double_click(shown: Shown) -> None:
+    await shown.add("One way, a line")
     await expect(shown.group).to_contain_text("2 more are needed")
     await shown.click((4, 10), (12, 10))
     await shown.page.mouse.dblclick(*shown.eye.see(Pose2D(12, 14, 0.0)))
     await shown.group.get_by_label("Width [m]").fill("1.5")
     await shown.group.get_by_role("switch", name="Crossing is forbidden too").check()
     await shown.save()
+    line = shown.given.zones.zones[2]
+    assert msgspec.to_builtins(line.rule) == {"name": "One way 1", "kind": "one_way", "width": 1.5, "strict": True}
+    assert len(line.geometry.coordinates) == 3
+
+
+async def test_a_lane_is_drawn_and_leads_one_way_if_wanted(shown: Shown) -> None:
+    entry, form = shown.page.locator("#zones > li").last, shown.group.get_by_role("form", name="Zone Lane 1")
+    await shown.add("Lane")
+    await shown.click((4, 10), (12, 10), (12, 14))
+    await shown.page.keyboard.press("Enter")
+    await expect(entry).to_contain_text("Lane 1not savedLane")
+    await expect(form.get_by_label("Width")).to_have_count(0)
+    await expect(form.get_by_role("button", name="Add hours")).to_have_count(0)
+    await form.get_by_role("switch", name="One way").check()
+    await expect(entry).to_contain_text("Lane, one way")
+    await shown.save()
+    await expect(entry).to_contain_text("Lane 1in forceLane, one way")
     lane = shown.given.zones.zones[2]
-    assert msgspec.to_builtins(lane.rule) == {"name": "One way 1", "kind": "one_way", "width": 1.5, "strict": True}
+    assert msgspec.to_builtins(lane.rule) == {"name": "Lane 1", "kind": "lane", "one_way": True}
     assert len(lane.geometry.coordinates) == 3
+
+
+async def test_a_line_stays_as_it_is_when_its_kind_changes(shown: Shown) -> None:
+    line = {"type": "LineString", "coordinates": [[4.0, 10.0], [12.0, 10.0]]}
+    lane = {"type": "Feature", "geometry": line, "properties": {"name": "way", "kind": "lane", "one_way": True}}
+    shown.given.replace(zones_of(json.dumps({"type": "FeatureCollection", "features": [lane]})))
+    entry, kind = shown.page.get_by_role("button", name="way"), shown.group.get_by_label("Kind")
+    await entry.click(timeout=20_000)  # it looks again after ten seconds
+    assert await kind.locator("option").all_text_contents() == ["Lane", "One way"]
+    for label, rule in (("One way", {"kind": "one_way", "width": 1.0}), ("Lane", {"kind": "lane"})):
+        await kind.select_option(label=label)
+        await shown.save()
+        await entry.click()
+        assert rules_of(shown.given.zones) == [{"name": "way", **rule}]
+        assert msgspec.to_builtins(shown.given.zones.zones[0].geometry) == line
 
 
 async def test_a_zone_is_drawn_by_keyboard_alone(shown: Shown) -> None:

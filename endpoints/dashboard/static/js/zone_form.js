@@ -2,21 +2,22 @@
 
 import { make } from "./dom.js";
 import { cornersOf, linesOf, withCorners } from "./zone_shapes.js";
-import { DAYS, KINDS, USUAL } from "./zones_state.js";
+import { DAYS, KINDS, USUAL, kindsOf } from "./zones_state.js";
 
 const OFFSET = /(Z|[+-]\d\d:\d\d)$/;
 const DEGREE = Math.PI / 180;
 const LONGEST = 64;
 
 /** The properties of a zone from what its form says; of a zone that has just become one of another kind, usual ones. @param {Record<string, any>} said */
-export function ruleOf({ name, kind, times, ...values }) {
+export function ruleOf({ name, kind, isLine, times, ...values }) {
   const rule = { name, kind };
   if (kind === "speed_limit") rule[values.unit ?? "max_speed"] = values.speed ?? USUAL.speed;
   if (kind === "capacity") rule.robots = values.robots ?? USUAL.robots;
-  if (kind === "one_way" && "width" in values) rule.width = values.width;
+  if (kind === "one_way" && isLine) rule.width = values.width ?? USUAL.width;
   else if (kind === "one_way") rule.direction = Math.round((values.heading ?? 0) * DEGREE * 1e6) / 1e6;
   if (kind === "one_way" && values.strict) rule.strict = true;
-  if (times.length) rule.times = times;
+  if (kind === "lane" && values.one_way) rule.one_way = true;
+  if (kind !== "lane" && times.length) rule.times = times;
   return rule;
 }
 
@@ -43,11 +44,9 @@ export class ZoneForm {
     this.#zone = zone;
     this.#changed = changed;
     const { properties, geometry } = zone;
-    const times = make("div", { className: "zone-times" }, ...(properties.times ?? []).map((hours) => this.#hoursFields(hours)));
-    const more = make("button", { className: "link", type: "button", textContent: "Add hours", onclick: () => { times.append(this.#hoursFields({ from: "08:00", to: "18:00" })); this.#tell(); } });
     this.element = make("form", { className: "name-form zone-form", "aria-label": `Zone ${properties.name}` },
       this.#field("name", "Name", { value: properties.name, maxLength: LONGEST, required: true, autocomplete: "off" }),
-      this.#kindField(properties.kind, linesOf(geometry).length > 0), ...this.#valueFields(zone), ...this.#cornersField(geometry), times, more);
+      this.#kindField(properties.kind, geometry), ...this.#valueFields(zone), ...this.#cornersField(geometry), ...this.#timesFields(properties));
     this.element.addEventListener("submit", (event) => event.preventDefault());
     this.element.addEventListener("change", () => this.#tell());
   }
@@ -62,16 +61,20 @@ export class ZoneForm {
     return this.#field(name, title, { type: "number", step: "any", inputMode: "decimal", required: true, value: String(value ?? ""), ...properties });
   }
 
-  /** A lane along a line stays one: no other zone may be a line. */
-  #kindField(kind, isLine) {
-    const kinds = isLine ? ["one_way"] : Object.keys(KINDS);
-    const select = make("select", { name: "kind" }, ...kinds.map((each) => make("option", { value: each, textContent: KINDS[each] })));
+  #switch(name, title, checked) {
+    const box = make("input", { type: "checkbox", role: "switch", name, checked: Boolean(checked) });
+    this.#fields[name] = box;
+    return make("label", { className: "switch" }, box, title);
+  }
+
+  #kindField(kind, geometry) {
+    const select = make("select", { name: "kind" }, ...kindsOf(geometry).map((each) => make("option", { value: each, textContent: KINDS[each] })));
     select.value = kind;
     this.#fields.kind = select;
     return make("label", {}, "Kind", select);
   }
 
-  #valueFields({ properties: { kind, max_speed: speed, percent, robots, width, direction, strict }, geometry }) {
+  #valueFields({ properties: { kind, max_speed: speed, percent, robots, width, direction, strict, one_way: oneWay }, geometry }) {
     if (kind === "speed_limit") {
       const units = [["max_speed", "m/s"], ["percent", "% of the robot's"]].map(([value, textContent]) => make("option", { value, textContent }));
       const unit = make("select", { name: "unit" }, ...units);
@@ -80,16 +83,23 @@ export class ZoneForm {
       return [make("div", { className: "zone-pair" }, this.#number("speed", "Highest speed", percent ?? speed, { min: 0.01, max: 100 }), make("label", {}, "Unit", unit))];
     }
     if (kind === "capacity") return [this.#number("robots", "Most robots at a time", robots, { min: 1, max: 1000, step: 1, inputMode: "numeric" })];
+    if (kind === "lane") return [this.#switch("one_way", "One way", oneWay)];
     if (kind !== "one_way") return [];
-    const box = make("input", { type: "checkbox", role: "switch", name: "strict", checked: Boolean(strict) });
-    this.#fields.strict = box;
     const way = linesOf(geometry).length ? this.#number("width", "Width [m]", width, { min: 0.01, max: 100 }) : this.#number("heading", "Direction [°]", Math.round(((direction ?? 0) / DEGREE) * 100) / 100);
-    return [way, make("label", { className: "switch" }, box, "Crossing is forbidden too")];
+    return [way, this.#switch("strict", "Crossing is forbidden too", strict)];
   }
 
   #cornersField(geometry) {
     const corners = cornersOf(geometry);
     return corners === null ? [] : [this.#field("corners", "Corners: x y, x y … [m]", { value: corners, required: true, autocomplete: "off", spellcheck: false })];
+  }
+
+  /** The hours of a zone, and a button that adds some; a lane is always in force. */
+  #timesFields({ kind, times = [] }) {
+    if (kind === "lane") return [];
+    const rows = make("div", { className: "zone-times" }, ...times.map((hours) => this.#hoursFields(hours)));
+    const more = make("button", { className: "link", type: "button", textContent: "Add hours", onclick: () => { rows.append(this.#hoursFields({ from: "08:00", to: "18:00" })); this.#tell(); } });
+    return [rows, more];
   }
 
   #hoursFields({ days = [], from = "00:00", to = "24:00", since = "", until = "" }) {
@@ -127,6 +137,6 @@ export class ZoneForm {
     const values = Object.entries(this.#fields).map(([name, field]) => [name, { checkbox: field.checked, number: field.valueAsNumber }[field.type] ?? field.value]);
     const times = this.#hours.map(({ boxes, from, to, since, until }) =>
       hoursOf({ days: boxes.filter(({ checked }) => checked).map(({ value }) => value), from: from.value, to: to.value, since: since.value, until: until.value }));
-    return { ...Object.fromEntries(values), times };
+    return { ...Object.fromEntries(values), isLine: linesOf(this.#zone.geometry).length > 0, times };
   }
 }

@@ -12,7 +12,7 @@ export function linesOf({ type, coordinates }) {
   return type === "MultiLineString" ? coordinates : [];
 }
 
-/** Whether a point lies in a zone, or in reach of its lanes. @param {{x: number, y: number}} point @param {number} reach [m] */
+/** Whether a point lies in a zone, or in reach of its lines. @param {{x: number, y: number}} point @param {number} reach [m] */
 export function within({ geometry, properties }, { x, y }, reach) {
   const half = Math.max((properties.width ?? 0) / 2, reach);
   const onLine = linesOf(geometry).some((line) => line.slice(1).some((end, i) => toSegment(line[i], end, x, y) <= half));

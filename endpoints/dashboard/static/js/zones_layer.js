@@ -11,6 +11,7 @@ const ARROWS = 56; // pixels between two arrows
 const ARROW = 9; // pixels
 const LEGIBLE = 44; // pixels that a zone is wide to have a name
 const DASH = [7, 5];
+const LANE = { width: 3, picked: 5 }; // pixels
 
 export class ZonesLayer {
   /** What the user draws. @type {import("./zone_shapes.js").Drawing | null} */ drawing = null;
@@ -47,9 +48,9 @@ export class ZonesLayer {
       tint: picked ? TINT.picked : inForce ? TINT.in : TINT.out,
       stroke: inForce ? STROKE.in : STROKE.out,
       dash: inForce ? [] : DASH,
-      width: picked ? 3 : 1.5,
+      width: properties.kind === "lane" ? (picked ? LANE.picked : LANE.width) : picked ? 3 : 1.5,
     };
-    for (const line of linesOf(geometry)) drawLane(context, view, line, properties.width ?? 0, look);
+    for (const line of linesOf(geometry)) drawLine(context, view, line, properties, look);
     for (const rings of polygonsOf(geometry)) drawPolygon(context, view, rings, properties, look);
     context.globalAlpha = 1;
   }
@@ -113,17 +114,21 @@ function drawPolygon(context, view, rings, { kind, direction }, { colour, tint, 
   context.restore();
 }
 
-function drawLane(context, view, line, wide, { colour, tint, stroke, dash, width }) {
+/** A line, on a band as wide as its zone; a lane has no width. */
+function drawLine(context, view, line, { kind, width: wide = 0, one_way: oneWay }, { colour, tint, stroke, dash, width }) {
   const points = line.map(([x, y]) => view.toScreen({ x, y }));
   trace(context, points, false);
   context.lineJoin = context.lineCap = "round";
-  context.globalAlpha = tint;
-  pen(context, colour, Math.max(2, wide * view.scale), []);
-  context.stroke();
+  if (kind !== "lane") {
+    context.globalAlpha = tint;
+    pen(context, colour, Math.max(2, wide * view.scale), []);
+    context.stroke();
+  }
   context.globalAlpha = stroke;
   pen(context, colour, width, dash);
   context.stroke();
   context.setLineDash([]);
+  if (kind === "lane" && !oneWay) return;
   context.beginPath();
   along(context, points);
   pen(context, colour, 2, []);

@@ -6,8 +6,9 @@ import { linesOf } from "./zone_shapes.js";
 import { KINDS, told } from "./zones_state.js";
 
 const PRESENCES = { "in force": "online", "not in force": "offline", "not saved": "silent" };
-const LANE = "lane";
-const SHAPES = { ...KINDS, one_way: "One way, an area", [LANE]: "One way, a lane along a line" };
+/** What may be drawn: zones of all kinds, and both kinds of lines. */
+const SHAPES = { ...KINDS, one_way: "One way, an area", one_way_line: "One way, a line" };
+const KINDS_OF_LINES = { lane: "lane", one_way_line: "one_way" };
 
 /** What the user may do next, in words. @param {import("./zone_shapes.js").Drawing} drawing */
 export function guide({ missing, isLine }) {
@@ -40,7 +41,7 @@ export class ZonesPanel {
     this.#orders = orders;
     const button = (textContent, onclick, className = "button") => make("button", { className, type: "button", textContent, onclick });
     const kind = make("select", { name: "new-zone" }, ...Object.entries(SHAPES).map(([value, textContent]) => make("option", { value, textContent })));
-    const add = () => orders.draw(kind.value === LANE ? "one_way" : kind.value, kind.value === LANE);
+    const add = () => orders.draw(KINDS_OF_LINES[kind.value] ?? kind.value, kind.value in KINDS_OF_LINES);
     const timeZone = make("input", { name: "time-zone", autocomplete: "off", spellcheck: false, maxLength: 64, onchange: () => orders.zone(timeZone.value.trim() || "UTC") });
     this.#parts = {
       adding: make("div", { className: "zone-add" }, make("label", {}, "New zone", kind), button("Add zone", add)),

@@ -3,30 +3,43 @@
  *
  * @typedef {{days?: string[], from?: string, to?: string, since?: string, until?: string}} Hours
  * @typedef {{name: string, kind: string, times?: Hours[], max_speed?: number, percent?: number, direction?: number,
- *            width?: number, strict?: boolean, robots?: number}} Rule
+ *            width?: number, strict?: boolean, one_way?: boolean, robots?: number}} Rule
  * @typedef {{type: "Feature", geometry: {type: string, coordinates: any[]}, properties: Rule}} Zone
  * @typedef {{type: "FeatureCollection", features: Zone[], time_zone?: string, in_force?: string[]}} Zones
  */
 
 import { linesOf, polygonsOf, within } from "./zone_shapes.js";
 
-export const KINDS = { keep_out: "Keep out", speed_limit: "Speed limit", one_way: "One way", no_stop: "No stopping", capacity: "Capacity" };
+export const KINDS = { keep_out: "Keep out", speed_limit: "Speed limit", one_way: "One way", no_stop: "No stopping", capacity: "Capacity", lane: "Lane" };
+const OF_LINES = ["lane", "one_way"];
 
 export const DAYS = ["mon", "tue", "wed", "thu", "fri", "sat", "sun"];
 
-/** Values of new zones: speed [m/s], number of robots, width of a lane [m]. */
+/** Values of new zones: speed [m/s], number of robots, width along a line [m]. */
 export const USUAL = { speed: 0.5, robots: 1, width: 1 };
 const NEW = { speed_limit: { max_speed: USUAL.speed }, capacity: { robots: USUAL.robots } };
 
-/** The number of a rule with its unit; empty if it has none. @param {Rule} rule */
-export function valueOf({ kind, max_speed: speed, percent, robots, direction, width, strict }) {
-  const parts = [];
-  if (kind === "speed_limit") parts.push(Number.isFinite(percent) ? `${percent} %` : `${speed} m/s`);
-  if (kind === "capacity") parts.push(`${robots} robot${robots === 1 ? "" : "s"}`);
-  if (kind === "one_way" && Number.isFinite(width)) parts.push(`${width} m wide`);
-  else if (kind === "one_way" && Number.isFinite(direction)) parts.push(`${Math.round((direction * 180) / Math.PI)}°`);
-  if (strict) parts.push("strict");
-  return parts.join(", ");
+/** Kinds that a zone of a geometry may have. @param {Zone["geometry"]} geometry @returns {string[]} */
+export function kindsOf(geometry) {
+  return linesOf(geometry).length ? OF_LINES : Object.keys(KINDS).filter((kind) => kind !== "lane");
+}
+
+/** The value of a rule; empty if it has none. @param {Rule} rule */
+export function valueOf(rule) {
+  return [numberOf(rule), ...wordsOf(rule)].filter(Boolean).join(", ");
+}
+
+/** The number of a rule with its unit. @param {Rule} rule */
+function numberOf({ kind, max_speed: speed, percent, robots, direction, width }) {
+  if (kind === "speed_limit") return Number.isFinite(percent) ? `${percent} %` : `${speed} m/s`;
+  if (kind === "capacity") return `${robots} robot${robots === 1 ? "" : "s"}`;
+  if (kind === "one_way" && Number.isFinite(width)) return `${width} m wide`;
+  return kind === "one_way" && Number.isFinite(direction) ? `${Math.round((direction * 180) / Math.PI)}°` : "";
+}
+
+/** What a rule says beside its number. @param {Rule} rule */
+function wordsOf({ kind, strict, one_way: oneWay }) {
+  return [strict && "strict", kind === "lane" && oneWay && "one way"].filter(Boolean);
 }
 
 /** When a zone is in force, in words; empty if always. @param {Hours[] | undefined} times */
@@ -44,7 +57,8 @@ export function timesOf(times) {
 /** A zone in words. @param {Zone} zone */
 export function told({ properties }) {
   const kind = KINDS[properties.kind] ?? properties.kind;
-  return [[kind, valueOf(properties)].filter(Boolean).join(" "), timesOf(properties.times)].filter(Boolean).join("; ");
+  const what = [[kind, numberOf(properties)].filter(Boolean).join(" "), ...wordsOf(properties)].join(", ");
+  return [what, timesOf(properties.times)].filter(Boolean).join("; ");
 }
 
 /** Days in words: three or more in a row are one span. @param {string[]} days */
@@ -177,7 +191,7 @@ export class ZonesState {
   }
 }
 
-/** The way of a new lane: its width, or the direction of the first edge that was drawn. */
+/** The way of a new one-way zone: its width along a line, or the direction of the first edge that was drawn. */
 function along(kind, geometry) {
   if (kind !== "one_way") return {};
   if (linesOf(geometry).length) return { width: USUAL.width };

@@ -6,7 +6,7 @@ import { Drawing, cornersOf, middleOf, within, withCorners } from "../../../../e
 const RING = [[0, 0], [4, 0], [4, 4], [0, 4], [0, 0]];
 const HOLE = [[1, 1], [3, 1], [3, 3], [1, 3], [1, 1]];
 const polygon = (...rings) => ({ type: "Polygon", coordinates: rings });
-const lane = { type: "LineString", coordinates: [[0, 0], [4, 0], [4, 4]] };
+const line = { type: "LineString", coordinates: [[0, 0], [4, 0], [4, 4]] };
 
 test("points lie in a polygon, not in its holes", () => {
   const zone = { geometry: polygon(RING, HOLE), properties: {} };
@@ -17,25 +17,27 @@ test("points lie in a polygon, not in its holes", () => {
   assert.equal(within(both, { x: 2, y: 2 }, 0), true);
 });
 
-test("points lie in a lane as wide as it is, and a thin one is still hit", () => {
-  const zone = (width) => ({ geometry: lane, properties: { width } });
+test("points lie on a line as wide as it is, and a thin one is still hit", () => {
+  const zone = (width) => ({ geometry: line, properties: { width } });
   assert.equal(within(zone(2), { x: 2, y: 0.9 }, 0.1), true);
   assert.equal(within(zone(2), { x: 2, y: 1.1 }, 0.1), false);
   assert.equal(within(zone(0.1), { x: 4.4, y: 2 }, 0.5), true);
+  assert.equal(within(zone(undefined), { x: 4.4, y: 2 }, 0.5), true, "a lane has no width");
+  assert.equal(within(zone(undefined), { x: 4.6, y: 2 }, 0.5), false);
 });
 
 test("the name stands in the middle", () => {
   assert.deepEqual(middleOf(polygon(RING)), { x: 2, y: 2 });
-  assert.deepEqual(middleOf(lane), { x: 4, y: 2 });
+  assert.deepEqual(middleOf(line), { x: 4, y: 2 });
   assert.deepEqual(middleOf({ type: "MultiLineString", coordinates: [[[0, 0], [2, 0]], [[9, 9], [8, 8]]] }), { x: 1, y: 0 });
 });
 
 test("corners are text that can be changed", () => {
   assert.equal(cornersOf(polygon(RING)), "0 0, 4 0, 4 4, 0 4");
-  assert.equal(cornersOf(lane), "0 0, 4 0, 4 4");
+  assert.equal(cornersOf(line), "0 0, 4 0, 4 4");
   assert.equal(cornersOf(polygon(RING, HOLE)), null);
   assert.deepEqual(withCorners(polygon(RING), "0 0,  1.5 -2 , 3 3"), polygon([[0, 0], [1.5, -2], [3, 3], [0, 0]]));
-  assert.deepEqual(withCorners(lane, "1 2, 3 4"), { type: "LineString", coordinates: [[1, 2], [3, 4]] });
+  assert.deepEqual(withCorners(line, "1 2, 3 4"), { type: "LineString", coordinates: [[1, 2], [3, 4]] });
   for (const wrong of ["", "0 0, 1 1", "0 0, 1 1, 2", "0 0, 1 1, x y", "0 0, 1 1, 2 2 2"]) assert.equal(withCorners(polygon(RING), wrong), null, wrong);
 });
 

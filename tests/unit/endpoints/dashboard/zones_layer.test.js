@@ -39,6 +39,26 @@ const zone = (properties, geometry = LINE) => ({ type: "Feature", geometry, prop
 const lengthOf = (line) => line.slice(1).reduce((sum, [x, y], i) => sum + Math.hypot(x - line[i][0], y - line[i][1]), 0);
 const shaftsOf = ({ lines }) => lines.filter((line) => line.length === 2); // the heads of arrows have three points
 
+test("a lane is one solid line, as wide at each scale", () => {
+  for (const scale of [5, 20, 100]) {
+    const strokes = strokesOf([zone({ kind: "lane" })], { scale });
+    assert.deepEqual(strokes, [{ colour: "pink", width: 3, dash: [], lines: [[[0, -0], [10 * scale, -0]]] }]);
+  }
+  assert.equal(strokesOf([zone({ kind: "lane" })], { picked: 0 })[0].width, 5);
+});
+
+test("each line of a lane is drawn", () => {
+  const both = { type: "MultiLineString", coordinates: [[[0, 0], [1, 0]], [[2, 0], [2, 3], [4, 3]]] };
+  assert.deepEqual(strokesOf([zone({ kind: "lane" }, both)]).map(({ lines }) => lines[0].length), [2, 3]);
+});
+
+test("a lane that leads one way has arrows in the order of its positions", () => {
+  const [line, arrows, ...others] = strokesOf([zone({ kind: "lane", one_way: true }, { type: "LineString", coordinates: [[10, 0], [0, 0]] })]);
+  assert.deepEqual([line.width, arrows.colour, others], [3, "pink", []]);
+  assert.equal(shaftsOf(arrows).length, 3);
+  for (const [[from], [to]] of shaftsOf(arrows)) assert.ok(to < from);
+});
+
 test("a curve of short segments has arrows too, as far apart as others", () => {
   const coordinates = Array.from({ length: 61 }, (_, i) => [10 * Math.cos(i / 40), 10 * Math.sin(i / 40)]);
   const [, line, arrows] = strokesOf([zone({ kind: "one_way", width: 1 }, { type: "LineString", coordinates })]);
@@ -57,4 +77,10 @@ test("zones of unknown kinds are drawn in ink", () => {
   const square = { type: "Polygon", coordinates: [[[0, 0], [2, 0], [2, 2], [0, 0]]] };
   const strokes = strokesOf([zone({ kind: "new_kind" }), zone({ kind: "new_kind" }, square)]);
   assert.deepEqual(new Set(strokes.map(({ colour }) => colour)), new Set(["ink"]));
+});
+
+test("a line is dashed in the colour of its kind while it is drawn", () => {
+  const drawing = { kind: "lane", isLine: true, corners: [[0, 0], [3, 0]], hover: { x: 3, y: 3 } };
+  const [first] = strokesOf([], { drawing });
+  assert.deepEqual([first.colour, first.lines[0].length, first.dash.length], ["pink", 3, 2]);
 });

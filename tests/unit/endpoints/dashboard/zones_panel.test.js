@@ -26,7 +26,9 @@ test("a zone has the properties of its kind, and no others", () => {
   assert.deepEqual(ruleOf({ ...said, kind: "speed_limit" }), { name: "a", kind: "speed_limit", percent: 40 });
   assert.deepEqual(ruleOf({ ...said, kind: "capacity" }), { name: "a", kind: "capacity", robots: 2 });
   assert.deepEqual(ruleOf({ ...said, kind: "one_way" }), { name: "a", kind: "one_way", direction: 1.570796, strict: true });
-  assert.deepEqual(ruleOf({ name: "a", times: [{}], kind: "one_way", width: 2, strict: false }), { name: "a", kind: "one_way", width: 2, times: [{}] });
+  assert.deepEqual(ruleOf({ name: "a", times: [{}], kind: "one_way", isLine: true, width: 2, strict: false }), { name: "a", kind: "one_way", width: 2, times: [{}] });
+  assert.deepEqual(ruleOf({ ...said, kind: "lane", isLine: true, one_way: true }), { name: "a", kind: "lane", one_way: true });
+  assert.deepEqual(ruleOf({ ...said, kind: "lane", isLine: true, one_way: false }), { name: "a", kind: "lane" });
 });
 
 test("a zone that becomes one of another kind has usual values", () => {
@@ -34,6 +36,12 @@ test("a zone that becomes one of another kind has usual values", () => {
   assert.deepEqual(ruleOf({ ...said, kind: "speed_limit" }), { name: "a", kind: "speed_limit", max_speed: 0.5 });
   assert.deepEqual(ruleOf({ ...said, kind: "capacity" }), { name: "a", kind: "capacity", robots: 1 });
   assert.deepEqual(ruleOf({ ...said, kind: "one_way" }), { name: "a", kind: "one_way", direction: 0 });
+});
+
+test("a line that becomes one of the other kind has usual values, and a lane has no hours", () => {
+  const said = { name: "a", isLine: true };
+  assert.deepEqual(ruleOf({ ...said, kind: "one_way", one_way: true, times: [] }), { name: "a", kind: "one_way", width: 1 });
+  assert.deepEqual(ruleOf({ ...said, kind: "lane", width: 2, strict: true, times: [{ days: ["mon"] }] }), { name: "a", kind: "lane" });
 });
 
 test("hours leave out what does not limit", () => {

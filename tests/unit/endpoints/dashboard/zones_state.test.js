@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { ZonesState, told } from "../../../../endpoints/dashboard/static/js/zones_state.js";
+import { ZonesState, kindsOf, told, valueOf } from "../../../../endpoints/dashboard/static/js/zones_state.js";
 
 const SQUARE = [[0, 0], [2, 0], [2, 2], [0, 2], [0, 0]];
 const zone = (name, properties = {}, geometry = { type: "Polygon", coordinates: [SQUARE] }) => ({ type: "Feature", geometry, properties: { name, kind: "keep_out", ...properties } });
@@ -21,11 +21,25 @@ test("a zone is told in words, with its value and its hours", () => {
   assert.equal(told(zone("a", { kind: "capacity", robots: 1 })), "Capacity 1 robot");
   assert.equal(told(zone("a", { kind: "one_way", direction: Math.PI / 2, strict: true })), "One way 90°, strict");
   assert.equal(told(zone("a", { kind: "one_way", width: 1.5 })), "One way 1.5 m wide");
+  assert.equal(told(zone("a", { kind: "lane" })), "Lane");
+  assert.equal(told(zone("a", { kind: "lane", one_way: true })), "Lane, one way");
   assert.equal(told(zone("a", { kind: "no_stop", times: [{ days: ["mon", "tue"], from: "08:00" }, {}] })), "No stopping; mon, tue 08:00 to 24:00; always");
   assert.equal(told(zone("a", { times: [{ since: "2026-12-24T08:00:00Z", until: "2026-12-27T00:00:00Z" }] })), "Keep out; since 2026-12-24 08:00:00Z until 2026-12-27 00:00:00Z");
   const weekdays = [{ days: ["mon", "tue", "wed", "thu", "fri"] }, { days: ["mon", "wed", "fri"], to: "12:00" }];
   assert.equal(told(zone("a", { times: weekdays })), "Keep out; mon to fri; mon, wed, fri 00:00 to 12:00");
   assert.equal(told(zone("a", { kind: "new_kind" })), "new_kind");
+});
+
+test("the value of a zone is told without its kind", () => {
+  assert.equal(valueOf({ kind: "one_way", direction: Math.PI, strict: true }), "180°, strict");
+  assert.equal(valueOf({ kind: "lane", one_way: true }), "one way");
+  assert.equal(valueOf({ kind: "lane" }), "");
+  assert.equal(valueOf({ kind: "new_kind" }), "");
+});
+
+test("lines are lanes or lead one way, and areas are all but lanes", () => {
+  for (const type of ["LineString", "MultiLineString"]) assert.deepEqual(kindsOf({ type, coordinates: [[[0, 0], [1, 0]]] }), ["lane", "one_way"]);
+  assert.deepEqual(kindsOf({ type: "Polygon", coordinates: [SQUARE] }), ["keep_out", "speed_limit", "one_way", "no_stop", "capacity"]);
 });
 
 test("the cloud says which zones are in force", () => {
@@ -98,11 +112,12 @@ test("a map without zones to ask for shows none", () => {
 test("new zones have a name of their own and usual values", () => {
   const state = stateOf(zone("Keep out 1"));
   const area = { type: "Polygon", coordinates: [SQUARE] };
-  const lane = { type: "LineString", coordinates: [[0, 0], [0, 3]] };
+  const line = { type: "LineString", coordinates: [[0, 0], [0, 3]] };
   assert.deepEqual(state.proposal("keep_out", area).properties, { name: "Keep out 2", kind: "keep_out" });
   assert.deepEqual(state.proposal("speed_limit", area).properties, { name: "Speed limit 1", kind: "speed_limit", max_speed: 0.5 });
   assert.deepEqual(state.proposal("capacity", area).properties, { name: "Capacity 1", kind: "capacity", robots: 1 });
-  assert.deepEqual(state.proposal("one_way", lane).properties, { name: "One way 1", kind: "one_way", width: 1 });
+  assert.deepEqual(state.proposal("one_way", line).properties, { name: "One way 1", kind: "one_way", width: 1 });
+  assert.deepEqual(state.proposal("lane", line).properties, { name: "Lane 1", kind: "lane" });
   const turned = { type: "Polygon", coordinates: [[[0, 0], [0, 3], [3, 3], [0, 0]]] };
   assert.equal(state.proposal("one_way", turned).properties.direction, 1.571);
 });
