@@ -98,9 +98,10 @@ ROWS = {
     ("YAML of a map", "size"): [size(map_yaml.MAX_YAML)],
     ("YAML of a map", "brackets, and levels of nesting"): [yaml_keys.MAX_BRACKETS, f"and {yaml_keys.MAX_DEPTH};"],
     ("[zones](zones.md) of a map", "size"): [size(MAX_ZONES), size(SETTINGS.max_body)],
-    ("zones of a map", "zones, positions of all, zones of the kind `capacity`, hours of a zone"): [
+    ("zones of a map", "zones, positions of all, positions of lanes, zones of the kind `capacity`, hours of a zone"): [
         zone.MOST_ZONES,
         zone.MOST_POSITIONS,
+        zone.MOST_ON_LANES,
         zone.MOST_CAPACITIES,
         zone.MOST_HOURS,
     ],

@@ -16,10 +16,12 @@ from ppaas.zones.zone import (
     EDITORS,
     LONGEST_NAME,
     MOST_CAPACITIES,
+    MOST_ON_LANES,
     MOST_POSITIONS,
     MOST_ZONES,
     STYLES,
     AnyRule,
+    Lane,
     zones_of,
 )
 from tests.support.cloud.cloud import RunningCloud
@@ -29,7 +31,7 @@ from tests.support.sources import ROOT
 
 PAGE = "docs/zones.md"
 EXAMPLES = ROOT / "docs" / "examples"
-FILE = EXAMPLES / "office.zones.geojson"
+FILE, LANES = EXAMPLES / "office.zones.geojson", EXAMPLES / "office.lanes.geojson"
 KINDS = {msgspec.inspect.type_info(rule).tag: rule for rule in get_args(AnyRule)}  # type: ignore[attr-defined]
 
 
@@ -46,9 +48,12 @@ def collection(*features: Any) -> bytes:
 def test_the_examples_are_zones_on_the_office_of_every_kind() -> None:
     info = read_info((EXAMPLES / "office.yaml").read_bytes(), (EXAMPLES / "office.pgm").read_bytes())
     shown = zones_of(collection(*map(json.loads, blocks(PAGE, "json"))))
-    for zones in (shown, zones_of(FILE.read_bytes())):
+    file, lanes = zones_of(FILE.read_bytes()), zones_of(LANES.read_bytes())
+    for zones in (shown, file, lanes):
         check_zones(zones, info)
-        assert {type(zone.rule) for zone in zones.zones} == set(get_args(AnyRule))
+    assert {type(zone.rule) for zone in shown.zones} == set(get_args(AnyRule))
+    assert {type(zone.rule) for zone in file.zones} == set(get_args(AnyRule)) - {Lane}, "they would close the rooms"
+    assert lanes.lanes == lanes.zones
     by_name = {zone.name: zone for zone in shown.zones}
     assert by_name["store room"].rule == KINDS["capacity"](name="store room", robots=2)
     assert by_name["workshop"].rule.percent == 50.0  # type: ignore[union-attr]
@@ -74,7 +79,8 @@ def test_the_fields_and_days_of_times_are_those_of_the_code(page: str) -> None:
 
 
 def test_the_numbers_and_ignored_properties_are_those_of_the_code(page: str) -> None:
-    assert f"up to {MOST_ZONES} zones with {MOST_POSITIONS} positions together, and {MOST_CAPACITIES} of" in page
+    limits = f"{MOST_ZONES} zones with {MOST_POSITIONS} positions together, of which {MOST_ON_LANES} are of lanes, and"
+    assert f"up to {limits} {MOST_CAPACITIES} zones of" in page
     assert f"of up to {LONGEST_NAME} characters" in page
     assert f"of up to {MAX_ZONES >> 20} MiB" in page
     [named, prefixes] = re.findall(r"editors add: (.*?), and all that begin with (.*?)\.", page)[0]

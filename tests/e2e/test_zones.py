@@ -7,7 +7,7 @@ import pytest
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.zones.shapes import LineString
-from ppaas.zones.zone import OneWay, SpeedZone, Zone, ZoneSet, geojson_of
+from ppaas.zones.zone import Lane, OneWay, SpeedZone, Zone, ZoneSet, geojson_of
 from robots.client.robot_file import RobotFile
 from tests.support.cloud.cloud import RunningCloud, publish_map
 from tests.support.cloud.drive import Drive, driving
@@ -27,6 +27,9 @@ SOUTH = Zone(LineString([[6.0, 0.8], [1.0, 0.8]]), OneWay(name="south aisle", wi
 """Only westward."""
 
 SLOW = rectangle(SpeedZone(name="north aisle", max_speed=0.25), 2.0, 2.6, 5.0, 3.9)
+
+
+AROUND = Zone(LineString([[0.8, 0.75], [0.8, 3.25], [6.2, 3.25], [6.2, 0.75]]), Lane(name="north of the shelf"))
 
 
 async def result_of(drive: Drive, goal_id: str) -> int:
@@ -69,6 +72,12 @@ async def test_a_robot_obeys_zones_that_come_and_go_while_it_is_connected(cloud:
         assert speeds and max(speeds) < 0.3
         await drive.send(WEST, "west")
         assert await result_of(drive, "west") == Status.SUCCEEDED
+        await rest.put_zones(MAP, geojson_of(ZoneSet([AROUND])))
+        await asyncio.sleep(3.0)
+        places, _ = await watch(drive)
+        assert places and min(places) > 3.1 and max(places) < 3.4, "along the lane"
+        await drive.send(WEST, "west again")
+        assert await result_of(drive, "west again") == Status.SUCCEEDED
         await rest.remove_zones(MAP)
         await asyncio.sleep(3.0)
         places, _ = await watch(drive)

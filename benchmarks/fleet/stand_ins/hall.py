@@ -7,6 +7,7 @@ import numpy as np
 
 from benchmarks.fleet.stand_ins.robot import Points
 from benchmarks.fleet.stand_ins.simulation import Simulation
+from benchmarks.harness.drawn_lanes import right_hand_lanes
 from benchmarks.harness.goal_places import BESIDE
 from benchmarks.harness.largest_part import largest_part
 from ppaas.clone.traffic import roadmaps_of
@@ -17,9 +18,17 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.generate import office, warehouse
 from ppaas.maps.grid import GridMap
 from ppaas.traffic.settings import TrafficParameters
+from ppaas.zones.zone import NO_ZONES
 from robots.sim.shortest_paths import ShortestPaths
 
-HALLS = {"warehouse": partial(warehouse, width=60.0, height=40.0), "office": partial(office, width=48.0, height=32.0)}
+LANES = "lanes"
+"""Name of the hall that is the warehouse with drawn lanes."""
+
+HALLS = {
+    "warehouse": partial(warehouse, width=60.0, height=40.0),
+    "office": partial(office, width=48.0, height=32.0),
+    LANES: partial(warehouse, width=60.0, height=40.0),
+}
 """Halls that are made up, by name: large enough for hundreds of robots."""
 
 RADIUS = 0.2
@@ -67,7 +76,8 @@ class Hall:
     @cached_property
     def roadmap(self) -> MetricRoadmap:
         """Its cells."""
-        return roadmaps_of(build_layers(self.grid, robot_radius=RADIUS))((RADIUS,), TrafficParameters())
+        zones = right_hand_lanes(self.grid) if self.name == LANES else NO_ZONES
+        return roadmaps_of(build_layers(self.grid, robot_radius=RADIUS, zones=zones))((RADIUS,), TrafficParameters())
 
     @cached_property
     def cells(self) -> list[int]:

@@ -2,17 +2,23 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 from benchmarks.fleet.traffic.scene import TrafficScene
+from benchmarks.harness.drawn_lanes import right_hand_lanes
 from benchmarks.harness.figures import Figure
 from benchmarks.harness.goal_places import distance_figure
 from ppaas.errors import InvalidInput
 from ppaas.maps.generate import office, warehouse
 from ppaas.maps.grid import GridMap
+from ppaas.zones.zone import NO_ZONES
 
 PART = "traffic"
 
-HALLS = {"warehouse": warehouse, "office": office}
+LANES = "lanes"
+"""Name of the hall that is a warehouse with drawn lanes."""
+
+HALLS = {"warehouse": warehouse, "office": office, LANES: partial(warehouse, width=40.0)}
 """Halls that are made up, by name."""
 
 SHARE = 0.75
@@ -68,9 +74,11 @@ def case_of(words: list[str]) -> TrafficCase:
 
 def measure(case: TrafficCase) -> Iterator[Figure]:
     """Run robots by the traffic of their map, and some robots that are each alone."""
-    scene = _run(TrafficScene(case.grid(), case.robots, case.seed), case.seconds)
+    grid = case.grid()
+    zones = right_hand_lanes(grid) if case.hall == LANES else NO_ZONES
+    scene = _run(TrafficScene(grid, case.robots, case.seed, zones=zones), case.seconds)
     seeds = range(case.seed, case.seed + ALONE)
-    alone = sum(_run(TrafficScene(case.grid(), 1, seed), case.seconds).outcome().goals for seed in seeds) / ALONE
+    alone = sum(_run(TrafficScene(grid, 1, seed), case.seconds).outcome().goals for seed in seeds) / ALONE
     got, name = scene.outcome(), f"{case.hall}, {case.robots}, seed {case.seed}"
     share = got.goals / max(alone * case.robots, 1.0)
     yield Figure(PART, f"{name}: contacts of robots", got.contacts, "", limit=0.0, note=f"nearest {got.nearest:g} m")

@@ -29,6 +29,7 @@ from ppaas.nodes.jobs import run_inline
 from ppaas.robot_model.known_models import robot_model
 from ppaas.traffic.settings import TrafficParameters
 from ppaas.traffic.taking_part import TRAFFIC
+from ppaas.zones.zone import NO_ZONES, ZoneSet
 from robots.sim.driver import Schedule
 from robots.sim.world import World
 
@@ -145,13 +146,15 @@ class TrafficScene:
     seed : int
     obeys : bool
         Whether robots take part in the traffic; otherwise each drives around the others.
+    zones : ZoneSet
+        Zones of the map.
     """
 
-    def __init__(self, grid: GridMap, robots: int, seed: int, *, obeys: bool = True) -> None:
+    def __init__(self, grid: GridMap, robots: int, seed: int, *, obeys: bool = True, zones: ZoneSet = NO_ZONES) -> None:
         self.rng = Random(seed)
         self.world = World(grid, seed, epoch=EPOCH)
         radius = robot_model(MODEL).robot_radius
-        self.layers = build_layers(grid, robot_radius=radius)
+        self.layers = build_layers(grid, robot_radius=radius, zones=zones)
         self.roadmap: MetricRoadmap = roadmaps_of(self.layers)((radius,), TrafficParameters())
         self.cells = largest_part(self.roadmap.roadmap)
         for cell in self.rng.sample(self.cells, robots):

@@ -8,6 +8,7 @@ zone of a map      zone of VDA 5050
 ``one_way``        ``DIRECTED``: ``STRICT`` if it is strict, else ``RESTRICTED``
 ``capacity``       ``RELEASE``: an AGV asks before it enters. The number of robots is not part of it
 ``no_stop``        none
+``lane``           none: AGVs follow the edges of their orders
 =================  ===============================================================================
 
 VDA 5050 has simple polygons only, and no times. So a line is one rectangle for each of its segments, a zone of several
@@ -29,7 +30,7 @@ from ppaas.wire.vda5050.fields import Point
 from ppaas.wire.vda5050.headers import Header, timestamp
 from ppaas.wire.vda5050.versions import Version
 from ppaas.zones.shapes import LineString, MultiLineString, MultiPolygon, Polygon, Position, Ring, lines_of
-from ppaas.zones.zone import Capacity, KeepOut, OneWay, SpeedZone, Zone, ZoneSet, zones_of
+from ppaas.zones.zone import Capacity, KeepOut, Lane, NoStop, OneWay, SpeedZone, Zone, ZoneSet, zones_of
 
 RELEASED = 1
 """Number of robots in a zone of type RELEASE, whose message has none: access is granted to one after the other."""
@@ -173,8 +174,9 @@ def _fields(zone: Zone, top_speed: float | None) -> dict[str, Any]:
         case Capacity(robots=robots):
             text = f"at most {robots} robot{'' if robots == 1 else 's'} at a time"
             return {"zone_type": "RELEASE", "release_loss_behavior": "STOP", "zone_descriptor": text}
-        case _:
-            raise InvalidInput(f"zone {zone.name!r} is of the kind no_stop, which VDA 5050 3.0 does not have")
+        case NoStop() | Lane():
+            kind = "lane" if isinstance(zone.rule, Lane) else "no_stop"
+            raise InvalidInput(f"zone {zone.name!r} is of the kind {kind}, which VDA 5050 3.0 does not have")
 
 
 def _parts(zone: Zone) -> list[Part]:

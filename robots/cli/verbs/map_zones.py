@@ -141,6 +141,8 @@ def _detail(rule: Zone) -> str | None:
         case {"kind": "one_way"}:
             along = "along a line" if rule.get("direction") is None else f"{rule['direction']:.2f} rad"
             return f"{along}, strict" if rule.get("strict") else along
+        case {"kind": "lane", "one_way": True}:
+            return "one way"
         case _:
             return None
 

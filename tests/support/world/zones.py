@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from ppaas.zones.schedule import DAYS, Hours
 from ppaas.zones.shapes import Geometry, LineString, MultiLineString, MultiPolygon, Polygon, Position, Ring
-from ppaas.zones.zone import AnyRule, Capacity, KeepOut, NoStop, OneWay, SpeedZone, Zone, ZoneSet
+from ppaas.zones.zone import AnyRule, Capacity, KeepOut, Lane, NoStop, OneWay, SpeedZone, Zone, ZoneSet
 
 TIME_ZONES = ("UTC", "Europe/Berlin", "America/New_York", "Australia/Lord_Howe", "Asia/Kathmandu", "Pacific/Apia")
 
@@ -68,6 +68,8 @@ def rules(draw: st.DrawFn, name: str, *, lane: bool) -> AnyRule:
     times = draw(st.lists(hours(), max_size=2))
     size = draw(st.floats(0.125, 100.0))
     direction = draw(st.floats(-10.0, 10.0))
+    if lane and draw(st.booleans()):
+        return Lane(name=name, one_way=draw(st.booleans()))
     if lane:
         return OneWay(name=name, times=times, width=size, strict=draw(st.booleans()))
     one = draw(st.booleans())

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from ppaas.errors import InvalidZones
 from ppaas.zones.zone import (
     MOST_CAPACITIES,
+    MOST_ON_LANES,
     MOST_POSITIONS,
     MOST_ZONES,
     NO_ZONES,
@@ -107,7 +108,10 @@ WRONG: dict[str, tuple[str | bytes, str]] = {
     "no polygons": (text(feature({"type": "MultiPolygon", "coordinates": [[]]})), "zone 'a' has no coordinates"),
     "a line of one": (text(feature(line([0, 0]), kind="one_way", width=1)), "a line needs two positions"),
     "a line that stands": (text(feature(line([0, 0], [0, 0]), kind="one_way", width=1)), "a line needs two positions"),
-    "a line to keep out of": (text(feature(LINE)), "zone 'a': only a one_way zone may be a line; draw a polygon"),
+    "a line to keep out of": (text(feature(LINE)), "zone 'a': only a lane or a one_way zone may be a line; draw a"),
+    "a lane that is an area": (text(feature(kind="lane")), "zone 'a': a lane is a line; a polygon with"),
+    "a lane with times": (text(feature(LINE, kind="lane", times=[{}])), "zone 'a': a lane is always in force; draw"),
+    "a wide lane": (text(feature(LINE, kind="lane", width=1)), "Object contains unknown field `width`"),
     "a line without width": (text(feature(LINE, kind="one_way")), "zone 'a': a lane along a line needs its 'width'"),
     "an area without direction": (text(feature(kind="one_way")), "zone 'a': a one_way polygon needs a 'direction'"),
     "an unknown kind": (text(feature(kind="moat")), "properties of zone 'a': Invalid value 'moat'"),
@@ -143,6 +147,10 @@ WRONG: dict[str, tuple[str | bytes, str]] = {
     "too many positions": (
         text(feature(polygon(*([x, 0] for x in range(MOST_POSITIONS)), [0, 1]))),
         f"the zones of a map may have {MOST_POSITIONS} positions, not {MOST_POSITIONS + 1}",
+    ),
+    "too much on lanes": (
+        text(feature(line(*([x, 0] for x in range(MOST_ON_LANES + 1))), kind="lane")),
+        f"the lanes of a map may have {MOST_ON_LANES} positions, not {MOST_ON_LANES + 1}",
     ),
     "too many capacities": (
         text(*(feature(name=f"z{n}", kind="capacity", robots=1) for n in range(MOST_CAPACITIES + 1))),

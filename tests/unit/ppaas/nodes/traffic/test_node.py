@@ -16,7 +16,8 @@ from ppaas.nodes.base import Payload
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.traffic.node import TrafficNode
 from ppaas.zones.schedule import Hours
-from ppaas.zones.zone import NoStop, ZoneSet
+from ppaas.zones.shapes import LineString
+from ppaas.zones.zone import Lane, NoStop, Zone, ZoneSet
 from tests.support.world.closed_loop import ManualClock
 from tests.support.world.planar_world import walled_map
 from tests.support.zones import rectangle
@@ -144,6 +145,20 @@ def test_zones_come_into_force_while_robots_drive() -> None:
     hall.run(8.0)
     assert "do not stop" in hall.grants["tb1"].refused
     assert hall.grants["tb1"].epoch == before, "nobody begins anew"
+
+
+def test_robots_begin_anew_along_lanes_that_are_drawn() -> None:
+    hall = Hall()
+    hall.run(3.0)
+    node = hall.graph.nodes["traffic"]
+    assert isinstance(node, TrafficNode)
+    before = hall.grants["tb1"]
+    assert all(point.y != 2.05 for point in before.way)
+    lanes = ZoneSet([Zone(LineString([[0.6, 2.05], [5.4, 2.05]]), Lane(name="main"))])
+    node.use_layers(build_layers(walled_map(6, 4, []), robot_radius=0.18, zones=lanes))
+    hall.run(3.0)
+    way = hall.grants["tb1"].way
+    assert way and all(point.y == pytest.approx(2.05) for point in way)
 
 
 @pytest.mark.parametrize(("state", "waits"), [("seen", "a person"), ("predicted", "")])

@@ -137,6 +137,7 @@ def test_zones_that_are_not_in_force_are_left_out() -> None:
     ("zones", "text"),
     [
         (one({"kind": "no_stop"}), "zone 'door' is of the kind no_stop"),
+        (one({"kind": "lane"}, "LineString", [[0, 0], [1, 0]]), "zone 'door' is of the kind lane"),
         (one({"kind": "keep_out"}, coordinates=[SQUARE, SQUARE]), "zone 'door' has a hole"),
         (one({"kind": "capacity", "robots": 2}, "MultiPolygon", [[SQUARE], [SQUARE]]), "several polygons"),
     ],

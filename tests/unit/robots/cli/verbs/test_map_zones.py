@@ -28,6 +28,8 @@ ALL = {
         feature("bend", "speed_limit", percent=50, times=[LONG_AGO]),
         feature("lane", "one_way", LINE, width=1.0, strict=True),
         feature("aisle", "one_way", direction=1.5708),
+        feature("main", "lane", LINE),
+        feature("out", "lane", LINE, one_way=True),
         feature("door", "no_stop", times=[{"from": "00:00"}]),
         feature("lift", "capacity", robots=1),
         feature("hall", "capacity", robots=3),
@@ -66,6 +68,8 @@ async def test_zones_are_put_and_shown_with_their_rules_and_times(owner: Command
     assert "bend speed_limit 50 % until 2001-01-01T00:00:00 no" in text
     assert "lane one_way along a line, strict always yes" in text
     assert "aisle one_way 1.57 rad always yes" in text
+    assert "main lane - always yes" in text
+    assert "out lane one way always yes" in text
     assert "door no_stop - always yes" in text
     assert "lift capacity 1 robot always yes" in text
     assert "hall capacity 3 robots always yes" in text
