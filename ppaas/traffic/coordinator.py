@@ -309,7 +309,7 @@ class Coordinator:
     def _messages(self, now: float) -> Iterable[TrafficGrants]:
         alone = self._granting and self._drives_alone()
         for member in self.members.values():
-            refused = self._refusal(member, alone=alone)
+            refused = self._refusal(member)
             report = member.report
             held = () if member.restored else member.chain
             way = [MapPoint(*self.occupancy.cells.centre(cell)) for cell in held]
@@ -334,12 +334,18 @@ class Coordinator:
     def _is_far(self, member: Member) -> bool:
         return self._is_left_out(member) and not member.report.free and not cells_near(self.occupancy, member)
 
-    def _refusal(self, member: Member, *, alone: bool) -> str:
-        """Return why the goal of a robot cannot be reached; empty if it can."""
-        if member.misfit and not alone and member.standing != "out":
-            return member.misfit
-        if self.occupancy.map is not None and self._granting and not alone and self._is_far(member):
+    def without_cells(self, member: Member) -> str:
+        """Return why there are no cells for a robot; empty if there are, or if it drives without."""
+        if self._drives_alone() or member.standing == "out":
+            return ""
+        if self._granting and self.occupancy.map is not None and self._is_far(member):
             return f"the robot is farther than {REACH * self.spacing:.2g} m from where robots of the traffic drive"
+        return member.misfit
+
+    def _refusal(self, member: Member) -> str:
+        """Return why the goal of a robot cannot be reached; empty if it can."""
+        if why := self.without_cells(member):
+            return why
         return member.refused[1] if member.refused[0] == member.report.goal_id else ""
 
     def _gives_back_now(self, member: Member, *, alone: bool) -> bool:

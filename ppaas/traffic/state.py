@@ -28,10 +28,12 @@ def _robot(coordinator: Coordinator, member: Member, now: float) -> TrafficRobot
     report = member.report
     way = [MapPoint(*coordinator.occupancy.cells.centre(cell)) for cell in [*sorted(member.base), *member.chain]]
     waited = now - member.waits_since if member.waits_for else 0.0
+    state, why = _state(member), member.waits_for
+    if none := coordinator.without_cells(member):
+        state, why, waited = "no_cells", none, 0.0
     return TrafficRobot(
-        member.name, _state(member), report.x, report.y, report.theta, way,
-        member.waits_for, report.goal_id, report.goal, waited,
-    )  # fmt: skip
+        member.name, state, report.x, report.y, report.theta, way, why, report.goal_id, report.goal, waited
+    )
 
 
 def _state(member: Member) -> str:

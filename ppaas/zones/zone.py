@@ -208,7 +208,7 @@ def _check(zone: Zone) -> int:
         raise InvalidZones(f"zone {zone.name!r} needs either 'max_speed' [m/s] or 'percent'")
     if isinstance(rule, OneWay):
         if is_line and rule.width is None:
-            raise InvalidZones(f"zone {zone.name!r}: a lane along a line needs its 'width' [m]")
+            raise InvalidZones(f"zone {zone.name!r}: a one_way line needs its 'width' [m]")
         if not is_line and (rule.direction is None or not math.isfinite(rule.direction)):
             raise InvalidZones(f"zone {zone.name!r}: a one_way polygon needs a 'direction' [rad], 0 along x")
     return positions

@@ -12,10 +12,12 @@ class TrafficRobotAnswer(ResponseBody):
     """Robot that takes part in the traffic of a map."""
 
     robot: str
-    state: str = Field(description="`driving`, `waiting`, `idle`, `free`, `stopped`, `stray`, `silent` or `out`")
+    state: str = Field(
+        description="`driving`, `waiting`, `idle`, `free`, `stopped`, `stray`, `silent`, `no_cells` or `out`"
+    )
     pose: tuple[float, float, float] = Field(description="x, y [m], yaw [rad]")
     way: list[Point] = Field(description="Cells that it holds, x, y [m], in the order in which it passes them")
-    waits_for: str = Field(description="Why it waits; empty if it does not")
+    waits_for: str = Field(description="Why it waits or has no cells; empty if it does not")
     goal_id: str = Field(description="Goal that it drives to; empty if it has none")
     goal: Point | None = Field(description="x, y [m]; null if it has none")
     waited: float = Field(description="Time for which it has waited [s]")

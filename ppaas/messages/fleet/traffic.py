@@ -151,13 +151,14 @@ class TrafficRobot(OwnMessage):
     ----------
     robot : str
     state : str
-        ``driving``, ``waiting``, ``idle``, ``free``, ``stopped``, ``stray``, ``silent``, or ``out``.
+        ``driving``, ``waiting``, ``idle``, ``free``, ``stopped``, ``stray``, ``silent``,
+        ``no_cells``, or ``out``.
     x, y, theta : float
         Pose in the map frame [m, rad].
     way : list of MapPoint
         Cells that it holds.
     waits_for : str
-        Why it waits.
+        Why it waits, or why there are no cells for it.
     goal_id : str
     goal : MapPoint
     waited : float

@@ -3,7 +3,7 @@
 import { byId, make, say, show } from "./dom.js";
 import { duration, number, plural } from "./format.js";
 
-const PRESENCES = { driving: "online", free: "online", waiting: "silent", stopped: "silent", stray: "silent", silent: "silent" };
+const PRESENCES = { driving: "online", free: "online", waiting: "silent", stopped: "silent", stray: "silent", silent: "silent", no_cells: "silent" };
 const NOTES = {
   free: "Drives freely: it is alone",
   stopped: "Does not get on: others are planned around it",
@@ -17,7 +17,8 @@ const HOUR = 3600; // s
 export function doing({ state, waits_for: why, waited, goal, way }) {
   const parts = [];
   if (NOTES[state]) parts.push(NOTES[state]);
-  if (why) parts.push(`waits for ${why}, ${duration(waited)}`);
+  if (state === "no_cells") parts.push(`there are no cells for it: ${why}`);
+  else if (why) parts.push(`waits for ${why}, ${duration(waited)}`);
   if (goal) parts.push(`goal ${goal.map((part) => number(part)).join(", ")}`);
   if (way.length) parts.push(`holds ${plural(way.length, "cell")}`);
   const text = parts.join("; ");
@@ -70,7 +71,7 @@ export class TrafficPanel {
     const [swatch, , presence, what] = head.children;
     swatch.style.background = this.#orders.colourOf(robot.robot);
     presence.dataset.presence = PRESENCES[robot.state] ?? "offline";
-    say(presence, robot.state);
+    say(presence, robot.state.replace("_", " "));
     say(what, doing(robot));
     what.title = what.textContent;
     head.setAttribute("aria-pressed", String(state.picked === robot.robot));

@@ -19,6 +19,8 @@ test("robots that are not planned for say why", () => {
   assert.match(doing(robot("stray")), /^Has left its way/);
   assert.match(doing(robot("silent")), /^Says nothing/);
   assert.match(doing(robot("out", { way: [] })), /^Taken out/);
+  const nowhere = robot("no_cells", { way: [], waits_for: "lane 'a' is too short", goal: [1, 1] });
+  assert.equal(doing(nowhere), "There are no cells for it: lane 'a' is too short; goal 1.0, 1.0");
 });
 
 test("goals reached are told for the time that the page has looked", () => {

@@ -13,6 +13,7 @@ from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.polygons import distances_to_edges
 from ppaas.traffic.coordinator import Coordinator
 from ppaas.traffic.settings import TrafficParameters
+from ppaas.traffic.state import state_of
 from ppaas.zones.shapes import LineString
 from ppaas.zones.zone import Lane, Zone
 from tests.support.fleet.lanes import SITE, SPACING, hall, line
@@ -113,9 +114,11 @@ def test_a_robot_that_is_far_from_all_lanes_is_told_so() -> None:
     far.head_for(6.0, 1.0, 0.0)
     simulation.run(10.0)
     assert far.pose[:2] == (4.0, 6.0)
-    assert far.refused and set(far.refused) == {
-        "the robot is farther than 1.2 m from where robots of the traffic drive"
-    }
+    why = "the robot is farther than 1.2 m from where robots of the traffic drive"
+    assert far.refused and set(far.refused) == {why}
+    shown = {each.robot: each for each in state_of(coordinator_of(simulation), 0.0, simulation.now, 0.0).robots}
+    assert (shown[far.name].state, shown[far.name].waits_for) == ("no_cells", why)
+    assert shown["tb0"].state == "idle"
 
 
 def test_robots_go_on_with_other_lanes() -> None:

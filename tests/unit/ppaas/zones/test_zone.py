@@ -112,7 +112,7 @@ WRONG: dict[str, tuple[str | bytes, str]] = {
     "a lane that is an area": (text(feature(kind="lane")), "zone 'a': a lane is a line; a polygon with"),
     "a lane with times": (text(feature(LINE, kind="lane", times=[{}])), "zone 'a': a lane is always in force; draw"),
     "a wide lane": (text(feature(LINE, kind="lane", width=1)), "Object contains unknown field `width`"),
-    "a line without width": (text(feature(LINE, kind="one_way")), "zone 'a': a lane along a line needs its 'width'"),
+    "a line without width": (text(feature(LINE, kind="one_way")), "zone 'a': a one_way line needs its 'width'"),
     "an area without direction": (text(feature(kind="one_way")), "zone 'a': a one_way polygon needs a 'direction'"),
     "an unknown kind": (text(feature(kind="moat")), "properties of zone 'a': Invalid value 'moat'"),
     "no kind": (text(feature(kind=None)), "properties of zone 'a': Object missing required field `kind`"),
