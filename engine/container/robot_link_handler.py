@@ -25,7 +25,6 @@ from engine.protocols.endpoint_sockets import RELAY
 from engine.protocols.refusals import refusal_of
 from engine.sessions.host import SessionHost
 from engine.specs.containers import LINK_STATE, SESSIONS_STATE, Launch
-from ppaas.clock import monotonic
 from ppaas.errors import Conflict, PPaaSError
 from ppaas.messages import decode, encode, type_name
 from ppaas.messages.base.message import Message
@@ -39,10 +38,6 @@ CHECKPOINT_PERIOD = 0.25
 
 MAX_UNSENT = 100
 """Number of messages on ``published_once`` topics that are kept without an endpoint, for the next subscriber."""
-
-MASTER_PATIENCE = 15.0
-"""Time for which messages on ``published_once`` topics wait while the machine stores no checkpoint, since another one
-may run the robot's next container by then [s]. Either that publishes them, or the machine acts for a master again."""
 
 MAX_WAITING = 1 << 20
 """Bytes queued for a slow endpoint above which messages are dropped whose topic is neither latched nor lasting, or is
@@ -113,7 +108,6 @@ class Container:
         self._unsaved = OccasionalLog(logger)
         self._logs = NodeLogs(home.graph, None if monitoring is None else monitoring.logs)
         self._held: list[robot_link.Published] = []
-        self._cut_off: float | None = None
         self._unsent: deque[robot_link.Published] = deque(maxlen=MAX_UNSENT)
         self._graph.watch(self._topic_changed)
         if monitoring is not None:
@@ -350,17 +344,12 @@ class Container:
             await self._logs.save(self._machine, nodes)
         except PPaaSError as error:
             self._unsaved.warning("the checkpoint was not saved; it will be tried again: %s", error)
-            if isinstance(error, Conflict) and self._may_be_replaced():
+            if isinstance(error, Conflict):
+                # The machine is cut off: the robot's next container may publish these. It ends this one, or acts for a
+                # master again.
                 held, self._held = [], [*held, *self._held]
         else:
-            self._cut_off = None
             self._unsaved.is_over("checkpoints are saved again")
             for link, sequence in applied:
                 link.end.write(robot_link.Ack(sequence))
         self._send_or_keep(held)  # sent even if the save failed: better twice than never
-
-    def _may_be_replaced(self) -> bool:
-        """Return whether a machine that stores no checkpoint may have been replaced; after a while, nobody has come."""
-        now = monotonic()
-        self._cut_off = now if self._cut_off is None else self._cut_off
-        return now - self._cut_off < MASTER_PATIENCE

@@ -7,7 +7,6 @@ from typing import ClassVar
 
 import pytest
 
-from engine.container import robot_link_handler
 from engine.protocols import robot_link
 from engine.protocols.framing import FrameStream
 from engine.protocols.refusals import Refusal
@@ -150,20 +149,15 @@ async def test_result_is_published_after_the_checkpoint_was_tried(
     keeping.cancel()
 
 
-async def test_result_waits_while_another_container_may_serve_the_robot(
-    peers: ContainerPeers, monkeypatch: pytest.MonkeyPatch
-) -> None:
+async def test_result_waits_as_long_as_another_container_may_serve_the_robot(peers: ContainerPeers) -> None:
     peers.home.graph.add(Ending)
     keeping = asyncio.create_task(peers.container.keep_checkpoints())
     peers.endpoint.write(robot_link.Subscribe("ended", 0))
     peers.endpoint.write(robot_link.Deliver("end", b'{"data":"here"}', 7))
     cut_off = Refusal("conflict", "this machine has lost contact with its cloud")
-    for _ in range(3):
+    for _ in range(5):
         await peers.checkpoint(cut_off)
-    assert await peers.heard() == "", "no result came before this answer"
-    monkeypatch.setattr(robot_link_handler, "MASTER_PATIENCE", 0.0)
-    await peers.checkpoint(cut_off)
-    assert await receive(peers.endpoint) == robot_link.Published("ended", b'{"data":"here"}')
+        assert await peers.heard() == "", "no result came before this answer"
     keeping.cancel()
 
 
