@@ -1,0 +1,55 @@
+"""Times of a plan: when each robot reaches its cells, if robots have speeds of their own and take time to turn."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.fleet.kernels.timing import Order, Passed, pass_all, passed_of
+from ppaas.fleet.kernels.turns import count_all
+from ppaas.fleet.plan import FleetPlan
+from ppaas.fleet.roadmap import Roadmap
+
+
+def times_of(roadmap: Roadmap, plan: FleetPlan, moves: NDArray[np.float64], turn: float = 0.0) -> NDArray[np.float64]:
+    """Return the time at which each robot reaches its cell of each step, when all keep the order of the plan.
+
+    A robot starts to move into a cell when it has turned, and when the robot that was there before has reached its next
+    cell. An area is entered once so many robots have left it that there is room. Otherwise no robot waits, so one may
+    be ahead of the steps of others, or behind. A robot that waits in a step has reached its cell before, and has the
+    same time again.
+
+    Parameters
+    ----------
+    roadmap : Roadmap
+    plan : FleetPlan
+        A valid plan.
+    moves : (n,) float64 array
+        Time that each robot takes from a cell to the next one, above 0 [s].
+    turn : float
+        Time of a quarter turn [s]. A robot's first direction is free.
+
+    Returns
+    -------
+    (t, n) float64 array
+        Times [s].
+    """
+    order = Order(plan.steps, roadmap.cells, roadmap.areas, roadmap.room, moves, float(turn))
+    times = np.zeros(plan.steps.shape)
+    pass_all(order, _at_first(order), times)
+    return times
+
+
+def turns_of(roadmap: Roadmap, plan: FleetPlan) -> NDArray[np.int32]:
+    """Return the number of quarter turns of each robot, (n,) int32; its first direction is free."""
+    turns = np.zeros(plan.steps.shape[1], np.int32)
+    count_all(roadmap.cells, np.ascontiguousarray(plan.steps.T), turns)
+    return turns
+
+
+def _at_first(order: Order) -> Passed:
+    """Return what has passed before the first step, with memory for all that leave an area."""
+    inside, exits = np.zeros(len(order.room), np.int32), 0
+    for area in range(len(order.room)):
+        within = (order.areas[order.steps] >> np.uint64(area) & np.uint64(1)).astype(np.bool_)
+        inside[area] = within[0].sum()
+        exits = max(exits, int((within[:-1] & ~within[1:]).sum()))
+    return passed_of(order, inside, exits)

@@ -1,0 +1,70 @@
+"""Times of plans agree with their slow twin, and no two robots ever share a cell or crowd an area."""
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from ppaas.errors import NoValidPath
+from ppaas.fleet.first_plan import first_plan
+from ppaas.fleet.plan import FleetPlan
+from ppaas.fleet.problem import FleetProblem
+from ppaas.fleet.roadmap import Roadmap
+from ppaas.fleet.timing import times_of, turns_of
+from tests.reference.fleet import timing, turns
+from tests.support.fleet.halls import Hall, halls, ruled_halls
+from tests.support.fleet.walks import walks
+
+STEPS = 9
+QUARTERS = st.integers(1, 16).map(lambda number: number / 4.0)
+"""Durations [s] that floats hold exactly."""
+
+
+@given(halls(most_robots=4), st.data())
+def test_times_agree_with_their_twin_and_no_two_robots_share_a_cell(hall: Hall, data: st.DataObject) -> None:
+    steps = data.draw(walks(hall.roadmap, hall.starts, STEPS)).T
+    moves = data.draw(st.lists(QUARTERS, min_size=len(hall.starts), max_size=len(hall.starts)))
+    turn = data.draw(st.just(0.0) | QUARTERS)
+    plan = FleetPlan(np.ascontiguousarray(steps), 0)
+    times = times_of(hall.roadmap, plan, np.array(moves), turn).tolist()
+    assert times == timing.times(hall.roadmap, steps.tolist(), moves, turn)
+    assert timing.shared(steps.tolist(), times, moves) == []
+    assert timing.hasty(hall.roadmap, steps.tolist(), times, moves, turn) == []
+    assert turns_of(hall.roadmap, plan).tolist() == [turns.count(hall.roadmap, path) for path in steps.T.tolist()]
+
+
+@given(ruled_halls(), st.data())
+def test_areas_have_room_for_those_who_enter_them(hall: Hall, data: st.DataObject) -> None:
+    try:
+        plan = first_plan(FleetProblem.of(hall.roadmap, *hall.places()))
+    except NoValidPath:
+        assume(False)
+    steps = plan.steps.tolist()
+    moves = data.draw(st.lists(QUARTERS, min_size=len(hall.starts), max_size=len(hall.starts)))
+    turn = data.draw(st.just(0.0) | QUARTERS)
+    times = times_of(hall.roadmap, plan, np.array(moves), turn).tolist()
+    assert timing.shared(steps, times, moves) == []
+    assert timing.hasty(hall.roadmap, steps, times, moves, turn) == []
+    assert timing.crowded(hall.roadmap, steps, times, moves) == []
+
+
+@pytest.mark.parametrize(
+    ("paths", "moves", "turn", "times"),
+    [
+        ([[0, 1, 2]], [1.5], 1.0, [[0.0, 1.5, 3.0]]),
+        ([[0, 1, 4, 3]], [1.0], 2.0, [[0.0, 1.0, 4.0, 7.0]]),
+        ([[0, 1, 1, 0]], [1.0], 2.0, [[0.0, 1.0, 1.0, 6.0]]),
+        ([[1, 2, 5], [0, 1, 2]], [2.0, 1.0], 0.0, [[0.0, 2.0, 4.0], [0.0, 3.0, 5.0]]),
+    ],
+)
+def test_robots_turn_before_they_move_and_follow_each_other(
+    paths: list[list[int]], moves: list[float], turn: float, times: list[list[float]]
+) -> None:
+    roadmap = Roadmap.of_grid(np.ones((2, 3), np.bool_))
+    plan = FleetPlan(np.ascontiguousarray(np.array(paths, np.int32).T), 0)
+    assert times_of(roadmap, plan, np.array(moves), turn).T.tolist() == times
+
+
+def test_a_plan_without_robots_has_no_times() -> None:
+    roadmap = Roadmap.of_grid(np.ones((2, 3), np.bool_))
+    assert times_of(roadmap, FleetPlan(np.empty((1, 0), np.int32), 0), np.empty(0)).shape == (1, 0)
