@@ -26,11 +26,14 @@ class Schedule(NamedTuple):
         Cell of each robot at each time.
     arrivals : (n,) int32 array
         Time of the last arrival of each robot at its goal.
+    turns : (n,) int32 array
+        Number of quarter turns of each robot; 0 if turns cost nothing.
     """
 
     busy: Ints
     paths: Ints
     arrivals: Ints
+    turns: Ints
 
 
 class Memory(NamedTuple):
@@ -40,21 +43,28 @@ class Memory(NamedTuple):
     ----------
     seen : (t, v) int32 array
         Number of the last search that has reached each cell at each time.
+    fewest : (t, v, 4) uint8 array
+        Fewest quarter turns with which that search was in the cell and had each heading; (0, 0, 4) if turns cost
+        nothing.
     nodes : (`NODES`, 4) int32 array
-    heads : (t + 1,) int32 array
-        First node of each bucket, by the earliest arrival through it; −1 for none.
+        (`NODES`, 6) if turns cost something (`ppaas.fleet.kernels.turning_search`).
+    heads : (c + 2,) int32 array
+        First node of each bucket, by the least cost through it, up to c; −1 for none. Without turns, that is the
+        earliest arrival.
     kept : (g, t) int32 array
         Paths of a group of robots before they are planned anew.
-    group, were : (g,) int32 array
-        Robots of the group, and their arrivals before.
+    group, were, turned : (g,) int32 array
+        Robots of the group, and their arrivals and turns before.
     """
 
     seen: Ints
+    fewest: NDArray[np.uint8]
     nodes: Ints
     heads: Ints
     kept: Ints
     group: Ints
     were: Ints
+    turned: Ints
 
 
 @bare

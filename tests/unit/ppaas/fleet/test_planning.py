@@ -10,10 +10,12 @@ from hypothesis import strategies as st
 from ppaas.errors import InvalidInput, NoValidPath, PlanCancelled
 from ppaas.fleet.checking import faults_of
 from ppaas.fleet.first_plan import first_plan, guide_of
-from ppaas.fleet.improvement import Improvement
+from ppaas.fleet.improvement import MOST_TURN, Improvement
 from ppaas.fleet.kernels.board import UNREACHABLE
+from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.problem import FleetProblem, distances_from
 from ppaas.fleet.roadmap import Roadmap
+from ppaas.fleet.timing import turns_of
 from tests.reference.fleet.joint_search import shortest
 from tests.support.fleet.halls import Hall, hall_of, halls, ruled_halls
 
@@ -111,6 +113,21 @@ def test_an_improvement_ends_at_the_bound() -> None:
     improvement = Improvement(problem, first_plan(problem))
     improvement.run(lambda: True)
     assert improvement.cost == problem.bound == 6
+
+
+@pytest.mark.parametrize("turn", [0.3, 1.0, 50.0])
+def test_an_improvement_turns_less_where_turns_cost_something(turn: float) -> None:
+    problem = random_problem(32, 32, 60)
+    plan, better = first_plan(problem, 1), list[FleetPlan]()
+    for cost in (0.0, turn):
+        rounds = itertools.count()
+        improvement = Improvement(problem, plan, 1, cost)
+        improvement.run(lambda rounds=rounds: next(rounds) < 60)
+        better.append(improvement.plan())
+        assert faults_of(problem.roadmap, better[-1], problem.starts.tolist(), problem.goals.tolist()) == []
+    before, after = [int(turns_of(problem.roadmap, found).sum()) for found in better]
+    assert after < before
+    assert improvement.cost == pytest.approx(better[1].cost + min(turn, MOST_TURN) * after)
 
 
 def test_no_robots_have_an_empty_plan() -> None:

@@ -8,37 +8,27 @@ from ppaas.fleet.checking import faults_of
 from ppaas.fleet.kernels.board import seeded
 from ppaas.fleet.kernels.neighbourhood import memory_of
 from ppaas.fleet.kernels.timed_search import Schedule, mark, search
+from ppaas.fleet.kernels.turning_search import Prices
 from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.problem import distances_from
-from tests.reference.fleet.joint_search import has_ring
 from tests.reference.fleet.timed_search import earliest
 from tests.support.fleet.halls import Hall, halls
+from tests.support.fleet.walks import walks
 
 STEPS = 9
 
 
-@st.composite
-def walks(draw: st.DrawFn, hall: Hall) -> np.ndarray[tuple[int, int], np.dtype[np.int32]]:
-    """Return paths without conflicts from all starts but the first, (n − 1, STEPS)."""
-    rows = [tuple(hall.starts[1:])]
-    for _ in range(STEPS - 1):
-        ways = [[cell, *(int(near) for near in hall.roadmap.neighbours[cell] if near >= 0)] for cell in rows[-1]]
-        after = tuple(draw(st.sampled_from(own)) for own in ways)
-        free = len(set(after)) == len(after) and not has_ring(rows[-1], after)
-        rows.append(after if free else rows[-1])
-    return np.array(rows, np.int32).T.reshape(len(hall.starts) - 1, STEPS)
-
-
 @given(halls(most_robots=4), st.data())
 def test_the_earliest_path_agrees_with_its_twin(hall: Hall, data: st.DataObject) -> None:
-    others = data.draw(walks(hall))
+    others = data.draw(walks(hall.roadmap, hall.starts[1:], STEPS))
     start, goal = hall.starts[0], hall.goals[0]
     paths = np.concatenate([np.full((1, STEPS), start, np.int32), others])
-    schedule = Schedule(np.zeros((STEPS, len(hall.roadmap)), np.int32), paths, np.zeros(len(paths), np.int32))
+    nothing = np.zeros(len(paths), np.int32)
+    schedule = Schedule(np.zeros((STEPS, len(hall.roadmap)), np.int32), paths, nothing, nothing)
     for robot in range(1, len(paths)):
         mark(schedule, robot, robot + 1)
     distances = distances_from(hall.roadmap, np.array([goal], np.int32))[0]
-    memory = memory_of(STEPS, len(hall.roadmap), 1)
+    memory = memory_of(STEPS, len(hall.roadmap), 1, Prices(1, 0, np.zeros(len(paths), np.int64), hall.roadmap.cells))
     arrival = search(hall.roadmap.neighbours, distances, schedule, memory, 0, start, goal, STEPS - 1, 1, seeded(0))
     twin = earliest(hall.roadmap, others.tolist() or [[-1] * STEPS], start, goal)
     assert arrival == (-1 if twin is None else twin)
