@@ -68,9 +68,10 @@ class Improvement:
     def run(self, goes_on: Callable[[], bool]) -> None:
         """Improve the plan while ``goes_on`` returns True, which is asked every few milliseconds.
 
-        Returns earlier if no plan is better, and at once if areas have room for few robots: it does not count these.
+        Returns earlier if no plan is better, and at once without robots, or if areas have room for few: it does not
+        count these.
         """
-        if self._problem.roadmap.room.size:
+        if self._problem.roadmap.room.size or not len(self._problem):
             return
         board, bound = self._problem.board(), self._prices.least.sum()
         for firsts, alone in self._tries():

@@ -136,6 +136,14 @@ def test_no_robots_have_an_empty_plan() -> None:
     assert (plan.cost, plan.makespan, plan.steps.shape) == (0, 0, (1, 0))
 
 
+def test_the_improvement_of_no_robots_ends_at_once() -> None:
+    nothing = np.empty((0, 2), np.int64)
+    problem = FleetProblem.of(Roadmap.of_grid(np.ones((2, 2), np.bool_)), nothing, nothing)
+    improvement = Improvement(problem, first_plan(problem))
+    improvement.run(lambda: True)
+    assert improvement.cost == 0
+
+
 @pytest.mark.parametrize(
     ("starts", "goals", "error", "text"),
     [
