@@ -1,10 +1,10 @@
 """Route of plans for fleets: paths of many robots on a map that keep out of each other's way."""
 
-from typing import Annotated
+from typing import Annotated, Self
 
 import msgspec
 from fastapi import APIRouter
-from pydantic import Field, StrictInt
+from pydantic import Field, StrictInt, model_validator
 from starlette.responses import Response
 
 from endpoints.rest.dependencies import Caller, Provided, readable_head
@@ -27,12 +27,16 @@ MAX_SEED = (1 << 31) - 1
 LEAST_SPEED = 1e-3
 """Least speed of robots [m/s]."""
 
+MAX_TURN = 1000.0
+"""Longest time of a quarter turn [s]."""
+
 LONGEST = 1000.0
 """Largest radius and margin [m], and largest speed [m/s]."""
 
 router = APIRouter(tags=["plans"], route_class=StrictRoute)
 
 Ends = Annotated[list[Pose], Field(max_length=MAX_ROBOTS, fail_fast=True)]
+Speed = Annotated[Number, Field(ge=LEAST_SPEED, le=LONGEST)]
 
 
 class FleetFile(RequestBody):
@@ -44,8 +48,12 @@ class FleetFile(RequestBody):
     margin: Annotated[Number, Field(ge=0.0, le=LONGEST)] = Field(
         DEFAULT_MARGIN, description="Distance by which robots may stray from their paths [m]"
     )
-    speed: Annotated[Number, Field(ge=LEAST_SPEED, le=LONGEST)] = Field(
-        DEFAULT_SPEED, description="Speed of the robots [m/s]"
+    speed: Speed = Field(DEFAULT_SPEED, description="Speed of the robots [m/s]")
+    speeds: Annotated[list[Speed], Field(max_length=MAX_ROBOTS, fail_fast=True)] | None = Field(
+        None, description="Speed of each robot [m/s], in the order of the starts, instead of `speed`"
+    )
+    turn_seconds: Annotated[Number, Field(ge=0.0, le=MAX_TURN)] = Field(
+        0.0, description="Time of a quarter turn [s]; a robot's first direction is free"
     )
     seconds: Annotated[Number, Field(ge=0.0, le=MAX_SECONDS)] = Field(
         0.0, description="Time in which the first plan is improved [s]; the time limit ends it, too"
@@ -53,6 +61,16 @@ class FleetFile(RequestBody):
     seed: Annotated[StrictInt, Field(ge=0, le=MAX_SEED)] = Field(0, description="Seed of the random numbers")
     timeout: Annotated[Number, Field(gt=0.0)] | None = Field(None, description="Time limit of the whole request [s]")
     labels: Labels = Field({})
+
+    @model_validator(mode="after")
+    def _has_one_speed_a_robot(self) -> Self:
+        if self.speeds is None:
+            return self
+        if "speed" in self.model_fields_set:
+            raise ValueError("'speed' is that of all robots, and 'speeds' are those of each: give one of them")
+        if len(self.speeds) != len(self.starts):
+            raise ValueError(f"there are {len(self.speeds)} speeds and {len(self.starts)} starts; give one a robot")
+        return self
 
 
 class FleetPlanAnswer(ResponseBody):
@@ -62,11 +80,16 @@ class FleetPlanAnswer(ResponseBody):
         description="A path for each robot: x, y [m] of the centre of its cell at each step. The first is the centre "
         "nearest to its start, the last that nearest to its goal"
     )
+    times: list[list[float]] = Field(
+        description="The times at which each robot reaches the places of its path [s], if each moves into a cell only "
+        "when the robot before has reached its next one. A place at which it waits has the same time again"
+    )
     spacing: float = Field(description="Distance of the centres of neighbouring cells [m]")
-    step_seconds: float = Field(description="Duration of a step at the given speed [s]")
+    step_seconds: float = Field(description="Duration of a step of the slowest robot [s]")
     cost: int = Field(description="Sum of the last arrivals of all robots at their goals [steps]")
     bound: int = Field(description="Sum of the lengths of shortest paths, below which no cost is [steps]")
     makespan: int = Field(description="Last arrival of all: a path has one place more [steps]")
+    turns: int = Field(description="Number of quarter turns of all robots")
     seconds: float = Field(description="Computing time [s]")
     map: str
     version: str

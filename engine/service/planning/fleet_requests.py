@@ -27,6 +27,10 @@ class FleetRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         Radius of the robots, and the distance by which they may stray from their paths [m].
     speed : float
         Speed of the robots [m/s], from which the duration of a step follows.
+    speeds : tuple of float, optional
+        Speed of each robot [m/s], instead of ``speed``.
+    turn_seconds : float
+        Time of a quarter turn [s].
     seconds : float
         Time in which the first plan is improved [s].
     seed : int
@@ -42,6 +46,8 @@ class FleetRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     radius: Annotated[float, Meta(gt=0.0)]
     margin: Annotated[float, Meta(ge=0.0)] = DEFAULT_MARGIN
     speed: Annotated[float, Meta(gt=0.0)] = DEFAULT_SPEED
+    speeds: tuple[Annotated[float, Meta(gt=0.0)], ...] | None = None
+    turn_seconds: Annotated[float, Meta(ge=0.0)] = 0.0
     seconds: Annotated[float, Meta(ge=0.0)] = 0.0
     seed: Annotated[int, Meta(ge=0)] = 0
     timeout: Timeout = DEFAULT_TIMEOUT
@@ -55,16 +61,20 @@ class FleetAnswer(msgspec.Struct, frozen=True):
     ----------
     paths : Raw
         JSON: a list for each robot with the x, y [m] of a cell's centre at each step, as the container wrote it.
+    times : Raw
+        JSON: a list for each robot with the time at which it reaches each of these [s], as the container wrote it.
     spacing : float
         Distance of the centres of neighbouring cells [m].
     step_seconds : float
-        Duration of a step [s].
+        Duration of a step of the slowest robot [s].
     cost : int
         Sum of the last arrivals of all robots at their goals [steps].
     bound : int
         Sum of the lengths of shortest paths, below which no cost is [steps].
     makespan : int
         Last arrival of all [steps].
+    turns : int
+        Number of quarter turns of all robots.
     seconds : float
         Computing time [s].
     container : str
@@ -76,11 +86,13 @@ class FleetAnswer(msgspec.Struct, frozen=True):
     """
 
     paths: Raw
+    times: Raw
     spacing: float
     step_seconds: float
     cost: int
     bound: int
     makespan: int
+    turns: int
     seconds: float
     container: str
     pid: int

@@ -128,13 +128,13 @@ class Planning:
         """
         question = ComputeFleetPlanRequest(
             _flat(request.starts), _flat(request.goals), request.radius, request.margin, request.speed,
-            request.seconds, request.seed, request.timeout,
+            request.seconds, request.seed, request.timeout, request.turn_seconds, list(request.speeds or ()),
         )  # fmt: skip
         asked = await self._ask((user, version, request.labels), "compute_fleet_plan", question, request.timeout)
         found = decode(ComputeFleetPlanResponse, asked.answer)
         return FleetAnswer(
-            Raw(found.paths), found.spacing, found.step_seconds, found.cost, found.bound, found.makespan,
-            found.seconds, asked.container, asked.pid, version.id, version.version,
+            Raw(found.paths), Raw(found.times), found.spacing, found.step_seconds, found.cost, found.bound,
+            found.makespan, found.turns, found.seconds, asked.container, asked.pid, version.id, version.version,
         )  # fmt: skip
 
     async def _ask(

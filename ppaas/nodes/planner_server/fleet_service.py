@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -34,17 +35,20 @@ MAX_SECONDS = 10.0
 LEAST_SPEED = 1e-3
 """Least speed of robots [m/s]."""
 
+MAX_TURN = 1000.0
+"""Longest time of a quarter turn [s]."""
+
 MAX_PLACES = 1_000_000
-"""Largest number of robots times steps in a response, some 15 MB of text."""
+"""Largest number of robots times steps in a response, some 25 MB of text."""
 
 MAX_SCHEDULE = 50_000_000
-"""Largest number of cells times steps of a plan that is improved: 8 bytes each."""
+"""Largest number of cells times steps of a plan that is improved: 8 bytes each, 12 if robots take time to turn."""
 
 MOST_FLOORS = 2
 """Number of roadmaps that are kept, the last used ones."""
 
 DECIMALS = 3
-"""Decimals of x and y in metres."""
+"""Decimals of x and y in metres, and of times in seconds."""
 
 
 class FleetService:
@@ -81,6 +85,7 @@ class FleetService:
         """
         _check_numbers(request)
         starts, goals = _places(request.starts, "start"), _places(request.goals, "goal")
+        speeds = _speeds(request, len(starts))
         zones = self._layers.zones.in_force(self._context.now())
 
         def work(cancelled: Callable[[], bool]) -> ComputeFleetPlanResponse:
@@ -88,16 +93,9 @@ class FleetService:
             watch = Watch(PlanRequest(origin, origin, timeout=request.timeout, cancelled=cancelled))
             floor = self._floor(request.radius, request.margin, zones, watch.check)
             problem = floor.problem(starts, goals, watch.check)
-            plan = _plan(problem, request, watch)
-            return ComputeFleetPlanResponse(
-                paths=_text(floor.metric, plan),
-                spacing=floor.metric.spacing,
-                step_seconds=floor.metric.spacing / request.speed,
-                cost=plan.cost,
-                bound=plan.bound,
-                makespan=plan.makespan,
-                seconds=watch.seconds(),
-            )
+            moves = floor.metric.spacing / speeds
+            plan = _plan(problem, request, moves, watch)
+            return _response(floor.metric, plan, moves, request, watch)
 
         return self._queue.submit(work, reply)
 
@@ -119,8 +117,17 @@ class FleetService:
         return found
 
 
-def _plan(problem: "FleetProblem", request: ComputeFleetPlanRequest, watch: Watch) -> "FleetPlan":
-    """Return the first plan, improved for the time that the request allows."""
+def _plan(
+    problem: "FleetProblem", request: ComputeFleetPlanRequest, moves: NDArray[np.float64], watch: Watch
+) -> "FleetPlan":
+    """Return the first plan, improved for the time that the request allows.
+
+    Parameters
+    ----------
+    problem, request, watch
+    moves : (n,) float64 array
+        Time that each robot takes from a cell to the next one [s]; a step is taken for one of their mean.
+    """
     from ppaas.fleet.first_plan import first_plan  # noqa: PLC0415 - its kernels are not for every container
     from ppaas.fleet.improvement import Improvement  # noqa: PLC0415 - see above
 
@@ -141,9 +148,34 @@ def _plan(problem: "FleetProblem", request: ComputeFleetPlanRequest, watch: Watc
             return False
         return watch.seconds() < until
 
-    improvement = Improvement(problem, plan, request.seed)
+    turn = request.turn_seconds / float(moves.mean()) if len(moves) else 0.0
+    improvement = Improvement(problem, plan, request.seed, turn)
     improvement.run(goes_on)
     return improvement.plan()
+
+
+def _response(
+    metric: "MetricRoadmap",
+    plan: "FleetPlan",
+    moves: NDArray[np.float64],
+    request: ComputeFleetPlanRequest,
+    watch: Watch,
+) -> ComputeFleetPlanResponse:
+    """Return the answer for robots that take so long for each move, (n,) float64 [s]."""
+    from ppaas.fleet.timing import times_of, turns_of  # noqa: PLC0415 - its kernels are not for every container
+
+    times = times_of(metric.roadmap, plan, moves, request.turn_seconds)
+    return ComputeFleetPlanResponse(
+        paths=_text(metric, plan),
+        times=msgspec.json.encode(times.T.round(DECIMALS).tolist()).decode(),
+        spacing=metric.spacing,
+        step_seconds=metric.spacing / min(request.speeds, default=request.speed),
+        cost=plan.cost,
+        bound=plan.bound,
+        makespan=plan.makespan,
+        turns=int(turns_of(metric.roadmap, plan).sum()),
+        seconds=watch.seconds(),
+    )
 
 
 def _check_numbers(request: ComputeFleetPlanRequest) -> None:
@@ -153,8 +185,24 @@ def _check_numbers(request: ComputeFleetPlanRequest) -> None:
         raise InvalidInput(f"seconds of improvement must be from 0 to {MAX_SECONDS:g}, not {request.seconds}")
     if not (math.isfinite(request.speed) and request.speed >= LEAST_SPEED):
         raise InvalidInput(f"speed must be finite and at least {LEAST_SPEED:g} m/s, not {request.speed}")
+    if not 0.0 <= request.turn_seconds <= MAX_TURN:
+        raise InvalidInput(f"turn_seconds must be from 0 to {MAX_TURN:g}, not {request.turn_seconds}")
     if request.seed < 0:
         raise InvalidInput(f"seed must be at least 0, not {request.seed}")
+
+
+def _speeds(request: ComputeFleetPlanRequest, robots: int) -> NDArray[np.float64]:
+    """Return the speed of each robot, (n,) float64 [m/s]; raise ``InvalidInput`` if one is out of range."""
+    if not request.speeds:
+        return np.full(robots, request.speed)
+    if len(request.speeds) != robots:
+        raise InvalidInput(f"there are {len(request.speeds)} speeds and {robots} starts; give one speed a robot")
+    speeds = np.array(request.speeds, dtype=np.float64)
+    for robot in np.nonzero(~(np.isfinite(speeds) & (speeds >= LEAST_SPEED)))[0][:1]:
+        raise InvalidInput(
+            f"the speed of robot {robot} must be finite and at least {LEAST_SPEED:g} m/s, not {speeds[robot]:g}"
+        )
+    return speeds
 
 
 def _places(numbers: list[float], what: str) -> NDArray[np.float64]:

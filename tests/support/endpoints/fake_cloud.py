@@ -331,4 +331,5 @@ class FakeCloud:
         if self.error is not None:
             raise self.error
         paths = Raw(json.dumps([[pose[:2]] for pose in request.starts]))
-        return FleetAnswer(paths, 0.5, 0.5 / request.speed, 0, 0, 0, 0.001, "c9", 4711, map.id, map.version)
+        times = Raw(json.dumps([[0.0] for _ in request.starts]))
+        return FleetAnswer(paths, times, 0.5, 0.5 / request.speed, 0, 0, 0, 0, 0.001, "c9", 4711, map.id, map.version)

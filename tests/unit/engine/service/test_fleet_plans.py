@@ -17,6 +17,7 @@ from ppaas.fleet.checking import faults_of
 from ppaas.fleet.lattice_roadmap import lattice_roadmap
 from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.robot_sizes import clearance_of
+from ppaas.fleet.timing import times_of, turns_of
 from ppaas.messages import decode, encode
 from ppaas.messages.fleet.fleet_plans import ComputeFleetPlanRequest
 from ppaas.nodes.graph import Graph
@@ -24,7 +25,9 @@ from tests.support.world.planar_world import walled_map
 
 MAP = MapVersion("house", "v")
 LAYERS = build_layers(walled_map(6, 4, [(2.9, 0.0, 3.1, 2.5)]))
-REQUEST = FleetRequest(((1.0, 1.0), (5.0, 1.0, 0.5)), ((5.0, 1.0), (1.0, 1.0)), 0.15, speed=0.8, seed=3)
+REQUEST = FleetRequest(
+    ((1.0, 1.0), (5.0, 1.0, 0.5)), ((5.0, 1.0), (1.0, 1.0)), 0.15, speeds=(0.8, 1.6), turn_seconds=1.5, seed=3
+)
 
 
 class _Place:
@@ -74,6 +77,9 @@ async def test_the_answer_is_a_valid_plan_with_map_and_container(planning: Plann
     plan = FleetPlan(steps, told["bound"])
     assert faults_of(metric.roadmap, plan, *ends) == []
     assert (plan.cost, plan.makespan) == (told["cost"], told["makespan"])
+    assert told["turns"] == turns_of(metric.roadmap, plan).sum()
+    moves = told["spacing"] / np.array(REQUEST.speeds)
+    assert pytest.approx(times_of(metric.roadmap, plan, moves, 1.5), abs=1e-3) == np.array(told["times"]).T
 
 
 async def test_errors_of_the_container_keep_their_class(planning: Planning) -> None:

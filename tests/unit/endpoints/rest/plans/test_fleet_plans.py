@@ -29,6 +29,7 @@ async def test_paths_are_returned_with_map_and_container(
     assert answer.status_code == 200, answer.text
     plan = answer.json()
     assert plan["paths"] == [[[0.0, 0.0]], [[1.0, 2.0]]]
+    assert (plan["times"], plan["turns"]) == ([[0.0], [0.0]], 0)
     assert {name: plan[name] for name in ("spacing", "step_seconds", "cost", "bound", "makespan", "seconds")} == {
         "spacing": 0.5, "step_seconds": 1.0, "cost": 0, "bound": 0, "makespan": 0, "seconds": 0.001,
     }  # fmt: skip
@@ -42,11 +43,27 @@ async def test_paths_are_returned_with_map_and_container(
 async def test_all_fields_reach_the_planner(
     client: httpx.AsyncClient, headers: dict[str, str], cloud: FakeCloud
 ) -> None:
-    more = {"margin": 0.1, "speed": 1.5, "seconds": 2, "seed": 7, "timeout": 20, "labels": {"zone": "hall-2"}}
+    more = {"margin": 0.1, "speed": 1.5, "turn_seconds": 1.2, "seconds": 2, "seed": 7, "timeout": 20}
+    more |= {"labels": {"zone": "hall-2"}}
     answer = await client.post(URL, headers=headers, json=REQUEST | more)
     assert answer.status_code == 200, answer.text
     request = cloud.fleets_asked[0][2]
     assert {name: getattr(request, name) for name in more} == more
+    assert request.speeds is None
+
+
+async def test_each_robot_may_have_a_speed_of_its_own(
+    client: httpx.AsyncClient, headers: dict[str, str], cloud: FakeCloud
+) -> None:
+    answer = await client.post(URL, headers=headers, json=REQUEST | {"speeds": [0.5, 1.25]})
+    assert answer.status_code == 200, answer.text
+    assert cloud.fleets_asked[0][2].speeds == (0.5, 1.25)
+
+
+async def test_the_error_of_a_speed_names_the_robot(client: httpx.AsyncClient, headers: dict[str, str]) -> None:
+    answer = await client.post(URL, headers=headers, json=REQUEST | {"speeds": [0.5, 0.0001]})
+    [fault] = problem_of(answer, 422, "invalid-request")["errors"]
+    assert fault["where"] == ["body", "speeds", "1"]
 
 
 @pytest.mark.parametrize(
@@ -59,6 +76,12 @@ async def test_all_fields_reach_the_planner(
         {"margin": -1},
         {"speed": 0},
         {"speed": 5e-324},
+        {"speeds": [0.5]},
+        {"speeds": []},
+        {"speeds": [0.5, 0]},
+        {"speeds": [0.5, 0.5], "speed": 0.5},
+        {"turn_seconds": -0.1},
+        {"turn_seconds": 1001},
         {"seconds": 10.1},
         {"seed": 1.5},
         {"seed": -1},
@@ -110,3 +133,4 @@ def test_route_and_container_have_the_same_limits() -> None:
     assert fleet_plans.MAX_ROBOTS == fleet_service.MAX_ROBOTS
     assert fleet_plans.LEAST_SPEED == fleet_service.LEAST_SPEED
     assert fleet_plans.MAX_SECONDS == fleet_service.MAX_SECONDS
+    assert fleet_plans.MAX_TURN == fleet_service.MAX_TURN

@@ -34,8 +34,9 @@ from ppaas.messages.codec import decode, encode
 from ppaas.messages.fleet.fleet_plans import ComputeFleetPlanRequest, ComputeFleetPlanResponse
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.planner_server import fleet_service
-from ppaas.nodes.planner_server.fleet_service import MAX_ROBOTS, MAX_SECONDS
+from ppaas.nodes.planner_server.fleet_service import MAX_ROBOTS, MAX_SECONDS, MAX_TURN
 from ppaas.zones.zone import Capacity, OneWay, ZoneSet
+from tests.reference.fleet import timing, turns
 from tests.support.world.planar_world import walled_map
 from tests.support.zones import rectangle
 
@@ -93,6 +94,23 @@ def test_robots_that_never_share_a_cell_keep_their_diameter_apart_at_each_step()
             assert np.hypot(*(paths[one] - paths[other]).T).min() >= 2 * (RADIUS + MARGIN) - 2e-3
 
 
+def test_times_are_those_of_robots_with_speeds_of_their_own_that_take_time_to_turn() -> None:
+    speeds, turn = [0.25, 0.5, 1.0, 2.0], 0.75
+    answer = planned(speeds=speeds, turn_seconds=turn)
+    paths, times = checked(answer, STARTS, GOALS), json.loads(answer.times)
+    metric = lattice_roadmap(clearance_of(LAYERS), LAYERS.grid.info, RADIUS, MARGIN)
+    steps = [[cell_of(metric, *place) for place in row] for row in paths.swapaxes(0, 1).tolist()]
+    moves = [answer.spacing / speed for speed in speeds]
+    twin = np.array(timing.times(metric.roadmap, steps, moves, turn))
+    assert pytest.approx(twin, abs=1e-3) == np.array(times).T
+    assert answer.turns == sum(turns.count(metric.roadmap, path) for path in np.array(steps).T.tolist())
+    assert answer.step_seconds == pytest.approx(answer.spacing / 0.25)
+
+
+def test_an_improved_plan_has_fewer_turns_where_they_take_time() -> None:
+    assert planned(seconds=0.2, turn_seconds=5.0, seed=2).turns <= planned(seconds=0.2, seed=2).turns
+
+
 def test_the_same_seed_gives_the_same_plan_also_on_a_roadmap_that_is_kept() -> None:
     assert planned(seed=3).paths == planned(seed=3).paths
     graph, answers = Graph(), list[Any]()
@@ -105,10 +123,12 @@ def test_the_same_seed_gives_the_same_plan_also_on_a_roadmap_that_is_kept() -> N
 
 
 def test_no_robots_have_no_paths_and_robots_at_their_goals_stay() -> None:
-    assert json.loads(planned([], []).paths) == []
+    nothing = planned([], [], seconds=0.1, turn_seconds=1.0)
+    assert json.loads(nothing.paths) == json.loads(nothing.times) == []
     answer = planned(STARTS, STARTS)
     assert checked(answer, STARTS, STARTS).shape == (4, 1, 2)
-    assert (answer.cost, answer.makespan) == (0, 0)
+    assert (answer.cost, answer.makespan, answer.turns) == (0, 0, 0)
+    assert json.loads(answer.times) == [[0.0]] * 4
 
 
 @pytest.mark.parametrize(
@@ -132,6 +152,11 @@ def test_no_robots_have_no_paths_and_robots_at_their_goals_stay() -> None:
         ({"margin": -0.1}, InvalidInput, "the margin must be at least 0 m"),
         ({"speed": 0.0}, InvalidInput, "speed must be finite and at least 0.001 m/s"),
         ({"speed": math.inf}, InvalidInput, "speed must be finite"),
+        ({"speeds": [1.0] * 3}, InvalidInput, "there are 3 speeds and 4 starts; give one speed a robot"),
+        ({"speeds": [1.0, 0.0, 1.0, -1.0]}, InvalidInput, "speed of robot 1 must be finite and at least 0.001 m/s"),
+        ({"speeds": [1.0, 1.0, 1.0, math.nan]}, InvalidInput, "the speed of robot 3 must be finite"),
+        ({"turn_seconds": -0.1}, InvalidInput, f"turn_seconds must be from 0 to {MAX_TURN:g}, not -0.1"),
+        ({"turn_seconds": math.inf}, InvalidInput, "turn_seconds must be from 0"),
         ({"seconds": 11.0}, InvalidInput, f"seconds of improvement must be from 0 to {MAX_SECONDS:g}, not 11"),
         ({"seconds": math.nan}, InvalidInput, "seconds of improvement must be"),
         ({"seed": -1}, InvalidInput, "seed must be at least 0"),
