@@ -11,14 +11,15 @@ import numpy as np
 from ppaas.errors import InvalidInput
 from ppaas.fleet.first_plan import first_plan
 from ppaas.fleet.improvement import Improvement
-from ppaas.fleet.kernels import distances, guides, lacam, neighbourhood, pibt
+from ppaas.fleet.kernels import distances, guides, lacam, neighbourhood, pibt, turns
 from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.problem import FleetProblem
 from ppaas.fleet.roadmap import Roadmap
+from ppaas.fleet.timing import turns_of
 from ppaas.maps.formats.movingai import parse_map, parse_scenario
 from ppaas.maps.grid import FREE
 
-KERNELS = (distances, guides, pibt, lacam, neighbourhood)
+KERNELS = (distances, guides, pibt, lacam, neighbourhood, turns)
 """Modules of the kernels that plans are made with."""
 
 Tell = Callable[[str, float], None]
@@ -49,7 +50,7 @@ def _read(path: Path) -> bytes:
 
 
 def answer_of(
-    read: Callable[[], FleetProblem], seconds: float, *, threads: int, seed: int, tell: Tell
+    read: Callable[[], FleetProblem], seconds: float, *, threads: int, seed: int, turn: float | None, tell: Tell
 ) -> dict[str, Any]:
     """Plan for a fleet, and improve the plan for the rest of a time.
 
@@ -66,6 +67,8 @@ def answer_of(
         Number of threads that improve the plan, each with random numbers of its own; the best plan is kept.
     seed : int
         Seed of the random numbers.
+    turn : float, optional
+        Cost of a quarter turn when the plan is improved [steps]; the answer has the number of turns then.
     tell : callable
         Receives the progress.
     """
@@ -83,7 +86,10 @@ def answer_of(
         tell("improving", min(passed / seconds, 1.0))
         return passed < seconds
 
-    best = _improved(problem, first, goes_on, threads, seed) if spent < seconds else first
+    def begin(number: int) -> Improvement:
+        return Improvement(problem, first, seed + number, turn or 0.0)
+
+    best = _improved(begin, threads, goes_on) if spent < seconds else first
     return {
         "agents": len(problem),
         "cost": best.cost,
@@ -91,20 +97,21 @@ def answer_of(
         "makespan": best.makespan,
         "first": {"cpu_seconds": round(spent, 3), "cost": first.cost},
         "cpu_seconds": round(time.process_time() - began, 3),
+        **({} if turn is None else {"turns": int(turns_of(problem.roadmap, best).sum())}),
         "paths": _paths(problem, best),
     }
 
 
-def _improved(
-    problem: FleetProblem, plan: FleetPlan, goes_on: Callable[[], bool], threads: int, seed: int
-) -> FleetPlan:
-    def improve(number: int) -> FleetPlan:
-        improvement = Improvement(problem, plan, seed + number)
+def _improved(begin: Callable[[int], Improvement], threads: int, goes_on: Callable[[], bool]) -> FleetPlan:
+    """Return the best of the plans that some threads have improved, each of which begins one of its own."""
+
+    def improve(number: int) -> Improvement:
+        improvement = begin(number)
         improvement.run(goes_on)
-        return improvement.plan()
+        return improvement
 
     with ThreadPoolExecutor(threads) as pool:
-        return min(pool.map(improve, range(threads)), key=lambda found: found.cost)
+        return min(pool.map(improve, range(threads)), key=lambda found: found.cost).plan()
 
 
 def _paths(problem: FleetProblem, plan: FleetPlan) -> list[list[list[int]]]:

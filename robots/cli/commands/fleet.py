@@ -13,7 +13,7 @@ HELP = "plan paths for many robots that keep out of each other's way"
 
 COLUMNS = ("agents", "cost", "bound", "makespan", "cpu_seconds")
 
-MOST_SECONDS, MOST_THREADS = 86_400.0, 256
+MOST_SECONDS, MOST_THREADS, MOST_TURN = 86_400.0, 256, 20.0
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -43,6 +43,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--seed", type=whole(least=0), default=0, metavar="N", help="seed of the random numbers (%(default)s)"
     )
     plan.add_argument(
+        "--turn",
+        type=above_zero(MOST_TURN),
+        metavar="STEPS",
+        help="improve it as if a quarter turn took so many steps, and print the number of turns (turns cost nothing)",
+    )
+    plan.add_argument(
         "--json", action="store_true", help="print JSON, with the paths: a list of [row, column] an agent"
     )
 
@@ -57,6 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
             arguments.seconds or 0.0,
             threads=arguments.threads,
             seed=arguments.seed,
+            turn=arguments.turn,
             tell=report or (lambda _text, _done: None),
         )
     show(answer, COLUMNS, as_json=arguments.json)

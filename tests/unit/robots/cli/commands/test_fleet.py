@@ -9,6 +9,7 @@ import pytest
 
 from ppaas.errors import InvalidInput, NoValidPath
 from ppaas.fleet.checking import faults_of
+from ppaas.fleet.improvement import MOST_TURN
 from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.roadmap import Roadmap
 from robots.cli.command_parser import CommandParser
@@ -66,6 +67,19 @@ def test_the_printed_paths_are_a_plan_of_the_printed_cost(
     assert answer["first"]["cpu_seconds"] <= answer["cpu_seconds"]
 
 
+def test_turns_are_told_where_they_cost_something(files: tuple[Path, Path], capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(files, "--json", "--agents", 1) == 0
+    plain = planned(capsys)
+    assert run(files, "--json", "--agents", 1, "--turn", 1.5, "--seconds", 0.3) == 0
+    turning = planned(capsys)
+    assert set(turning) - set(plain) == {"turns"}
+    assert (turning["turns"], turning["cost"]) == (1, 7)
+
+
+def test_the_dearest_turn_is_that_of_the_improvement() -> None:
+    assert fleet.MOST_TURN == MOST_TURN
+
+
 def test_the_first_agents_are_planned_and_shown_as_a_table(
     files: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -75,7 +89,9 @@ def test_the_first_agents_are_planned_and_shown_as_a_table(
     assert row.split()[:4] == ["1", "7", "7", "7"]
 
 
-@pytest.mark.parametrize("words", [("--agents", 0), ("--seconds", "nan"), ("--threads", 0), ("--seed", -1)])
+@pytest.mark.parametrize(
+    "words", [("--agents", 0), ("--seconds", "nan"), ("--threads", 0), ("--seed", -1), ("--turn", 0)]
+)
 def test_options_that_are_impossible(files: tuple[Path, Path], words: tuple[object, ...]) -> None:
     with pytest.raises(SystemExit):
         run(files, *words)
