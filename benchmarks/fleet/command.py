@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from benchmarks.harness.figures import Figure
 
-HELP = "plans of fleets: CPU time, cost beside the bound, lifelong steps and waits; simulated robots in traffic"
+HELP = "plans of fleets: CPU time, cost beside the bound, turns, lifelong steps and waits; simulated robots in traffic"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -48,7 +48,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     """Return the figures of all cases."""
-    from benchmarks.fleet import cases, lifelong, one_shot  # noqa: PLC0415 - ``ppaas bench --help`` loads this
+    from benchmarks.fleet import cases, lifelong, one_shot, turns  # noqa: PLC0415 - ``ppaas bench --help`` loads this
     from benchmarks.fleet.stand_ins import strips  # noqa: PLC0415
     from benchmarks.fleet.traffic import measure as traffic  # noqa: PLC0415
     from benchmarks.harness.figures import measured  # noqa: PLC0415
@@ -64,7 +64,7 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     if arguments.stand_ins:
         return measured([each for words in arguments.stand_ins for each in _stand_ins(words, progress)])
     chosen = [cases.case_of(words) for words in arguments.case] if arguments.case else cases.MADE
-    parts = [part for case in chosen for part in ((one_shot.measure, case), (lifelong.measure, case))]
+    parts = [(part, case) for case in chosen for part in (one_shot.measure, turns.measure, lifelong.measure)]
     return measured(
         [figure for part, case in progress.track(parts, description="fleet") for figure in part(case, arguments.quick)]
     )

@@ -38,15 +38,16 @@ def measure(case: Case, quick: bool) -> Iterator[Figure]:
     improvement = Improvement(problem, plan)
     best = plan
     for until in QUICK_TIMES if quick else TIMES:
-        improvement.run(partial(_is_before, began + until))
+        improvement.run(partial(is_before, began + until))
         best = improvement.plan()
         yield Figure(PART, f"{name}: cost after {until:g} s", _beside_bound(best), "x", note="CPU time from the start")
-    faults = [*_faults(problem, plan), *_faults(problem, best)]
+    faults = [*faults_in(problem, plan), *faults_in(problem, best)]
     yield Figure(PART, f"{name}: faults", len(faults), "", limit=0.0, note="; ".join(faults[:2]))
     yield _baseline(problem, name)
 
 
-def _is_before(end: float) -> bool:
+def is_before(end: float) -> bool:
+    """Return whether the CPU time of the process is before an end [s]."""
     return time.process_time() < end
 
 
@@ -54,7 +55,8 @@ def _beside_bound(plan: FleetPlan) -> float:
     return round(plan.cost / max(plan.bound, 1), 3)
 
 
-def _faults(problem: FleetProblem, plan: FleetPlan) -> list[str]:
+def faults_in(problem: FleetProblem, plan: FleetPlan) -> list[str]:
+    """Return all that is wrong with a plan."""
     return faults_of(problem.roadmap, plan, problem.starts.tolist(), problem.goals.tolist())
 
 
