@@ -20,6 +20,7 @@ def times_of(roadmap: Roadmap, plan: FleetPlan, moves: NDArray[np.float64], turn
     Parameters
     ----------
     roadmap : Roadmap
+        Cells of a grid: directions are those of its rows and columns.
     plan : FleetPlan
         A valid plan.
     moves : (n,) float64 array

@@ -13,11 +13,12 @@ from engine.service.planning.fleet_requests import DEFAULT_MARGIN, DEFAULT_SPEED
 from engine.service.planning.path_requests import DEFAULT_TIMEOUT
 from ppaas.costmap.build_layers import build_layers
 from ppaas.fleet.checking import faults_of
+from ppaas.fleet.improvement import MOST_TURN
 from ppaas.fleet.lattice_roadmap import MOST_PLACES, lattice_roadmap
 from ppaas.fleet.metric_problem import MOST_DISTANCES, WITHIN
 from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.robot_sizes import clearance_of
-from ppaas.nodes.planner_server.fleet_service import MAX_PLACES, MAX_ROBOTS, MAX_SCHEDULE, MAX_SECONDS
+from ppaas.nodes.planner_server.fleet_service import MAX_PLACES, MAX_ROBOTS, MAX_SCHEDULE, MAX_SECONDS, MAX_TURN
 from robots.plans.offline import read_map_file
 from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import blocks, run_shell, script, table, text_of
@@ -35,6 +36,8 @@ def test_fields_and_limits_are_those_of_the_code() -> None:
     assert f"; {DEFAULT_MARGIN:g} without it" in fields["margin"]
     assert f"; {DEFAULT_SPEED:g} without it" in fields["speed"]
     assert f"at most {MAX_SECONDS:g} s; 0 without it" in fields["seconds"]
+    assert f"at most {MAX_TURN:,.0f}; 0 without it" in fields["turn_seconds"]
+    assert f"at most {MOST_TURN:g}; prints" in dict(table(PAGE, "option", "meaning"))["--turn STEPS"]
     assert f"{DEFAULT_TIMEOUT:g} s without it" in fields["`timeout`, `labels`"]
     text = re.sub(r"\s+", " ", text_of(PAGE))
     assert f"Robots times cells may be {MOST_DISTANCES // 1_000_000} million" in text
@@ -56,10 +59,12 @@ def test_a_cloud_plans_for_a_fleet_as_described(cloud: RunningCloud, tmp_path: P
     printed = run_shell(f"{login}\n{commands}", tmp_path, cloud)
     answer = json.loads(printed[printed.rindex('{"paths"') :])
     [example] = [block for block in map(json.loads, blocks(PAGE, "json")) if "spacing" in block]
-    for name in ("spacing", "step_seconds", "cost", "bound", "makespan"):
+    for name in ("spacing", "step_seconds", "cost", "bound", "makespan", "turns"):
         assert answer[name] == pytest.approx(example[name])
     assert answer["map"] == "office"
     assert [path[:2] for path in answer["paths"]] == example["paths"]
+    assert [times[:2] for times in answer["times"]] == example["times"]
+    assert [len(times) for times in answer["times"]] == [len(path) for path in answer["paths"]]
     layers = build_layers(read_map_file(OFFICE))
     metric = lattice_roadmap(clearance_of(layers), layers.grid.info, 0.18, 0.05)
     steps = np.array([[metric.nearest(*place, 0.01) for place in path] for path in answer["paths"]], np.int32).T
