@@ -1,6 +1,6 @@
 """Robots with real clones in simulated halls: goals, contacts and waits, beside robots that are alone."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
@@ -18,7 +18,11 @@ PART = "traffic"
 LANES = "lanes"
 """Name of the hall that is a warehouse with drawn lanes."""
 
-HALLS = {"warehouse": warehouse, "office": office, LANES: partial(warehouse, width=40.0)}
+HALLS: dict[str, Callable[[int], GridMap]] = {
+    "warehouse": warehouse,
+    "office": office,
+    LANES: partial(warehouse, width=40.0),
+}
 """Halls that are made up, by name."""
 
 SHARE = 0.75
