@@ -14,7 +14,7 @@ from ppaas.fleet.improvement import Improvement
 from ppaas.fleet.kernels import neighbourhood
 from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.problem import FleetProblem
-from ppaas.fleet.timing import times_of, turns_of
+from ppaas.fleet.timing import timing_of, turns_of
 
 PART = "turns"
 UNTIL, QUICK_UNTIL = 2.0, 0.2
@@ -43,7 +43,7 @@ def measure(case: Case, quick: bool) -> Iterator[Figure]:
 
 def _seconds(problem: FleetProblem, plan: FleetPlan, name: str) -> Figure:
     """Return the mean of the times at which robots are at their goals."""
-    reached = times_of(problem.roadmap, plan, np.full(len(problem), MOVE), TURN)[-1]
+    reached = timing_of(problem.roadmap, plan, np.full(len(problem), MOVE), TURN).times[-1]
     turns = int(turns_of(problem.roadmap, plan).sum())
     note = f"sum {reached.sum():g} s, last {reached.max():g} s; {turns} quarter turns, cost {plan.cost}"
     return Figure(PART, f"{name}: mean arrival", round(float(reached.mean()), 2), "s", note=note)

@@ -5,9 +5,7 @@ from dataclasses import replace
 from functools import partial
 
 from ppaas.costmap.map_layers import MapLayers
-from ppaas.fleet.lanes.drawing import lines_in
-from ppaas.fleet.lanes.roadmap import lane_roadmap
-from ppaas.fleet.lattice_roadmap import lattice_roadmap
+from ppaas.fleet.lanes.choice import roadmap_on
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.fleet.robot_sizes import RobotSizes, clearance_of
 from ppaas.nodes.graph import Graph
@@ -41,8 +39,5 @@ def roadmaps_of(layers: MapLayers) -> MakeRoadmap:
 def _roadmap(layers: MapLayers, radii: Sequence[float], margins: TrafficParameters) -> MetricRoadmap:
     largest, bare = max(radii), replace(layers, barred_distance=None)
     clearance = largest + margins.margin + margins.wall_margin
-    to_lethal, info, lines = clearance_of(bare), layers.grid.info, lines_in(layers.zones.zones)
-    if lines:
-        sizes = RobotSizes(largest, margins.margin, clearance=clearance, smaller=radii)
-        return lane_roadmap(lines, to_lethal, info, sizes)
-    return lattice_roadmap(to_lethal, info, largest, margins.margin, clearance=clearance, smaller=radii)
+    sizes = RobotSizes(largest, margins.margin, clearance=clearance, smaller=radii)
+    return roadmap_on(clearance_of(bare), layers.grid.info, layers.zones.zones, sizes)

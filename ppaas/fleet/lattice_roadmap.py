@@ -64,15 +64,7 @@ def _range(middle: float, reach: float, size: int) -> slice:
 
 
 def lattice_roadmap(
-    to_lethal: NDArray[np.float32],
-    info: GridInfo,
-    radius: float,
-    margin: float,
-    spacing: float | None = None,
-    *,
-    clearance: float | None = None,
-    smaller: Sequence[float] = (),
-    check: Callable[[], None] = proceed,
+    to_lethal: NDArray[np.float32], info: GridInfo, sizes: RobotSizes, check: Callable[[], None] = proceed
 ) -> LatticeRoadmap:
     """Return the roadmap of a map for robots of a radius.
 
@@ -91,27 +83,17 @@ def lattice_roadmap(
         Distance from each map cell to the nearest lethal cell [m], 0 in unknown cells (`clearance_of`).
     info : GridInfo
         Geometry of the map.
-    radius, margin : float
-        Radius of the robots, and the distance by which they may stray from their paths [m].
-    spacing : float, optional
-        Distance of the centres of neighbouring cells [m]; by default a robot's diameter and twice the margin. Two
-        robots in neighbouring cells must fit.
-    clearance : float, optional
-        Least distance of robots' ways from lethal cells [m], by default the radius and the margin; more where sensors
-        see walls nearer than the map has them.
-    smaller : sequence of float
-        Radii of smaller robots [m], which also enter cells where only they have room; larger ones do not. A move on
-        which a robot has no room although it has in both cells is left out for all.
+    sizes : RobotSizes
+        Smaller robots also enter cells where only they have room; larger ones do not. A move on which a robot has no
+        room although it has in both cells is left out for all.
     check : callable
         Called between two lattices that are tried; ends the work by raising.
 
     Raises
     ------
     InvalidInput
-        A size is not positive or not finite, the spacing is too small, there would be too many cells, or no robot of
-        that size fits on the map.
+        There would be too many cells, or no robot of that size fits on the map.
     """
-    sizes = RobotSizes(radius, margin, spacing, clearance, smaller)
     bounds = Bounds.of(info)
     if (places := bounds.places(sizes.spacing)) > MOST_PLACES:
         raise InvalidInput(
@@ -121,7 +103,9 @@ def lattice_roadmap(
     *others, clear = [Clear(mask, info) for mask in sizes.room(to_lethal)]
     lattice, moves = best_lattice(clear, bounds, sizes.spacing, info.resolution, check)
     if not moves.free.any():
-        raise InvalidInput(f"a robot of radius {radius:g} m with a margin of {margin:g} m fits nowhere on the map")
+        raise InvalidInput(
+            f"a robot of radius {sizes.radius:g} m with a margin of {sizes.margin:g} m fits nowhere on the map"
+        )
     every = [*(each.moves(lattice, sizes.spacing) for each in others), moves]
     roadmap = _of_sizes(every) if others else Roadmap.of_moves(*moves)
     return LatticeRoadmap(roadmap, sizes.spacing, float(lattice.xs[0]), float(lattice.ys[0]), radii=sizes.radii)

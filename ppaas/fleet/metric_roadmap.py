@@ -30,6 +30,10 @@ class MetricRoadmap(ABC):
     """
 
     PLACES: ClassVar[str] = "room for a robot"
+    """What there is where a goal is near to a cell, for errors."""
+
+    IS_GRID: ClassVar[bool] = True
+    """True if moves lead along the rows and columns of the roadmap."""
 
     roadmap: Roadmap
     spacing: float

@@ -1,5 +1,7 @@
 """Times of a plan: when each robot reaches its cells, if robots have speeds of their own and take time to turn."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,7 +11,28 @@ from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.roadmap import Roadmap
 
 
-def times_of(roadmap: Roadmap, plan: FleetPlan, moves: NDArray[np.float64], turn: float = 0.0) -> NDArray[np.float64]:
+class Timing(NamedTuple):
+    """Times of a plan.
+
+    Parameters
+    ----------
+    times : (t, n) float64 array
+        Time at which each robot reaches its cell of each step [s].
+    turned : (n,) float64 array
+        How far each robot turns [quarter turns]; its first direction is free.
+    """
+
+    times: NDArray[np.float64]
+    turned: NDArray[np.float64]
+
+
+def timing_of(
+    roadmap: Roadmap,
+    plan: FleetPlan,
+    paces: NDArray[np.float64],
+    turn: float = 0.0,
+    places: NDArray[np.float64] | None = None,
+) -> Timing:
     """Return the time at which each robot reaches its cell of each step, when all keep the order of the plan.
 
     A robot starts to move into a cell when it has turned, and when the robot that was there before has reached its next
@@ -20,27 +43,25 @@ def times_of(roadmap: Roadmap, plan: FleetPlan, moves: NDArray[np.float64], turn
     Parameters
     ----------
     roadmap : Roadmap
-        Cells of a grid: directions are those of its rows and columns.
     plan : FleetPlan
         A valid plan.
-    moves : (n,) float64 array
-        Time that each robot takes from a cell to the next one, above 0 [s].
+    paces : (n,) float64 array
+        Time that each robot takes for a unit of length, above 0 [s].
     turn : float
         Time of a quarter turn [s]. A robot's first direction is free.
-
-    Returns
-    -------
-    (t, n) float64 array
-        Times [s].
+    places : (v, 2) float64 array, optional
+        Centres of the cells, in any unit of length. By default rows and columns of a grid are places, and the unit is a
+        move.
     """
-    order = Order(plan.steps, roadmap.cells, roadmap.areas, roadmap.room, moves, float(turn))
-    times = np.zeros(plan.steps.shape)
-    pass_all(order, _at_first(order), times)
-    return times
+    centres = roadmap.cells.astype(np.float64) if places is None else places
+    order = Order(plan.steps, centres, roadmap.areas, roadmap.room, paces, float(turn))
+    times, passed = np.zeros(plan.steps.shape), _at_first(order)
+    pass_all(order, passed, times)
+    return Timing(times, passed.turned)
 
 
 def turns_of(roadmap: Roadmap, plan: FleetPlan) -> NDArray[np.int32]:
-    """Return the number of quarter turns of each robot, (n,) int32; its first direction is free."""
+    """Return the number of quarter turns of each robot on a grid, (n,) int32; its first direction is free."""
     turns = np.zeros(plan.steps.shape[1], np.int32)
     count_all(roadmap.cells, np.ascontiguousarray(plan.steps.T), turns)
     return turns

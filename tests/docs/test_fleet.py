@@ -17,7 +17,7 @@ from ppaas.fleet.improvement import MOST_TURN
 from ppaas.fleet.lattice_roadmap import MOST_PLACES, lattice_roadmap
 from ppaas.fleet.metric_problem import MOST_DISTANCES, WITHIN
 from ppaas.fleet.plan import FleetPlan
-from ppaas.fleet.robot_sizes import clearance_of
+from ppaas.fleet.robot_sizes import RobotSizes, clearance_of
 from ppaas.nodes.planner_server.fleet_service import MAX_PLACES, MAX_ROBOTS, MAX_SCHEDULE, MAX_SECONDS, MAX_TURN
 from robots.plans.offline import read_map_file
 from tests.support.cloud.cloud import RunningCloud
@@ -66,7 +66,7 @@ def test_a_cloud_plans_for_a_fleet_as_described(cloud: RunningCloud, tmp_path: P
     assert [times[:2] for times in answer["times"]] == example["times"]
     assert [len(times) for times in answer["times"]] == [len(path) for path in answer["paths"]]
     layers = build_layers(read_map_file(OFFICE))
-    metric = lattice_roadmap(clearance_of(layers), layers.grid.info, 0.18, 0.05)
+    metric = lattice_roadmap(clearance_of(layers), layers.grid.info, RobotSizes(0.18, 0.05))
     steps = np.array([[metric.nearest(*place, 0.01) for place in path] for path in answer["paths"]], np.int32).T
     ends = [
         [metric.nearest(*place, 0.75 * metric.spacing) for place in places]

@@ -6,13 +6,13 @@ Source: Hönig et al., "Persistent and Robust Execution of MAPF Schedules in War
 action dependency graph this is, visited in the order of the plan.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.fleet.kernels.board import NO_AREAS, NOBODY, Ints
-from ppaas.fleet.kernels.turns import direction, quarters
 from ppaas.planners.kernels.jit_decorators import bare
 
 Seconds = NDArray[np.float64]
@@ -25,23 +25,23 @@ class Order(NamedTuple):
     ----------
     steps : (t, n) int32 array
         Cell of each robot at each step.
-    cells : (v, 2) int32 array
-        Row and column of each cell.
+    places : (v, 2) float64 array
+        Centre of each cell, in any unit of length.
     areas : (v,) uint64 array
         Areas that each cell is in (`ppaas.fleet.kernels.board.Board`).
     room : (a,) int32 array
         Number of robots that may be in each area at a time.
-    moves : (n,) float64 array
-        Time that each robot takes from a cell to the next one [s].
+    paces : (n,) float64 array
+        Time that each robot takes for a unit of length [s].
     turn : float
         Time of a quarter turn [s].
     """
 
     steps: Ints
-    cells: Ints
+    places: NDArray[np.float64]
     areas: NDArray[np.uint64]
     room: Ints
-    moves: Seconds
+    paces: Seconds
     turn: float
 
 
@@ -54,8 +54,10 @@ class Passed(NamedTuple):
         Time at which the last robot has left each cell; 0 at first [s].
     here, there : (v,) int32 array
         Robot in each cell before and after the step, −1 for none. Both are −1 everywhere between two steps.
-    headings : (n,) int8 array
-        Direction of the last move of each robot, −1 for none.
+    headings : (n,) float64 array
+        Direction of the last move of each robot [rad], NaN for none.
+    turned : (n,) float64 array
+        How far each robot has turned [quarter turns].
     entered, emptied : (a,) int32 array
         Number of times that a robot has entered each area, those included that were there at first, and left it.
     exits : (a, e) float64 array
@@ -65,7 +67,8 @@ class Passed(NamedTuple):
     left: Seconds
     here: Ints
     there: Ints
-    headings: NDArray[np.int8]
+    headings: NDArray[np.float64]
+    turned: NDArray[np.float64]
     entered: Ints
     emptied: Ints
     exits: Seconds
@@ -105,12 +108,17 @@ def leave(order: Order, passed: Passed, here: int, there: int, time: float) -> N
 def move(order: Order, passed: Passed, step: int, robot: int, times: Seconds) -> None:
     """Compute the time at which a robot reaches its next cell, which it moves to in a step."""
     here, there = order.steps[step, robot], order.steps[step + 1, robot]
-    ready, ahead = times[step, robot], direction(order.cells, here, there)
-    if passed.headings[robot] >= 0:
-        ready += order.turn * quarters(passed.headings[robot], ahead)
+    along_x = order.places[there, 0] - order.places[here, 0]
+    along_y = order.places[there, 1] - order.places[here, 1]
+    ready, ahead = times[step, robot], math.atan2(along_y, along_x)
+    if not math.isnan(passed.headings[robot]):
+        turned = abs(ahead - passed.headings[robot])
+        quarters = min(turned, 2.0 * math.pi - turned) / (math.pi / 2.0)
+        passed.turned[robot] += quarters
+        ready += order.turn * quarters
     passed.headings[robot] = ahead
     ready = max(ready, passed.left[there], enter(order, passed, here, there))
-    times[step + 1, robot] = passed.left[here] = ready + order.moves[robot]
+    times[step + 1, robot] = passed.left[here] = ready + order.paces[robot] * math.hypot(along_x, along_y)
     leave(order, passed, here, there, times[step + 1, robot])
 
 
@@ -154,12 +162,13 @@ def passed_of(order: Order, inside: Ints, exits: int) -> Passed:
     exits : int
         Largest number of times that an area is left.
     """
-    cells, robots = len(order.cells), order.steps.shape[1]
+    cells, robots = len(order.places), order.steps.shape[1]
     return Passed(
         np.zeros(cells),
         np.full(cells, NOBODY, np.int32),
         np.full(cells, NOBODY, np.int32),
-        np.full(robots, -1, np.int8),
+        np.full(robots, np.nan),
+        np.zeros(robots),
         inside.astype(np.int32),
         np.zeros(len(inside), np.int32),
         np.zeros((len(inside), max(exits, 1))),
@@ -168,7 +177,7 @@ def passed_of(order: Order, inside: Ints, exits: int) -> Passed:
 
 def warm() -> None:
     """Compile and call each kernel once."""
-    steps, cells = np.array([[0], [1]], np.int32), np.array([[0, 0], [0, 1]], np.int32)
-    order = Order(steps, cells, NO_AREAS, np.empty(0, np.int32), np.ones(1), 1.0)
+    steps, places = np.array([[0], [1]], np.int32), np.array([[0.0, 0.0], [0.0, 1.0]])
+    order = Order(steps, places, NO_AREAS, np.empty(0, np.int32), np.ones(1), 1.0)
     passed = passed_of(order, np.zeros(0, np.int32), 0)
     pass_all(order, passed, np.zeros((2, 1)))

@@ -35,6 +35,7 @@ class LaneRoadmap(MetricRoadmap):
     """
 
     PLACES: ClassVar[str] = "lane with room for the robot"
+    IS_GRID: ClassVar[bool] = False
 
     places: Points
     _halves: "_Halves" = field(init=False, repr=False, compare=False)

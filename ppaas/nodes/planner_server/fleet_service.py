@@ -93,41 +93,38 @@ class FleetService:
             watch = Watch(PlanRequest(origin, origin, timeout=request.timeout, cancelled=cancelled))
             floor = self._floor(request.radius, request.margin, zones, watch.check)
             problem = floor.problem(starts, goals, watch.check)
-            moves = floor.metric.spacing / speeds
-            plan = _plan(problem, request, moves, watch)
-            return _response(floor.metric, plan, moves, request, watch)
+            plan = _plan(problem, request, _turn(floor.metric, speeds, request), watch)
+            return _response(floor.metric, plan, speeds, request, watch)
 
         return self._queue.submit(work, reply)
 
     def _floor(self, radius: float, margin: float, zones: Sequence[Zone], check: Callable[[], None]) -> "MetricFloor":
         # Imported by the first request: few containers need the modules.
         from ppaas.fleet.cell_rules import rules_on  # noqa: PLC0415 - see above
-        from ppaas.fleet.lattice_roadmap import lattice_roadmap  # noqa: PLC0415 - see above
+        from ppaas.fleet.lanes.choice import roadmap_on  # noqa: PLC0415 - see above
         from ppaas.fleet.metric_problem import MetricFloor  # noqa: PLC0415 - see above
-        from ppaas.fleet.robot_sizes import clearance_of  # noqa: PLC0415 - see above
+        from ppaas.fleet.robot_sizes import RobotSizes, clearance_of  # noqa: PLC0415 - see above
 
         key = radius, margin, tuple(zone.name for zone in zones)
         found = self._floors.get(key)
         if found is None:
             to_lethal, info = clearance_of(self._layers), self._layers.grid.info
-            metric = lattice_roadmap(to_lethal, info, radius, margin, check=check)
+            metric = roadmap_on(to_lethal, info, zones, RobotSizes(radius, margin), check)
             metric = replace(metric, roadmap=rules_on(metric, zones, radius).roadmap)
             found = MetricFloor(to_lethal, info, metric, radius)
         self._floors[key] = found
         return found
 
 
-def _plan(
-    problem: "FleetProblem", request: ComputeFleetPlanRequest, moves: NDArray[np.float64], watch: Watch
-) -> "FleetPlan":
-    """Return the first plan, improved for the time that the request allows.
+def _turn(metric: "MetricRoadmap", speeds: NDArray[np.float64], request: ComputeFleetPlanRequest) -> float:
+    """Return the cost of a quarter turn in moves of mean time; 0 on lanes, whose directions the improvement ignores."""
+    if not metric.IS_GRID or not len(speeds):
+        return 0.0
+    return request.turn_seconds / float((metric.spacing / speeds).mean())
 
-    Parameters
-    ----------
-    problem, request, watch
-    moves : (n,) float64 array
-        Time that each robot takes from a cell to the next one [s]; a step is taken for one of their mean.
-    """
+
+def _plan(problem: "FleetProblem", request: ComputeFleetPlanRequest, turn: float, watch: Watch) -> "FleetPlan":
+    """Return the first plan, improved for the time that the request allows; a quarter turn costs so many steps."""
     from ppaas.fleet.first_plan import first_plan  # noqa: PLC0415 - its kernels are not for every container
     from ppaas.fleet.improvement import Improvement  # noqa: PLC0415 - see above
 
@@ -148,7 +145,6 @@ def _plan(
             return False
         return watch.seconds() < until
 
-    turn = request.turn_seconds / float(moves.mean()) if len(moves) else 0.0
     improvement = Improvement(problem, plan, request.seed, turn)
     improvement.run(goes_on)
     return improvement.plan()
@@ -157,23 +153,23 @@ def _plan(
 def _response(
     metric: "MetricRoadmap",
     plan: "FleetPlan",
-    moves: NDArray[np.float64],
+    speeds: NDArray[np.float64],
     request: ComputeFleetPlanRequest,
     watch: Watch,
 ) -> ComputeFleetPlanResponse:
-    """Return the answer for robots that take so long for each move, (n,) float64 [s]."""
-    from ppaas.fleet.timing import times_of, turns_of  # noqa: PLC0415 - its kernels are not for every container
+    """Return the answer for robots of these speeds, (n,) float64 [m/s]."""
+    from ppaas.fleet.timing import timing_of  # noqa: PLC0415 - its kernels are not for every container
 
-    times = times_of(metric.roadmap, plan, moves, request.turn_seconds)
+    times, turned = timing_of(metric.roadmap, plan, 1.0 / speeds, request.turn_seconds, metric.centres)
     return ComputeFleetPlanResponse(
         paths=_text(metric, plan),
         times=msgspec.json.encode(times.T.round(DECIMALS).tolist()).decode(),
         spacing=metric.spacing,
-        step_seconds=metric.spacing / min(request.speeds, default=request.speed),
+        step_seconds=metric.longest_move / min(request.speeds, default=request.speed),
         cost=plan.cost,
         bound=plan.bound,
         makespan=plan.makespan,
-        turns=int(turns_of(metric.roadmap, plan).sum()),
+        turns=round(float(turned.sum())),
         seconds=watch.seconds(),
     )
 

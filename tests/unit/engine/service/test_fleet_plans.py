@@ -16,8 +16,8 @@ from ppaas.errors import PPaaSError, StartOccupied
 from ppaas.fleet.checking import faults_of
 from ppaas.fleet.lattice_roadmap import lattice_roadmap
 from ppaas.fleet.plan import FleetPlan
-from ppaas.fleet.robot_sizes import clearance_of
-from ppaas.fleet.timing import times_of, turns_of
+from ppaas.fleet.robot_sizes import RobotSizes, clearance_of
+from ppaas.fleet.timing import timing_of, turns_of
 from ppaas.messages import decode, encode
 from ppaas.messages.fleet.fleet_plans import ComputeFleetPlanRequest
 from ppaas.nodes.graph import Graph
@@ -71,7 +71,7 @@ async def test_the_answer_is_a_valid_plan_with_map_and_container(planning: Plann
     told = msgspec.json.decode(msgspec.json.encode(answer))
     assert (told["map"], told["version"], told["container"], told["pid"]) == ("house", "v", "c1", 4711)
     assert told["step_seconds"] == pytest.approx(told["spacing"] / 0.8)
-    metric = lattice_roadmap(clearance_of(LAYERS), LAYERS.grid.info, 0.15, 0.05)
+    metric = lattice_roadmap(clearance_of(LAYERS), LAYERS.grid.info, RobotSizes(0.15, 0.05))
     steps = np.array([[metric.nearest(*place, 0.01) for place in path] for path in told["paths"]], np.int32).T
     ends = [[metric.nearest(*pose[:2], 0.3) for pose in poses] for poses in (REQUEST.starts, REQUEST.goals)]
     plan = FleetPlan(steps, told["bound"])
@@ -79,7 +79,8 @@ async def test_the_answer_is_a_valid_plan_with_map_and_container(planning: Plann
     assert (plan.cost, plan.makespan) == (told["cost"], told["makespan"])
     assert told["turns"] == turns_of(metric.roadmap, plan).sum()
     moves = told["spacing"] / np.array(REQUEST.speeds)
-    assert pytest.approx(times_of(metric.roadmap, plan, moves, 1.5), abs=1e-3) == np.array(told["times"]).T
+    times = timing_of(metric.roadmap, plan, moves, 1.5).times
+    assert pytest.approx(times, abs=1e-3) == np.array(told["times"]).T
 
 
 async def test_errors_of_the_container_keep_their_class(planning: Planning) -> None:

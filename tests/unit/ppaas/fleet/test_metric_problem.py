@@ -12,13 +12,14 @@ from ppaas.fleet.first_plan import first_plan
 from ppaas.fleet.improvement import Improvement
 from ppaas.fleet.lattice_roadmap import lattice_roadmap
 from ppaas.fleet.metric_problem import WITHIN, MetricFloor
+from ppaas.fleet.robot_sizes import RobotSizes
 from tests.support.fleet.floors import Floor, floor_of, floors
 
 
 def floor_for(floor: Floor, radius: float, margin: float = 0.02) -> MetricFloor:
     """Return a floor for robots of a radius; floors on which none fits are skipped."""
     try:
-        return MetricFloor(*floor, lattice_roadmap(*floor, radius, margin), radius)
+        return MetricFloor(*floor, lattice_roadmap(*floor, RobotSizes(radius, margin)), radius)
     except InvalidInput:
         assume(False)
         raise

@@ -12,7 +12,7 @@ from ppaas.errors import GoalOccupied, GoalOutsideMap, InvalidInput, PlanCancell
 from ppaas.fleet.lattice_roadmap import MOST_PLACES, LatticeRoadmap, lattice_roadmap
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.fleet.roadmap import Roadmap
-from ppaas.fleet.robot_sizes import clearance_of
+from ppaas.fleet.robot_sizes import RobotSizes, clearance_of
 from ppaas.maps.grid import GridInfo, GridMap
 from tests.support.fleet.floors import Floor, floor_of, floors
 
@@ -24,7 +24,7 @@ EMPTY = floor_of(np.zeros((20, 30), np.bool_))
 def made(floor: Floor, radius: float, margin: float, spacing: float | None = None) -> MetricRoadmap:
     """Return the roadmap of a floor; floors on which no robot fits are skipped."""
     try:
-        return lattice_roadmap(*floor, radius, margin, spacing)
+        return lattice_roadmap(*floor, RobotSizes(radius, margin, spacing))
     except InvalidInput as error:
         assume("fits nowhere" not in str(error))
         raise
@@ -129,7 +129,7 @@ def test_cells_touched_along_a_way_are_those_that_are_near_to_it(ends: tuple[flo
 
 @pytest.mark.parametrize("end", [(math.nan, 0.0), (0.0, math.inf)])
 def test_a_way_that_is_not_finite_touches_nothing(end: tuple[float, float]) -> None:
-    metric = lattice_roadmap(*EMPTY, 0.2, 0.05)
+    metric = lattice_roadmap(*EMPTY, RobotSizes(0.2, 0.05))
     with pytest.raises(InvalidInput, match="finite"):
         metric.touched_along((0.0, 0.0), end, 0.2)
     with pytest.raises(InvalidInput, match="positive"):
@@ -137,14 +137,14 @@ def test_a_way_that_is_not_finite_touches_nothing(end: tuple[float, float]) -> N
 
 
 def test_a_robot_in_the_middle_of_its_cell_touches_no_other() -> None:
-    metric = lattice_roadmap(*EMPTY, 0.2, 0.05)
+    metric = lattice_roadmap(*EMPTY, RobotSizes(0.2, 0.05))
     for cell, centre in enumerate(metric.centres):
         assert metric.touched(*centre, 0.25).tolist() == [cell]
         assert metric.touched(*centre, 0.0).tolist() == [cell]
 
 
 def test_an_empty_map_is_covered_by_cells_of_the_robots_size() -> None:
-    metric = lattice_roadmap(*EMPTY, 0.2, 0.05)
+    metric = lattice_roadmap(*EMPTY, RobotSizes(0.2, 0.05))
     assert metric.spacing == 0.5
     assert len(metric.roadmap) >= 24
 
@@ -152,7 +152,7 @@ def test_an_empty_map_is_covered_by_cells_of_the_robots_size() -> None:
 def test_a_wall_that_is_thinner_than_a_cell_parts_its_neighbours() -> None:
     lethal = np.zeros((5, 40), np.bool_)
     lethal[:, 20] = True
-    metric = lattice_roadmap(*floor_of(lethal), 0.05, 0.0, spacing=0.5)
+    metric = lattice_roadmap(*floor_of(lethal), RobotSizes(0.05, 0.0, 0.5))
     sides = metric.centres[:, 0] < 2.05
     assert sides.any() and not sides.all()
     assert all(sides[here] == sides[there] for here, there in moves_of(metric))
@@ -163,7 +163,7 @@ def test_an_aisle_narrower_than_a_cell_is_found_in_any_row() -> None:
         lethal = np.zeros((30, 60), np.bool_)
         lethal[5 + row, 10:50] = lethal[9 + row, 10:50] = True
         lethal[: 5 + row, 30] = lethal[9 + row :, 30] = True
-        metric = lattice_roadmap(*floor_of(lethal), 0.15, 0.05)
+        metric = lattice_roadmap(*floor_of(lethal), RobotSizes(0.15, 0.05))
         assert connected(metric, metric.nearest(0.6, 1.5, 1.0), metric.nearest(5.4, 1.5, 1.0)), row
 
 
@@ -180,7 +180,7 @@ def test_unknown_cells_are_not_free() -> None:
     data = np.zeros((20, 40), np.int8)
     data[:, 20:] = -1
     layers = build_layers(GridMap(data, GridInfo(0.1, 40, 20)), robot_radius=0.2)
-    metric = lattice_roadmap(clearance_of(layers), layers.grid.info, 0.2, 0.05)
+    metric = lattice_roadmap(clearance_of(layers), layers.grid.info, RobotSizes(0.2, 0.05))
     assert len(metric.roadmap) > 0
     assert metric.centres[:, 0].max() < 2.0
 
@@ -199,7 +199,7 @@ def test_places_without_a_cell_are_typed_errors(place: tuple[float, float, float
     lethal = np.zeros((20, 30), np.bool_)
     lethal[5:15, 10:20] = True
     with pytest.raises(error):
-        lattice_roadmap(*floor_of(lethal), 0.2, 0.05).nearest(*place)
+        lattice_roadmap(*floor_of(lethal), RobotSizes(0.2, 0.05)).nearest(*place)
 
 
 @pytest.mark.parametrize(
@@ -217,11 +217,11 @@ def test_places_without_a_cell_are_typed_errors(place: tuple[float, float, float
 )
 def test_sizes_that_do_not_fit_are_named(sizes: tuple[float, float, float | None], text: str) -> None:
     with pytest.raises(InvalidInput, match=text):
-        lattice_roadmap(*EMPTY, *sizes)
+        lattice_roadmap(*EMPTY, RobotSizes(*sizes))
 
 
 def test_sizes_whose_sum_is_rounded_are_accepted() -> None:
-    assert lattice_roadmap(*EMPTY, 0.1, 0.2, 0.6).spacing == 0.6
+    assert lattice_roadmap(*EMPTY, RobotSizes(0.1, 0.2, 0.6)).spacing == 0.6
 
 
 def test_the_choice_can_be_ended() -> None:
@@ -229,4 +229,4 @@ def test_the_choice_can_be_ended() -> None:
         raise PlanCancelled("no longer wanted")
 
     with pytest.raises(PlanCancelled):
-        lattice_roadmap(*EMPTY, 0.2, 0.05, check=check)
+        lattice_roadmap(*EMPTY, RobotSizes(0.2, 0.05), check)

@@ -17,6 +17,7 @@ from ppaas.fleet.lifelong import LifelongPlan
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.problem import board_of, distances_from
+from ppaas.fleet.robot_sizes import RobotSizes
 from tests.reference.fleet.joint_search import shortest
 from tests.support.fleet.floors import Floor, floor_of, floors
 from tests.support.fleet.halls import Hall, hall_of, mixed_halls
@@ -77,11 +78,11 @@ def test_a_small_robot_goes_around_a_large_one_through_a_narrow_lane() -> None:
 @given(floors(), st.sampled_from([0.05, 0.1]), st.sampled_from([0.2, 0.3]), st.sampled_from([0.0, 0.05]))
 def test_cells_of_each_size_have_room_for_it(floor: Floor, small: float, large: float, margin: float) -> None:
     try:
-        metric = lattice_roadmap(*floor, large, margin, smaller=(small, large))
+        metric = lattice_roadmap(*floor, RobotSizes(large, margin, smaller=(small, large)))
     except InvalidInput as error:
         assume("fits nowhere" not in str(error))
         raise
-    alone = lattice_roadmap(*floor, large, margin)
+    alone = lattice_roadmap(*floor, RobotSizes(large, margin))
     assert (metric.radii, metric.spacing) == ((small, large), alone.spacing)
     assert [metric.size_of(radius) for radius in (0.01, small, small + 0.01, large, 1.0)] == [0, 0, 1, 1, 1]
     for size, radius in enumerate(metric.radii):
@@ -108,7 +109,7 @@ def with_narrow_lane() -> tuple[MetricRoadmap, list[int]]:
         lethal = np.zeros((40, 60), np.bool_)
         lethal[:, 20:] = True
         lethal[row : row + 4, 20:] = False
-        metric = lattice_roadmap(*floor_of(lethal), 0.3, 0.0, smaller=(0.1,))
+        metric = lattice_roadmap(*floor_of(lethal), RobotSizes(0.3, 0.0, smaller=(0.1,)))
         narrow = np.nonzero(metric.roadmap.barred[1] & (metric.centres[:, 0] > 2.5))[0].tolist()
         if len(narrow) > 3:
             return metric, narrow

@@ -10,7 +10,7 @@ from ppaas.fleet.first_plan import first_plan
 from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.problem import FleetProblem
 from ppaas.fleet.roadmap import Roadmap
-from ppaas.fleet.timing import times_of, turns_of
+from ppaas.fleet.timing import timing_of, turns_of
 from tests.reference.fleet import timing, turns
 from tests.support.fleet.halls import Hall, halls, ruled_halls
 from tests.support.fleet.walks import walks
@@ -26,11 +26,14 @@ def test_times_agree_with_their_twin_and_no_two_robots_share_a_cell(hall: Hall, 
     moves = data.draw(st.lists(QUARTERS, min_size=len(hall.starts), max_size=len(hall.starts)))
     turn = data.draw(st.just(0.0) | QUARTERS)
     plan = FleetPlan(np.ascontiguousarray(steps), 0)
-    times = times_of(hall.roadmap, plan, np.array(moves), turn).tolist()
-    assert times == timing.times(hall.roadmap, steps.tolist(), moves, turn)
+    found, turned = timing_of(hall.roadmap, plan, np.array(moves), turn)
+    assert found == pytest.approx(np.array(timing.times(hall.roadmap, steps.tolist(), moves, turn)), abs=1e-9)
+    times = found.round(9).tolist()
     assert timing.shared(steps.tolist(), times, moves) == []
     assert timing.hasty(hall.roadmap, steps.tolist(), times, moves, turn) == []
-    assert turns_of(hall.roadmap, plan).tolist() == [turns.count(hall.roadmap, path) for path in steps.T.tolist()]
+    quarters = [turns.count(hall.roadmap, path) for path in steps.T.tolist()]
+    assert turns_of(hall.roadmap, plan).tolist() == quarters
+    assert turned == pytest.approx(quarters)
 
 
 @given(ruled_halls(), st.data())
@@ -42,7 +45,7 @@ def test_areas_have_room_for_those_who_enter_them(hall: Hall, data: st.DataObjec
     steps = plan.steps.tolist()
     moves = data.draw(st.lists(QUARTERS, min_size=len(hall.starts), max_size=len(hall.starts)))
     turn = data.draw(st.just(0.0) | QUARTERS)
-    times = times_of(hall.roadmap, plan, np.array(moves), turn).tolist()
+    times = timing_of(hall.roadmap, plan, np.array(moves), turn).times.round(9).tolist()
     assert timing.shared(steps, times, moves) == []
     assert timing.hasty(hall.roadmap, steps, times, moves, turn) == []
     assert timing.crowded(hall.roadmap, steps, times, moves) == []
@@ -62,9 +65,18 @@ def test_robots_turn_before_they_move_and_follow_each_other(
 ) -> None:
     roadmap = Roadmap.of_grid(np.ones((2, 3), np.bool_))
     plan = FleetPlan(np.ascontiguousarray(np.array(paths, np.int32).T), 0)
-    assert times_of(roadmap, plan, np.array(moves), turn).T.tolist() == times
+    assert pytest.approx(np.array(times)) == timing_of(roadmap, plan, np.array(moves), turn).times.T
 
 
 def test_a_plan_without_robots_has_no_times() -> None:
     roadmap = Roadmap.of_grid(np.ones((2, 3), np.bool_))
-    assert times_of(roadmap, FleetPlan(np.empty((1, 0), np.int32), 0), np.empty(0)).shape == (1, 0)
+    assert timing_of(roadmap, FleetPlan(np.empty((1, 0), np.int32), 0), np.empty(0)).times.shape == (1, 0)
+
+
+def test_along_lanes_moves_take_as_long_as_they_are_and_turns_as_far_as_robots_turn() -> None:
+    places = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [3.0, 2.0]])
+    moves = np.array([[0, 1], [1, 2], [2, 3]], np.int32)
+    plan = FleetPlan(np.array([[0], [1], [2], [3]], np.int32), 3)
+    times, turned = timing_of(Roadmap.of_pairs(4, moves), plan, np.array([2.0]), 1.0, places)
+    assert times[:, 0] == pytest.approx([0.0, 4.0, 7.0, 7.5 + 2.0 * 2.0**0.5])
+    assert turned == pytest.approx([1.5])

@@ -28,14 +28,16 @@ from ppaas.fleet.checking import faults_of
 from ppaas.fleet.lattice_roadmap import lattice_roadmap
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.fleet.plan import FleetPlan
-from ppaas.fleet.robot_sizes import clearance_of
+from ppaas.fleet.robot_sizes import RobotSizes, clearance_of
 from ppaas.maps.grid import UNKNOWN
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.fleet.fleet_plans import ComputeFleetPlanRequest, ComputeFleetPlanResponse
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.planner_server import fleet_service
 from ppaas.nodes.planner_server.fleet_service import MAX_ROBOTS, MAX_SECONDS, MAX_TURN
-from ppaas.zones.zone import Capacity, OneWay, ZoneSet
+from ppaas.polygons import distances_to_edges
+from ppaas.zones.shapes import LineString
+from ppaas.zones.zone import Capacity, Lane, OneWay, Zone, ZoneSet
 from tests.reference.fleet import timing, turns
 from tests.support.world.planar_world import walled_map
 from tests.support.zones import rectangle
@@ -61,7 +63,7 @@ def checked(answer: Any, starts: Places, goals: Places) -> NDArray[np.float64]:
     """Return the paths of an answer, (n, t, 2) float64, whose plan was checked on a roadmap of its own."""
     if isinstance(answer, PPaaSError):
         raise answer
-    metric = lattice_roadmap(clearance_of(LAYERS), LAYERS.grid.info, RADIUS, MARGIN)
+    metric = lattice_roadmap(clearance_of(LAYERS), LAYERS.grid.info, RobotSizes(RADIUS, MARGIN))
     paths = np.array(json.loads(answer.paths))
     steps = np.array([[cell_of(metric, *place) for place in path] for path in paths.tolist()], np.int32).T
     ends = [[cell_of(metric, *place) for place in places] for places in (starts, goals)]
@@ -98,7 +100,7 @@ def test_times_are_those_of_robots_with_speeds_of_their_own_that_take_time_to_tu
     speeds, turn = [0.25, 0.5, 1.0, 2.0], 0.75
     answer = planned(speeds=speeds, turn_seconds=turn)
     paths, times = checked(answer, STARTS, GOALS), json.loads(answer.times)
-    metric = lattice_roadmap(clearance_of(LAYERS), LAYERS.grid.info, RADIUS, MARGIN)
+    metric = lattice_roadmap(clearance_of(LAYERS), LAYERS.grid.info, RobotSizes(RADIUS, MARGIN))
     steps = [[cell_of(metric, *place) for place in row] for row in paths.swapaxes(0, 1).tolist()]
     moves = [answer.spacing / speed for speed in speeds]
     twin = np.array(timing.times(metric.roadmap, steps, moves, turn))
@@ -120,6 +122,33 @@ def test_the_same_seed_gives_the_same_plan_also_on_a_roadmap_that_is_kept() -> N
     for _ in range(2):
         graph.call("compute_fleet_plan", request, answers.append)
     assert answers[0].paths == answers[1].paths == planned(seed=3).paths
+
+
+def test_paths_lead_along_lanes_if_the_map_has_any() -> None:
+    around = Zone(LineString([[1, 1], [1, 3], [5, 3], [5, 1]]), Lane(name="around"))
+    bay = Zone(LineString([[2, 3], [2, 1.5]]), Lane(name="bay"))
+    layers = replace(LAYERS, zones=ZoneSet([around, bay]))
+    answer = planned([(1, 1), (5, 1)], [(5, 1), (1, 1)], layers, seconds=0.1, turn_seconds=1.0, speed=0.5)
+    if isinstance(answer, PPaaSError):
+        raise answer
+    paths, times = np.array(json.loads(answer.paths)), np.array(json.loads(answer.times))
+    for path, own in zip(paths, times, strict=True):
+        lines = np.array([[1, 1, 1, 3], [1, 3, 5, 3], [5, 3, 5, 1], [2, 3, 2, 1.5]], np.float64)
+        assert distances_to_edges(lines[:, :2], lines[:, 2:], path[:, np.newaxis]).min(axis=1).max() < 1e-3
+        lengths = np.hypot(*np.diff(path, axis=0).T)
+        moved = lengths > 0.0
+        assert lengths[moved].min() >= answer.spacing - 2e-3
+        assert (np.diff(own)[moved] >= lengths[moved] / 0.5 - 2e-3).all()
+        assert answer.step_seconds >= lengths.max() / 0.5 - 2e-3
+    assert answer.turns >= 6, "around two corners, and in and out of the bay"
+
+
+def test_goals_beside_lanes_and_lanes_too_near_are_refused_with_the_reason() -> None:
+    one, other = (Zone(LineString([[1, y], [5, y]]), Lane(name=name)) for name, y in (("one", 3.0), ("other", 3.3)))
+    with pytest.raises(GoalOccupied, match=r"the goal of robot 0, 5, 1, has no cell within 0\.3 m"):
+        raise planned([(1, 3)], [(5, 1)], replace(LAYERS, zones=ZoneSet([one])))
+    with pytest.raises(InvalidInput, match=r"lanes 'one' and 'other' are 0\.30 m apart"):
+        raise planned([(1, 3)], [(5, 3)], replace(LAYERS, zones=ZoneSet([one, other])))
 
 
 def test_no_robots_have_no_paths_and_robots_at_their_goals_stay() -> None:
