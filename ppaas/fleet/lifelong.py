@@ -109,8 +109,14 @@ class LifelongPlan:
         """Return whether there is a way from a robot's cell to its goal."""
         return bool(self._board.distances[robot, self._step.at[robot]] < UNREACHABLE)
 
-    def set_goal(self, robot: int, cell: int) -> None:
+    def set_goal(self, robot: int, cell: int, age: int = 0) -> None:
         """Give a robot a new goal.
+
+        Parameters
+        ----------
+        robot, cell : int
+        age : int
+            Number of steps for which it has been open already, in another plan.
 
         Raises
         ------
@@ -118,7 +124,7 @@ class LifelongPlan:
             The map is too large (``distances_from``).
         """
         self._board.goals[robot] = cell
-        self._ages[robot] %= 1.0
+        self._ages[robot] = self._ages[robot] % 1.0 + age
         self._board.distances[robot] = distances_from(self.roadmap_of(robot), np.array([cell], np.int32))[0]
         self._nearest[robot] = self._board.distances[robot, self._step.at[robot]]
         self._patience[robot] = STALLED if len(self._roadmap.room) else PATIENCE + 2 * int(self._nearest[robot])

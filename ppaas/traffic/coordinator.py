@@ -19,6 +19,10 @@ from ppaas.traffic.spurs import Spurs
 GATHER = 1.0
 """Time in which a new coordinator listens to reports, before it chooses its epoch [s]."""
 
+STALE, FOLLOWED = 0.2, 40.0
+"""Share of robots behind the plan from which on all are planned anew, and the time for which a plan is followed first
+[s]."""
+
 LOOK = 2.0
 """Time between two looks for a free cell for robots that had none in reach [s]."""
 
@@ -28,16 +32,15 @@ RETRY = 0.5
 NEAR = 0.75
 """Largest distance of a goal from the cell that is taken for it, as a part of the distance between two cells."""
 
-"""Reason why goals are refused to a robot that is larger than the cells."""
-
 
 class Coordinator:
     """Grants robots cells in the order of one plan, so that no two are in one cell, and none waits for ever.
 
     A robot that is granted a cell keeps it until it has left it or gives it back. Cells are granted in the order of a
-    plan that is extended while robots drive (`PlanAhead`): a robot is granted the next cell once all who enter it
-    earlier in the plan have left it. Late robots so delay others, and never meet them (an action dependency graph:
-    Hönig et al., "Persistent and Robust Execution of MAPF Schedules in Warehouses", 2019).
+    plan that is extended while robots drive (`PlanAhead`), and made anew where many robots are behind it: a robot is
+    granted the next cell once all who enter it earlier in the plan have left it. Late robots so delay others, and never
+    meet them (an action dependency graph: Hönig et al., "Persistent and Robust Execution of MAPF Schedules in
+    Warehouses", 2019).
 
     Parameters
     ----------
@@ -67,7 +70,7 @@ class Coordinator:
         self._spurs = Spurs(self.occupancy)
         self._granting = False
         self._begin = now + GATHER
-        self._plan_at = self._look_at = now
+        self._plan_at = self._look_at = self._planned_at = now
 
     @property
     def members(self) -> dict[str, Member]:
@@ -130,15 +133,23 @@ class Coordinator:
     # -- the plan ------------------------------------------------------------------------------------------------------
 
     def _plan_ways(self, now: float) -> None:
-        if self.occupancy.outdated or self._has_room_for_more(now):
-            self._plan_anew()
+        if self.occupancy.outdated or self._has_room_for_more(now) or self._is_stale(now):
+            self._plan_anew(now)
         plan = self._plan
         if plan is None:
             return
         for member in self._planned(plan):
-            self._head_for_goal(plan, member)
+            self._head_for_goal(plan, member, now)
         if now >= self._plan_at and not plan.extend():
             self._plan_at = now + RETRY
+
+    def _is_stale(self, now: float) -> bool:
+        """Return whether many robots are behind the plan, and it has been followed for a while.
+
+        Robots that are behind it stand in it, and others are led around them or wait there.
+        """
+        plan = self._plan
+        return plan is not None and now - self._planned_at >= FOLLOWED and plan.behind >= STALE
 
     def _has_room_for_more(self, now: float) -> bool:
         """Return whether there is a free cell now for a robot that had none in reach, looked at every few seconds."""
@@ -154,9 +165,9 @@ class Coordinator:
     def _planned(self, plan: PlanAhead) -> Iterable[Member]:
         return [member for member in self.members.values() if member.name in plan]
 
-    def _plan_anew(self) -> None:
+    def _plan_anew(self, now: float) -> None:
         """Plan from the ends of all ways; those who do not take part are obstacles."""
-        self.occupancy.outdated = False
+        self.occupancy.outdated, self._planned_at = False, now
         heads = heads_of(self.occupancy)
         for member in self.members.values():
             member.queue.clear()
@@ -170,7 +181,7 @@ class Coordinator:
             if plan is not None and not self.members[name].chain:
                 plan.enter_first(self.members[name], cell)
 
-    def _head_for_goal(self, plan: PlanAhead, member: Member) -> None:
+    def _head_for_goal(self, plan: PlanAhead, member: Member, now: float) -> None:
         goal_id = member.report.goal_id
         while member.at_goal and member.queue[0] != Arrival(goal_id):
             member.queue.popleft()
@@ -181,9 +192,9 @@ class Coordinator:
         given_up = goal_id in {member.refused[0], member.no_way}
         if member.aim == goal_id or Arrival(goal_id) in member.queue or given_up:
             return
-        self._aim(plan, member)
+        self._aim(plan, member, now)
 
-    def _aim(self, plan: PlanAhead, member: Member) -> None:
+    def _aim(self, plan: PlanAhead, member: Member, now: float) -> None:
         goal_id, goal = member.report.goal_id, member.report.goal
         cells, size = self.occupancy.cells, self.occupancy.size_of(member)
         try:
@@ -195,7 +206,7 @@ class Coordinator:
             member.refused = goal_id, "it is in a zone of the map in which robots do not stop"
             return
         member.aim = goal_id
-        if plan.aim(member, cell):
+        if plan.aim(member, cell, now):
             return
         member.no_way = goal_id
         if not is_connected(self.occupancy.rules.roadmap.for_size(size), plan.end_of(member), cell):

@@ -22,6 +22,9 @@ BEHIND = 4
 """Number of planned cells beyond its grants from which on a robot stays in further steps, until it has caught up."""
 
 
+STEP = 1.0
+"""Time of a step, about, by which it is reckoned for how many a goal has been open [s]."""
+
 FARTHEST = 40
 """Number of planned cells beyond its grants up to which a robot is led out of a zone in which robots do not stop."""
 
@@ -73,15 +76,20 @@ class PlanAhead:
         """Let a robot that is on no cell yet enter the one in which its plan begins."""
         self._append(member, cell)
 
-    def aim(self, member: Member, cell: Cell) -> bool:
+    def aim(self, member: Member, cell: Cell, now: float) -> bool:
         """Plan a robot to a cell from now on; return whether there is a way."""
         index = self._index[member.name]
-        self._plan.set_goal(index, cell)
+        self._plan.set_goal(index, cell, max(int((now - member.goal_since) / STEP), 0))
         if self._plan.can_reach(index):
             self._mark_arrival(member, index)
             return True
         self.rest(member)
         return False
+
+    @property
+    def behind(self) -> float:
+        """Share of the robots that stay in the plan since they are behind it."""
+        return sum(map(self._stays, self._members)) / len(self._members)
 
     def rest(self, member: Member) -> None:
         """Plan no goal for a robot: it gives way to others, and leaves zones in which robots do not stop."""

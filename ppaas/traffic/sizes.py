@@ -13,6 +13,7 @@ MakeRoadmap = Callable[[Sequence[float], TrafficParameters], MetricRoadmap]
 """Called with the radii of robots of all sizes, in ascending order [m], and the margins; returns their roadmap."""
 
 TOO_LARGE = "the robot is too large for the aisles in which others drive"
+"""Reason why goals are refused to a robot whose cells would leave others without."""
 
 REACH = 2.0
 """Distance within which a robot is led to a cell, in distances of neighbouring cells."""

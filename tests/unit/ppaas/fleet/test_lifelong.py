@@ -60,6 +60,19 @@ def test_ages_and_ways_of_goals() -> None:
     assert (plan.can_reach(0), plan.ages.tolist()) == (True, [0])
 
 
+def test_a_goal_that_has_been_open_in_another_plan_goes_first() -> None:
+    hall = hall_of("Ba...bA")
+    for old in (0, 1):
+        plan = LifelongPlan(hall.roadmap, np.array(hall.starts, np.int32))
+        for robot in (0, 1):
+            plan.set_goal(robot, int(hall.goals[robot]), age=5 if robot == old else 0)
+        assert plan.ages[old] == 5
+        for _ in range(4):
+            cells = plan.extend()
+        apart = np.abs(cells - np.array(hall.goals))
+        assert apart[old] < apart[1 - old], "it goes on, and the other gives way"
+
+
 def test_two_robots_in_one_cell_are_refused() -> None:
     hall = hall_of("aA.")
     with pytest.raises(InvalidInput, match="same cell"):

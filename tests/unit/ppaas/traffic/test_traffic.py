@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from benchmarks.fleet.stand_ins.reported_cases import CASES, ReportedCase
 from benchmarks.fleet.stand_ins.simulation import Simulation, roadmap_of
 from ppaas.costmap.moving_obstacles import MovingObstacle
-from ppaas.traffic import checkpoint
+from ppaas.traffic import checkpoint, coordinator
 from ppaas.traffic.coordinator import Coordinator
 from ppaas.traffic.outsiders import PERSON, ROBOT, Kind
 from ppaas.traffic.settings import TrafficParameters
@@ -51,6 +51,22 @@ def test_all_of_a_fleet_reach_goals_and_nobody_waits_for_ever() -> None:
     assert min(robot.arrived for robot in simulation.robots) >= 3
     assert simulation.stood < 5.0
     assert simulation.nearest > 0.0
+
+
+def test_a_plan_that_many_are_behind_is_made_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    halls = roadmap_of("\n".join(["." * 24, *["..###.###.###.###.###..."] * 2] * 6 + ["." * 24]))
+
+    def goals() -> int:
+        simulation = Simulation(halls, 0)
+        for cell in simulation.rng.sample(simulation.cells, 40):
+            simulation.add(cell)
+        simulation.run(300.0, again=True)
+        assert simulation.nearest > 0.0
+        return simulation.arrived
+
+    crowd = goals()
+    monkeypatch.setattr(coordinator, "STALE", 2.0)
+    assert crowd > 1.2 * goals(), "more goals are reached than by one plan"
 
 
 def test_robots_that_stop_for_ever_are_planned_around() -> None:
