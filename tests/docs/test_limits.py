@@ -30,6 +30,7 @@ from engine.protocols import sockets, unproven_peers
 from engine.recorder import robot_recorder
 from engine.remote import joining, tls_listener
 from engine.service.endpoints import server
+from ppaas.fleet.lanes.placing import MOST_CELLS
 from ppaas.mapping.serialization import rebuilding
 from ppaas.maps.formats import map_yaml, netpbm, pbm, pictures, pillow_rows, png, yaml_keys
 from ppaas.maps.grid import MAX_CELLS
@@ -98,6 +99,7 @@ ROWS = {
     ("YAML of a map", "size"): [size(map_yaml.MAX_YAML)],
     ("YAML of a map", "brackets, and levels of nesting"): [yaml_keys.MAX_BRACKETS, f"and {yaml_keys.MAX_DEPTH};"],
     ("[zones](zones.md) of a map", "size"): [size(MAX_ZONES), size(SETTINGS.max_body)],
+    ("lanes of a map", "cells along them"): [MOST_CELLS],
     ("zones of a map", "zones, positions of all, positions of lanes, zones of the kind `capacity`, hours of a zone"): [
         zone.MOST_ZONES,
         zone.MOST_POSITIONS,

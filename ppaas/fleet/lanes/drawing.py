@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.errors import InvalidInput
 from ppaas.polygons import Points, distances_to_edges
 from ppaas.zones.shapes import lines_of
 from ppaas.zones.zone import Lane, Zone
@@ -72,6 +73,11 @@ def network_of(lines: Sequence[Line]) -> Network:
 
     Lanes are connected where they cross, where an end or a corner of one is on another one, and where they lie on each
     other; all within `JOINS`.
+
+    Raises
+    ------
+    InvalidInput
+        A lane is so short that it is one place.
     """
     corners = [_simple(line.points) for line in lines]
     starts = np.concatenate([points[:-1] for points in corners])
@@ -82,13 +88,18 @@ def network_of(lines: Sequence[Line]) -> Network:
     for points in corners:
         places.numbers(points)
     names: dict[tuple[int, int], str] = {}
+    drawn: set[str] = set()
     for number, line in enumerate(owners):
         along = starts[number] + np.array(sorted(breaks[number]))[:, np.newaxis] * (ends[number] - starts[number])
-        for one, other in pairwise(places.numbers(along)):
-            if one != other:
-                names.setdefault((one, other), line.name)
-                if not line.one_way:
-                    names.setdefault((other, one), line.name)
+        parts = [part for part in pairwise(places.numbers(along)) if part[0] != part[1]]
+        drawn |= {line.name} if parts else set()
+        for one, other in parts:
+            names.setdefault((one, other), line.name)
+            if not line.one_way:
+                names.setdefault((other, one), line.name)
+    for line in lines:
+        if line.name not in drawn:
+            raise InvalidInput(f"lane {line.name!r} is shorter than {JOINS:g} m: draw it longer, or remove it")
     return Network(places.found.copy(), names)
 
 

@@ -20,6 +20,9 @@ SHARPEST = math.radians(15.0)
 BENDS = 0.9
 """Cosine of the change of direction beyond which a corner gets a cell of its own."""
 
+MOST_CELLS = 20_000
+"""Largest number of cells along the lanes of a map."""
+
 MOST_MEET = 4
 """Largest number of lanes that meet at a place: a cell has as many neighbours."""
 
@@ -61,7 +64,8 @@ def placed_on(network: Network, spacing: float) -> Placed:
     Raises
     ------
     InvalidInput
-        Ends or junctions are too near to each other, or too many lanes meet; the text names lanes and places.
+        Ends or junctions are too near to each other, too many lanes meet, or there would be too many cells; the text
+        names lanes and places.
     """
     return _Placing(network, spacing).run()
 
@@ -76,7 +80,7 @@ class _Placing:
 
     def run(self) -> Placed:
         """Place all cells."""
-        self._check_rings()
+        self._check_lengths()
         needs = self._needs()
         for number, chain in enumerate(self._chains):
             line = _Polyline(self._network.places[list(chain.places)])
@@ -87,9 +91,15 @@ class _Placing:
             )
         return Placed(np.array(self._centres), self._names)
 
-    def _check_rings(self) -> None:
-        for chain in self._chains:
-            line = _Polyline(self._network.places[list(chain.places)])
+    def _check_lengths(self) -> None:
+        lines = [_Polyline(self._network.places[list(chain.places)]) for chain in self._chains]
+        total = sum(line.length for line in lines)
+        if total > MOST_CELLS * self._spacing:
+            raise InvalidInput(
+                f"the lanes are {total:.0f} m long: at {self._spacing:.2f} m they would have more than {MOST_CELLS} "
+                "cells"
+            )
+        for chain, line in zip(self._chains, lines, strict=True):
             if chain.places[0] == chain.places[-1] and line.length < 3.0 * self._spacing:
                 raise InvalidInput(
                     f"lane {chain.name!r} is a ring at {self._text(line.at(0.0))} that is {line.length:.2f} m long: "

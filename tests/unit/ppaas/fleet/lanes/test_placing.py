@@ -77,6 +77,8 @@ def test_corners_that_are_near_to_each_other_are_cut() -> None:
     [
         ([line((0, 0), (0.5, 0), name="stub")], "lane 'stub' is too short between 0.00, 0.00 and 0.50, 0.00"),
         ([line((0, 0), (9, 0), name="m"), line((4, 0), (4, 3)), line((4.5, 0), (4.5, -3))], "lane 'm' is too short"),
+        ([line((0, 0), (0.06, 0.06), name="dot"), line((0, 0), (3, 0))], "lane 'dot' is shorter than 0.1 m"),
+        ([line((-9000, 0), (9000, 0), name="far")], "the lanes are 18000 m long: at 0.60 m they would have more than"),
         ([ring(5, 5, 0.2)], "lane 'ring' is a ring at 5.20, 5.00 that is 1.2"),
         ([line((-9, 0), (9, 0)), line((0, 0), (9, 1), name="s")], "meets another one at 0.00, 0.00 at 6°"),
         (
