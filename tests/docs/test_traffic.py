@@ -60,7 +60,7 @@ def test_times_are_those_of_the_code(page: str) -> None:
 
 def test_states_are_those_of_the_code() -> None:
     states = [state.strip("`") for state, _ in table(PAGE, "state", "meaning")]
-    assert set(states) == {"driving", "waiting", "idle", "free", *get_args(Standing)} - {"joined"}
+    assert set(states) == {"driving", "waiting", "idle", "free", "no_cells", *get_args(Standing)} - {"joined"}
 
 
 def test_the_commands_of_the_page_are_valid() -> None:
