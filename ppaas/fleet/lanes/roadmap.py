@@ -67,13 +67,13 @@ class LaneRoadmap(MetricRoadmap):
 
 @dataclass(frozen=True, slots=True)
 class _Halves:
-    """Halves of moves: straight lines from the centre of a cell, four of each cell; those that are missing are points.
+    """Halves of moves from and to each cell: straight lines from its centre; those that are missing are points.
 
     Parameters
     ----------
-    begins, along : (v, 4, 2) float64 array
+    begins, along : (v, 8, 2) float64 array
         Where each begins [m], and its direction.
-    lengths : (v, 4) float64 array
+    lengths : (v, 8) float64 array
         Its length [m].
     """
 
