@@ -19,7 +19,7 @@ POSES = np.array([(-5.0, 0.0, 0.0), (5.0, 0.0, 0.0), (5.0, 10.0, 1.0)])
 
 
 def test_the_map_is_drawn_with_north_up_and_the_path_on_it() -> None:
-    picture = trajectory.draw(GRID, POSES)
+    picture = trajectory.draw(GRID, POSES).picture
     assert picture.size == (60, 40)
     assert picture.getpixel((5, 39)) == (40, 46, 56)
     assert picture.getpixel((59, 5)) == (214, 219, 226)
@@ -31,7 +31,7 @@ def test_the_map_is_drawn_with_north_up_and_the_path_on_it() -> None:
 
 def test_walls_stay_visible_in_a_reduced_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(trajectory, "MOST", 20)
-    picture = trajectory.draw(GRID, POSES)
+    picture = trajectory.draw(GRID, POSES).picture
     assert picture.size == (20, 14)
     assert picture.getpixel((15, 13)) == (40, 46, 56)
 

@@ -14,6 +14,7 @@ from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.roadmap import Roadmap
 from robots.cli.command_parser import CommandParser
 from robots.cli.commands import fleet
+from tests.support.sources import ROOT
 
 MAP = """type octile
 height 3
@@ -23,6 +24,7 @@ map
 .@@@@.
 ......
 """
+EXAMPLES = ROOT / "docs" / "examples"
 AGENTS = ((0, 0, 5, 2), (5, 0, 0, 2), (0, 2, 5, 0), (3, 2, 3, 0))
 """Columns and rows of starts and goals."""
 
@@ -115,3 +117,33 @@ def test_agents_without_a_plan_are_an_error(files: tuple[Path, Path]) -> None:
     files[1].write_text("\n".join(["version 1", *lines]))
     with pytest.raises(NoValidPath, match="cannot pass each other"):
         run(files)
+
+
+LANES = EXAMPLES / "office.lanes.geojson"
+
+
+def check(*words: object) -> int:
+    parser = CommandParser()
+    fleet.configure(parser)
+    return fleet.run(parser.parse_args(["lanes", str(EXAMPLES / "office.yaml"), *map(str, words)]))
+
+
+def test_lanes_are_told_and_drawn(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    picture = tmp_path / "lanes.png"
+    assert check("--zones", LANES, "--radius", 0.18, "--picture", picture, "--json") == 0
+    assert planned(capsys) == {"cells": 57, "width": 0.56, "length": 40.6, "longest_move": 1.0}
+    assert picture.stat().st_size > 1000
+
+
+@pytest.mark.parametrize(
+    ("zones", "radius", "message"),
+    [
+        (LANES, 0.35, "lane 'copy room' is too short between 1.00, 4.60 and 1.00, 5.40"),
+        (EXAMPLES / "office.zones.geojson", 0.18, "office.zones.geojson has no zones of the kind 'lane'"),
+        (EXAMPLES / "none.geojson", 0.18, "cannot read"),
+        (EXAMPLES / "office.yaml", 0.18, "zones are not valid JSON"),
+    ],
+)
+def test_lanes_without_room_and_files_that_are_none_are_told(zones: Path, radius: float, message: str) -> None:
+    with pytest.raises(InvalidInput, match=message):
+        check("--zones", zones, "--radius", radius)
