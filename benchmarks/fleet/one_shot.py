@@ -38,7 +38,7 @@ def measure(case: Case, quick: bool) -> Iterator[Figure]:
     improvement = Improvement(problem, plan)
     best = plan
     for until in QUICK_TIMES if quick else TIMES:
-        improvement.run(partial(is_before, began + until))
+        improvement.run(partial(_is_before, began + until))
         best = improvement.plan()
         yield Figure(PART, f"{name}: cost after {until:g} s", _beside_bound(best), "x", note="CPU time from the start")
     faults = [*faults_in(problem, plan), *faults_in(problem, best)]
@@ -46,7 +46,7 @@ def measure(case: Case, quick: bool) -> Iterator[Figure]:
     yield _baseline(problem, name)
 
 
-def is_before(end: float) -> bool:
+def _is_before(end: float) -> bool:
     """Return whether the CPU time of the process is before an end [s]."""
     return time.process_time() < end
 

@@ -7,10 +7,10 @@ from functools import partial
 import numpy as np
 
 from benchmarks.fleet.cases import Case
-from benchmarks.fleet.one_shot import faults_in, is_before
+from benchmarks.fleet.one_shot import faults_in
 from benchmarks.harness.figures import Figure
 from ppaas.fleet.first_plan import first_plan
-from ppaas.fleet.improvement import Improvement
+from ppaas.fleet.improvement import improved
 from ppaas.fleet.kernels import neighbourhood
 from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.problem import FleetProblem
@@ -32,13 +32,16 @@ def measure(case: Case, quick: bool) -> Iterator[Figure]:
     for turn, how in ((0.0, "without turns"), (TURN / MOVE, "with turns")):
         began = time.process_time()
         problem = case.read()
-        improvement = Improvement(problem, first_plan(problem), turn=turn)
-        improvement.run(partial(is_before, began + until))
-        plan = improvement.plan()
+        plan = improved(problem, first_plan(problem), 0, turn, partial(_part, began, until)).plan()
         name = f"{case.name}, {len(problem)}: {until:g} s {how}"
         yield _seconds(problem, plan, name)
         faults = faults_in(problem, plan)
         yield Figure(PART, f"{name}: faults", len(faults), "", limit=0.0, note="; ".join(faults[:2]))
+
+
+def _part(began: float, until: float) -> float:
+    """Return the part of a CPU time that has passed since another."""
+    return (time.process_time() - began) / until
 
 
 def _seconds(problem: FleetProblem, plan: FleetPlan, name: str) -> Figure:

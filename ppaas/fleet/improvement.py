@@ -16,6 +16,10 @@ from ppaas.fleet.timing import turns_of
 GROUP = 4
 """Largest number of robots that are planned anew together. Larger groups are worse where robots are dense."""
 
+PLAIN = 0.8
+"""Part of the time in which turns cost nothing at first: searches without them are faster, and so plans of many robots
+become better sooner."""
+
 AT_ONCE = 20
 """Number of groups between two looks at the clock."""
 
@@ -100,3 +104,23 @@ def _prices_of(problem: FleetProblem, turn: float) -> Prices:
     step, cells = PARTS if quarter else 1, problem.roadmap.cells
     turns = (cells[problem.starts] != cells[problem.goals]).all(axis=1)  # a way in both directions has at least one
     return Prices(step, quarter, step * problem.least + quarter * turns, cells)
+
+
+def improved(
+    problem: FleetProblem, plan: FleetPlan, seed: int, turn: float, passed: Callable[[], float]
+) -> Improvement:
+    """Return the improvement of a plan after all of a time has passed.
+
+    Parameters
+    ----------
+    problem, plan, seed, turn
+        As of `Improvement`.
+    passed : callable
+        Returns the part of the time that has passed, and is asked every few milliseconds; ends the work by raising.
+    """
+    improvement = Improvement(problem, plan, seed)
+    improvement.run(lambda: passed() < (PLAIN if turn else 1.0))
+    if turn:
+        improvement = Improvement(problem, improvement.plan(), seed, turn)
+        improvement.run(lambda: passed() < 1.0)
+    return improvement

@@ -10,7 +10,7 @@ import numpy as np
 
 from ppaas.errors import InvalidInput
 from ppaas.fleet.first_plan import first_plan
-from ppaas.fleet.improvement import Improvement
+from ppaas.fleet.improvement import Improvement, improved
 from ppaas.fleet.kernels import distances, guides, lacam, neighbourhood, pibt, turns
 from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.problem import FleetProblem
@@ -81,15 +81,15 @@ def answer_of(
     first = first_plan(problem, seed)
     spent = time.process_time() - began
 
-    def goes_on() -> bool:
-        passed = time.process_time() - began
-        tell("improving", min(passed / seconds, 1.0))
-        return passed < seconds
+    def passed() -> float:
+        part = (time.process_time() - began) / seconds
+        tell("improving", min(part, 1.0))
+        return part
 
-    def begin(number: int) -> Improvement:
-        return Improvement(problem, first, seed + number, turn or 0.0)
+    def improve(number: int) -> Improvement:
+        return improved(problem, first, seed + number, turn or 0.0, passed)
 
-    best = _improved(begin, threads, goes_on) if spent < seconds else first
+    best = _best_of(improve, threads) if spent < seconds else first
     return {
         "agents": len(problem),
         "cost": best.cost,
@@ -102,14 +102,8 @@ def answer_of(
     }
 
 
-def _improved(begin: Callable[[int], Improvement], threads: int, goes_on: Callable[[], bool]) -> FleetPlan:
-    """Return the best of the plans that some threads have improved, each of which begins one of its own."""
-
-    def improve(number: int) -> Improvement:
-        improvement = begin(number)
-        improvement.run(goes_on)
-        return improvement
-
+def _best_of(improve: Callable[[int], Improvement], threads: int) -> FleetPlan:
+    """Return the best of the plans that some threads improve, each with a number of its own."""
     with ThreadPoolExecutor(threads) as pool:
         return min(pool.map(improve, range(threads)), key=lambda found: found.cost).plan()
 

@@ -126,7 +126,7 @@ def _turn(metric: "MetricRoadmap", speeds: NDArray[np.float64], request: Compute
 def _plan(problem: "FleetProblem", request: ComputeFleetPlanRequest, turn: float, watch: Watch) -> "FleetPlan":
     """Return the first plan, improved for the time that the request allows; a quarter turn costs so many steps."""
     from ppaas.fleet.first_plan import first_plan  # noqa: PLC0415 - its kernels are not for every container
-    from ppaas.fleet.improvement import Improvement  # noqa: PLC0415 - see above
+    from ppaas.fleet.improvement import improved  # noqa: PLC0415 - see above
 
     plan = first_plan(problem, request.seed, watch.check)
     if len(problem) * len(plan.steps) > MAX_PLACES:
@@ -136,18 +136,16 @@ def _plan(problem: "FleetProblem", request: ComputeFleetPlanRequest, turn: float
         )
     if request.seconds == 0.0 or len(plan.steps) * len(problem.roadmap) > MAX_SCHEDULE:
         return plan
-    until = watch.seconds() + request.seconds
+    began = watch.seconds()
 
-    def goes_on() -> bool:
+    def passed() -> float:
         try:
             watch.check()
         except PlanTimeout:
-            return False
-        return watch.seconds() < until
+            return 1.0
+        return (watch.seconds() - began) / request.seconds
 
-    improvement = Improvement(problem, plan, request.seed, turn)
-    improvement.run(goes_on)
-    return improvement.plan()
+    return improved(problem, plan, request.seed, turn, passed).plan()
 
 
 def _response(

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from ppaas.errors import InvalidInput, NoValidPath, PlanCancelled
 from ppaas.fleet.checking import faults_of
 from ppaas.fleet.first_plan import first_plan, guide_of
-from ppaas.fleet.improvement import MOST_TURN, Improvement
+from ppaas.fleet.improvement import MOST_TURN, Improvement, improved
 from ppaas.fleet.kernels.board import UNREACHABLE
 from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.problem import FleetProblem, distances_from
@@ -128,6 +128,21 @@ def test_an_improvement_turns_less_where_turns_cost_something(turn: float) -> No
     before, after = [int(turns_of(problem.roadmap, found).sum()) for found in better]
     assert after < before
     assert improvement.cost == pytest.approx(better[1].cost + min(turn, MOST_TURN) * after)
+
+
+@pytest.mark.parametrize("turn", [0.0, 1.0])
+def test_turns_count_in_the_last_part_of_the_time(turn: float) -> None:
+    problem = random_problem(32, 32, 60)
+    plan, rounds = first_plan(problem, 1), itertools.count()
+    found = improved(problem, plan, 1, turn, lambda: next(rounds) / 60.0)
+    assert next(rounds) > 60
+    assert found.plan().cost < plan.cost
+    assert faults_of(problem.roadmap, found.plan(), problem.starts.tolist(), problem.goals.tolist()) == []
+    turns = int(turns_of(problem.roadmap, found.plan()).sum())
+    assert found.cost == pytest.approx(found.plan().cost + turn * turns)
+    rounds = itertools.count()
+    plain = improved(problem, plan, 1, 0.0, lambda: next(rounds) / 60.0)
+    assert turns < turns_of(problem.roadmap, plain.plan()).sum() or turn == 0.0
 
 
 def test_no_robots_have_an_empty_plan() -> None:
