@@ -37,6 +37,11 @@ class LatticeRoadmap(MetricRoadmap):
         places = self.roadmap.cells[cells]
         return np.array([self.x0, self.y0]) + self.spacing * places[:, ::-1].astype(np.float64)
 
+    def centre(self, cell: int) -> tuple[float, float]:
+        """Return the centre of a cell: x, y [m] in the map frame."""
+        row, column = self.roadmap.cells[cell].tolist()
+        return self.x0 + self.spacing * column, self.y0 + self.spacing * row
+
     def _around(self, x: float, y: float, reach: float) -> NDArray[np.int32]:
         height, width = self.roadmap.numbers.shape
         reach += self.spacing

@@ -30,7 +30,7 @@ class MetricRoadmap(ABC):
     """
 
     PLACES: ClassVar[str] = "room for a robot"
-    """What there is where a goal is near to a cell, for errors."""
+    """Name of the places near which goals may be, for errors."""
 
     IS_GRID: ClassVar[bool] = True
     """True if moves lead along the rows and columns of the roadmap."""
@@ -42,6 +42,10 @@ class MetricRoadmap(ABC):
     @abstractmethod
     def centres_of(self, cells: Cells | slice) -> NDArray[np.float64]:
         """Return the centres of some cells, (k, 2) float64 array of x, y [m] in the map frame."""
+
+    @abstractmethod
+    def centre(self, cell: int) -> tuple[float, float]:
+        """Return the centre of a cell: x, y [m] in the map frame."""
 
     @abstractmethod
     def _around(self, x: float, y: float, reach: float) -> Cells:
@@ -68,11 +72,6 @@ class MetricRoadmap(ABC):
     def size_of(self, radius: float) -> int:
         """Return the size of robots of a radius [m]: the smallest one that is as large, or the largest of all."""
         return min(int(np.searchsorted(self.radii, radius - TINY)), max(len(self.radii) - 1, 0))
-
-    def centre(self, cell: int) -> tuple[float, float]:
-        """Return the centre of a cell: x, y [m] in the map frame."""
-        x, y = self.centres_of(np.array([cell], np.int32))[0].tolist()
-        return x, y
 
     def nearest(self, x: float, y: float, within: float, size: int = 0) -> int:
         """Return the number of the cell that is nearest to a goal; the lowest number if several are.

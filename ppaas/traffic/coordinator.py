@@ -347,7 +347,7 @@ class Coordinator:
 
     def without_cells(self, member: Member) -> str:
         """Return why there are no cells for a robot; empty if there are, or if it drives without."""
-        if self._drives_alone() or member.standing == "out":
+        if not (member.misfit or self._is_left_out(member)) or member.standing == "out" or self._drives_alone():
             return ""
         if self._granting and self.occupancy.map is not None and self._is_far(member):
             return f"the robot is farther than {REACH * self.spacing:.2g} m from where robots of the traffic drive"

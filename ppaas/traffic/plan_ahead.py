@@ -169,8 +169,8 @@ class PlanAhead:
         return bool(member.aim) and _cells_ahead(member) < DEPTH
 
     def _stays(self, member: Member) -> bool:
-        most = FARTHEST if self.end_of(member) in self._rules.no_stop else BEHIND
-        return _cells_ahead(member) > most
+        ahead = _cells_ahead(member)
+        return ahead > FARTHEST or (ahead > BEHIND and self.end_of(member) not in self._rules.no_stop)
 
     def _extend(self) -> None:
         before = self._plan.cells

@@ -46,7 +46,7 @@ class Order(NamedTuple):
 
 
 class Passed(NamedTuple):
-    """What has happened up to a step.
+    """State of cells, robots and areas after the steps before.
 
     Parameters
     ----------

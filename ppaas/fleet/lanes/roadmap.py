@@ -47,11 +47,16 @@ class LaneRoadmap(MetricRoadmap):
     @property
     def longest_move(self) -> float:
         """Length of the longest move [m]."""
-        return max(2.0 * float(self._halves.lengths.max(initial=0.0)), self.spacing)
+        return max(2.0 * self._halves.longest, self.spacing)
 
     def centres_of(self, cells: Cells | slice) -> NDArray[np.float64]:
         """Return the centres of some cells, (k, 2) float64 array of x, y [m] in the map frame."""
         return np.asarray(self.places[cells])
+
+    def centre(self, cell: int) -> tuple[float, float]:
+        """Return the centre of a cell: x, y [m] in the map frame."""
+        x, y = self.places[cell].tolist()
+        return x, y
 
     def _around(self, x: float, y: float, reach: float) -> Cells:
         far = np.abs(self.places - (x, y)).max(axis=1)
@@ -75,11 +80,14 @@ class _Halves:
         Where each begins [m], and its direction.
     lengths : (v, 8) float64 array
         Its length [m].
+    longest : float
+        Greatest length [m].
     """
 
     begins: NDArray[np.float64]
     along: NDArray[np.float64]
     lengths: NDArray[np.float64]
+    longest: float
 
     @classmethod
     def of(cls, roadmap: Roadmap, places: Points) -> "_Halves":
@@ -88,7 +96,7 @@ class _Halves:
         moves = np.where((near != BLOCKED)[:, :, np.newaxis], places[near] - begins, 0.0)
         lengths = np.hypot(moves[..., 0], moves[..., 1])
         along = moves / np.where(lengths > 0.0, lengths, 1.0)[:, :, np.newaxis]
-        return cls(begins, along, lengths / 2.0)
+        return cls(begins, along, lengths / 2.0, float(lengths.max(initial=0.0)) / 2.0)
 
     def beside(self, cells: Cells, x: float, y: float, width: float) -> NDArray[np.float64]:
         """Return how far a place is from the strips of a width [m] on both sides of the halves of some cells [m]."""
