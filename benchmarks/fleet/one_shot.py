@@ -62,8 +62,7 @@ def faults_in(problem: FleetProblem, plan: FleetPlan) -> list[str]:
 
 def _baseline(problem: FleetProblem, name: str) -> Figure:
     """Return the CPU time of scipy for the distances from one goal; they must be ours."""
-    cells, columns = np.nonzero(problem.roadmap.neighbours >= 0)
-    others = problem.roadmap.neighbours[cells, columns]
+    cells, others = problem.roadmap.moves.T
     graph = csr_array((np.ones(len(cells)), (cells, others)), (len(problem.roadmap),) * 2)
     goals = problem.goals[:BASELINE_GOALS]
     began = time.process_time()

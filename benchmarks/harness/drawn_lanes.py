@@ -8,7 +8,10 @@ from numpy.typing import NDArray
 from ppaas.costmap.build_layers import build_layers
 from ppaas.maps.grid import OCCUPIED, GridMap
 from ppaas.zones.shapes import LineString
-from ppaas.zones.zone import Lane, Zone, ZoneSet
+from ppaas.zones.zone import NO_ZONES, Lane, Zone, ZoneSet
+
+LANES = "lanes"
+"""Name of the halls of benches that have lanes; they are warehouses."""
 
 ASIDE = 0.5
 """Distance of both lanes from the line between them [m]."""
@@ -21,6 +24,11 @@ NARROWEST = 2.0
 
 FULL = 0.1
 """Part of a row or column of the map from which on, if occupied, it is no part of an aisle."""
+
+
+def zones_of_hall(name: str, grid: GridMap) -> ZoneSet:
+    """Return the zones of a hall with a name and a map: lanes if it is that one."""
+    return right_hand_lanes(grid) if name == LANES else NO_ZONES
 
 
 def right_hand_lanes(grid: GridMap) -> ZoneSet:

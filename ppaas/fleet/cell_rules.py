@@ -92,8 +92,8 @@ class _Moves:
         centres, neighbours = cells.centres, cells.roadmap.neighbours
         self._shape = neighbours.shape
         self._exists = neighbours != BLOCKED
-        starts, moves = np.nonzero(self._exists)
-        self._starts, self._ends = centres[starts], centres[neighbours[starts, moves]]
+        starts, ends = cells.roadmap.moves.T
+        self._starts, self._ends = centres[starts], centres[ends]
 
     def into(self, area: Area, radius: float) -> NDArray[np.bool_]:
         """Return the moves by which robots of a radius [m] that are outside of an area touch it, (v, 4) bool."""

@@ -89,9 +89,9 @@ class Improvement:
 
     def _tries(self) -> Iterator[tuple[NDArray[np.int32], bool]]:
         """Yield robots to plan anew: first each alone, the dearest first, then groups around robots by their delays."""
-        latest = np.argsort(self._prices.least - self._costs, kind="stable").astype(np.int32)
-        for begin in range(0, len(latest), AT_ONCE):
-            yield latest[begin : begin + AT_ONCE], True
+        dearest = np.argsort(self._prices.least - self._costs, kind="stable").astype(np.int32)
+        for begin in range(0, len(dearest), AT_ONCE):
+            yield dearest[begin : begin + AT_ONCE], True
         while True:
             late = (self._costs - self._prices.least).astype(np.float64)
             chances = late / late.sum() if late.any() else None

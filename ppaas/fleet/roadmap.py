@@ -116,6 +116,12 @@ class Roadmap:
         neighbours = _packed(np.where(closed, BLOCKED, self.neighbours))
         return replace(self, neighbours=neighbours, incoming=_incoming(neighbours))
 
+    @property
+    def moves(self) -> NDArray[np.int32]:
+        """Cells from and to which robots may move, (m, 2) int32, by the cells from which they do."""
+        starts, which = np.nonzero(self.neighbours != BLOCKED)
+        return np.stack([starts.astype(np.int32), self.neighbours[starts, which]], axis=1)
+
     def __len__(self) -> int:
         """Return the number of cells."""
         return len(self.cells)

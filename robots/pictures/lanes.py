@@ -37,7 +37,7 @@ def draw(grid: GridMap, cells: MetricRoadmap) -> GridImage:
     radius = cells.spacing / 2.0 / image.scale
     for x, y in points:
         brush.ellipse((x - radius, y - radius, x + radius, y + radius), outline=_CELL, width=2)
-    moves = {(one, int(other)) for one, near in enumerate(cells.roadmap.neighbours) for other in near[near >= 0]}
+    moves = {(one, other) for one, other in cells.roadmap.moves.tolist()}
     for one, other in sorted(moves):
         both = (other, one) in moves
         brush.line((points[one], points[other]), fill=PATH if both else _ONE_WAY, width=3)

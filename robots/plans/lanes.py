@@ -37,10 +37,7 @@ def cells_on_lanes(map_file: Path, zones_file: Path, radius: float) -> tuple[Gri
 
 def facts_of(cells: MetricRoadmap) -> dict[str, Any]:
     """Return the number of cells, their width, the length of all lanes and of the longest move [m]."""
-    near = cells.roadmap.neighbours
-    starts, moves = np.nonzero(near >= 0)
-    pairs = {(min(pair), max(pair)) for pair in zip(starts.tolist(), near[starts, moves].tolist(), strict=True)}
-    ends = cells.centres[np.array(sorted(pairs))]
+    ends = cells.centres[np.unique(np.sort(cells.roadmap.moves, axis=1), axis=0)]
     length = float(np.hypot(*(ends[:, 1] - ends[:, 0]).T).sum())
     return {
         "cells": len(cells.roadmap),

@@ -7,7 +7,7 @@ import numpy as np
 
 from benchmarks.fleet.stand_ins.robot import Points
 from benchmarks.fleet.stand_ins.simulation import Simulation
-from benchmarks.harness.drawn_lanes import right_hand_lanes
+from benchmarks.harness.drawn_lanes import LANES, zones_of_hall
 from benchmarks.harness.goal_places import BESIDE
 from benchmarks.harness.largest_part import largest_part
 from ppaas.clone.traffic import roadmaps_of
@@ -18,11 +18,7 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.generate import office, warehouse
 from ppaas.maps.grid import GridMap
 from ppaas.traffic.settings import TrafficParameters
-from ppaas.zones.zone import NO_ZONES
 from robots.sim.shortest_paths import ShortestPaths
-
-LANES = "lanes"
-"""Name of the hall that is the warehouse with drawn lanes."""
 
 HALLS = {
     "warehouse": partial(warehouse, width=60.0, height=40.0),
@@ -76,7 +72,7 @@ class Hall:
     @cached_property
     def roadmap(self) -> MetricRoadmap:
         """Its cells."""
-        zones = right_hand_lanes(self.grid) if self.name == LANES else NO_ZONES
+        zones = zones_of_hall(self.name, self.grid)
         return roadmaps_of(build_layers(self.grid, robot_radius=RADIUS, zones=zones))((RADIUS,), TrafficParameters())
 
     @cached_property

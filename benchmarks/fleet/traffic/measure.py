@@ -5,18 +5,14 @@ from dataclasses import dataclass
 from functools import partial
 
 from benchmarks.fleet.traffic.scene import TrafficScene
-from benchmarks.harness.drawn_lanes import right_hand_lanes
+from benchmarks.harness.drawn_lanes import LANES, zones_of_hall
 from benchmarks.harness.figures import Figure
 from benchmarks.harness.goal_places import distance_figure
 from ppaas.errors import InvalidInput
 from ppaas.maps.generate import office, warehouse
 from ppaas.maps.grid import GridMap
-from ppaas.zones.zone import NO_ZONES
 
 PART = "traffic"
-
-LANES = "lanes"
-"""Name of the hall that is a warehouse with drawn lanes."""
 
 HALLS: dict[str, Callable[[int], GridMap]] = {
     "warehouse": warehouse,
@@ -79,8 +75,7 @@ def case_of(words: list[str]) -> TrafficCase:
 def measure(case: TrafficCase) -> Iterator[Figure]:
     """Run robots by the traffic of their map, and some robots that are each alone."""
     grid = case.grid()
-    zones = right_hand_lanes(grid) if case.hall == LANES else NO_ZONES
-    scene = _run(TrafficScene(grid, case.robots, case.seed, zones=zones), case.seconds)
+    scene = _run(TrafficScene(grid, case.robots, case.seed, zones=zones_of_hall(case.hall, grid)), case.seconds)
     seeds = range(case.seed, case.seed + ALONE)
     alone = sum(_run(TrafficScene(grid, 1, seed), case.seconds).outcome().goals for seed in seeds) / ALONE
     got, name = scene.outcome(), f"{case.hall}, {case.robots}, seed {case.seed}"

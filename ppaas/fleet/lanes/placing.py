@@ -74,6 +74,7 @@ class _Placing:
     def __init__(self, network: Network, spacing: float) -> None:
         self._network, self._spacing = network, spacing
         self._chains = chains_of(network)
+        self._lines = [_Polyline(network.places[list(chain.places)]) for chain in self._chains]
         self._centres: list[NDArray[np.float64]] = []
         self._names: dict[tuple[int, int], str] = {}
         self._of_place: dict[int, int] = {}
@@ -82,8 +83,7 @@ class _Placing:
         """Place all cells."""
         self._check_lengths()
         needs = self._needs()
-        for number, chain in enumerate(self._chains):
-            line = _Polyline(self._network.places[list(chain.places)])
+        for number, (chain, line) in enumerate(zip(self._chains, self._lines, strict=True)):
             fixed = self._fixed(line, needs[number, 0], needs[number, 1])
             between = [at for one, other in pairwise(fixed) for at in self._between(chain, line, one, other)]
             self._connect(
@@ -92,14 +92,13 @@ class _Placing:
         return Placed(np.array(self._centres), self._names)
 
     def _check_lengths(self) -> None:
-        lines = [_Polyline(self._network.places[list(chain.places)]) for chain in self._chains]
-        total = sum(line.length for line in lines)
+        total = sum(line.length for line in self._lines)
         if total > MOST_CELLS * self._spacing:
             raise InvalidInput(
                 f"the lanes are {total:.0f} m long: at {self._spacing:.2f} m they would have more than {MOST_CELLS} "
                 "cells"
             )
-        for chain, line in zip(self._chains, lines, strict=True):
+        for chain, line in zip(self._chains, self._lines, strict=True):
             if chain.places[0] == chain.places[-1] and line.length < 3.0 * self._spacing:
                 raise InvalidInput(
                     f"lane {chain.name!r} is a ring at {self._text(line.at(0.0))} that is {line.length:.2f} m long: "
@@ -109,11 +108,11 @@ class _Placing:
     def _needs(self) -> dict[tuple[int, int], float]:
         """Return how far the next cell has to be from the first and the last place of each chain [m]."""
         ends: dict[int, list[tuple[tuple[int, int], NDArray[np.float64]]]] = {}
-        for number, chain in enumerate(self._chains):
-            points = self._network.places[list(chain.places)]
-            for end, line in enumerate((_Polyline(points), _Polyline(points[::-1]))):
-                leads = line.at(min(self._spacing, line.length)) - line.at(0.0)
-                ends.setdefault(chain.places[-end], []).append(((number, end), leads))
+        for number, (chain, line) in enumerate(zip(self._chains, self._lines, strict=True)):
+            first = line.at(min(self._spacing, line.length)) - line.at(0.0)
+            last = line.at(max(line.length - self._spacing, 0.0)) - line.at(line.length)
+            ends.setdefault(chain.places[0], []).append(((number, 0), first))
+            ends.setdefault(chain.places[-1], []).append(((number, 1), last))
         found = {}
         for place, leading in ends.items():
             if len(leading) > MOST_MEET:
@@ -134,6 +133,10 @@ class _Placing:
                 f"lane {name!r} meets another one at {self._text(place)} at {math.degrees(angle):.0f}°: at least "
                 f"{math.degrees(SHARPEST):.0f}° are needed"
             )
+        return self._beside(angle)
+
+    def _beside(self, angle: float) -> float:
+        """Return how far along a line is a spacing away from another line at an angle to it."""
         return self._spacing / math.sin(min(angle, math.pi / 2.0))
 
     def _fixed(self, line: "_Polyline", first: float, last: float) -> list[_Fixed]:
@@ -142,7 +145,7 @@ class _Placing:
         for along, turn in line.corners():
             if math.pi - turn < SHARPEST:
                 continue
-            corner = _Fixed(along, self._spacing / math.sin(min(math.pi - turn, math.pi / 2.0)))
+            corner = _Fixed(along, self._beside(math.pi - turn))
             if all(line.apart(corner, other) >= max(corner.need, other.need) - TINY for other in (found[-1], end)):
                 found.append(corner)
         return [*found, end]

@@ -17,8 +17,7 @@ def test_all_cells_on_lanes_are_reached_from_all_others(seed: int) -> None:
     grid = warehouse(seed, width=40.0)
     layers = build_layers(grid, robot_radius=0.2, zones=right_hand_lanes(grid))
     roadmap = roadmaps_of(layers)((0.2,), TrafficParameters()).roadmap
-    starts, moves = np.nonzero(roadmap.neighbours >= 0)
-    ends = roadmap.neighbours[starts, moves]
+    starts, ends = roadmap.moves.T
     graph = coo_array((np.ones(len(starts)), (starts, ends)), shape=(len(roadmap), len(roadmap)))
     assert len(roadmap) > 200
     assert connected_components(graph, connection="strong")[0] == 1

@@ -30,9 +30,7 @@ def coordinator_of(simulation: Simulation) -> Coordinator:
 
 def off_lanes(robots: Sequence[StandIn], cells: MetricRoadmap) -> float:
     """Return the largest distance of robots from all moves [m]."""
-    moves = np.argwhere(cells.roadmap.neighbours >= 0)
-    begins = cells.centres[moves[:, 0]]
-    ends = cells.centres[cells.roadmap.neighbours[moves[:, 0], moves[:, 1]]]
+    begins, ends = cells.centres[cells.roadmap.moves.T]
     places = np.array([[robot.pose[:2]] for robot in robots])
     return float(distances_to_edges(begins, ends, places).min(axis=1).max())
 
