@@ -41,11 +41,6 @@ HEARTBEAT_PERIOD = 1.0
 """Period of load reports to the master [s]."""
 
 
-SILENT = 3
-"""Number of heartbeats without an answer, with the one that is being sent, after which the agent looks for another
-master. It stays with this one if no other leads."""
-
-
 class Agent:
     """Agent of one machine: its sessions with one master after another."""
 
@@ -164,7 +159,7 @@ class Agent:
             if not lease.beat() and self._session.remote:
                 logger.error("the master did not answer %d heartbeats: it or the network is down", MISSED)
                 stream.abort()
-            if lease.unanswered >= SILENT:
+            if lease.is_silent():  # the agent stays with this one if no other leads
                 self._look_for_another()
             stream.write(control_link.AgentBeat())
             await asyncio.sleep(BEAT_PERIOD)

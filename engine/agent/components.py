@@ -93,7 +93,7 @@ async def open_components(
     stack.callback(cache.remove_all)
     gateway = ContainerGateway(
         run_dir / "gate.sock", store, fabric, link=config.machine, acts=session.acts,
-        recordings=_recordings(config, stack),
+        may_be_replaced=session.may_be_replaced, recordings=_recordings(config, stack),
     )  # fmt: skip
     stack.push_async_callback(gateway.close)
     await gateway.start()

@@ -96,6 +96,8 @@ class ContainerGateway:
     acts : callable
         Returns whether this machine acts for its cloud now. While it does not, the gateway stores no checkpoint, since
         another machine may have stored later ones, and publishes nothing on the fabric.
+    may_be_replaced : callable
+        Returns whether another machine may run the robots' next containers, when this one does not act.
     recordings : Recordings
         Recorder of the machine.
     attach_timeout : float
@@ -111,6 +113,7 @@ class ContainerGateway:
         *,
         link: str = "machine",
         acts: Callable[[], bool] = lambda: True,
+        may_be_replaced: Callable[[], bool] = lambda: True,
         recordings: Recordings = NO_RECORDER,
         attach_timeout: float = ATTACH_TIMEOUT,
     ) -> None:
@@ -121,6 +124,7 @@ class ContainerGateway:
         self._recordings = recordings
         self.cloud = cloud
         self._acts = acts
+        self._may_be_replaced = may_be_replaced
         self._attach_timeout = attach_timeout
         self._awaited: PendingHandshakes[_Expected] = PendingHandshakes()
         self._streams: set[Stream] = set()
@@ -333,7 +337,9 @@ class ContainerGateway:
         if not spec.checkpoint_name:
             raise NotPermitted("a planning container has no clone, so no checkpoint to save")
         if attached.is_shut or not self._acts():
-            raise Conflict("this machine has lost contact with its cloud: another machine may serve the robot now")
+            if attached.is_shut or self._may_be_replaced():
+                raise Conflict("this machine has lost contact with its cloud: another machine may serve the robot now")
+            raise Unavailable("no master leads, since none can use the store: start the store")
         marked = frame.nodes | marks(spec, self.cloud)
         checkpoint = CloneCheckpoint(spec.user, spec.checkpoint_name, marked, epoch())
         if not frame.changes:

@@ -14,6 +14,13 @@ from ppaas.clock import Clock, uptime
 LEASE = (MISSED - 1) * BEAT_PERIOD
 """Length of the lease, from the sending of an answered heartbeat [s]; the master waits one beat period longer."""
 
+SILENT = 3
+"""Number of heartbeats without an answer, with the one that is being sent, from which the master counts as silent."""
+
+DENIED = 15
+"""Number of answers in a row of a master that does not lead, after which no other one leads either. A standby takes the
+lease after 3 s, and a machine finds it within another second: the store is unreachable for all of them."""
+
 
 class MasterLease:
     """Lease of one connection to the master, which answers heartbeats in order.
@@ -29,6 +36,7 @@ class MasterLease:
         self._asked: deque[float] = deque()
         self._since = clock()
         self._answers = 1
+        self._denials = 0
         self._heartbeats = Heartbeats(clock)
 
     def beat(self) -> bool:
@@ -40,6 +48,7 @@ class MasterLease:
         """Record the master's answer to the oldest unanswered heartbeat; without ``leads`` it extends no lease."""
         self._answers += 1
         asked = self._asked.popleft() if self._asked else self._since
+        self._denials = 0 if leads else self._denials + 1
         if leads:
             self._since = asked
 
@@ -47,6 +56,14 @@ class MasterLease:
     def unanswered(self) -> int:
         """Number of heartbeats that the master has not answered yet."""
         return len(self._asked)
+
+    def is_silent(self) -> bool:
+        """Return whether the master has not answered the latest heartbeats."""
+        return self.unanswered >= SILENT
+
+    def nobody_leads(self) -> bool:
+        """Return whether the master answers, and has not led for so long that another one would have been found."""
+        return self._denials >= DENIED and not self.is_silent()
 
     def holds(self) -> bool:
         """Return whether the lease is valid: the master cannot have given up this machine yet."""

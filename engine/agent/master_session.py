@@ -74,3 +74,11 @@ class MasterSession:
     def acts(self) -> bool:
         """Return whether the machine acts for its cloud."""
         return self._welcome and self.lease.holds()
+
+    def may_be_replaced(self) -> bool:
+        """Return whether containers of this machine may have been replaced elsewhere.
+
+        That is so while the machine does not act for its cloud, except while its master answers and nobody leads: a
+        store that no master can use lets no other one take over, and this machine's containers are the only ones.
+        """
+        return not self.acts() and not (self._welcome and self.lease.nobody_leads())

@@ -33,6 +33,25 @@ async def test_checkpoints_are_stored_only_while_the_lease_holds(tmp_path: Path)
     await gateway.close()
 
 
+async def test_outage_of_the_store_is_told_from_a_lost_cloud(tmp_path: Path) -> None:
+    gateway = ContainerGateway(
+        tmp_path / "gate.sock", MemoryStore(), FakeFabric(), acts=lambda: False, may_be_replaced=lambda: False
+    )
+    await gateway.start()
+    gateway.expect(robot_spec("c1", "ann", "tb1"), "secret")
+    stream = await dial_gateway(gateway.path)
+    stream.write(machine_link.Attach("c1", "secret"))
+    stream.write(machine_link.SaveClone(1, {"n": b"state"}))
+    refused = await receive(stream)
+    assert refused.refusal.slug == "unavailable", "the container publishes what waits for the checkpoint"
+    assert "start the store" in refused.refusal.text
+    gateway.shut_out("c1")
+    stream.write(machine_link.SaveClone(2, {"n": b"late"}))
+    assert (await receive(stream)).refusal.slug == "conflict", "it was replaced on this machine"
+    await stream.close()
+    await gateway.close()
+
+
 async def test_shut_out_container_cannot_save_or_share(tmp_path: Path) -> None:
     store, fabric = MemoryStore(), FakeFabric()
     gateway = ContainerGateway(tmp_path / "gate.sock", store, fabric)

@@ -1,4 +1,4 @@
-from engine.agent.master_lease import LEASE, MasterLease
+from engine.agent.master_lease import DENIED, LEASE, SILENT, MasterLease
 from engine.processes.heartbeats import BEAT_PERIOD, MISSED
 
 
@@ -84,3 +84,26 @@ def test_unanswered_heartbeats_are_counted() -> None:
     assert lease.unanswered == 0
     beating(lease, time, 2, answered=False)
     assert lease.unanswered == 2
+
+
+def test_nobody_leads_once_a_master_has_answered_so_for_long() -> None:
+    lease = MasterLease(time := Time())
+    for _ in range(DENIED):
+        assert not lease.nobody_leads(), "another one may be found"
+        beating(lease, time, 1, answered=False)
+        lease.answered(leads=False)
+    assert lease.nobody_leads()
+    beating(lease, time, SILENT, answered=False)
+    assert not lease.nobody_leads(), "it is silent: another one may lead"
+    lease.answered(leads=False)
+    assert lease.nobody_leads()
+    lease.answered()
+    assert not lease.nobody_leads(), "it leads"
+
+
+def test_time_in_which_the_agent_was_stopped_shows_nothing() -> None:
+    lease = MasterLease(time := Time())
+    beating(lease, time, 1, answered=False)
+    lease.answered(leads=False)
+    time.now += 60.0
+    assert not lease.nobody_leads()

@@ -37,6 +37,24 @@ async def test_machine_acts_while_its_lease_holds() -> None:
     await far.close()
 
 
+async def test_containers_may_be_replaced_unless_their_master_shows_that_nobody_leads() -> None:
+    near, far = await pair(control_link.ToAgent, control_link.FromAgent)
+    session = MasterSession(remote=True)
+    assert session.may_be_replaced(), "no master is connected"
+    session.begin(near)
+    session.welcome(0)
+    assert not session.may_be_replaced(), "the machine acts"
+    lease = session.lease
+    lease.holds = lambda: False  # type: ignore[method-assign]
+    assert session.may_be_replaced()
+    lease.nobody_leads = lambda: True  # type: ignore[method-assign]
+    assert not session.may_be_replaced() and not session.acts()
+    session.lost()
+    assert session.may_be_replaced()
+    await near.close()
+    await far.close()
+
+
 async def test_machine_follows_later_masters_and_refuses_an_earlier_one() -> None:
     session = MasterSession(remote=True)
     for epoch, accepted in ((3, True), (3, True), (5, True), (4, False), (5, True)):
