@@ -15,8 +15,8 @@ from ppaas.planners.watch import proceed
 DENSE = 0.1
 """Robots for each cell from which guides shorten the plan."""
 
-ROUNDS, AGAINST, CROWD = 2, 5, 1
-"""Number of times that each way is planned, and costs of traffic (`ppaas.fleet.kernels.guides`)."""
+AGAINST, CROWD = 5, 1
+"""Costs of traffic (`ppaas.fleet.kernels.guides`)."""
 
 BUDGET = 2_000_000
 """Number of cells that searches of ways may visit between two checks: some 10 ms."""
@@ -51,14 +51,11 @@ def guide_of(problem: FleetProblem, seed: int, check: Callable[[], None] = proce
     """Return the guide of each robot, (n, v) int8 (`ppaas.fleet.kernels.board.Board`)."""
     guide = np.full(problem.distances.shape, -1, np.int8)
     board, traffic = problem.board(guide), guides.traffic_of(problem.roadmap.neighbours)
-    robots, bits = np.arange(len(problem), dtype=np.int32), seeded(seed)
+    robots = np.arange(len(problem), dtype=np.int32)
+    shuffle(seeded(seed), robots)
     at_once = max(1, BUDGET // max(1, len(problem.roadmap)))
-    number = 1
-    for _ in range(ROUNDS):
-        shuffle(bits, robots)
-        for begin in range(0, len(robots), at_once):
-            check()
-            some = robots[begin : begin + at_once]
-            guides.guide_some(board, traffic, problem.starts, some, AGAINST, CROWD, number)
-            number += len(some)
+    for begin in range(0, len(robots), at_once):
+        check()
+        some = robots[begin : begin + at_once]
+        guides.guide_some(board, traffic, problem.starts, some, AGAINST, CROWD, begin + 1)
     return guide

@@ -1,9 +1,9 @@
 """Kernel: guides, ways of single robots that avoid each other's traffic.
 
-The way of each robot is planned by A* over costs that the ways of all others make: moves against their stream and cells
-that many of them cross are dearer. All ways are planned anew a number of rounds. `pibt.choose` prefers the guide of a
-robot to all other cells, so robots form lanes. Idea: Chen et al., "Traffic Flow Optimisation for Lifelong Multi-Agent
-Path Finding", AAAI 2024.
+The way of each robot is planned by A* over costs that the ways of those before it make: moves against their stream and
+cells that many of them cross are dearer. `pibt.choose` prefers the guide of a robot to all other cells, so robots form
+lanes. Planning all ways anew once more takes as long again, and shortens no plan. Idea: Chen et al., "Traffic Flow
+Optimisation for Lifelong Multi-Agent Path Finding", AAAI 2024.
 """
 
 from typing import NamedTuple
@@ -26,6 +26,9 @@ BUCKETS = 16_384
 ENTRIES = 6
 """Queue entries for each cell."""
 
+LOAD, MARK, COST, CAME = range(4)
+"""Columns of `Traffic.cells`."""
+
 
 class Traffic(NamedTuple):
     """Numbers of the ways of all robots through each cell, and the memory of a search.
@@ -35,16 +38,13 @@ class Traffic(NamedTuple):
     back : (v, 4) int8 array
         Index of a cell among the neighbours of its neighbour: ``neighbours[neighbours[c, k], back[c, k]] = c``; −1
         where no robot may move back.
-    flow : (v, 4) int32 array
-        Number of ways that lead from each cell to its neighbour.
-    load : (v,) int32 array
-        Number of ways that lead into each cell.
-    costs : (v,) int32 array
-        Least cost of each cell in the current search; valid where ``marks`` is its number.
-    came : (v,) int32 array
-        Cell from which each cell was reached, times 4, and the index of the move there.
-    marks, closed : (v,) int32 array
-        Number of the last search that reached each cell, and that expanded it.
+    against : (v, 4) int32 array
+        Number of ways that come towards each move from a cell to its neighbour.
+    cells : (v, 4) int32 array
+        What a search looks up of each neighbour, side by side in the cache: `LOAD`, the number of ways that lead into
+        the cell; `MARK`, twice the number of the last search that reached it, and one more once that expanded it;
+        valid for that search, `COST`, the least cost of the cell, and `CAME`, the cell before it, times 4, and the
+        index of the move.
     heads : (BUCKETS,) int32 array
         First entry of each bucket, −1 for none.
     entries : (ENTRIES·v, 2) int32 array
@@ -52,12 +52,8 @@ class Traffic(NamedTuple):
     """
 
     back: NDArray[np.int8]
-    flow: Ints
-    load: Ints
-    costs: Ints
-    came: Ints
-    marks: Ints
-    closed: Ints
+    against: Ints
+    cells: Ints
     heads: Ints
     entries: Ints
 
@@ -75,26 +71,16 @@ def find_back(neighbours: Ints, back: NDArray[np.int8]) -> None:
 
 
 @bare
-def take_out(board: Board, traffic: Traffic, robot: int, start: int) -> None:
-    """Remove the way of a robot."""
-    cell, guide = start, board.guide[robot]
-    while cell != board.goals[robot] and guide[cell] >= 0:
-        k = guide[cell]
-        guide[cell] = -1
-        traffic.flow[cell, k] -= 1
-        cell = board.neighbours[cell, k]
-        traffic.load[cell] -= 1
-
-
-@bare
 def put_in(board: Board, traffic: Traffic, robot: int, start: int) -> None:
     """Add the way of a robot that `search` has found."""
     cell, guide = board.goals[robot], board.guide[robot]
     while cell != start:
-        before, k = traffic.came[cell] >> 2, traffic.came[cell] & 3
+        before, k = traffic.cells[cell, CAME] >> 2, traffic.cells[cell, CAME] & 3
         guide[before] = k
-        traffic.flow[before, k] += 1
-        traffic.load[cell] += 1
+        back = traffic.back[before, k]
+        if back >= 0:
+            traffic.against[cell, back] += 1
+        traffic.cells[cell, LOAD] += 1
         cell = before
 
 
@@ -114,10 +100,11 @@ def search(board: Board, traffic: Traffic, robot: int, start: int, against: int,
         Number of this search, greater than those before.
     """
     distances, goal = board.distances[robot], board.goals[robot]
-    heads, entries, costs = traffic.heads, traffic.entries, traffic.costs
+    heads, entries, cells = traffic.heads, traffic.entries, traffic.cells
     heads[:] = -1
     least = STEP * distances[start]
-    costs[start], traffic.marks[start] = 0, number
+    reached, expanded = 2 * number, 2 * number + 1
+    cells[start, COST], cells[start, MARK] = 0, reached
     entries[0, 0], entries[0, 1] = start, -1
     heads[0] = 0
     used, bucket = 1, 0
@@ -128,23 +115,24 @@ def search(board: Board, traffic: Traffic, robot: int, start: int, against: int,
             continue
         heads[bucket] = entries[entry, 1]
         cell = entries[entry, 0]
-        if traffic.closed[cell] == number:
+        if cells[cell, MARK] == expanded:
             continue
-        traffic.closed[cell] = number
+        cells[cell, MARK] = expanded
         if cell == goal:
             return True
+        so_far = cells[cell, COST] + STEP
         for k in range(4):
             near = board.neighbours[cell, k]
             if near < 0:
                 break
-            back = traffic.back[cell, k]
-            met = crowd * traffic.load[near]
-            if back >= 0:
-                met += against * traffic.flow[near, back]
-            cost = costs[cell] + STEP + min(met, MOST_TRAFFIC)
-            if traffic.closed[near] == number or (traffic.marks[near] == number and cost >= costs[near]):
+            mark = cells[near, MARK]
+            if mark == expanded:
                 continue
-            costs[near], traffic.marks[near], traffic.came[near] = cost, number, 4 * cell + k
+            met = crowd * cells[near, LOAD] + against * traffic.against[cell, k]
+            cost = so_far + min(met, MOST_TRAFFIC)
+            if mark == reached and cost >= cells[near, COST]:
+                continue
+            cells[near, COST], cells[near, MARK], cells[near, CAME] = cost, reached, 4 * cell + k
             place = cost + STEP * distances[near] - least
             if place < BUCKETS and used < len(entries):
                 entries[used, 0], entries[used, 1] = near, heads[place]
@@ -157,7 +145,7 @@ def search(board: Board, traffic: Traffic, robot: int, start: int, against: int,
 def guide_some(
     board: Board, traffic: Traffic, starts: Ints, robots: Ints, against: int, crowd: int, number: int
 ) -> None:
-    """Plan the ways of some robots anew.
+    """Plan the ways of some robots, which have none yet.
 
     Parameters
     ----------
@@ -171,7 +159,6 @@ def guide_some(
     """
     for k in range(len(robots)):
         robot = robots[k]
-        take_out(board, traffic, robot, starts[robot])
         if search(board, traffic, robot, starts[robot], against, crowd, number + k):
             put_in(board, traffic, robot, starts[robot])
 
@@ -183,14 +170,10 @@ def traffic_of(neighbours: Ints) -> Traffic:
     find_back(neighbours, back)
     return Traffic(
         back,
-        np.zeros((cells, 4), np.int32),
-        np.zeros(cells, np.int32),
-        np.empty(cells, np.int32),
-        np.empty(cells, np.int32),
-        np.zeros(cells, np.int32),
-        np.zeros(cells, np.int32),
-        np.empty(BUCKETS, np.int32),
-        np.empty((ENTRIES * cells, 2), np.int32),
+        against=np.zeros((cells, 4), np.int32),
+        cells=np.zeros((cells, 4), np.int32),
+        heads=np.empty(BUCKETS, np.int32),
+        entries=np.empty((ENTRIES * cells, 2), np.int32),
     )
 
 
