@@ -17,6 +17,9 @@ SEED = 1
 AISLES, AISLE_LENGTH, SHELF = 20, 40, 10
 """Number of aisles of the hall, their length, and the length of a shelf [cells]."""
 
+SHELF_ROWS, SHELVES, BESIDE_SHELVES = 40, 20, 50
+"""Number of rows of shelves in the warehouse, of shelves in a row, and of free cells at each end of the rows."""
+
 
 class Case(NamedTuple):
     """Robots on a map.
@@ -65,9 +68,22 @@ def aisles() -> Roadmap:
     return Roadmap.of_grid(free)
 
 
-HALLS = {"rubble": rubble, "aisles": aisles}
+def warehouse() -> Roadmap:
+    """Return a large hall of shelves of two rows, with lanes of two cells between them, and room around."""
+    free = np.ones((4 * SHELF_ROWS + 2, 12 * SHELVES + 2 * BESIDE_SHELVES), np.bool_)
+    rows = np.array([row for row in range(2, 4 * SHELF_ROWS + 2) if (row - 2) % 4 < 2])
+    columns = np.array([BESIDE_SHELVES + column for column in range(12 * SHELVES) if column % 12 < SHELF])
+    free[np.ix_(rows, columns)] = False
+    return Roadmap.of_grid(free)
 
-MADE = (Case("rubble", None, None, 300), Case("aisles", None, None, 200))
+
+HALLS = {"rubble": rubble, "aisles": aisles, "warehouse": warehouse}
+
+MADE = (
+    Case("rubble", None, None, 300),
+    Case("aisles", None, None, 200),
+    Case("warehouse", None, None, 1000),
+)
 
 
 def drawn(roadmap: Roadmap, robots: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:

@@ -21,7 +21,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         nargs=3,
         metavar=("MAP.map", "FILE.scen", "N"),
         action="append",
-        help="map and scenario of MovingAI with a number of robots, again for more (two halls that are made up)",
+        help="map and scenario of MovingAI with a number of robots, again for more (three halls that are made up)",
     )
     parser.add_argument(
         "--traffic",
