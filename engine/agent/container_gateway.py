@@ -336,9 +336,10 @@ class ContainerGateway:
     def _save_clone(self, attached: _AttachedContainer, spec: ContainerSpec, frame: machine_link.SaveClone) -> None:
         if not spec.checkpoint_name:
             raise NotPermitted("a planning container has no clone, so no checkpoint to save")
-        if attached.is_shut or not self._acts():
-            if attached.is_shut or self._may_be_replaced():
-                raise Conflict("this machine has lost contact with its cloud: another machine may serve the robot now")
+        acts = self._acts()
+        if attached.is_shut or (not acts and self._may_be_replaced()):
+            raise Conflict("this machine has lost contact with its cloud: another machine may serve the robot now")
+        if not acts:
             raise Unavailable("no master leads, since none can use the store: start the store")
         marked = frame.nodes | marks(spec, self.cloud)
         checkpoint = CloneCheckpoint(spec.user, spec.checkpoint_name, marked, epoch())

@@ -17,6 +17,7 @@ PART = "traffic"
 HALLS: dict[str, Callable[[int], GridMap]] = {
     "warehouse": warehouse,
     "office": office,
+    "large-office": partial(office, width=48.0, height=32.0),
     LANES: partial(warehouse, width=40.0),
 }
 """Halls that are made up, by name."""
