@@ -13,7 +13,8 @@ from typing import NamedTuple
 import msgspec
 
 from engine.agent.fleet_topics import Fabric, FleetTopics, heard_by, scope_of
-from engine.agent.plan_service import PlanService
+from engine.agent.requests.clone_service import CloneService
+from engine.agent.requests.plan_service import PlanService
 from engine.processes.background import Background
 from engine.processes.occasional_log import OccasionalLog
 from engine.protocols import machine_link
@@ -21,12 +22,9 @@ from engine.protocols.framing import FrameStream
 from engine.protocols.pending_handshakes import PendingHandshakes
 from engine.protocols.refusals import Refusal, error_of, refusal_of
 from engine.recorder.recorder_process import NO_RECORDER, Recordings
-from engine.specs.checkpoints import log_name, marks, of_session
 from engine.specs.containers import ContainerSpec
-from ppaas.clock import epoch
 from ppaas.errors import Conflict, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
 from storage.ports import Store
-from storage.records import CloneCheckpoint
 
 logger = logging.getLogger(__name__)
 
@@ -38,12 +36,6 @@ FOLLOW_TIMEOUT = 10.0
 
 MAX_REQUESTS = 16
 """Largest number of store requests of one container in progress at once."""
-
-LOG_PAGE = 16
-"""Number of entries of a log that are read from the store at once."""
-
-LOG_BYTES = 8 << 20
-"""Size of an answer with entries of a log, about [bytes]."""
 
 Stream = FrameStream[machine_link.FromContainer]
 
@@ -118,7 +110,7 @@ class ContainerGateway:
         attach_timeout: float = ATTACH_TIMEOUT,
     ) -> None:
         self.path = path
-        self._store = store
+        self._clones = CloneService(store)
         self._plans = PlanService(store, link)
         self._topics = FleetTopics(fabric)
         self._recordings = recordings
@@ -279,7 +271,7 @@ class ContainerGateway:
             case machine_link.SaveClone():
                 self._ask(frame.request, attached, _in_turn(attached, lambda: self._save_clone(attached, spec, frame)))
             case machine_link.ReadLog():
-                self._ask(frame.request, attached, lambda: asyncio.to_thread(self._read_log, spec, frame))
+                self._ask(frame.request, attached, lambda: asyncio.to_thread(self._clones.log, spec, frame))
             case machine_link.KeepPlan():
                 self._ask(frame.request, attached, _in_turn(attached, lambda: self._plans.keep(spec, frame.plan)))
             case machine_link.FindPlans():
@@ -334,31 +326,12 @@ class ContainerGateway:
         )
 
     def _save_clone(self, attached: _AttachedContainer, spec: ContainerSpec, frame: machine_link.SaveClone) -> None:
-        if not spec.checkpoint_name:
-            raise NotPermitted("a planning container has no clone, so no checkpoint to save")
         acts = self._acts()
         if attached.is_shut or (not acts and self._may_be_replaced()):
             raise Conflict("this machine has lost contact with its cloud: another machine may serve the robot now")
         if not acts:
             raise Unavailable("no master leads, since none can use the store: start the store")
-        marked = frame.nodes | marks(spec, self.cloud)
-        checkpoint = CloneCheckpoint(spec.user, spec.checkpoint_name, marked, epoch())
-        if not frame.changes:
-            self._store.save_clone(checkpoint)
-        for change in frame.changes:
-            self._store.save_clone(checkpoint, of_session(spec, change))
-
-    def _read_log(self, spec: ContainerSpec, asked: machine_link.ReadLog) -> machine_link.LogRead:
-        if not spec.checkpoint_name:
-            raise NotPermitted("a planning container has no clone, so no log to read")
-        name, entries = log_name(spec, asked.node), list[tuple[int, bytes]]()
-        while sum(len(data) for _, data in entries) < LOG_BYTES:
-            after = entries[-1][0] if entries else asked.after
-            found = self._store.clone_log(spec.user, spec.checkpoint_name, name, after=after, limit=LOG_PAGE)
-            entries += found
-            if len(found) < LOG_PAGE:
-                break
-        return machine_link.LogRead(asked.request, entries)
+        self._clones.save(spec, frame, self.cloud)
 
     def _find_plans(self, spec: ContainerSpec, asked: machine_link.FindPlans) -> machine_link.PlansFound:
         return machine_link.PlansFound(asked.request, self._plans.find(spec, asked))

@@ -6,7 +6,7 @@ a map only if its user may read that map.
 
 import msgspec
 
-from engine.agent.recent_plans import RecentPlans
+from engine.agent.requests.recent_plans import RecentPlans
 from engine.protocols import machine_link
 from engine.protocols.plan_candidates import stored_plan
 from engine.specs.containers import ContainerSpec

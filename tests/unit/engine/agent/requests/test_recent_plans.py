@@ -3,7 +3,7 @@
 import msgspec
 import pytest
 
-from engine.agent.recent_plans import RecentPlans
+from engine.agent.requests.recent_plans import RecentPlans
 from ppaas.errors import NotFound
 from storage.memory.store import MemoryStore
 from storage.records import PlanRecord

@@ -2,7 +2,7 @@
 
 import pytest
 
-from engine.agent.plan_service import PlanService
+from engine.agent.requests.plan_service import PlanService
 from engine.protocols import machine_link
 from engine.protocols.plan_candidates import stored_plan
 from ppaas.errors import NotPermitted

@@ -1,0 +1,1 @@
+"""Requests of containers to the stores, which their machine executes for them."""
