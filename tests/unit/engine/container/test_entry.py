@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from engine.agent import plan_service
+from engine.agent.requests import plan_service
 from engine.container.entry import run
 from engine.protocols import machine_link, robot_link
 from engine.protocols.framing import FrameStream
