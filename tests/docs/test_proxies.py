@@ -38,8 +38,6 @@ pytestmark = pytest.mark.journey
 PROXIES = "docs/proxies.md"
 BROWSER = {"Accept": "text/html"}
 OTHER_CLIENT = "127.0.0.2"
-OTHER_MAP = "closed before the connection is established"
-"""Message of Chromium if another map is chosen while the page opens the sockets of the first one."""
 MAP = GridMap(np.zeros((1700, 1700), np.int8), GridInfo(0.05, 1700, 1700))
 """Map whose image has more than 2 MiB."""
 
@@ -124,7 +122,7 @@ async def test_the_dashboard_and_the_viewer_work_in_a_browser(proxy: RunningProx
     browser_started = browsing(proxy.certificate.key_hash)
     async with RobotClient(proxy.url, robot=name, token=token), browser_started as browser:
         context = await browser.new_context()
-        async with looking(context, OTHER_MAP) as page:
+        async with looking(context) as page:
             page.on("websocket", lambda socket: sockets.append(socket))  # noqa: PLW0108 - Playwright notes something on it
             await page.goto(f"{proxy.url}/")
             await page.get_by_label("User").fill("admin")

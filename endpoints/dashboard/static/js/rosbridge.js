@@ -18,7 +18,7 @@ export class Rosbridge {
   /** @param {string} url @param {Listener} listener */
   constructor(url, listener) {
     this.#socket = new WebSocket(url);
-    this.#socket.onopen = () => listener.opened();
+    this.#socket.onopen = () => (this.#closed ? this.#socket.close(CLEAN) : listener.opened());
     this.#socket.onmessage = ({ data }) => this.#take(data, listener);
     this.#socket.onclose = ({ reason }) => {
       if (!this.#closed) listener.closed(reason);
@@ -47,10 +47,11 @@ export class Rosbridge {
     return this.#send({ op: "publish", topic, msg });
   }
 
-  /** Close the socket without further events to the listener. */
+  /** Close the socket without further events to the listener; one that is being opened, once it is open. */
   close() {
     this.#closed = true;
-    this.#socket.close(CLEAN);
+    // Browsers log an error for a socket that is closed before.
+    if (this.#socket.readyState !== WebSocket.CONNECTING) this.#socket.close(CLEAN);
   }
 
   #send(frame) {

@@ -8,6 +8,7 @@ const READY = { state: "ready" };
 let sockets = [];
 
 class FakeSocket {
+  static CONNECTING = 0;
   static OPEN = 1;
   readyState = 0;
 
@@ -90,4 +91,30 @@ test("a lost socket is followed by another address", async () => {
     performance.now = now;
   }
   assert.equal(asked.length, 2);
+});
+
+test("a socket that is no longer wanted is closed once it is open, and its robot is not heard", async () => {
+  const { asked, urlOf } = addresses();
+  const robot = link();
+  robot.placed(READY, urlOf);
+  asked[0].give("ws://cloud/?ticket=1");
+  await settled();
+  robot.close();
+  assert.equal(sockets[0].closed, undefined, "browsers log an error for a socket that is closed before it is open");
+  sockets[0].readyState = FakeSocket.OPEN;
+  sockets[0].onopen();
+  assert.ok(sockets[0].closed);
+  assert.ok(!robot.connected);
+});
+
+test("an open socket is closed at once", async () => {
+  const { asked, urlOf } = addresses();
+  const robot = link();
+  robot.placed(READY, urlOf);
+  asked[0].give("ws://cloud/?ticket=1");
+  await settled();
+  sockets[0].readyState = FakeSocket.OPEN;
+  sockets[0].onopen();
+  robot.close();
+  assert.ok(sockets[0].closed);
 });
