@@ -17,8 +17,8 @@ SEED = 1
 AISLES, AISLE_LENGTH, SHELF = 20, 40, 10
 """Number of aisles of the hall, their length, and the length of a shelf [cells]."""
 
-SHELF_ROWS, SHELVES, BESIDE_SHELVES = 40, 20, 50
-"""Number of rows of shelves in the warehouse, of shelves in a row, and of free cells at each end of the rows."""
+SHELF_ROWS, SHELVES, LANE, BESIDE_SHELVES = 40, 20, 2, 50
+"""Number of rows of shelves in the warehouse, of shelves in a row, and of cells across a lane and at ends of rows."""
 
 
 class Case(NamedTuple):
@@ -70,11 +70,10 @@ def aisles() -> Roadmap:
 
 def warehouse() -> Roadmap:
     """Return a large hall of shelves of two rows, with lanes of two cells between them, and room around."""
-    free = np.ones((4 * SHELF_ROWS + 2, 12 * SHELVES + 2 * BESIDE_SHELVES), np.bool_)
-    rows = np.array([row for row in range(2, 4 * SHELF_ROWS + 2) if (row - 2) % 4 < 2])
-    columns = np.array([BESIDE_SHELVES + column for column in range(12 * SHELVES) if column % 12 < SHELF])
-    free[np.ix_(rows, columns)] = False
-    return Roadmap.of_grid(free)
+    shelf = np.ones((LANE + 2, SHELF + LANE), np.bool_)
+    shelf[LANE:, :SHELF] = False
+    beside = (BESIDE_SHELVES, BESIDE_SHELVES)
+    return Roadmap.of_grid(np.pad(np.tile(shelf, (SHELF_ROWS, SHELVES)), ((0, LANE), beside), constant_values=True))
 
 
 HALLS = {"rubble": rubble, "aisles": aisles, "warehouse": warehouse}

@@ -37,6 +37,22 @@ function addresses() {
 
 const settled = () => new Promise((resolve) => setTimeout(resolve, 0));
 
+/** A robot whose socket is being opened. */
+async function connecting() {
+  const { asked, urlOf } = addresses();
+  const robot = link();
+  robot.placed(READY, urlOf);
+  asked[0].give("ws://cloud/?ticket=1");
+  await settled();
+  return { robot, asked, urlOf };
+}
+
+/** Open a socket. */
+function opened(socket) {
+  socket.readyState = FakeSocket.OPEN;
+  socket.onopen();
+}
+
 beforeEach(() => {
   sockets = [];
 });
@@ -77,11 +93,7 @@ test("a refused address is not asked for again at once", async () => {
 });
 
 test("a lost socket is followed by another address", async () => {
-  const { asked, urlOf } = addresses();
-  const robot = link();
-  robot.placed(READY, urlOf);
-  asked[0].give("ws://cloud/?ticket=1");
-  await settled();
+  const { robot, asked, urlOf } = await connecting();
   const now = performance.now;
   try {
     sockets[0].onclose({ reason: "" });
@@ -94,27 +106,17 @@ test("a lost socket is followed by another address", async () => {
 });
 
 test("a socket that is no longer wanted is closed once it is open, and its robot is not heard", async () => {
-  const { asked, urlOf } = addresses();
-  const robot = link();
-  robot.placed(READY, urlOf);
-  asked[0].give("ws://cloud/?ticket=1");
-  await settled();
+  const { robot } = await connecting();
   robot.close();
   assert.equal(sockets[0].closed, undefined, "browsers log an error for a socket that is closed before it is open");
-  sockets[0].readyState = FakeSocket.OPEN;
-  sockets[0].onopen();
+  opened(sockets[0]);
   assert.ok(sockets[0].closed);
   assert.ok(!robot.connected);
 });
 
 test("an open socket is closed at once", async () => {
-  const { asked, urlOf } = addresses();
-  const robot = link();
-  robot.placed(READY, urlOf);
-  asked[0].give("ws://cloud/?ticket=1");
-  await settled();
-  sockets[0].readyState = FakeSocket.OPEN;
-  sockets[0].onopen();
+  const { robot } = await connecting();
+  opened(sockets[0]);
   robot.close();
   assert.ok(sockets[0].closed);
 });
