@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.mapping.graph.pose_graph import EdgeKind
-from ppaas.mapping.pipeline.graph_mapper import TRUSTED, GraphMapper
+from ppaas.mapping.graph.robust_weights import TRUSTED
+from ppaas.mapping.pipeline.graph_mapper import GraphMapper
 from ppaas.mapping.relations import Relations
 from ppaas.planar_poses import PoseArray, compose, inverse, relative, rotated
 

@@ -25,7 +25,7 @@ def measure(options: SlamOptions) -> PartResult:
     figures = [figure for result in results for figure in figures_of(result, options.false)]
     for file in options.graphs:
         with file.open(encoding="utf-8") as lines:
-            graph = parse_g2o(lines)
+            graph = parse_g2o(lines).graph
         results.append(graph_solve.measure(file.stem, graph, None, Robust.GRADUATED))
     return PartResult(figures, list(map(graph_solve.row, results)), results)
 

@@ -4,97 +4,105 @@ g2o measures errors in the frame of the measured pose, so that the information o
 second node; that of `PoseGraph` is in the frame of the first.
 """
 
-import math
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from ppaas.errors import InvalidGraph
 from ppaas.geometry import wrap_angle
+from ppaas.mapping.graph.g2o_elements import EDGE, FIX, VERTEX, Elements, LeftOut, read_elements
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
 from ppaas.planar_poses import rotated, symmetric, upper_triangle, wrap_angles
 
-_NUMBERS = {"VERTEX_SE2": (1, 3), "EDGE_SE2": (2, 9)}
-"""Ids and numbers after each tag."""
 
-_IGNORED = ("FIX", "ROBOTLASER1", "PARAMS_SE2OFFSET")
-"""Tags of lines that do not change the graph: the first node is fixed, and scans are not read."""
+@dataclass(frozen=True)
+class GraphFile:
+    """Content of a file.
+
+    Parameters
+    ----------
+    graph : PoseGraph
+        Nodes are in the order of their ids.
+    ids : tuple of int
+        Id of each node.
+    order : tuple of int
+        Nodes in the order of the file.
+    fixed : tuple of int
+        Nodes that the file fixes, in its order.
+    unknown_fixed : dict of int to int
+        Ids in lines FIX that no vertex has, with the number of the line.
+    left_out : dict of str to LeftOut
+        Lines that are not part of the graph, such as those of landmarks, by tag.
+    """
+
+    graph: PoseGraph
+    ids: tuple[int, ...]
+    order: tuple[int, ...]
+    fixed: tuple[int, ...]
+    unknown_fixed: dict[int, int]
+    left_out: dict[str, LeftOut]
+
+    def lines(self) -> Iterator[str]:
+        """Yield the lines of the graph with the ids, the order and the fixed vertices of the file."""
+        return _lines(self.graph, self.ids, self.order, self.fixed)
 
 
-@dataclass
-class _Elements:
-    """Vertices by id, and edges with the numbers of their lines."""
+def parse_g2o(lines: Iterable[str]) -> GraphFile:
+    """Return the graph of the lines of a file of g2o or TORO.
 
-    vertices: dict[int, tuple[float, ...]] = field(default_factory=dict)
-    edges: list[tuple[int, tuple[int, ...], tuple[float, ...]]] = field(default_factory=list)
-
-
-def parse_g2o(lines: Iterable[str]) -> PoseGraph:
-    """Return the graph of the lines of a file; nodes are in order of their ids.
-
-    An edge from an id to the next is odometry, any other a closure. Lines FIX have no effect, since the first
-    node is fixed, and neither have scans (ROBOTLASER1).
+    An edge between an id and the next higher one of the file is odometry, any other a closure. Lines of scans
+    (ROBOTLASER1) and of parameters have no effect.
 
     Raises
     ------
     InvalidGraph
-        A line is malformed, repeats a vertex, names an unknown one, or has an information matrix that is not positive
-        semidefinite; or there is no vertex. The text names the number of the line.
+        A line is malformed, repeats a vertex, names an unknown one, is of a graph in space, or has an information
+        matrix that is not positive semidefinite; or there is no vertex. The text names the number of the line.
     """
-    elements = _Elements()
-    for number, line in enumerate(lines, 1):
-        words = line.split("#", 1)[0].split()
-        if words and words[0] not in _IGNORED:
-            _read(elements, number, words)
+    elements = read_elements(lines)
     if not elements.vertices:
-        raise InvalidGraph("the graph has no VERTEX_SE2")
-    return _graph_of(elements)
+        raise InvalidGraph(f"the graph has no {VERTEX}")
+    ids = tuple(sorted(elements.vertices))
+    nodes = {vertex: node for node, vertex in enumerate(ids)}
+    return GraphFile(
+        _graph_of(elements, nodes),
+        ids,
+        order=tuple(map(nodes.__getitem__, elements.vertices)),
+        fixed=tuple(nodes[vertex] for vertex in elements.fixed if vertex in nodes),
+        unknown_fixed={vertex: line for vertex, line in elements.fixed.items() if vertex not in nodes},
+        left_out=elements.left_out,
+    )
 
 
 def format_g2o(graph: PoseGraph) -> Iterator[str]:
     """Yield the lines of a graph, each with its newline; node 0 is fixed."""
-    for node, pose in enumerate(graph.poses.tolist()):
-        yield f"VERTEX_SE2 {node} {_joined(pose)}\n"
-    if graph.node_count:
-        yield "FIX 0\n"
-    edges = graph.edges
+    nodes = range(graph.node_count)
+    return _lines(graph, nodes, nodes, nodes[:1])
+
+
+def _lines(graph: PoseGraph, ids: Sequence[int], order: Sequence[int], fixed: Sequence[int]) -> Iterator[str]:
+    poses, edges = graph.poses.tolist(), graph.edges
+    for node in order:
+        yield f"{VERTEX} {ids[node]} {_joined(poses[node])}\n"
     information = upper_triangle(rotated(edges.information, -edges.measurements[:, 2]))
     numbers = np.concatenate((edges.measurements, information), axis=1).tolist()
     for first, second, row in zip(edges.first.tolist(), edges.second.tolist(), numbers, strict=True):
-        yield f"EDGE_SE2 {first} {second} {_joined(row)}\n"
+        yield f"{EDGE} {ids[first]} {ids[second]} {_joined(row)}\n"
+    # The order has no meaning, but gtsam 4.3 reads no edge after such a line.
+    for node in fixed:
+        yield f"{FIX} {ids[node]}\n"
 
 
 def _joined(numbers: list[float]) -> str:
     return " ".join(map(repr, numbers))
 
 
-def _read(elements: _Elements, number: int, words: list[str]) -> None:
-    """Add the vertex or edge of a line."""
-    tag = words[0]
-    if tag not in _NUMBERS:
-        raise InvalidGraph(f"line {number}: unknown element {tag[:40]!r}; known: VERTEX_SE2, EDGE_SE2, FIX")
-    id_count, number_count = _NUMBERS[tag]
-    if len(words) != 1 + id_count + number_count:
-        raise InvalidGraph(f"line {number}: {tag} takes {id_count + number_count} values, got {len(words) - 1}")
-    try:
-        ids = tuple(int(word) for word in words[1 : 1 + id_count])
-        numbers = tuple(float(word) for word in words[1 + id_count :])
-    except ValueError as error:
-        raise InvalidGraph(f"line {number}: {tag} takes integer ids, then numbers") from error
-    if not all(map(math.isfinite, numbers)):
-        raise InvalidGraph(f"line {number}: {tag} has a number that is not finite")
-    if tag == "EDGE_SE2":
-        elements.edges.append((number, ids, numbers))
-    elif elements.vertices.setdefault(ids[0], numbers) is not numbers:
-        raise InvalidGraph(f"line {number}: vertex {ids[0]} is defined twice")
-
-
-def _graph_of(elements: _Elements) -> PoseGraph:
-    graph, nodes = PoseGraph(), {}
-    for vertex in sorted(elements.vertices):
+def _graph_of(elements: Elements, nodes: dict[int, int]) -> PoseGraph:
+    graph = PoseGraph()
+    for vertex in nodes:
         x, y, theta = elements.vertices[vertex]
-        nodes[vertex] = graph.add_node((x, y, wrap_angle(theta)))
+        graph.add_node((x, y, wrap_angle(theta)))
     values = np.array([numbers for _, _, numbers in elements.edges]).reshape(-1, 9)
     measurements = np.column_stack((values[:, :2], wrap_angles(values[:, 2])))
     information = rotated(symmetric(values[:, 3:]), measurements[:, 2])
@@ -102,11 +110,12 @@ def _graph_of(elements: _Elements) -> PoseGraph:
     for edge, (number, ends, _) in enumerate(elements.edges):
         unknown = [end for end in ends if end not in nodes]
         if unknown:
-            raise InvalidGraph(f"line {number}: no VERTEX_SE2 defines {unknown[0]}")
-        if ends[0] == ends[1]:
+            raise InvalidGraph(f"line {number}: no {VERTEX} defines {unknown[0]}")
+        first, second = (nodes[end] for end in ends)
+        if first == second:
             raise InvalidGraph(f"line {number}: edge from vertex {ends[0]} to itself")
         if least[edge] < -1e-9 * np.abs(information[edge]).max():
             raise InvalidGraph(f"line {number}: the information matrix is not positive semidefinite")
-        kind = EdgeKind.ODOMETRY if ends[1] == ends[0] + 1 else EdgeKind.CLOSURE
-        graph.add_edge(nodes[ends[0]], nodes[ends[1]], measurements[edge], information[edge], kind)
+        kind = EdgeKind.ODOMETRY if abs(second - first) == 1 else EdgeKind.CLOSURE
+        graph.add_edge(first, second, measurements[edge], information[edge], kind)
     return graph

@@ -1,4 +1,6 @@
-"""Normal equations of the poses of a graph, with one fixed node in each connected part."""
+"""Normal equations of the poses of a graph, with at least one fixed node in each connected part."""
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +16,7 @@ Floats = NDArray[np.float64]
 class NormalEquations:
     """Equations H d = −b for the changes d of poses; the pattern of H and the elimination are planned once.
 
-    The first node of each connected part is fixed.
+    The given nodes are fixed, and the first node of each connected part that has none of them.
 
     Parameters
     ----------
@@ -22,13 +24,15 @@ class NormalEquations:
         Number of nodes.
     first, second : (m,) array
         Nodes of the edges; several edges may connect the same nodes.
+    fixed : sequence of int
+        Nodes that keep their poses.
     """
 
-    def __init__(self, count: int, first: Ints, second: Ints) -> None:
+    def __init__(self, count: int, first: Ints, second: Ints, fixed: Sequence[int] = ()) -> None:
         self._count, self._first, self._second = count, first.copy(), second.copy()
         self.parts = connected_parts(count, self._first, self._second)
         """Smallest node of the connected part of each node, (n,)."""
-        self._free = np.flatnonzero(self.parts != np.arange(count))
+        self._free = np.flatnonzero(~_held(self.parts, np.array(fixed, np.int64)))
         self._rows = np.full(count, -1, np.int64)
         self._rows[self._free] = np.arange(len(self._free))
         lower, upper, self._slots = self._pattern()
@@ -99,3 +103,11 @@ class NormalEquations:
         slots = np.zeros(len(first), np.int64)
         slots[free] = inverse
         return keys // max(1, len(self._free)), keys % max(1, len(self._free)), np.where(first <= second, slots, ~slots)
+
+
+def _held(parts: Ints, fixed: Ints) -> NDArray[np.bool_]:
+    """Return which nodes (n,) are fixed: the given ones, and the first of each part without them."""
+    nodes = np.arange(len(parts))
+    held: NDArray[np.bool_] = (parts == nodes) & ~np.isin(parts, parts[fixed])
+    held[fixed] = True
+    return held

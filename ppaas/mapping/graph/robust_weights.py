@@ -7,6 +7,9 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
+TRUSTED = 0.3
+"""Least weight of a closure that counts as part of the map; one with less contradicts the others."""
+
 
 class WeightRule(Protocol):
     """Loss function of the edges, and the weights of its reweighted least squares."""

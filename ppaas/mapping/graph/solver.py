@@ -1,5 +1,6 @@
 """Solver for pose graphs: the poses that fit the measurements best, with doubtful closures given less weight."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -64,7 +65,7 @@ class Solution:
     Attributes
     ----------
     poses : (n, 3) array
-        x, y [m], theta [rad] of each node; node 0 has not moved.
+        x, y [m], theta [rad] of each node; fixed nodes have not moved.
     chi2 : (m,) array
         Squared Mahalanobis distance of each edge's measurement from these poses.
     weights : (m,) array
@@ -86,15 +87,22 @@ _DEFAULTS = SolverOptions()
 
 
 class GraphSolver:
-    """Solves a growing pose graph; keeps the ordering and the pattern between solves of the same edges."""
+    """Solves a growing pose graph; keeps the ordering and the pattern between solves of the same edges.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    fixed : sequence of int
+        Nodes that keep their poses.
+    """
+
+    def __init__(self, fixed: Sequence[int] = ()) -> None:
+        self._fixed = tuple(fixed)
         self._equations: NormalEquations | None = None
 
     def solve(self, graph: PoseGraph, options: SolverOptions = _DEFAULTS) -> Solution:
         """Return the most likely poses of a graph, starting from its poses. The graph is left unchanged.
 
-        The first node of each connected part stays fixed.
+        Fixed nodes stay, and so does the first node of each connected part that has none.
         """
         edges = graph.edges
         search = Minimisation(graph.poses.copy(), edges, self._equations_of(graph))
@@ -112,7 +120,7 @@ class GraphSolver:
     def _equations_of(self, graph: PoseGraph) -> NormalEquations:
         first, second, equations = graph.edges.first, graph.edges.second, self._equations
         if equations is None or not equations.has_pattern(graph.node_count, first, second):
-            equations = self._equations = NormalEquations(graph.node_count, first, second)
+            equations = self._equations = NormalEquations(graph.node_count, first, second, self._fixed)
         return equations
 
 

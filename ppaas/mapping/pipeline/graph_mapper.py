@@ -18,6 +18,7 @@ from ppaas.mapping.closures.links import Links
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.submaps import Submaps
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
+from ppaas.mapping.graph.robust_weights import TRUSTED
 from ppaas.mapping.graph.solver import GraphSolver, Solution, SolverOptions
 from ppaas.mapping.key_frame_graph import append_key_frame, append_lost
 from ppaas.mapping.key_frames import KeyFrames
@@ -39,9 +40,6 @@ PASSES = 2
 
 BESIDE = 5.0
 """Distance between parts of the map that were not joined [m]."""
-
-TRUSTED = 0.3
-"""Least weight of a closure that counts as part of the map; one with less contradicts the others."""
 
 Result = TypeVar("Result")
 

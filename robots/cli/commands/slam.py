@@ -1,6 +1,7 @@
 """Command ``ppaas slam``: makes a map of a recorded drive, and scores trajectories."""
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,8 +25,11 @@ FORMATS = ("carmen", "flirt", "bag")
 GRAPH, POSEGRAPH = ".g2o", ".posegraph"
 """Endings of pose graphs, without and with scans."""
 
+METHODS = ("none", "scaling", "graduated")
+"""Methods of `ppaas.mapping.graph.solver.Robust`, which ``ppaas --help`` must not load."""
+
 COLUMNS = ("scans", "key_frames", "closures", "distrusted_edges", "total_seconds")
-SOLVED = ("nodes", "edges", "chi2", "distrusted_edges", "iterations", "seconds")
+SOLVED = ("nodes", "edges", "fixed", "chi2", "distrusted_edges", "method", "iterations", "seconds")
 SCORES = ("mean_m", "std_m", "max_m", "mean_deg", "std_deg", "max_deg", "relations", "unmatched")
 
 
@@ -62,6 +66,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--parameter", action="append", metavar="NAME=VALUE", help="parameter of mapping, as max_laser_range=20"
     )
     parser.add_argument("--json", action="store_true", help="print JSON")
+    graph = parser.add_argument_group("pose graphs")
+    graph.add_argument(
+        "--robust",
+        choices=METHODS,
+        help="weight of loop closures of a graph that contradict other edges: none trusts all, as g2o does (default: "
+        "none if all agree, else what explains more of them)",
+    )
     bag = parser.add_argument_group("bags of ROS", "default: what the transforms and the odometry of the bag say")
     bag.add_argument("--scan-topic", metavar="TOPIC", help="use the scans of this topic alone, as /scan_front")
     bag.add_argument("--odom-frame", metavar="FRAME", help="frame of the odometry, as odom_combined")
@@ -138,10 +149,12 @@ def _solve(arguments: argparse.Namespace) -> dict[str, Any]:
     others = (arguments.map, arguments.plot, arguments.trajectory, arguments.score, arguments.posegraph)
     if any(given is not None for given in others):
         raise InvalidInput(f"{arguments.log} is a pose graph, without scans: only --graph can be written")
-    solved, answer = solve_file(arguments.log)
+    solved = solve_file(arguments.log, arguments.robust)
     if arguments.graph is not None:
-        write_file(arguments.graph, solved)
-    return answer
+        write_file(arguments.graph, solved.content)
+    for note in solved.notes:
+        sys.stderr.write(f"note: {note}\n")
+    return solved.answer
 
 
 def _mapped(log: "ScanLog", parameters: "SlamParameters", name: str) -> "LogMap":

@@ -1,54 +1,116 @@
 """Solves pose graphs of files, for ``ppaas slam GRAPH.g2o``."""
 
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ppaas.errors import InvalidInput
-from ppaas.mapping.graph.g2o import format_g2o, parse_g2o
+from ppaas.mapping.graph.any_start import Choice, solve_any_start
+from ppaas.mapping.graph.components import components
+from ppaas.mapping.graph.g2o import GraphFile, parse_g2o
 from ppaas.mapping.graph.pose_graph import EdgeKind
-from ppaas.mapping.graph.solver import GraphSolver
-from ppaas.mapping.pipeline.graph_mapper import TRUSTED
+from ppaas.mapping.graph.robust_weights import TRUSTED
+from ppaas.mapping.graph.solver import GraphSolver, Robust, SolverOptions
 
 
-def solve_file(path: Path) -> tuple[bytes, dict[str, Any]]:
+@dataclass(frozen=True)
+class SolvedGraph:
+    """A solved graph.
+
+    Parameters
+    ----------
+    content : bytes
+        It in the format of g2o, with the ids, the order and the fixed vertices of its file.
+    answer : dict
+        Numbers of ``nodes``, ``edges``, ``fixed`` vertices and ``distrusted_edges`` (closures that contradict the
+        others), ``chi2``, ``method``, ``iterations``, ``seconds``, and ``left_out``: numbers of lines by tag.
+    notes : list of str
+        What the user should know about the file and the solution.
+    """
+
+    content: bytes
+    answer: dict[str, Any]
+    notes: list[str]
+
+
+def solve_file(path: Path, method: str | None = None) -> SolvedGraph:
     """Solve the graph of a file.
 
     Parameters
     ----------
     path : Path
-        Text of g2o: ``VERTEX_SE2`` and ``EDGE_SE2`` lines. Edges between consecutive ids are trusted, others are
-        loop closures.
-
-    Returns
-    -------
-    bytes
-        The solved graph in the same format.
-    dict
-        Numbers of ``nodes``, ``edges`` and ``distrusted_edges`` (closures that contradict the others), ``chi2``,
-        ``iterations`` and ``seconds``.
+        Text of g2o or TORO. Edges between successive ids are trusted, others are loop closures.
+    method : {"none", "scaling", "graduated"}, optional
+        How closures that contradict the others lose weight; by default, what suits the graph.
 
     Raises
     ------
     InvalidInput
         The file cannot be read, or is not a graph.
     """
-    try:
-        with path.open(encoding="ascii") as file:
-            graph = parse_g2o(file)
-    except (OSError, UnicodeDecodeError) as error:
-        raise InvalidInput(f"cannot read the graph: {error}") from error
+    file = _read(path)
     begin = time.perf_counter()
-    solution = GraphSolver().solve(graph)
+    found = _solve(file, method)
     seconds = time.perf_counter() - begin
+    solution, graph = found.solution, file.graph
     graph.move_nodes(solution.poses)
-    distrusted = (graph.edges.kinds == EdgeKind.CLOSURE) & (solution.weights < TRUSTED)
+    closures = graph.edges.kinds == EdgeKind.CLOSURE
+    distrusted = int((closures & (solution.weights < TRUSTED)).sum())
     answer = {
         "nodes": graph.node_count,
         "edges": graph.edge_count,
+        "fixed": len(file.fixed),
         "chi2": round(float((solution.weights * solution.chi2).sum()), 3),
-        "distrusted_edges": int(distrusted.sum()),
+        "distrusted_edges": distrusted,
+        "method": found.robust.value,
         "iterations": solution.iterations,
         "seconds": round(seconds, 3),
+        "left_out": {tag: lines.count for tag, lines in file.left_out.items()},
     }
-    return "".join(format_g2o(graph)).encode(), answer
+    notes = _notes(file) + _doubts(distrusted, int(closures.sum()))
+    return SolvedGraph("".join(file.lines()).encode(), answer, notes)
+
+
+def _read(path: Path) -> GraphFile:
+    try:
+        with path.open(encoding="utf-8-sig", errors="replace") as lines:
+            return parse_g2o(lines)
+    except OSError as error:
+        raise InvalidInput(f"cannot read the graph: {error}") from error
+
+
+def _solve(file: GraphFile, method: str | None) -> Choice:
+    if method is None:
+        return solve_any_start(file.graph, file.fixed)
+    options = SolverOptions(Robust(method))
+    return Choice(GraphSolver(file.fixed).solve(file.graph, options), options.robust)
+
+
+def _notes(file: GraphFile) -> list[str]:
+    """Return what of the file is not, or only in part, in the solution."""
+    notes = [
+        f"{lines.count} {'line' if lines.count == 1 else 'lines'} {tag} left out, the first is line {lines.line}: "
+        "only poses in the plane and edges between them are solved"
+        for tag, lines in file.left_out.items()
+    ]
+    notes += [
+        f"line {line}: FIX names vertex {vertex}, which no line defines" for vertex, line in file.unknown_fixed.items()
+    ]
+    parts = components(file.graph)
+    count, held = int(parts.max()) + 1, len(np.unique(parts[list(file.fixed)]))
+    if count > max(1, held):
+        stays = "of each without FIX, the vertex of the least id stays"
+        notes.append(f"the graph has {count} parts that no edge connects; {stays}")
+    return notes
+
+
+def _doubts(distrusted: int, closures: int) -> list[str]:
+    if 2 * distrusted <= closures:
+        return []
+    return [
+        f"{distrusted} of {closures} loop closures contradict the other edges and have little weight: either most are "
+        "false, or the information of the edges is too large; --robust none trusts all of them"
+    ]

@@ -20,17 +20,17 @@ EDGE_SE2 4 7 0.5 2 -5.7831853071795866 1 0 0 1 0 1
 
 
 def test_graph_is_read():
-    graph = parse_g2o(SMALL)
+    graph = parse_g2o(SMALL).graph
     assert graph.poses.tolist()[0] == [0.0, 0.0, 0.0] and graph.poses.tolist()[2] == [1.0, 2.0, 0.5]
     assert graph.poses[1, 2] == pytest.approx(7.0 - 2 * np.pi)
     edges = graph.edges
     assert edges.first.tolist() == [0, 1] and edges.second.tolist() == [1, 2]
-    assert edges.kinds.tolist() == [EdgeKind.ODOMETRY, EdgeKind.CLOSURE]
+    assert edges.kinds.tolist() == [EdgeKind.ODOMETRY, EdgeKind.ODOMETRY]
     assert edges.measurements[1] == pytest.approx([0.5, 2.0, 0.5])
 
 
 def test_information_of_a_file_is_in_the_frame_of_the_second_node():
-    information = parse_g2o(SMALL).edges.information[0]
+    information = parse_g2o(SMALL).graph.edges.information[0]
     assert information == pytest.approx(np.diag([25.0, 100.0, 400.0]), abs=1e-9)
 
 
@@ -40,7 +40,7 @@ def test_written_graph_is_read_again():
     graph.add_edge(9, 2, (0.1, 0.2, 3.1), skewed, EdgeKind.CLOSURE)
     lines = list(format_g2o(graph))
     assert all(line.endswith("\n") for line in lines)
-    again = parse_g2o(lines)
+    again = parse_g2o(lines).graph
     assert again.poses == pytest.approx(graph.poses, abs=1e-12)
     assert (again.edges.first == graph.edges.first).all() and (again.edges.kinds == graph.edges.kinds).all()
     assert again.edges.information == pytest.approx(graph.edges.information, abs=1e-9)
@@ -51,7 +51,10 @@ def test_written_graph_is_read_again():
 @pytest.mark.parametrize(
     ("line", "text"),
     [
-        ("VERTEX_XY 9 1 2", "line 10: unknown element 'VERTEX_XY'"),
+        ("VERTEX_SE3:QUAT 9 1 2 3 0 0 0 1", "line 10: VERTEX_SE3:QUAT is an element of a graph in space"),
+        ("EDGE3 3 4 1 0 0 0 0 0", "line 10: EDGE3 is an element of a graph in space"),
+        ("FIX 3 here", "line 10: FIX takes integer ids$"),
+        ("EDGE2 3 4 1 0 0 1 0 0 1 0 1", "line 10: the information matrix is not positive semidefinite"),
         ("VERTEX_SE2 9 1 2", "line 10: VERTEX_SE2 takes 4 values, got 3"),
         ("VERTEX_SE2 nine 1 2 3", "line 10: VERTEX_SE2 takes integer ids"),
         ("VERTEX_SE2 9 1 2 east", "line 10: VERTEX_SE2 takes integer ids, then numbers"),
@@ -76,3 +79,63 @@ def test_text_without_vertices_is_refused():
 
 def test_empty_graph_has_no_lines():
     assert list(format_g2o(PoseGraph())) == []
+
+
+def test_ids_their_order_and_fixed_vertices_are_written_as_read():
+    huge = 0x7800000000000000  # a symbol x0 of gtsam
+    lines = [f"VERTEX_SE2 {vertex} 0.0 0.0 0.0\n" for vertex in (huge + 1, -5, huge)]
+    lines += [
+        f"EDGE_SE2 {first} {second} 1.0 0.0 0.0 4.0 0.0 0.0 4.0 0.0 9.0\n" for first, second in ((huge, -5), (-5, huge))
+    ]
+    lines += [f"FIX {huge}\n", "FIX -5\n"]
+    assert list(parse_g2o(lines).lines()) == lines
+
+
+def test_lines_come_in_any_order_with_any_ends():
+    shuffled = [line.rstrip() + "\r\n" for line in reversed(SMALL)]
+    again, once = parse_g2o(shuffled), parse_g2o(SMALL)
+    assert (again.graph.poses == once.graph.poses).all() and again.fixed == once.fixed == (0,)
+    assert again.graph.edge_count == 2
+
+
+def test_one_line_fixes_several_vertices_and_unknown_ones_are_named():
+    file = parse_g2o([*SMALL, "FIX 7 12", "FIX 12 4"])
+    assert (file.fixed, file.unknown_fixed) == ((0, 2, 1), {12: 10})
+
+
+def test_no_line_fix_stands_before_an_edge():
+    graph, _, _ = walk(5, 0)
+    tags = [line.split()[0] for line in format_g2o(graph)]
+    assert tags == ["VERTEX_SE2"] * 5 + ["EDGE_SE2"] * 4 + ["FIX"]
+
+
+def test_edges_between_successive_ids_are_odometry_in_both_directions():
+    vertices = [f"VERTEX_SE2 {vertex} 0 0 0" for vertex in (100, 110, 120)]
+    edges = [f"EDGE_SE2 {ends} 1e0 0 0 1e+2 0 0 1E2 0 100" for ends in ("100 110", "120 110", "120 100")]
+    kinds = parse_g2o(vertices + edges).graph.edges.kinds
+    assert kinds.tolist() == [EdgeKind.ODOMETRY, EdgeKind.ODOMETRY, EdgeKind.CLOSURE]
+
+
+def test_elements_of_toro_are_those_of_g2o():
+    # Source of the order xx, xy, yy, θθ, xθ, yθ: TORO's manual, and gtsam's NoiseFormatTORO.
+    toro = ["VERTEX2 0 0 0 0", "VERTEX2 1 1 0 0", "EDGE2 0 1 1 0.5 0.3 40 1 30 90 2 3"]
+    g2o = ["VERTEX_SE2 0 0 0 0", "VERTEX_SE2 1 1 0 0", "EDGE_SE2 0 1 1 0.5 0.3 40 1 2 30 3 90"]
+    for found, expected in zip(parse_g2o(toro).graph.edges, parse_g2o(g2o).graph.edges, strict=True):
+        np.testing.assert_array_equal(found, expected)
+
+
+def test_elements_that_are_not_solved_are_counted_with_their_first_lines():
+    others = ["VERTEX_XY 9 1 2", "EDGE_SE2_XY 3 9 1 1 1 0 1", "EDGE_PRIOR_SE2 3 0 0 0 1 0 0 1 0 1", "VERTEX_XY 10 1 2"]
+    file = parse_g2o([*SMALL, *others, "PARAMS_SE2OFFSET 0 0 0 0"])
+    assert {tag: (lines.line, lines.count) for tag, lines in file.left_out.items()} == {
+        "VERTEX_XY": (10, 2),
+        "EDGE_SE2_XY": (11, 1),
+        "EDGE_PRIOR_SE2": (12, 1),
+    }
+    assert file.graph.node_count == 3
+
+
+def test_edges_between_the_same_vertices_all_count():
+    edge = "EDGE_SE2 0 1 {} 0 0 1 0 0 1 0 1"
+    file = parse_g2o(["VERTEX_SE2 0 0 0 0", "VERTEX_SE2 1 0 0 0", edge.format(1), edge.format(2), edge.format(1)])
+    assert GraphSolver().solve(file.graph).poses[1] == pytest.approx([4 / 3, 0, 0])

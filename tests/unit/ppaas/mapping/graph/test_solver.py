@@ -124,3 +124,34 @@ def test_graph_of_one_node_is_solved():
     graph = PoseGraph()
     graph.add_node((1.0, 2.0, 3.0))
     assert GraphSolver().solve(graph, SolverOptions(Robust.GRADUATED)).poses.tolist() == [[1.0, 2.0, 3.0]]
+
+
+def test_fixed_nodes_stay_and_hold_their_part():
+    graph = PoseGraph()
+    for x in (0.0, 1.0, 2.0, 3.3, 7.0, 7.5):
+        graph.add_node((x, 0.0, 0.0))
+    for first, second in ((0, 1), (1, 2), (2, 3), (4, 5)):
+        graph.add_edge(first, second, (1.0, 0.0, 0.0), np.diag([100.0, 100.0, 100.0]), EdgeKind.ODOMETRY)
+    both = GraphSolver((0, 3)).solve(graph, SolverOptions(Robust.NONE))
+    assert both.poses[:, 0] == pytest.approx([0.0, 1.1, 2.2, 3.3, 7.0, 8.0])
+    last = GraphSolver((3,)).solve(graph, SolverOptions(Robust.NONE))
+    assert last.poses[:, 0] == pytest.approx([0.3, 1.3, 2.3, 3.3, 7.0, 8.0])
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_least_squares_with_fixed_nodes_agree_with_scipy(seed):
+    graph, _, _ = walk(25, 15, seed=seed)
+    random = np.random.default_rng(seed)
+    fixed = tuple(np.sort(random.choice(25, 4, replace=False)).tolist())
+    free = np.setdiff1d(np.arange(25), fixed)
+    solution = GraphSolver(fixed).solve(graph, SolverOptions(Robust.NONE, tolerance=1e-9))
+
+    def lengths(numbers):
+        poses = graph.poses.copy()
+        poses[free] = numbers.reshape(-1, 3)
+        return twin.residuals(poses[1:].ravel(), graph.edges, poses[:1], np.ones(graph.edge_count))
+
+    expected = scipy.optimize.least_squares(lengths, graph.poses[free].ravel(), xtol=1e-12)
+    assert (solution.poses[list(fixed), :2] == graph.poses[list(fixed), :2]).all()
+    assert solution.chi2.sum() == pytest.approx(2 * expected.cost, rel=1e-6)
+    assert solution.poses[free, :2] == pytest.approx(expected.x.reshape(-1, 3)[:, :2], abs=1e-5)

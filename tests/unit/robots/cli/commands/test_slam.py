@@ -10,6 +10,7 @@ from PIL import Image
 
 from ppaas.errors import InvalidGraph, InvalidInput, InvalidParameter
 from ppaas.mapping.graph.g2o import parse_g2o
+from ppaas.mapping.graph.solver import Robust
 from ppaas.mapping.relations import parse_trajectory
 from ppaas.mapping.serialization.mapping_file import unpack_mapping
 from robots.cli.command_parser import CommandParser
@@ -42,8 +43,9 @@ def run(*words: object) -> int:
     return slam.run(parser.parse_args(list(map(str, words))))
 
 
-def test_the_command_offers_all_formats() -> None:
+def test_the_command_offers_all_formats_and_methods() -> None:
     assert slam.FORMATS == FORMATS
+    assert list(slam.METHODS) == [each.value for each in Robust]
 
 
 def test_map_trajectory_and_picture_are_written(tmp_path: Path, log: Path) -> None:
@@ -96,10 +98,58 @@ def test_the_pose_graph_is_written_and_solved_again(
     answer = json.loads(capsys.readouterr().out)
     assert (answer["nodes"], answer["edges"], answer["distrusted_edges"]) == (frames, frames - 1, 0)
     assert answer["chi2"] < 1e-3
-    once, again = (parse_g2o((tmp_path / name).read_text().splitlines()) for name in ("out.g2o", "again.g2o"))
+    once, again = (parse_g2o((tmp_path / name).read_text().splitlines()).graph for name in ("out.g2o", "again.g2o"))
     np.testing.assert_allclose(again.edges.measurements, once.edges.measurements)
     run(tmp_path / "out.g2o")
-    assert capsys.readouterr().out.split()[:3] == ["nodes", "edges", "chi2"]
+    assert capsys.readouterr().out.split()[:3] == ["nodes", "edges", "fixed"]
+
+
+def solved(tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, *words: str) -> tuple[dict, str, list[str]]:
+    """Solve a graph; return the answer, the notes, and the lines of the solution."""
+    (tmp_path / "graph.g2o").write_text(text, encoding="utf-8")
+    run(tmp_path / "graph.g2o", "--graph", tmp_path / "solved.g2o", "--json", *words)
+    out, notes = capsys.readouterr()
+    return json.loads(out), notes, (tmp_path / "solved.g2o").read_text().splitlines()
+
+
+CHAIN = """\ufeff# Straße
+FIX 3 0
+VERTEX_SE2 3 3.3 0 0
+VERTEX_SE2 0 0 0 0
+VERTEX_SE2 1 1 0 0
+EDGE_SE2 0 1 1 0 0 100 0 0 100 0 100
+EDGE_SE2 1 3 2 0 0 50 0 0 50 0 50
+"""
+
+
+def test_fixed_vertices_keep_their_poses_and_stay_fixed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    answer, notes, lines = solved(tmp_path, capsys, CHAIN)
+    assert (answer["fixed"], answer["distrusted_edges"], answer["left_out"], notes) == (2, 0, {}, "")
+    vertices = [line.split()[1:3] for line in lines if line.startswith("VERTEX_SE2")]
+    assert [vertex for vertex, _ in vertices] == ["3", "0", "1"]
+    assert [float(x) for _, x in vertices] == pytest.approx([3.3, 0.0, 1.1])
+    assert lines[-2:] == ["FIX 3", "FIX 0"]
+
+
+def test_what_is_not_solved_is_noted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    others = "VERTEX_XY 7 1 1\nEDGE_SE2_XY 0 7 1 1 1 0 1\nEDGE_SE2_XY 1 7 0 1 1 0 1\nFIX 9\nVERTEX_SE2 20 5 5 0\n"
+    answer, notes, _ = solved(tmp_path, capsys, CHAIN + others)
+    assert answer["left_out"] == {"VERTEX_XY": 1, "EDGE_SE2_XY": 2}
+    first, second, third, fourth = notes.splitlines()
+    assert first.startswith("note: 1 line VERTEX_XY left out, the first is line 8: only poses in the plane")
+    assert second.startswith("note: 2 lines EDGE_SE2_XY left out, the first is line 9: ")
+    assert third == "note: line 11: FIX names vertex 9, which no line defines"
+    assert fourth.startswith("note: the graph has 2 parts that no edge connects")
+
+
+def test_solution_that_distrusts_most_closures_is_noted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    closure = "EDGE_SE2 0 3 9 0 0 900 0 0 900 0 900\n"
+    answer, notes, _ = solved(tmp_path, capsys, CHAIN.replace("FIX 3 0\n", "") + closure)
+    assert answer["distrusted_edges"] == 1
+    assert notes.startswith("note: 1 of 1 loop closures contradict the other edges and have little weight")
+    answer, notes, lines = solved(tmp_path, capsys, CHAIN.replace("FIX 3 0\n", "") + closure, "--robust", "none")
+    assert (answer["distrusted_edges"], answer["method"], notes) == (0, "none", "")
+    assert float(lines[0].split()[2]) > 8.0
 
 
 def test_key_frames_are_written_with_their_pose_graph(tmp_path: Path, log: Path) -> None:
