@@ -66,6 +66,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--parameter", action="append", metavar="NAME=VALUE", help="parameter of mapping, as max_laser_range=20"
     )
     parser.add_argument("--json", action="store_true", help="print JSON")
+    _configure_inputs(parser)
+
+
+def _configure_inputs(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments for logs of one kind."""
     graph = parser.add_argument_group("pose graphs")
     graph.add_argument(
         "--robust",
