@@ -21,7 +21,7 @@ class PoseWatch:
     moved_frame : (str, str)
         Frames that the last odometry message named, the one of the odometry and the one that it moves; empty before it.
     expects_scans : bool
-        Whether localization is by scans of the robot.
+        Whether localization is by scans of the robot. A robot that localizes itself says at once that it is not.
     localization : str
         Reason for which localization uses no scans, from its own report; empty while it uses them.
     """
@@ -45,6 +45,8 @@ class PoseWatch:
 
     def check(self, now: float) -> None:
         """Raise ``TransformError`` if odometry or localization is missing or too old; the text says what is missing."""
+        if self.localization and not self.expects_scans:
+            raise TransformError(f"not localized: {self.localization}")
         silence = self._frames.odometry_silence(now)
         if silence > self._tolerance:
             raise TransformError(self._without_odometry(silence))

@@ -2,8 +2,6 @@
 
 from typing import Literal
 
-from msgspec import field
-
 from ppaas.wire.vda5050.fields import (
     Fields,
     IntermediatePath,
@@ -195,7 +193,7 @@ class State(Fields):
     distance_since_last_node: float | None = None
     zone_requests: list[ZoneRequest] | None = None
     edge_requests: list[EdgeRequest] | None = None
-    information: list[Information] = field(default_factory=list)
+    information: list[Information] | None = None
 
 
 class Connection(Fields):

@@ -3,13 +3,14 @@
 import asyncio
 import logging
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ppaas.clock import epoch, monotonic
 from ppaas.errors import NotFound, PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.messages.base.std_msgs import Time
+from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.factsheets import Factsheet
 from ppaas.wire.vda5050.fields import Position, Velocity
 from ppaas.wire.vda5050.headers import Header
@@ -24,17 +25,17 @@ from ppaas.wire.vda5050.master.instructions import (
     SendZones,
 )
 from ppaas.wire.vda5050.master.master_control import MasterControl, Path
-from ppaas.wire.vda5050.master.reports import standing
+from ppaas.wire.vda5050.master.reports import knows_place, standing
 from ppaas.wire.vda5050.states import Connection, State, Visualization
 from ppaas.zones.zone import Zone
-from robots.bridges.agv.agv_side import AgvSide
+from robots.bridges.agv.agv_side import AgvSide, LeftOut
 from robots.bridges.agv.cloud_side import CloudSide, Requests
 from robots.bridges.agv.limits import settings_of
 from robots.bridges.agv.options import FleetOptions
-from robots.bridges.agv.registration import registered
+from robots.bridges.agv.registration import Registry, differences
 from robots.bridges.agv.ros_messages import diagnostics
 from robots.bridges.agv.zone_side import ZoneSide
-from robots.client.rest import RestClient
+from robots.bridges.core.notices import Notices, without_numbers
 
 logger = logging.getLogger(__name__)
 
@@ -53,6 +54,12 @@ SHEET_PATIENCE = 3.0
 LEAVE_AFTER = 60.0
 """Time without a connection of the AGV after which its robot leaves the cloud [s]."""
 
+MAX_TEXTS = 30
+"""Largest number of different texts about left out messages of an AGV that are logged."""
+
+STATE_AGE = 45.0
+"""Age of the newest state from which an AGV counts as lost [s]: it is to send one every 30 s at least."""
+
 RETRY = 10.0
 """Time after which a robot that the cloud refused is tried again [s]."""
 
@@ -63,18 +70,15 @@ class AgvRobot:
     Parameters
     ----------
     agv : AgvSide
-    robot : str
-        Id of the robot.
     url, token : str
         URL of the cloud, and token of the account.
-    rest : RestClient
+    registry : Registry
+        Robots of the account.
     options : FleetOptions
     """
 
-    def __init__(
-        self, agv: AgvSide, robot: str, url: str, token: str, *, rest: RestClient, options: FleetOptions
-    ) -> None:
-        self._agv, self._robot, self._options, self._rest = agv, robot, options, rest
+    def __init__(self, agv: AgvSide, url: str, token: str, *, registry: Registry, options: FleetOptions) -> None:
+        self._agv, self._options, self._registry = agv, options, registry
         self._url, self._token = url, token
         self._control = MasterControl(options.settings)
         self._cloud: CloudSide | None = None
@@ -86,16 +90,21 @@ class AgvRobot:
         self._away_since: float | None = None
         self._position: Position | None = None
         self._velocity: Velocity | None = None
-        self._pose_at = self._told_at = self._connection_at = -math.inf
+        self._pose_at = self._told_at = self._connection_at = self._state_at = -math.inf
         self._complaint = ""
+        self._file: Mapping[str, Any] | None = None
+        self._differences: tuple[str, ...] = ()
+        self._notices = Notices(MAX_TEXTS)
         self._told: tuple[str, ...] = ()
 
     # -- from the AGV --------------------------------------------------------------------------------------------------
 
     def take(self, topic: str, header: Header, body: Any, *, retained: bool) -> None:
         """Take a message of the AGV."""
-        if why := self._agv.counts(topic, header):
-            self._complain(f"it is left out: {why}")
+        if self._control.connection != "ONLINE":
+            self._agv.begin_again()
+        if (left_out := self._agv.left_out(topic, header)) is not None:
+            self._leave_out(topic, left_out)
             return
         now = monotonic()
         match body:
@@ -107,8 +116,22 @@ class AgvRobot:
                 self._take_position(body.mobile_robot_position, body.velocity, now)
             case Factsheet():
                 self._sheet = body
+                self._compare()
                 self._control.settings = settings_of(body, self._options.settings)
                 self._sheet_came.set()
+
+    def refuse(self, topic: str, error: PPaaSError) -> None:
+        """Take it that the AGV sent a message that cannot be read."""
+        if topic == topics.FACTSHEET and self._sheet is None:
+            self._registry.unreadable[self._agv.address] = str(error)
+        self._leave_out(topic, LeftOut(str(error), is_loss=True))
+
+    def _leave_out(self, topic: str, left_out: LeftOut) -> None:
+        self._notices.warn(f"AGV {self._agv.name}: a message is left out: {left_out.reason}")
+        if topic == topics.STATE and left_out.is_loss:
+            text = f"states of the AGV are left out: {left_out.reason}"
+            if without_numbers(text) != without_numbers(self._control.left_out):
+                self._control.left_out = text
 
     def _take_connection(self, body: Connection, now: float) -> None:
         if body.connection_state != self._control.connection:
@@ -126,6 +149,7 @@ class AgvRobot:
     def _take_state(self, state: State, now: float, *, retained: bool) -> None:
         if self._control.connection != "ONLINE" and not retained and now - self._connection_at > REPEAT:
             self._take_connection(Connection(connection_state="ONLINE"), now)
+        self._state_at, self._control.left_out = now, self._on_other_map(state.mobile_robot_position)
         self._take_position(state.mobile_robot_position, state.velocity, now)
         self._do(self._control.take_state(state, now))
         if self._control.connection == "ONLINE":
@@ -155,7 +179,7 @@ class AgvRobot:
             try:
                 await self._be_robot()
             except PPaaSError as error:
-                logger.error("AGV %s is not connected as robot %s: %s", self._agv.name, self._robot, error)
+                logger.error("AGV %s is not connected as a robot: %s", self._agv.name, error)
                 await asyncio.sleep(RETRY)
 
     async def _be_robot(self) -> None:
@@ -163,23 +187,29 @@ class AgvRobot:
         if self._sheet is None:
             await self._wait_for_sheet()
         assert self._position is not None
-        known = await registered(
-            self._rest, self._robot, self._agv.address,
-            map_id=self._position.map_id, sheet=self._sheet, options=self._options,
-        )  # fmt: skip
-        self._map = str(known["map"])
-        requests = Requests(self._follow, self._cancel, self._initial_pose, self._action, self._renewed)
-        cloud = CloudSide(self._url, self._token, self._robot, requests)
-        async with cloud.link:
-            await cloud.subscribe()
-            self._cloud = cloud
-            logger.info("AGV %s is robot %s", self._agv.name, self._robot)
-            try:
-                await self._stay(cloud)
-            finally:
-                self._cloud, self._told = None, ()
+        async with self._registry.robot(self._agv.address, self._position.map_id, self._sheet) as known:
+            robot, self._map = str(known["id"]), str(known["map"])
+            self._control.left_out = self._control.left_out or self._on_other_map(self._position)
+            self._file = known
+            self._compare()
+            requests = Requests(self._follow, self._cancel, self._initial_pose, self._action, self._renewed)
+            cloud = CloudSide(self._url, self._token, robot, requests)
+            async with cloud.link:
+                await cloud.subscribe()
+                self._cloud = cloud
+                logger.info("AGV %s is robot %s", self._agv.name, robot)
+                try:
+                    await self._stay(cloud, robot)
+                finally:
+                    self._cloud, self._told = None, ()
 
-    async def _stay(self, cloud: CloudSide) -> None:
+    def _compare(self) -> None:
+        """Report how the robot's file differs from the AGV's factsheet."""
+        self._differences = () if self._file is None else differences(self._file, self._sheet)
+        for text in self._differences:
+            self._notices.tell(f"AGV {self._agv.name}: {text}")
+
+    async def _stay(self, cloud: CloudSide, robot: str) -> None:
         self._left.clear()
         ends = [asyncio.create_task(cloud.link.closed()), asyncio.create_task(self._left.wait())]
         try:
@@ -190,14 +220,16 @@ class AgvRobot:
             for end in ends:
                 end.cancel()
         self._located.clear()
-        logger.info("AGV %s is away: robot %s leaves", self._agv.name, self._robot)
+        logger.info("AGV %s is away: robot %s leaves", self._agv.name, robot)
 
     async def _wait_for_sheet(self) -> None:
         try:
             async with asyncio.timeout(SHEET_PATIENCE):
                 await self._sheet_came.wait()
         except TimeoutError:
-            logger.warning("AGV %s sends no factsheet: give its size by --radius", self._agv.name)
+            why = self._registry.unreadable.get(self._agv.address)
+            what = f"a factsheet that cannot be read ({why})" if why else "no factsheet"
+            logger.warning("AGV %s sends %s: give its size by --radius", self._agv.name, what)
 
     def _follow(self, path: Path) -> None:
         self._do(self._control.follow(path, monotonic()))
@@ -234,6 +266,8 @@ class AgvRobot:
     def tick(self) -> None:
         """Do what is due: send again, repeat the pose of an AGV that stands, publish its diagnostics."""
         now = monotonic()
+        if self._control.connection == "ONLINE" and now - self._state_at > STATE_AGE and not self._control.stale:
+            self._control.left_out = f"the AGV has sent no state that counts for {STATE_AGE:g} s"
         self._do(self._control.tick(now))
         if self._away_since is not None and now - self._away_since > LEAVE_AFTER:
             self._left.set()
@@ -264,7 +298,7 @@ class AgvRobot:
             self._cloud.ended(end)
 
     def _complain(self, text: str) -> None:
-        if text != self._complaint:
+        if without_numbers(text) != without_numbers(self._complaint):
             logger.warning("AGV %s: %s", self._agv.name, text)
         self._complaint = text
 
@@ -277,17 +311,21 @@ class AgvRobot:
 
     def _why_unusable(self) -> str:
         """Return why the AGV has no pose in the robot's map; empty if it has one."""
-        connection, state, position = self._control.connection, self._control.state, self._position
-        if connection != "ONLINE":
-            return f"the AGV is {connection or 'not connected'}"
+        state, position = self._control.state, self._position
+        if stale := self._control.stale:
+            return stale
         if state is None or position is None:
             return "the AGV has sent no state with a position"
-        if not position.localized:
+        if not position.localized or not knows_place(state):
             return standing(state) or "the AGV does not know where it is"
-        if self._options.map_of(position.map_id) != self._map:
-            own, other = position.map_id[:60], self._map
-            return f"the AGV is on map {own!r}, and its robot on {other!r}: say --map {own}={other} if they are one"
-        return ""
+        return self._on_other_map(position)
+
+    def _on_other_map(self, position: Position | None) -> str:
+        """Return that the AGV is on another map than its robot; empty if it is not, or has no robot yet."""
+        if position is None or not self._map or self._options.map_of(position.map_id) == self._map:
+            return ""
+        own, other = position.map_id[:60], self._map
+        return f"the AGV is on map {own!r}, and its robot on {other!r}: say --map {own}={other} if they are one"
 
     def _tell(self, now: float) -> None:
         """Publish localization and diagnostics, when they change and from time to time."""
@@ -302,4 +340,6 @@ class AgvRobot:
             self._cloud.localization(told[0])
         self._told, self._told_at = told, now
         stamp = Time.of(epoch())
-        self._cloud.diagnostics(diagnostics(self._agv.name, state, self._complaint, told[0], stamp))
+        self._cloud.diagnostics(
+            diagnostics(self._agv.name, state, told[0], stamp, complaint=self._complaint, notes=self._differences)
+        )

@@ -2,6 +2,7 @@
 
 import logging
 from collections import defaultdict
+from typing import NamedTuple
 
 from ppaas.clock import epoch
 from ppaas.errors import NotFound, Unavailable
@@ -17,6 +18,20 @@ from ppaas.wire.vda5050.zones import ZoneSet
 from robots.bridges.vda5050.outbox import Outbox, Outgoing
 
 logger = logging.getLogger(__name__)
+
+
+class LeftOut(NamedTuple):
+    """Message that does not count.
+
+    Parameters
+    ----------
+    reason : str
+    is_loss : bool
+        Whether it may have said something new: then what was known before is not known any more.
+    """
+
+    reason: str
+    is_loss: bool
 
 
 class AgvSide:
@@ -44,21 +59,29 @@ class AgvSide:
         self._headers = HeaderCounter(self.version, address)
         self._watches: defaultdict[str, HeaderWatch] = defaultdict(HeaderWatch)
 
-    def counts(self, topic: str, header: Header) -> str:
-        """Return why a message is left out; empty if it counts.
+    def begin_again(self) -> None:
+        """Take the next header id of each topic, whatever it is: the AGV may have been restarted."""
+        self._watches.clear()
 
-        The last will of an AGV was written when it connected, so the ids of ``connection`` are not compared.
+    def left_out(self, topic: str, header: Header) -> LeftOut | None:
+        """Return why a message is left out; None if it counts.
+
+        The last will of an AGV was written when it connected, so the ids of ``connection`` are not compared. An AGV
+        that connects again before the broker has noticed that it was away begins its ids again in this topic as well.
         """
         named = header.manufacturer, header.serial_number
         if named not in (("", ""), (self.address.manufacturer, self.address.serial)):
-            return f"the header of {topic} names AGV {'/'.join(named)[:120]!r}"
+            return LeftOut(f"the header of {topic} names AGV {'/'.join(named)[:120]!r}", is_loss=True)
         self._use_version(header.version)
+        watch = self._watches[topic]
+        arrival = watch.take(header)
         if topic == topics.CONNECTION:
-            return ""
-        arrival = self._watches[topic].take(header)
+            if arrival in (Arrival.LATE, Arrival.RESTARTED):
+                self.begin_again()
+            return None
         if arrival in (Arrival.NEXT, Arrival.RESTARTED):
-            return ""
-        return f"{arrival.value} message {header.header_id} on {topic}"
+            return None
+        return LeftOut(f"{arrival.value} message {header.header_id} on {topic}", is_loss=watch.is_behind)
 
     def send_order(self, order: Order) -> None:
         """Send an order; it replaces one that still waits for the broker, which was the same."""

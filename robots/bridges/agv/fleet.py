@@ -2,7 +2,6 @@
 
 import asyncio
 import logging
-from collections import Counter
 from uuid import uuid4
 
 from ppaas.clock import epoch, monotonic
@@ -14,6 +13,7 @@ from ppaas.wire.vda5050.versions import version_of
 from robots.bridges.agv.agv_robot import AgvRobot
 from robots.bridges.agv.agv_side import AgvSide
 from robots.bridges.agv.options import MAJORS, FleetOptions
+from robots.bridges.agv.registration import Registry
 from robots.bridges.agv.zone_reader import ZoneReader
 from robots.bridges.vda5050.broker import Broker
 from robots.bridges.vda5050.mqtt_link import Exchange, MqttLink
@@ -26,9 +26,6 @@ MAX_AGVS = 1000
 
 TICK = 1.0
 """Time between two looks at what is due [s]."""
-
-TOLD = 3
-"""Number of invalid messages of one AGV and topic that are logged."""
 
 
 class Fleet:
@@ -44,12 +41,11 @@ class Fleet:
 
     def __init__(self, url: str, token: str, broker: Broker, options: FleetOptions) -> None:
         self._url, self._token, self._options = url, token, options
-        self._rest = RestClient(url, token)
-        self._zones = ZoneReader(self._rest)
+        rest = RestClient(url, token)
+        self._zones, self._registry = ZoneReader(rest), Registry(rest, options)
         exchange = Exchange(filters(options.interface), self.receive, lost=self._broker_lost)
         self.mqtt = MqttLink(broker, f"ppaas-fleet-{uuid4().hex[:12]}", exchange)
         self.robots: dict[Address, AgvRobot] = {}
-        self._invalid: Counter[tuple[Address, str]] = Counter()
         self._group: asyncio.TaskGroup | None = None
         self._ignored: set[Address] = set()
 
@@ -86,7 +82,7 @@ class Fleet:
             await asyncio.sleep(TICK)
 
     def receive(self, topic: str, payload: bytes, retained: bool) -> None:
-        """Take a message of the broker; one that is not valid is logged, and changes nothing."""
+        """Take a message of the broker; one that is not valid is logged, and its AGV is not known any more."""
         address: Address | None = None
         name = ""
         try:
@@ -95,31 +91,28 @@ class Fleet:
             if robot is not None:
                 robot.take(name, *decode(name, payload, version_of(address.major)), retained=retained)
         except PPaaSError as error:
-            self._note_invalid(address, name, error)
+            self._refuse(address, name, error)
 
     def _found(self, address: Address) -> AgvRobot | None:
         """Return the robot of an AGV that was not known yet; None for one that is not taken."""
-        robot = self._options.robot_of(address)
-        if robot is None or address in self._ignored:
+        if not self._options.takes(address) or address in self._ignored:
             return None
         if len(self.robots) >= MAX_AGVS or self._group is None:
             self._ignored = {*tuple(self._ignored)[:MAX_AGVS], address}
             logger.error("AGV %s is left out: there are %d", address.agv, MAX_AGVS)
             return None
         agv = AgvSide(address, self.mqtt.outbox)
-        found = AgvRobot(agv, robot, self._url, self._token, rest=self._rest, options=self._options)
+        found = AgvRobot(agv, self._url, self._token, registry=self._registry, options=self._options)
         self.robots[address] = found
         self._group.create_task(found.run())
         logger.info("found AGV %s (%s)", agv.name, address.major)
         return found
 
-    def _note_invalid(self, address: Address | None, name: str, error: PPaaSError) -> None:
+    def _refuse(self, address: Address | None, name: str, error: PPaaSError) -> None:
         if address is None or address not in self.robots:
             logger.debug("left out a message: %s", error)
-            return
-        self._invalid[address, name] += 1
-        if self._invalid[address, name] <= TOLD:
-            logger.warning("AGV %s sent an invalid message: %s", address.agv, error)
+        else:
+            self.robots[address].refuse(name, error)
 
     def _broker_lost(self) -> None:
         for robot in self.robots.values():

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from hashlib import blake2b
 
 from ppaas.wire.vda5050.master.settings import Settings
 from ppaas.wire.vda5050.topics import Address
@@ -13,6 +14,10 @@ OWN_MANUFACTURER = "ppaas"
 
 MAJORS = {f"v{version.major}": version.interface for version in Version}
 """Major versions that are served, with the first level of their topics."""
+
+
+MAX_ID, DIGITS = 64, 8
+"""Largest length of the id of a robot, and number of hexadecimal digits at its end if need be [characters]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,17 +47,29 @@ class FleetOptions:
     radius: float | None = None
     settings: Settings = field(default_factory=Settings)
 
-    def robot_of(self, address: Address) -> str | None:
-        """Return the id of the robot that an AGV is; None if the AGV is not taken.
+    def takes(self, address: Address) -> bool:
+        """Return whether an AGV is taken as a robot."""
+        return address.agv in self.robots if self.robots else address.manufacturer != OWN_MANUFACTURER
 
-        An AGV without an id of its own is the robot of its serial number.
+    def robots_of(self, address: Address) -> tuple[str, ...]:
+        """Return the ids that the robot of an AGV may have, the first of them if it can; none if it is not taken.
+
+        Without an option it is the robot of its serial number. A serial number is one of its manufacturer alone, and
+        ids lack some of its characters; so the next ids have the manufacturer, and digits made of both.
         """
+        if not self.takes(address):
+            return ()
         if self.robots:
-            return self.robots.get(address.agv)
-        if address.manufacturer == OWN_MANUFACTURER:
-            return None
-        return re.sub(r"[^A-Za-z0-9_-]", "_", address.serial)
+            return (self.robots[address.agv],)
+        whole = f"{address.manufacturer}_{address.serial}"
+        digits = blake2b(address.agv.encode(), digest_size=DIGITS // 2).hexdigest()
+        return _id(address.serial), _id(whole), f"{_id(whole)[: MAX_ID - DIGITS - 1]}_{digits}"
 
     def map_of(self, map_id: str) -> str:
         """Return the id of the cloud's map that an AGV calls ``map_id``."""
         return self.maps.get(map_id, map_id)
+
+
+def _id(text: str) -> str:
+    """Return a text as the id of a robot: letters, digits, ``_`` and ``-``, a letter or digit first."""
+    return re.sub(r"[^A-Za-z0-9_-]", "_", text).lstrip("_-")[:MAX_ID] or "agv"

@@ -1,5 +1,7 @@
 """Messages of ROS for the states of an AGV."""
 
+from collections.abc import Sequence
+
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, Status
 from ppaas.messages.base.std_msgs import Header, Time
@@ -68,7 +70,9 @@ def result(end: PathEnded, stamp: Time) -> FollowPathActionResult:
     return FollowPathActionResult(Header(stamp=stamp), goal, FollowPathResult(int(end.code), end.reason))
 
 
-def diagnostics(name: str, state: State | None, complaint: str, problem: str, stamp: Time) -> DiagnosticArray:
+def diagnostics(
+    name: str, state: State | None, problem: str, stamp: Time, *, complaint: str = "", notes: Sequence[str] = ()
+) -> DiagnosticArray:
     """Return how an AGV is: its errors, its last contradiction, and why it is not connected or localized.
 
     Parameters
@@ -77,16 +81,20 @@ def diagnostics(name: str, state: State | None, complaint: str, problem: str, st
         Manufacturer and serial number.
     state : State or None
         Newest state.
-    complaint : str
-        The last contradiction; empty if there was none.
     problem : str
         Why the AGV cannot be used; empty if it can.
+    stamp : Time
+    complaint : str
+        The last contradiction; empty if there was none.
+    notes : sequence of str
+        What is wrong with the robot's file.
     """
     values = [] if state is None else _values(state)
     statuses = [_status(DiagnosticLevel.ERROR if problem else DiagnosticLevel.OK, f"{name}: AGV", problem or "in use")]
     statuses[0].values = values
     if complaint:
         statuses.append(_status(DiagnosticLevel.WARN, f"{name}: order", complaint))
+    statuses += [_status(DiagnosticLevel.WARN, f"{name}: file", note) for note in notes]
     for error in () if state is None else state.errors[:20]:
         level = DiagnosticLevel.ERROR if error.error_level in STOPPING else DiagnosticLevel.WARN
         statuses.append(_status(level, f"{name}: {error.error_type[:60]}", in_words(error)))

@@ -1,6 +1,7 @@
 """Messages for the user of a bridge, each of which is logged once."""
 
 import logging
+import re
 
 from ppaas.bounded_dict import BoundedDict
 from ppaas.clock import monotonic
@@ -13,32 +14,48 @@ MAX_NOTICES = 1000
 MAX_RECENT = 10
 """Largest number of warnings whose last times are known."""
 
+_NUMBER = re.compile(r"(?<![\w'\"/.-])[-+]?\d+(?:\.\d+)?(?!\.?[\w'\"/])")
+"""Number on its own in a text: digits in names and in quotes belong to these."""
+
+
+def without_numbers(text: str) -> str:
+    """Return a text with ``#`` for each number that stands alone: texts that then are the same are about one fault."""
+    return _NUMBER.sub("#", text)
+
 
 class Notices:
-    """Log without repetitions."""
+    """Log without repetitions.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    most : int
+        Largest number of notices that are logged and remembered.
+    """
+
+    def __init__(self, most: int = MAX_NOTICES) -> None:
+        self._most = most
         self._given: set[str] = set()
-        self._warned: BoundedDict[str, float] = BoundedDict(MAX_RECENT)
+        self._warned: BoundedDict[str, tuple[str, float]] = BoundedDict(MAX_RECENT)
 
     def info(self, text: str) -> None:
         """Log a piece of information, unless it was logged before."""
-        self._log(logging.INFO, text)
+        self._log(logging.INFO, text, text)
 
     def warn(self, text: str) -> None:
-        """Log a warning, unless it was logged before; the doctor says each that is given again and again."""
-        self._warned[text] = monotonic()
-        self.tell(text)
+        """Log a warning, unless one that differs in numbers only was; the doctor says each that is given repeatedly."""
+        key = without_numbers(text)
+        self._warned[key] = text, monotonic()
+        self._log(logging.WARNING, text, key)
 
     def tell(self, text: str) -> None:
-        """Log a warning that the doctor gets in another way, unless it was logged before."""
-        self._log(logging.WARNING, text)
+        """Log a warning that the doctor gets in another way, unless one that differs in numbers only was."""
+        self._log(logging.WARNING, text, without_numbers(text))
 
     def recent(self, since: float) -> list[str]:
         """Return the warnings that were given after a monotonic time [s]."""
-        return [text for text, at in self._warned.items() if at > since]
+        return [text for text, at in self._warned.values() if at > since]
 
-    def _log(self, level: int, text: str) -> None:
-        if text not in self._given and len(self._given) < MAX_NOTICES:
-            self._given.add(text)
+    def _log(self, level: int, text: str, key: str) -> None:
+        if key not in self._given and len(self._given) < self._most:
+            self._given.add(key)
             logger.log(level, "%s", text)

@@ -13,7 +13,6 @@ from robots.bridges.agv.agv_side import AgvSide
 from robots.bridges.agv.fleet import Fleet
 from robots.bridges.agv.options import FleetOptions
 from robots.bridges.vda5050.broker import Broker
-from robots.client.rest import RestClient
 from tests.support.vda5050.simple_agv import SimpleAgv
 
 NOWHERE = "http://127.0.0.1:9"
@@ -28,6 +27,8 @@ class FleetWithAgv:
     robot : AgvRobot
     agv : SimpleAgv
     address : Address
+    clock : float
+        Time by which the AGV's clock is ahead [s].
     """
 
     def __init__(self, version: Version = Version.V2_1, **options: object) -> None:
@@ -35,16 +36,28 @@ class FleetWithAgv:
         self.fleet = Fleet(NOWHERE, "token", Broker("127.0.0.1", 9), FleetOptions(**options))  # type: ignore[arg-type]
         self.address = Address.of(version, "acme", "fork-7")
         self.agv = SimpleAgv(Pose2D(0.0, 0.0))
-        self._headers = HeaderCounter(version, self.address)
+        self.clock = 0.0
+        self.header_ids(0)
         self.robot = AgvRobot(
-            AgvSide(self.address, self.fleet.mqtt.outbox), "fork-7", NOWHERE, "token",
-            rest=RestClient(NOWHERE, "token"), options=self.fleet._options,
+            AgvSide(self.address, self.fleet.mqtt.outbox), NOWHERE, "token",
+            registry=self.fleet._registry, options=self.fleet._options,
         )  # fmt: skip
         self.fleet.robots[self.address] = self.robot
 
+    def header_ids(self, first: int) -> None:
+        """Count the header ids of all topics from a number on, as an AGV does from 0 that was restarted."""
+        self._headers = HeaderCounter(self.version, self.address)
+        self._first = first
+
+    def payload(self, topic: str, body: Fields) -> bytes:
+        """Return a message of the AGV."""
+        header = self._headers.next(topic, epoch() + self.clock)
+        header.header_id += self._first
+        return encode(topic, header, body, self.version)
+
     def say(self, topic: str, body: Fields) -> bytes:
         """Let the AGV publish a message; return its payload."""
-        payload = encode(topic, self._headers.next(topic, epoch()), body, self.version)
+        payload = self.payload(topic, body)
         self.fleet.receive(self.address.topic(topic), payload, False)
         return payload
 

@@ -59,12 +59,16 @@ class MasterControl:
         Newest state of the AGV.
     connection : ConnectionState or None
         Newest state of its connection.
+    left_out : str
+        Why the AGV's newest states are left out, or cannot be used; empty if they are used. The owner sets it.
     """
 
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
         self.state: State | None = None
         self.connection: ConnectionState | None = None
+        self.left_out = ""
+        self._is_renewed = False
         self._wanted: Path | None = None
         self._order: OrderPlan | None = None
         self._cancelling = Cancelling()
@@ -72,6 +76,7 @@ class MasterControl:
         self._confirm_by, self._knows_path = math.inf, False
         self._tries = self._off = 0
         self._broken_at: float | None = None
+        self._stale_at: float | None = None
         self._told_at = -math.inf
         self._out: list[Instruction] = []
 
@@ -84,6 +89,15 @@ class MasterControl:
     def order(self) -> OrderPlan | None:
         """The order that the AGV has from this master control."""
         return self._order
+
+    @property
+    def stale(self) -> str:
+        """Why it is not known where the AGV is and what it does; no order begins or grows then. Empty if it is."""
+        if self.connection != "ONLINE":
+            return f"the AGV is {self.connection or 'not connected'}"
+        if self.left_out:
+            return self.left_out
+        return "" if self._is_renewed else "the AGV has sent no state since its connection began"
 
     # -- events --------------------------------------------------------------------------------------------------------
 
@@ -111,7 +125,7 @@ class MasterControl:
     def take_state(self, state: State, now: float) -> list[Instruction]:
         """Take a state of the AGV."""
         self._out = []
-        self.state = state
+        self.state, self._is_renewed = state, self.connection == "ONLINE"
         if self._order is None or self._cancelling.active:
             pass  # what it says of an order that is to be cancelled does not matter
         elif state.order_id == self._order.order_id:
@@ -126,6 +140,7 @@ class MasterControl:
         """Take the state of the AGV's connection."""
         self._out = []
         self.connection = connection
+        self._is_renewed = self._is_renewed and connection == "ONLINE"
         self._broken_at = None if connection == "ONLINE" else self._broken_at if self._broken_at is not None else now
         if connection in ("OFFLINE", "HIBERNATING"):
             self._fail(FollowPathError.FAILED_TO_MAKE_PROGRESS, f"the AGV is {connection}")
@@ -139,6 +154,10 @@ class MasterControl:
         if self._broken_at is not None and now - self._broken_at > self.settings.offline_patience:
             broken = f"the connection of the AGV has been broken for {now - self._broken_at:.0f} s"
             self._fail(FollowPathError.FAILED_TO_MAKE_PROGRESS, broken)
+        is_stale = self.connection == "ONLINE" and bool(self.stale)
+        self._stale_at = None if not is_stale else now if self._stale_at is None else self._stale_at
+        if self._stale_at is not None and now - self._stale_at > self.settings.offline_patience:
+            self._fail(FollowPathError.FAILED_TO_MAKE_PROGRESS, f"for {now - self._stale_at:.0f} s: {self.stale}")
         if now > self._confirm_by:
             self._confirm_by, self._knows_path, self._wanted = math.inf, True, None
         self._advance(now)
@@ -213,13 +232,15 @@ class MasterControl:
             return
         if self._cancelling.active:
             self._go_on_cancelling(state, now)
+        elif self._order is not None and self._wanted is None:
+            self._start_cancelling(now)
+        elif self.stale:
+            return
         elif self._order is None:
             self._begin(state, now)
-        elif self._wanted is None:
-            self._start_cancelling(now)
         elif not self._order.accepted:
             self._wait_for_acceptance(self._order, now)
-        elif self._wanted.id != self._order.path:
+        elif self._wanted is not None and self._wanted.id != self._order.path:
             self._switch(self._order, self._wanted, state, now)
         elif self._order.needs_release(self.settings):
             self._send(self._order, now)
@@ -338,6 +359,8 @@ class MasterControl:
             return f"the connection of the AGV has been broken for {now - self._broken_at:.0f} s"
         if self.state is None:
             return "the AGV has sent no state"
+        if self.stale:
+            return self.stale
         if self._cancelling.active:
             return "the AGV is to cancel the order before"
         return standing(self.state)

@@ -47,7 +47,9 @@ def standing(state: State) -> str:
         return "something is in the protective field of the AGV"
     if state.paused:
         return "the AGV is paused"
-    position = state.mobile_robot_position
-    if position is None or not position.localized:
-        return "the AGV does not know where it is"
-    return ""
+    return "" if knows_place(state) else "the AGV does not know where it is"
+
+
+def knows_place(state: State) -> bool:
+    """Return whether the AGV knows where it is."""
+    return state.mobile_robot_position is not None and state.mobile_robot_position.localized

@@ -120,8 +120,7 @@ def test_the_status_of_a_goal_says_why_the_robot_is_not_localized():
     for _ in range(10):
         robot.inject_odometry()
         robot.run(0.1, localized=False)
-    assert robot.text.endswith("s: the AGV is on map 'hall 2'")
-    assert robot.text.startswith("waiting: no localization for")
+    assert robot.text == "waiting: not localized: the AGV is on map 'hall 2'"
 
 
 def test_waypoints_are_paths_one_after_the_other():

@@ -73,6 +73,18 @@ def test_missing_localization_is_explained_by_the_scans():
     assert watched.reason(7.5) == "no localization for 2.5 s: the last scan came 2.5 s ago"
 
 
+def test_a_robot_that_localizes_itself_is_believed_at_once_when_it_says_that_it_is_not():
+    watched = Watched()
+    watched.watch.expects_scans = False
+    watched.hear("odom", "base_link", 5.0)
+    watched.hear("map", "odom", 5.0)
+    assert watched.reason(5.0) == ""
+    watched.watch.localization = "states of the AGV are left out"
+    assert watched.reason(5.0) == "not localized: states of the AGV are left out"
+    watched.watch.localization = ""
+    assert watched.reason(5.0) == ""
+
+
 def blind(scan):
     scan.ranges = [None] * len(scan.ranges)
     return scan

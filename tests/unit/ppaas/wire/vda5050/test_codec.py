@@ -1,8 +1,10 @@
 """Codec of VDA 5050, checked against the published schemas."""
 
 import json
-from typing import Any
+from collections.abc import Iterator
+from typing import Any, get_args
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -10,6 +12,8 @@ from hypothesis import strategies as st
 from ppaas.errors import InvalidInput, MalformedMessage, MessageTooLarge, PPaaSError
 from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.codec import BODIES, MAX_PAYLOAD, decode, encode
+from ppaas.wire.vda5050.fields import Fields
+from ppaas.wire.vda5050.states import State
 from ppaas.wire.vda5050.versions import Version
 from tests.support.vda5050.damaged import HERE, damaged, payload_of
 from tests.support.vda5050.schemas import problems
@@ -146,3 +150,39 @@ def test_damaged_messages_are_read_or_refused(given: tuple[Version, str, bytes])
         assert len(str(error)) < 500
     else:
         encode(topic, header, body, version)
+
+
+def optional_fields(struct: type[Fields], seen: set[type]) -> Iterator[tuple[type[Fields], str]]:
+    """Yield the optional fields of a struct and of those in it."""
+    if struct in seen:
+        return
+    seen.add(struct)
+    for one in msgspec.structs.fields(struct):
+        if not one.required:
+            yield struct, one.encode_name
+        for inner in structs_in(one.type):
+            yield from optional_fields(inner, seen)
+
+
+def structs_in(kind: Any) -> Iterator[type[Fields]]:
+    if isinstance(kind, type) and issubclass(kind, Fields):
+        yield kind
+    for inner in get_args(kind):
+        yield from structs_in(inner)
+
+
+def test_null_is_taken_for_every_optional_field_as_if_it_were_left_out() -> None:
+    found = [one for body in BODIES.values() for one in optional_fields(body, set())]
+    assert ("information" in {name for _, name in found}) and len(found) > 100
+    for struct, name in found:
+        kind = next(one.type for one in msgspec.structs.fields(struct) if one.encode_name == name)
+        assert msgspec.convert(None, kind) is None, f"{struct.__name__}.{name}"
+
+
+@pytest.mark.parametrize("version", Version)
+def test_a_state_with_null_for_what_it_leaves_out_is_read(version: Version) -> None:
+    names = {one.encode_name for one in msgspec.structs.fields(State) if not one.required}
+    spelled = {("agvPosition" if name == "mobileRobotPosition" and version.major < 3 else name) for name in names}
+    payload = changed(version, topics.STATE, **dict.fromkeys(spelled))
+    state = decode(topics.STATE, payload, version)[1]
+    assert state.information is None and state.velocity is None and state.mobile_robot_position is None

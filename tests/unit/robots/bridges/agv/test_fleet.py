@@ -15,6 +15,7 @@ from robots.bridges.agv.fleet import filters
 from robots.bridges.agv.options import FleetOptions
 from robots.bridges.agv.registration import CORES, robot_file
 from robots.bridges.vda5050.outbox import Outbox
+from storage.names import is_name
 from tests.support.vda5050.fleet import FleetWithAgv
 from tests.support.vda5050.led_agv import path
 from tests.support.vda5050.messages import FACTSHEET
@@ -35,14 +36,27 @@ def header(number: int = 0, version: str = "2.1.0", serial: str = "7", manufactu
 
 def test_agvs_are_robots_by_their_serial_numbers_except_robots_of_the_cloud():
     options = FleetOptions()
-    assert options.robot_of(address("fork 7.b")) == "fork_7_b"
-    assert options.robot_of(address("tb1", "ppaas")) is None
+    assert options.robots_of(address("fork 7.b"))[0] == "fork_7_b"
+    assert options.robots_of(address("tb1", "ppaas")) == ()
+
+
+def test_agvs_that_differ_in_maker_or_in_characters_that_ids_lack_have_ids_of_their_own():
+    options = FleetOptions()
+    agvs = [address("1234", "alpha"), address("1234", "beta"), address("12.34", "alpha"), address("12 34", "alpha")]
+    names = [options.robots_of(agv) for agv in agvs]
+    assert names[0][:2] == ("1234", "alpha_1234")
+    assert len({each[-1] for each in names}) == len(agvs)
+    long = [options.robots_of(address(f"{'9' * 199}{digit}", "m" * 200)) for digit in "12"]
+    assert long[0][-1] != long[1][-1]
+    assert all(is_name(name) for each in (*names, *long) for name in each)
+    assert options.robots_of(address("_-7"))[0] == "7"
+    assert options.robots_of(address("é"))[0] == "agv"
 
 
 def test_listed_agvs_are_taken_alone():
     options = FleetOptions(robots={"ppaas/tb1": "mirror"})
-    assert options.robot_of(address("tb1", "ppaas")) == "mirror"
-    assert options.robot_of(address("fork")) is None
+    assert options.robots_of(address("tb1", "ppaas")) == ("mirror",)
+    assert options.robots_of(address("fork")) == ()
 
 
 def test_topics_of_both_major_versions_are_subscribed_to():
@@ -60,22 +74,37 @@ def test_the_file_of_a_robot_has_the_size_of_the_factsheet():
     assert robot_file(address("7"), "office", None, None).parameters == {"follow_path": {}}
 
 
+def why(side: AgvSide, topic: str, one: Header) -> str:
+    left_out = side.left_out(topic, one)
+    return "" if left_out is None else left_out.reason
+
+
 def test_messages_count_once_in_order_and_by_their_own_agv():
     side = AgvSide(address("7"), Outbox())
-    assert side.counts(topics.STATE, header(1)) == ""
-    assert side.counts(topics.STATE, header(1)) == "repeated message 1 on state"
-    assert side.counts(topics.STATE, header(0)) == "late message 0 on state"
-    assert side.counts(topics.STATE, header(2, serial="8")) == "the header of state names AGV 'acme/8'"
-    assert side.counts(topics.VISUALIZATION, header(0, serial="", manufacturer="")) == ""
-    assert side.counts(topics.CONNECTION, header(9)) == side.counts(topics.CONNECTION, header(0)) == ""
+    assert why(side, topics.STATE, header(1)) == ""
+    assert why(side, topics.STATE, header(1)) == "repeated message 1 on state"
+    assert why(side, topics.STATE, header(0)) == "late message 0 on state"
+    assert why(side, topics.STATE, header(2, serial="8")) == "the header of state names AGV 'acme/8'"
+    assert why(side, topics.VISUALIZATION, header(0, serial="", manufacturer="")) == ""
+    assert why(side, topics.CONNECTION, header(9)) == why(side, topics.CONNECTION, header(0)) == ""
+
+
+def test_ids_of_all_topics_begin_again_with_those_of_the_connection():
+    side = AgvSide(address("7"), Outbox())
+    side.left_out(topics.CONNECTION, header(3))
+    side.left_out(topics.STATE, header(5000))
+    side.left_out(topics.CONNECTION, header(3))
+    assert why(side, topics.STATE, header(0)) != "", "the broker sends a retained message again"
+    side.left_out(topics.CONNECTION, header(0))
+    assert why(side, topics.STATE, header(0)) == ""
 
 
 def test_an_agv_is_spoken_to_in_its_own_version():
     side = AgvSide(address("7"), Outbox())
     assert side.version is Version.V2_1
-    side.counts(topics.STATE, header(0, version="2.0.0"))
+    side.left_out(topics.STATE, header(0, version="2.0.0"))
     assert side.version is Version.V2_0
-    side.counts(topics.STATE, header(1, version="3.0.0"))
+    side.left_out(topics.STATE, header(1, version="3.0.0"))
     assert side.version is Version.V2_0, "a major version is that of the topic"
 
 
@@ -95,11 +124,11 @@ async def test_an_agv_of_each_version_drives_its_path(version):
     assert tested.robot._control.path == ""
 
 
-def test_an_invalid_message_changes_nothing_and_is_logged_a_few_times(caplog):
+def test_an_invalid_message_is_logged_once(caplog):
     tested = FleetWithAgv()
     for _ in range(10):
         tested.fleet.receive(tested.address.topic(topics.STATE), b"{}", False)
-    assert caplog.text.count("sent an invalid message") == 3
+    assert caplog.text.count("a message is left out") == 1
     tested.fleet.receive("uagv/v2/state", b"{}", False)
     tested.fleet.receive(tested.address.topic("unknown"), b"{}", False)
     assert tested.robot._control.state is None
@@ -126,9 +155,7 @@ def test_a_lost_broker_is_a_broken_connection():
     tested = FleetWithAgv()
     tested.say(topics.CONNECTION, ONLINE)
     tested.say(topics.STATE, tested.agv.state())
-    assert (
-        tested.robot._why_unusable() == "the AGV is on map 'hall', and its robot on '': say --map hall= if they are one"
-    )
+    assert tested.robot._why_unusable() == ""
     tested.fleet._broker_lost()
     assert tested.robot._why_unusable() == "the AGV is CONNECTION_BROKEN"
 

@@ -1,7 +1,7 @@
 """Headers that are repeated, late, or of an AGV that was restarted."""
 
 from ppaas.wire.vda5050.headers import Header, timestamp
-from ppaas.wire.vda5050.master.header_watch import Arrival, HeaderWatch
+from ppaas.wire.vda5050.master.header_watch import RUN, Arrival, HeaderWatch
 
 
 def header(number: int, at: float) -> Header:
@@ -26,3 +26,31 @@ def test_a_time_that_cannot_be_read_is_not_later():
     bad = header(4, 9.0)
     bad.timestamp = "yesterday"
     assert watch.take(bad) is Arrival.LATE
+
+
+def test_ids_that_count_up_from_the_beginning_are_of_an_agv_that_was_restarted_whatever_its_clock_says():
+    watch = HeaderWatch()
+    watch.take(header(5000, 0.0))
+    arrivals = [watch.take(header(number, -3600.0)) for number in range(RUN)]
+    assert arrivals == [Arrival.LATE] * (RUN - 1) + [Arrival.RESTARTED]
+    assert watch.take(header(RUN, -3599.0)) is Arrival.NEXT
+
+
+def test_late_messages_between_others_are_never_a_restart():
+    watch = HeaderWatch()
+    for number in range(5000, 5020):
+        assert watch.take(header(number, 0.0)) is Arrival.NEXT
+        assert watch.take(header(number - 5000, -9.0)) is Arrival.LATE
+
+
+def test_a_message_that_others_have_overtaken_leaves_them_known():
+    watch = HeaderWatch()
+    watch.take(header(100, 0.0))
+    watch.take(header(97, -1.0))
+    assert not watch.is_behind
+    watch.take(header(98, -1.0))
+    assert watch.is_behind, "the second in a row was not just overtaken"
+    watch.take(header(101, 1.0))
+    assert not watch.is_behind
+    watch.take(header(0, -1.0))
+    assert watch.is_behind, "nothing is overtaken by a hundred messages"
