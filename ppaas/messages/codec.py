@@ -12,6 +12,7 @@ null                          left out, where it stands for a message, a time, o
 ``d``, ``k``, ``r``, ``p``    ``D``, ``K``, ``R``, ``P`` of a CameraInfo
 a TwistStamped for a Twist    its twist, as bases and joysticks of Nav2 send velocities; a Twist for a TwistStamped has
                               no frame and the time zero
+a Goals for poses of Nav2     its goals, each in the frame of its header if it names none
 an unknown field              refused, with the names of the fields
 ============================  ==========================================================================================
 
@@ -31,6 +32,8 @@ from ppaas.errors import MalformedMessage
 from ppaas.messages.base.message import Message, message_of, plain, struct_of
 from ppaas.messages.base.std_msgs import Duration, Header, Time
 from ppaas.messages.geometry_msgs import Twist, TwistStamped
+from ppaas.messages.nav2_msgs import ComputePathThroughPosesGoal, NavigateThroughPosesGoal
+from ppaas.messages.nav_msgs import Goals
 from ppaas.messages.rosapi import GetParamRequest
 from ppaas.messages.sensor_msgs import CameraInfo
 from ppaas.messages.spellings.time_spelling import to_ros1
@@ -48,6 +51,9 @@ OTHER_SPELLINGS: Mapping[type[Message], Mapping[str, str]] = {
     GetParamRequest: {"default_value": "default"},
 }
 """Names of fields in ROS 2 that differ from those of ROS 1."""
+
+LISTS_OF_GOALS: Mapping[type[Message], str] = {NavigateThroughPosesGoal: "poses", ComputePathThroughPosesGoal: "goals"}
+"""Fields that are lists of poses in Nav2 before Kilted, and a ``nav_msgs/Goals`` since."""
 
 COVARIANCE = 36
 """Length of the covariance matrix of a pose or a twist."""
@@ -142,6 +148,8 @@ class _MessageReader:
         self.limit = MAX_WITH_BYTES if has_bytes else MAX_TOLERATED
         self._names = {name: name for name in self._fields} | dict(OTHER_SPELLINGS.get(cls, {}))
         self._read = {name: _read_of(field.type) for name, field in self._fields.items()}
+        if (poses := LISTS_OF_GOALS.get(cls)) is not None:
+            self._read[poses] = partial(_read_goals, self._read[poses])
         self._missing = {name: _default_of(field.type) for name, field in self._fields.items() if field.required}
         self._null_is_left_out = {
             name for name, field in self._fields.items() if cls is Header or message_of(plain(field.type)[0])
@@ -219,6 +227,18 @@ def _read_list(read: _Read, value: object, place: str) -> object:
     if not isinstance(value, list):
         return value
     return [read(item, f"{place}[{number}]") for number, item in enumerate(value)]
+
+
+def _read_goals(read: _Read | None, value: object, place: str) -> object:
+    """Return a list of poses, given as such or as a ``nav_msgs/Goals``; its header counts for poses without a frame."""
+    assert read is not None, "poses are messages"
+    if not isinstance(value, dict):
+        return read(value, place)
+    goals = _reader_of(Goals).read(value, place)
+    for pose in cast(list[dict[str, dict[str, object]]], goals["goals"]):
+        if not pose["header"].get("frame_id"):
+            pose["header"] = cast(dict[str, object], goals["header"])
+    return goals["goals"]
 
 
 def _default_of(kind: inspect.Type) -> Callable[[], object] | None:

@@ -27,7 +27,8 @@ class Progress(IntEnum):
 
     PENDING = 0
     COMPLETED = 1
-    MISSED = 2
+    SKIPPED = 2
+    FAILED = 3
 
 
 class WaypointStatus(Message):
@@ -105,13 +106,19 @@ class NavigateToPoseResult(Message):
 
 
 class NavigateToPoseFeedback(Message):
-    """``nav2_msgs/NavigateToPoseFeedback``; the remaining distance is that along the path [m]."""
+    """``nav2_msgs/NavigateToPoseFeedback``; the remaining distance is along the path [m].
+
+    The tracking errors, which Nav2 has since Lyrical, are the robot's distance from the path [m], positive on its left,
+    and its heading against the path [rad].
+    """
 
     current_pose: PoseStamped
     navigation_time: Duration
     estimated_time_remaining: Duration
     number_of_recoveries: Int16 = 0
     distance_remaining: Float32 = 0.0
+    position_tracking_error: Float32 = 0.0
+    heading_tracking_error: Float32 = 0.0
 
 
 class NavigateToPoseActionFeedback(Message):
@@ -123,7 +130,10 @@ class NavigateToPoseActionFeedback(Message):
 
 
 class NavigateThroughPosesGoal(Message):
-    """``nav2_msgs/NavigateThroughPosesGoal``: the robot passes all poses and stops at the last."""
+    """``nav2_msgs/NavigateThroughPosesGoal``: the robot passes all poses and stops at the last.
+
+    ``poses`` is read from a ``nav_msgs/Goals``, too, as Nav2 has it since Kilted.
+    """
 
     poses: list[PoseStamped]
     behavior_tree: str = ""
@@ -141,6 +151,7 @@ class NavigateThroughPosesFeedback(NavigateToPoseFeedback):
     """``nav2_msgs/NavigateThroughPosesFeedback``; the last pose counts among those that remain."""
 
     number_of_poses_remaining: Int16 = 0
+    waypoint_statuses: list[WaypointStatus] = field(default_factory=list)
 
 
 class NavigateThroughPosesActionFeedback(Message):
@@ -152,7 +163,9 @@ class NavigateThroughPosesActionFeedback(Message):
 
 
 class NavigateThroughPosesResult(NavigateToPoseResult):
-    """``nav2_msgs/NavigateThroughPosesResult``."""
+    """``nav2_msgs/NavigateThroughPosesResult``; the statuses are those of all poses of the goal, in its order."""
+
+    waypoint_statuses: list[WaypointStatus] = field(default_factory=list)
 
 
 class NavigateThroughPosesActionResult(Message):
@@ -164,12 +177,18 @@ class NavigateThroughPosesActionResult(Message):
 
 
 class ComputePathToPoseGoal(Message):
-    """``nav2_msgs/ComputePathToPoseGoal``: the path begins at the robot, or at ``start`` if ``use_start``."""
+    """``nav2_msgs/ComputePathToPoseGoal``: the path begins at the robot, or at ``start`` if ``use_start``.
+
+    It passes ``viapoints`` in order, which Nav2 has since Lyrical.
+    """
+
+    ros_order: ClassVar[tuple[str, ...]] = ("goal", "start", "viapoints", "planner_id", "use_start")
 
     goal: PoseStamped
     start: PoseStamped
     planner_id: str = ""
     use_start: bool = False
+    viapoints: list[PoseStamped] = field(default_factory=list)
 
 
 class ComputePathToPoseActionGoal(Message, kw_only=True):
@@ -206,7 +225,10 @@ class ComputePathToPoseActionResult(Message):
 
 
 class ComputePathThroughPosesGoal(Message):
-    """``nav2_msgs/ComputePathThroughPosesGoal``: the path passes ``goals`` in order and ends at the last."""
+    """``nav2_msgs/ComputePathThroughPosesGoal``: the path passes ``goals`` in order and ends at the last.
+
+    ``goals`` is read from a ``nav_msgs/Goals``, too, as Nav2 has it since Kilted.
+    """
 
     goals: list[PoseStamped]
     start: PoseStamped
@@ -231,7 +253,13 @@ class ComputePathThroughPosesActionFeedback(Message):
 
 
 class ComputePathThroughPosesResult(ComputePathToPoseResult):
-    """``nav2_msgs/ComputePathThroughPosesResult``; the path is empty if there is an error."""
+    """``nav2_msgs/ComputePathThroughPosesResult``; the path is empty if there is an error.
+
+    ``last_reached_index`` is the index of the goal at which the path ends, −1 without a path: no partial paths are
+    planned. Nav2 has it since Lyrical.
+    """
+
+    last_reached_index: Int16 = -1
 
 
 class ComputePathThroughPosesActionResult(Message):
@@ -382,15 +410,17 @@ class SpeedLimit(Message):
 
 
 class ClearEntireCostmapRequest(Message):
-    """``nav2_msgs/ClearEntireCostmap`` request."""
+    """``nav2_msgs/ClearEntireCostmap`` request; ``plugins`` (since Lyrical) are the layers to clear, all if empty."""
 
     request: Empty = field(default_factory=Empty)
+    plugins: list[str] = field(default_factory=list)
 
 
 class ClearEntireCostmapResponse(Message):
-    """``nav2_msgs/ClearEntireCostmap`` response."""
+    """``nav2_msgs/ClearEntireCostmap`` response; ``success`` replaced ``response`` in Lyrical."""
 
     response: Empty = field(default_factory=Empty)
+    success: bool = True
 
 
 ClearEntireCostmap = ServiceType("nav2_msgs/ClearEntireCostmap", ClearEntireCostmapRequest, ClearEntireCostmapResponse)

@@ -48,6 +48,13 @@ class Path(Message):
     poses: list[PoseStamped] | Raw
 
 
+class Goals(Message):
+    """``nav_msgs/Goals``: poses to be reached or passed in order."""
+
+    header: Header
+    goals: list[PoseStamped]
+
+
 class GetPlanRequest(Message):
     """``nav_msgs/GetPlan`` request; ``tolerance`` is the radius around the goal [m]."""
 

@@ -27,6 +27,8 @@ class Goal:
         Whether it is a goal of ``navigate_through_poses``.
     speed_limit : float
         Fastest speed on the way to it [m/s]; 0 for no limit.
+    passed : tuple of Pose2D
+        Poses on the way that were passed.
     """
 
     id: str
@@ -35,6 +37,7 @@ class Goal:
     through: tuple[Pose2D, ...] = ()
     many: bool = False
     speed_limit: float = 0.0
+    passed: tuple[Pose2D, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -221,7 +221,8 @@ class MoveBase:
 
     def _on_passed(self, event: PosesPassed) -> None:
         if (active := self.goals.active) is not None:
-            active.goal = replace(active.goal, through=active.goal.through[event.count :])
+            through, passed = active.goal.through, active.goal.passed
+            active.goal = replace(active.goal, through=through[event.count :], passed=passed + through[: event.count])
 
     # -- the control cycle ---------------------------------------------------------------------------------------------
 

@@ -26,6 +26,12 @@ from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import Bool, Duration, Header, String, Time
 from ppaas.messages.codec import MAX_WITH_BYTES
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped, Quaternion, Twist
+from ppaas.messages.nav2_msgs import (
+    ClearEntireCostmapRequest,
+    ComputePathThroughPosesGoal,
+    ComputePathToPoseGoal,
+    NavigateThroughPosesGoal,
+)
 from ppaas.messages.nav_msgs import GetPlanRequest, Odometry
 from ppaas.messages.rosapi import GetParamRequest
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, LaserScan, RegionOfInterest
@@ -219,6 +225,30 @@ def test_the_default_of_get_param_has_the_name_of_ros_1_or_ros_2() -> None:
 
 
 # -- bounds ------------------------------------------------------------------------------------------------------------
+
+
+GOAL = {"header": {"frame_id": "odom"}, "pose": {"position": {"x": 1.0}}}
+BARE_GOAL = {"pose": {"position": {"x": 1.0}}}
+
+
+@pytest.mark.parametrize(
+    ("kind", "field"), [(NavigateThroughPosesGoal, "poses"), (ComputePathThroughPosesGoal, "goals")]
+)
+def test_poses_of_nav2_are_a_list_or_goals_as_since_kilted(kind: type[Message], field: str) -> None:
+    goals = {"header": {"stamp": {"sec": 3, "nanosec": 0}, "frame_id": "map"}, "goals": [GOAL, BARE_GOAL]}
+    first, second = getattr(read(kind, {field: goals}), field)
+    assert first == getattr(read(kind, {field: [GOAL]}), field)[0], "a pose with a frame keeps it"
+    assert (second.header.frame_id, second.header.stamp, second.pose.position.x) == ("map", Time(3), 1.0)
+    assert getattr(read(kind, {field: {}}), field) == []
+    assert "has no field 'poses_'" in refusal(kind, {field: {"poses_": []}})
+    assert f"`$.{field}`" in refusal(kind, {field: 3})
+
+
+def test_goals_of_lyrical_have_viapoints_and_requests_to_clear_have_plugins() -> None:
+    assert [pose.pose.position.x for pose in read(ComputePathToPoseGoal, {"viapoints": [GOAL]}).viapoints] == [1.0]
+    assert read(ComputePathToPoseGoal, {"goal": GOAL}).viapoints == []
+    assert read(ClearEntireCostmapRequest, {"plugins": ["obstacle_layer"]}).plugins == ["obstacle_layer"]
+    assert read(ClearEntireCostmapRequest, {"request": {}}).plugins == []
 
 
 def test_the_largest_scan_of_infinities_is_read_and_a_larger_one_is_refused() -> None:

@@ -14,6 +14,8 @@ from ppaas.messages.nav2_msgs import (
     NavigateThroughPosesResult,
     NavigateToPoseActionFeedback,
     NavigateToPoseFeedback,
+    Progress,
+    WaypointStatus,
 )
 from ppaas.navigation.action_goals import GoalList, GoalState
 from ppaas.navigation.events import Goal
@@ -80,9 +82,11 @@ class ActionTopics:
             Duration.of(progress.remaining()),
             recoveries,
             progress.distance,
+            *progress.tracking_error(pose),
         )
         if goal.many:
-            self._through.feedback(goal, NavigateThroughPosesFeedback(*known, len(goal.through) + 1))
+            statuses = self._waypoints(goal, Progress.PENDING)
+            self._through.feedback(goal, NavigateThroughPosesFeedback(*known, len(goal.through) + 1, statuses))
             return
         status = status_of(goal, Status.ACTIVE, "")
         message = NavigateToPoseActionFeedback(self._header(), status, NavigateToPoseFeedback(*known))
@@ -91,11 +95,19 @@ class ActionTopics:
     def result(self, goal: Goal, status: Status, text: str) -> None:
         """Publish the result of a goal by the action by which it came."""
         if goal.many:
-            code = NONE if status is Status.SUCCEEDED else UNKNOWN
-            self._through.result(goal, status, text, NavigateThroughPosesResult(code, text if code else ""))
+            succeeded = status is Status.SUCCEEDED
+            code, end = (NONE, Progress.COMPLETED) if succeeded else (UNKNOWN, Progress.FAILED)
+            statuses = self._waypoints(goal, end)
+            self._through.result(goal, status, text, NavigateThroughPosesResult(code, text if code else "", statuses))
             return
         ended = status_of(goal, status, text)
         self._context.publish(topics.MOVE_BASE_RESULT.name, MoveBaseActionResult(self._header(), ended))
+
+    def _waypoints(self, goal: Goal, rest: Progress) -> list[WaypointStatus]:
+        """Return the statuses of all poses of a goal: those that were passed are completed, the rest as given."""
+        listed = [(Progress.COMPLETED, pose) for pose in goal.passed]
+        listed += [(rest, pose) for pose in (*goal.through, goal.pose)]
+        return [WaypointStatus(int(state), index, self.stamped(pose)) for index, (state, pose) in enumerate(listed)]
 
 
 class _WithPoses:

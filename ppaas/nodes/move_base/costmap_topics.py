@@ -13,19 +13,21 @@ import numpy as np
 
 from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.occupancy import occupancy_of
-from ppaas.errors import PPaaSError
+from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.footprints import Footprint
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.maps.occupancy import to_message
-from ppaas.messages.base.message import Message
+from ppaas.messages.base.message import Empty, Message
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Point32, Polygon, PolygonStamped
+from ppaas.messages.nav2_msgs import ClearEntireCostmapRequest, ClearEntireCostmapResponse
 from ppaas.messages.nav_msgs import OccupancyGrid
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Topic
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.move_base.surroundings import Surroundings
+from ppaas.recoveries.base import AffectedMaps
 from ppaas.robot_model.known_models import RobotModel
 
 GLOBAL_PERIOD = 1.0
@@ -45,6 +47,34 @@ LOCAL = (topics.LOCAL_COSTMAP, topics.MOVE_BASE_LOCAL_COSTMAP)
 FOOTPRINT = (topics.LOCAL_FOOTPRINT, topics.MOVE_BASE_FOOTPRINT)
 PUBLISHED = (*GLOBAL, *LOCAL, *FOOTPRINT)
 """Topics that `CostmapTopics` publishes."""
+
+CLEARED: dict[str, AffectedMaps] = {
+    "move_base/clear_costmaps": "both",
+    "global_costmap/clear_entirely_global_costmap": "global",
+    "local_costmap/clear_entirely_local_costmap": "local",
+}
+"""Services that clear observed obstacles, and where."""
+
+OBSTACLE_LAYERS = ("obstacle_layer", "voxel_layer")
+"""Names of the layers that hold observed obstacles in the parameters of Nav2 and costmap_2d."""
+
+
+def answer_to_clear(request: Message) -> Message:
+    """Return the answer to a request to clear a costmap.
+
+    Raises
+    ------
+    InvalidInput
+        It names a layer that holds no observed obstacles.
+    """
+    if not isinstance(request, ClearEntireCostmapRequest):
+        return Empty()
+    if unknown := sorted(set(request.plugins) - set(OBSTACLE_LAYERS)):
+        raise InvalidInput(
+            f"plugins: no obstacles are observed in {', '.join(map(repr, unknown))}; "
+            f"name {' or '.join(OBSTACLE_LAYERS)}, or none for all layers"
+        )
+    return ClearEntireCostmapResponse()
 
 
 class Rendered(NamedTuple):

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ppaas.controllers.followed_path import FollowedPath
-from ppaas.geometry import Pose2D, Poses
+from ppaas.geometry import Pose2D, Poses, wrap_angle
 
 MEMORY = 5.0
 """Time constant of the mean speed, from which the remaining time is estimated [s]."""
@@ -121,6 +121,26 @@ class GoalProgress:
         else:
             self._path.locate(pose)
             self.distance = self._path.to_go(pose)
+
+    def tracking_error(self, pose: Pose2D) -> tuple[float, float]:
+        """Return how far a pose in the map frame is off the plan.
+
+        Returns
+        -------
+        distance : float
+            Distance from the plan [m], positive to the left of it; 0 without a plan.
+        heading : float
+            Heading against the direction of the plan [rad], from −π to π.
+        """
+        if self._path is None:
+            return 0.0, 0.0
+        first = min(self._path.reached, len(self._poses) - 2)
+        if first < 0:
+            return 0.0, 0.0
+        (x, y), (next_x, next_y) = self._poses[first, :2], self._poses[first + 1, :2]
+        way = math.atan2(next_y - y, next_x - x)
+        left = (pose.y - y) * math.cos(way) - (pose.x - x) * math.sin(way)
+        return float(left), wrap_angle(pose.theta - way)
 
     def spent(self, now: float) -> float:
         """Return the time since the goal became active [s]."""

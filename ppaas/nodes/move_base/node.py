@@ -15,7 +15,7 @@ from ppaas.errors import InvalidInput, PPaaSError, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.messages import nav2_msgs
 from ppaas.messages.actionlib_msgs import GoalID, Status
-from ppaas.messages.base.message import Empty, Message
+from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import String
 from ppaas.messages.geometry_msgs import PoseStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal
@@ -37,7 +37,7 @@ from ppaas.nodes.frames import MAP
 from ppaas.nodes.message_checks import pose_in
 from ppaas.nodes.move_base.action_topics import ActionTopics
 from ppaas.nodes.move_base.behaviors import Behaviors, BehaviorState
-from ppaas.nodes.move_base.costmap_topics import PUBLISHED, CostmapTopics
+from ppaas.nodes.move_base.costmap_topics import CLEARED, PUBLISHED, CostmapTopics, answer_to_clear
 from ppaas.nodes.move_base.goal_progress import GoalProgress
 from ppaas.nodes.move_base.order_executor import OrderExecutor
 from ppaas.nodes.move_base.path_actions import PathActions, PathGoal
@@ -50,7 +50,7 @@ from ppaas.nodes.move_base.through_goals import GAVE_WAY, gives_way, is_update_o
 from ppaas.nodes.nav2_actions import NAVIGATE_THROUGH_POSES
 from ppaas.planners.base import Planner
 from ppaas.plans.reuse.processor import PlanProcessor
-from ppaas.recoveries.base import AffectedMaps, Recovery
+from ppaas.recoveries.base import Recovery
 from ppaas.thread_budget import Threads
 
 logger = logging.getLogger(__name__)
@@ -60,13 +60,6 @@ Processors = Callable[[Costmap, str | None], PlanProcessor]
 """Called with the costmap of a map alone and its version, None if it is not published; returns what plans on it."""
 
 STATUS_PERIOD = 1.0
-
-CLEARED: dict[str, AffectedMaps] = {
-    "move_base/clear_costmaps": "both",
-    "global_costmap/clear_entirely_global_costmap": "global",
-    "local_costmap/clear_entirely_local_costmap": "local",
-}
-"""Services that clear observed obstacles, and where."""
 
 
 class MoveBaseState(msgspec.Struct):
@@ -322,7 +315,7 @@ class MoveBaseNode(Node):
         Raises
         ------
         InvalidInput
-            A pose is not finite, or has no frame.
+            A pose is not finite, or has no frame; or a layer to clear is unknown.
         TransformError
             A frame or the robot's own pose is unknown.
         """
@@ -330,8 +323,9 @@ class MoveBaseNode(Node):
         if maps is None:
             self._paths.call(request, reply)
             return
+        answer = answer_to_clear(request)
         self._surroundings.clear(affected_maps=maps)
-        reply(Empty() if isinstance(request, Empty) else nav2_msgs.ClearEntireCostmapResponse())
+        reply(answer)
 
     def _keep_cycle(self) -> None:
         """Run the control cycle only while a goal is active, so that a waiting robot costs nothing."""

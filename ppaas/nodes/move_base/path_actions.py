@@ -135,7 +135,10 @@ class PathActions:
     def _on_goal(self, message: Payload) -> None:
         request = expect(message, ComputePathToPoseActionGoal)
         wanted = request.goal
-        self._begin(request.goal_id, [wanted.goal], wanted.start if wanted.use_start else None, wanted.planner_id)
+        if len(wanted.viapoints) >= MAX_POSES:
+            raise InvalidInput(f"viapoints may have at most {MAX_POSES - 1} poses, not {len(wanted.viapoints)}")
+        start = wanted.start if wanted.use_start else None
+        self._begin(request.goal_id, [*wanted.viapoints, wanted.goal], start, wanted.planner_id)
 
     def _on_goal_through(self, message: Payload) -> None:
         request = expect(message, ComputePathThroughPosesActionGoal)
@@ -246,5 +249,7 @@ class PathActions:
 
 
 def _result(goal: PathGoal, plan: PlanResult) -> Message:
-    kind = ComputePathThroughPosesResult if goal.through else ComputePathToPoseResult
-    return kind(plan.to_message(), Duration.of(plan.seconds))
+    path, seconds = plan.to_message(), Duration.of(plan.seconds)
+    if goal.through:
+        return ComputePathThroughPosesResult(path, seconds, last_reached_index=len(goal.poses) - 1)
+    return ComputePathToPoseResult(path, seconds)

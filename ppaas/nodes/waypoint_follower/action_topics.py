@@ -50,7 +50,7 @@ class WaypointTopics:
         waypoints = ended.goal
         missed = [
             WaypointStatus(
-                Progress.MISSED,
+                Progress.FAILED,
                 missed.index,
                 PoseStamped(Header(frame_id=MAP), Pose.of(waypoints.poses[missed.index])),
                 FollowWaypointsError.UNKNOWN,

@@ -17,7 +17,7 @@ from ppaas.wire.ros.graph import LATCHED, Qos
 from ppaas.wire.ros.types import to_json
 from robots.bridges.core.cloud_link import CloudGoal
 from robots.bridges.core.parts import Parts
-from robots.bridges.core.results import result_of
+from robots.bridges.core.results import in_release, result_of
 from robots.bridges.core.transport import Closable
 
 EXECUTING, CANCELING, ABORTED = 2, 3, 6
@@ -96,12 +96,13 @@ class ActionServer:
     async def _accept(self, uuid: bytes, stamp: dict[str, int], goal: bytes) -> bool:
         heard = asyncio.Event()
 
-        def feedback(message: bytes) -> None:
+        def on_feedback(message: bytes) -> None:
             heard.set()
-            values = {"goal_id": {"uuid": uuid}, "feedback": msgspec.json.decode(message)}
+            feedback = in_release(self._types, f"{self._type}_Feedback", msgspec.json.decode(message))
+            values = {"goal_id": {"uuid": uuid}, "feedback": feedback}
             self._feedback.publish(self._types.encode(f"{self._type}_FeedbackMessage", values))
 
-        sent = await self._parts.link.send_goal(self._name, self._type, goal, feedback)
+        sent = await self._parts.link.send_goal(self._name, self._type, goal, on_feedback)
         sent.end.add_done_callback(lambda _: heard.set())
         with contextlib.suppress(TimeoutError):  # neither feedback nor a refusal: the goal was accepted
             await asyncio.wait_for(heard.wait(), REFUSAL_WAIT)
@@ -117,7 +118,7 @@ class ActionServer:
     async def _finish(self, goal: _Goal) -> None:
         end = await goal.sent.end
         goal.status = end.status or ABORTED
-        result = result_of(self._type, self._types.release, msgspec.json.decode(end.result), end.reason)
+        result = result_of(self._type, self._types, msgspec.json.decode(end.result), end.reason)
         goal.done.set_result({"status": goal.status, "result": result})
         self._publish_status()
 

@@ -18,6 +18,7 @@ from robots.bridges.core.frames import Frames
 from robots.bridges.core.localization import Localization
 from robots.bridges.core.notices import Notices
 from robots.bridges.core.parts import Parts
+from robots.bridges.core.results import in_release
 from robots.bridges.core.robot_graph import TWIST, RobotGraph, find_namespace
 from robots.bridges.core.robot_time import RobotTime
 from robots.bridges.core.tables import Service
@@ -199,6 +200,7 @@ class Bridge:
             types = self._transport.types
             text = types.decode_json(f"{service.type}_Request", request)
             response = await self._link.call(service.cloud, service.cloud_type, text)
-            return types.encode_json(f"{service.type}_Response", response)
+            name = f"{service.type}_Response"
+            return types.encode(name, in_release(types, name, msgspec.json.decode(response)))
 
         return answer

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from ppaas.wire.ros import RosTypes
 from ppaas.wire.ros.graph import Entity, Kind, Qos
-from robots.bridges.core.robot_graph import TF_MESSAGE, RobotGraph, find_namespaces
+from robots.bridges.core.robot_graph import TF_MESSAGE, UNTYPED, RobotGraph, find_namespaces
 from robots.bridges.core.tables import ODOMETRY, SCAN, Tables, UpTopic
 
 WARN, ERROR = 1, 2
@@ -131,6 +131,8 @@ def _subscribers(
     subscribers: Sequence[Entity], offer: Offer, types: set[str], *, qos_matters: bool
 ) -> Iterator[Finding]:
     for one in subscribers:
+        if one.type in UNTYPED:
+            continue
         node = one.node or "a node"
         if one.type not in types:
             yield Finding(offer.topic, f"{node} subscribes to {offer.topic} as {one.type}, not as {offer.type}")

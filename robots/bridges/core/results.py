@@ -3,18 +3,26 @@
 from collections.abc import Mapping
 from typing import Any
 
+from ppaas.wire.ros.types import RosTypes
+
 NAVIGATE, WAYPOINTS = "nav2_msgs/action/NavigateToPose", "nav2_msgs/action/FollowWaypoints"
 
 
-def result_of(action: str, release: str, values: Mapping[str, Any], reason: str) -> dict[str, Any]:
+def in_release(types: RosTypes, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a message of the cloud without the fields that a type lacks in a release."""
+    known = {field.name for field in types.fields(name)}
+    return {key: value for key, value in values.items() if key in known}
+
+
+def result_of(action: str, types: RosTypes, values: Mapping[str, Any], reason: str) -> dict[str, Any]:
     """Return the result of a goal as a release has it.
 
     Parameters
     ----------
     action : str
         Type of the action.
-    release : str
-        Release of ROS 2.
+    types : RosTypes
+        Types of the release.
     values : mapping
         Result of the cloud; empty if it has none.
     reason : str
@@ -24,10 +32,8 @@ def result_of(action: str, release: str, values: Mapping[str, Any], reason: str)
     if reason:
         result = {"error_code": 0xFFFF, "error_msg": reason}
     if action == WAYPOINTS:
-        result["missed_waypoints"] = _missed(release, result.get("missed_waypoints", []))
-    if release == "humble":
-        return {key: value for key, value in result.items() if not key.startswith("error_")}
-    return result
+        result["missed_waypoints"] = _missed(types.release, result.get("missed_waypoints", []))
+    return in_release(types, f"{action}_Result", result)
 
 
 def _missed(release: str, waypoints: list[dict[str, Any]]) -> list[Any]:

@@ -11,6 +11,9 @@ from robots.bridges.core.tables import ODOMETRY, SCAN, UpTopic
 TWIST, TWIST_STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
 TF_MESSAGE = "tf2_msgs/msg/TFMessage"
 
+UNTYPED = ("", "*")
+"""Types of subscribers that take any message, such as ROS 1's ``topic_tools``: its master knows none, or ``*``."""
+
 
 @dataclass(frozen=True, slots=True)
 class Source:
@@ -77,8 +80,10 @@ class RobotGraph:
     def velocity_topics(self) -> dict[str, set[str]]:
         """Return the topics on which bases expect velocities, with their types.
 
-        The preferred name is ``cmd_vel``. Without a subscriber of that name, the only topic that a base subscribes to
-        is taken, such as ``diff_drive_controller/cmd_vel``.
+        The preferred name is ``cmd_vel``: its subscriber decides what reaches the base, as a mux does that a joystick
+        or a stop may switch. In ROS 1 a topic that only such relays subscribe to has no type; velocities are Twist
+        then, as ``move_base`` publishes them. Without a subscriber of that name, the only topic that a base subscribes
+        to is taken, such as ``diff_drive_controller/cmd_vel``.
         """
         found: dict[str, set[str]] = {}
         for entity in self.entities:
@@ -87,6 +92,8 @@ class RobotGraph:
         preferred = self.full("cmd_vel")
         if preferred in found:
             return {preferred: found[preferred]}
+        if subscribers := self.of(Kind.SUBSCRIBER, preferred):
+            return {preferred: {TWIST}} if any(one.type in UNTYPED for one in subscribers) else {}
         inside = {name: types for name, types in found.items() if name.startswith(f"{self.namespace}/")}
         return inside if len(inside) == 1 else {}
 

@@ -236,7 +236,8 @@ class Ros1Transport(Transport, Slave):
         nodes: Iterable[tuple[str, str]],
     ) -> None:
         for node, uri in nodes:
-            if node != self._name and type_name:
+            # Relays of topic_tools subscribe without a type, and must be seen: they decide what reaches a base.
+            if node != self._name and (type_name or kind is Kind.SUBSCRIBER):
                 found[kind, topic, node] = Entity(kind, topic, type_name, Qos(), node, f"{topic} {node} {uri}")
 
     # -- topics and services -------------------------------------------------------------------------------------------

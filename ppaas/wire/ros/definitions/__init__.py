@@ -9,5 +9,6 @@ DEFINITIONS: Mapping[str, Mapping[str, str]] = {
     "humble": ros2.COMMON | nav2.COMMON | nav2.HUMBLE,
     "jazzy": ros2.COMMON | nav2.COMMON | nav2.SINCE_JAZZY | nav2.JAZZY,
     "kilted": ros2.COMMON | nav2.COMMON | nav2.SINCE_JAZZY | nav2.KILTED,
+    "lyrical": ros2.COMMON | nav2.COMMON | nav2.KILTED | nav2.LYRICAL,
 }
 """Text of each definition by its full name, such as ``nav2_msgs/action/Wait``, for each release."""

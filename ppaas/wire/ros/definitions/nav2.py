@@ -104,6 +104,7 @@ SINCE_JAZZY: Final = {
         std_msgs/Empty response
     """,
 }
+"""Definitions of Jazzy and Kilted."""
 
 JAZZY: Final = {
     "nav2_msgs/msg/MissedWaypoint": """
@@ -137,5 +138,34 @@ KILTED: Final = {
         {_ERROR}
         ---
         uint32 current_waypoint
+    """,
+}
+
+LYRICAL: Final = {
+    "nav2_msgs/action/NavigateToPose": f"""
+        geometry_msgs/PoseStamped pose
+        string behavior_tree
+        ---
+        {_ERROR}
+        ---
+        {_FEEDBACK_OF_POSE}
+        float32 position_tracking_error
+        float32 heading_tracking_error
+    """,
+    "nav2_msgs/action/ComputePathToPose": f"""
+        geometry_msgs/PoseStamped goal
+        geometry_msgs/PoseStamped start
+        geometry_msgs/PoseStamped[] viapoints
+        string planner_id
+        bool use_start
+        ---
+        {_PATH}
+        {_ERROR}
+        ---
+    """,
+    "nav2_msgs/srv/ClearEntireCostmap": """
+        string[] plugins
+        ---
+        bool success
     """,
 }

@@ -45,6 +45,28 @@ def test_distance_is_measured_along_the_plan():
     assert progress.remaining() == pytest.approx(10.0, abs=0.3)
 
 
+@pytest.mark.parametrize(
+    ("pose", "error"),
+    [
+        (Pose2D(1.0, 0.2, 0.3), (0.2, 0.3)),
+        (Pose2D(1.0, -0.1, -0.5), (-0.1, -0.5)),
+        (Pose2D(2.8, 2.0, np.pi / 2), (0.2, 0.0)),
+        (Pose2D(3.1, 4.0, np.pi), (-0.1, np.pi / 2)),
+    ],
+)
+def test_tracking_errors_are_to_the_left_of_the_plan_and_against_its_direction(pose, error):
+    progress = GoalProgress(top_speed=0.5)
+    progress.begin(GOAL, 10.0)
+    assert progress.tracking_error(pose) == (0.0, 0.0), "there is no plan yet"
+    progress.follow(corner())
+    for along in [Pose2D(x, 0.0) for x in np.arange(0.0, 3.1, 0.5)] + [Pose2D(3.0, y) for y in np.arange(0, 4.1, 0.5)]:
+        progress.update(along, 0.5, 11.0)
+        if along.distance_to(pose) < 0.3:
+            break
+    progress.update(pose, 0.5, 12.0)
+    assert progress.tracking_error(pose) == pytest.approx(error, abs=1e-6)
+
+
 def test_time_is_estimated_from_the_speed_of_the_last_seconds_and_stays_finite():
     progress = GoalProgress(top_speed=1.0)
     progress.begin(GOAL, 10.0)

@@ -135,6 +135,15 @@ def test_the_services_of_nav2_clear_one_costmap_each(driving, service):
     assert around.overlay(static) is static
 
 
+def test_layers_to_clear_may_be_named_and_unknown_ones_are_refused(driving):
+    service = "global_costmap/clear_entirely_global_costmap"
+    answer = call(driving, service, ClearEntireCostmapRequest(plugins=["obstacle_layer", "voxel_layer"]))
+    assert answer == ClearEntireCostmapResponse(success=True)
+    refused = call(driving, service, ClearEntireCostmapRequest(plugins=["obstacle_layer", "static_layer"]))
+    assert isinstance(refused, InvalidInput)
+    assert "no obstacles are observed in 'static_layer'; name obstacle_layer or voxel_layer" in str(refused)
+
+
 @pytest.mark.parametrize(("maps", "beyond", "left"), [
     ("both", 0.0, False), ("local", 0.0, True), ("global", 0.0, True), ("both", 0.5, False), ("both", 2.0, True),
 ])  # fmt: skip

@@ -63,7 +63,7 @@ class Asking:
             (each.goal_id.id, Status(each.status)) for each in message.status_list
         ]
 
-    def ask(self, goal, start=None, *, planner="", name="p", frame="map"):
+    def ask(self, goal, start=None, *, planner="", name="p", frame="map", via=()):
         """Ask for a path to a pose, or through a list of poses; return the result if there is one."""
         had = len(self.results)
         first = stamped(start or Pose2D(0.0, 0.0, 0.0), frame if start else "")
@@ -72,7 +72,9 @@ class Asking:
             content = nav2_msgs.ComputePathThroughPosesGoal([stamped(each, frame) for each in goal], **rest)
             message = nav2_msgs.ComputePathThroughPosesActionGoal(goal=content, goal_id=GoalID(id=name))
         else:
-            content = nav2_msgs.ComputePathToPoseGoal(stamped(goal, frame), **rest)
+            content = nav2_msgs.ComputePathToPoseGoal(
+                stamped(goal, frame), viapoints=[stamped(each, frame) for each in via], **rest
+            )
             message = nav2_msgs.ComputePathToPoseActionGoal(goal=content, goal_id=GoalID(id=name))
         topic = f"{THROUGH if isinstance(goal, list) else TO}/goal"
         self.driving.graph.inject(topic, decode(type(message), encode(message)))
@@ -115,6 +117,22 @@ def test_a_path_through_poses_passes_each_of_them_in_order():
     assert [math.dist(path[index], pose[:2]) for index, pose in zip(passed, (FAR, CORNER), strict=True)] == [0.0, 0.0]
     assert path[-1] == pytest.approx((4.0, 1.0))
     assert all(one != other for one, other in itertools.pairwise(path)), "the parts have one pose in common"
+
+
+def test_a_path_to_a_pose_passes_its_viapoints():
+    asking = Asking()
+    result = asking.ask(FAR, via=[CORNER])
+    path = points(result)
+    assert result.status.status == Status.SUCCEEDED, result.status.text
+    assert min(math.dist(point, CORNER[:2]) for point in path) == 0.0
+    assert path[-1] == pytest.approx(FAR[:2])
+    with pytest.raises(InvalidInput, match="viapoints may have at most 99 poses, not 100"):
+        asking.ask(FAR, via=[CORNER] * 100)
+
+
+@pytest.mark.parametrize(("goals", "reached"), [([FAR, CORNER], 1), ([FAR, OUTSIDE], -1), ([], -1)])
+def test_the_result_names_the_goal_at_which_the_path_ends(goals, reached):
+    assert Asking().ask(goals).result.last_reached_index == reached
 
 
 @pytest.mark.parametrize(

@@ -68,3 +68,19 @@ def test_velocities_go_where_a_base_expects_them_with_its_type() -> None:
     controller = "/a/diff_drive_controller/cmd_vel"
     assert RobotGraph([*others, base(controller)], "/a").velocity_topics() == {controller: {TWIST}}
     assert RobotGraph(others, "/a").velocity_topics() == {}
+
+
+@pytest.mark.parametrize("untyped", ["", "*"])
+def test_velocities_go_through_a_mux_that_subscribes_without_a_type(untyped: str) -> None:
+    """``topic_tools mux``, relay and throttle: the base behind them must hear nobody but them."""
+    behind = base("/a/base/cmd_vel")
+    mux = [base("/a/cmd_vel", untyped), base("/a/joy_vel", untyped), behind]
+    assert RobotGraph(mux, "/a").velocity_topics() == {"/a/cmd_vel": {TWIST}}
+    assert RobotGraph([base("/b/cmd_vel", untyped), behind], "/a").velocity_topics() == {"/a/base/cmd_vel": {TWIST}}
+    stamped = [*mux, base("/a/cmd_vel", TWIST_STAMPED)]
+    assert RobotGraph(stamped, "/a").velocity_topics() == {"/a/cmd_vel": {TWIST_STAMPED}}
+
+
+def test_velocities_go_past_nobody_who_expects_another_type_at_cmd_vel() -> None:
+    ackermann = [base("/a/cmd_vel", "ackermann_msgs/msg/AckermannDriveStamped"), base("/a/base/cmd_vel")]
+    assert RobotGraph(ackermann, "/a").velocity_topics() == {}

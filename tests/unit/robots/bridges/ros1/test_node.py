@@ -133,7 +133,9 @@ async def test_a_topic_that_was_subscribed_to_without_a_type_gets_that_of_its_pu
         with node(master, "/rostopic") as listener, node(master) as robot:
             listener.master.registerSubscriber("/rostopic", "/odom", "*", listener.uri)
             await until(lambda: "/odom" in transport._known_types)
-            assert not transport.entities()
+            assert {(one.kind, one.name, one.type) for one in await graph(transport, 1)} == {
+                (Kind.SUBSCRIBER, "/odom", "")
+            }
             robot.publisher("/odom", "std_msgs/String")
             assert {one.type for one in await graph(transport, 2)} == {STRING}
 
