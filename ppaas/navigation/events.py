@@ -1,6 +1,6 @@
 """Events of Move Base's state machine. Each carries the time at which it happened, by one clock [s]."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ppaas.controllers.base import Velocity
 from ppaas.errors import PPaaSError
@@ -38,6 +38,10 @@ class Goal:
     many: bool = False
     speed_limit: float = 0.0
     passed: tuple[Pose2D, ...] = ()
+
+    def without_next(self, count: int) -> "Goal":
+        """Return the goal once the robot has passed the next poses on the way."""
+        return replace(self, through=self.through[count:], passed=self.passed + self.through[:count])
 
 
 @dataclass(frozen=True, slots=True)

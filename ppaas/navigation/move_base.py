@@ -221,8 +221,7 @@ class MoveBase:
 
     def _on_passed(self, event: PosesPassed) -> None:
         if (active := self.goals.active) is not None:
-            through, passed = active.goal.through, active.goal.passed
-            active.goal = replace(active.goal, through=through[event.count :], passed=passed + through[: event.count])
+            active.goal = active.goal.without_next(event.count)
 
     # -- the control cycle ---------------------------------------------------------------------------------------------
 

@@ -5,6 +5,7 @@ from typing import NamedTuple
 from ppaas.messages import explore_msgs, nav2_msgs
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray
 from ppaas.messages.base.message import Message
+from ppaas.messages.nav2 import behaviors
 from ppaas.nodes.base import Topic
 
 
@@ -54,9 +55,9 @@ COMPUTE_PATH_THROUGH_POSES = _topics(
     once=False,
 )
 
-SPIN = _topics("spin", nav2_msgs.SpinActionGoal, nav2_msgs.SpinActionFeedback, nav2_msgs.SpinActionResult)
-BACKUP = _topics("backup", nav2_msgs.BackUpActionGoal, nav2_msgs.BackUpActionFeedback, nav2_msgs.BackUpActionResult)
-WAIT = _topics("wait", nav2_msgs.WaitActionGoal, nav2_msgs.WaitActionFeedback, nav2_msgs.WaitActionResult)
+SPIN = _topics("spin", behaviors.SpinActionGoal, behaviors.SpinActionFeedback, behaviors.SpinActionResult)
+BACKUP = _topics("backup", behaviors.BackUpActionGoal, behaviors.BackUpActionFeedback, behaviors.BackUpActionResult)
+WAIT = _topics("wait", behaviors.WaitActionGoal, behaviors.WaitActionFeedback, behaviors.WaitActionResult)
 
 NAV2_ACTIONS = tuple(each for each in tuple(globals().values()) if isinstance(each, ActionTopics))
 """The actions above."""

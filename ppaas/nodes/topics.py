@@ -8,11 +8,6 @@ from ppaas.messages.base.map_msgs import OccupancyGridUpdate
 from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import Float64, String
 from ppaas.messages.fleet.traffic import TrafficGrants, TrafficReport, TrafficState
-from ppaas.messages.follow_path import (
-    FollowPathActionFeedback,
-    FollowPathActionGoal,
-    FollowPathActionResult,
-)
 from ppaas.messages.geometry_msgs import (
     PolygonStamped,
     PoseArray,
@@ -22,6 +17,11 @@ from ppaas.messages.geometry_msgs import (
 )
 from ppaas.messages.health.diagnostic_msgs import DiagnosticArray
 from ppaas.messages.move_base_msgs import MoveBaseActionFeedback, MoveBaseActionGoal, MoveBaseActionResult
+from ppaas.messages.nav2.follow_path import (
+    FollowPathActionFeedback,
+    FollowPathActionGoal,
+    FollowPathActionResult,
+)
 from ppaas.messages.nav2_msgs import (
     FollowWaypointsActionFeedback,
     FollowWaypointsActionGoal,

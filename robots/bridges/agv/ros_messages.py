@@ -5,13 +5,6 @@ from collections.abc import Sequence
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, Status
 from ppaas.messages.base.std_msgs import Header, Time
-from ppaas.messages.follow_path import (
-    FollowPathActionFeedback,
-    FollowPathActionResult,
-    FollowPathError,
-    FollowPathFeedback,
-    FollowPathResult,
-)
 from ppaas.messages.geometry_msgs import (
     Pose,
     PoseWithCovariance,
@@ -21,6 +14,13 @@ from ppaas.messages.geometry_msgs import (
     Vector3,
 )
 from ppaas.messages.health.diagnostic_msgs import DiagnosticArray, DiagnosticLevel, DiagnosticStatus, KeyValue
+from ppaas.messages.nav2.follow_path import (
+    FollowPathActionFeedback,
+    FollowPathActionResult,
+    FollowPathError,
+    FollowPathFeedback,
+    FollowPathResult,
+)
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.frames import BASE_LINK, MAP, ODOM

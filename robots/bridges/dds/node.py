@@ -21,6 +21,7 @@ from ppaas.wire.ros.graph import LATCHED, Entity, Kind, Qos, release_of
 from robots.bridges.core.notices import Notices
 from robots.bridges.core.transport import Closable, Publisher, Received, Transport
 from robots.bridges.dds import qos as dds_qos
+from robots.bridges.dds.discovery import cyclone_configuration
 from robots.bridges.dds.idl_types import IdlTypes
 
 GRAPH_WAIT = 0.5
@@ -36,17 +37,6 @@ BATCH = 64
 
 ENTITIES = "ros_discovery_info", "rmw_dds_common/msg/ParticipantEntitiesInfo"
 """Topic on which nodes of ROS state their readers and writers."""
-
-_COMPATIBLE = "<Compatibility><IgnoreTypeInformation>1.15</IgnoreTypeInformation></Compatibility>"
-"""1.15 is eProsima: without this no type with an array or a list matches Fast DDS 3 (Kilted and newer)."""
-
-NETWORK = f"<CycloneDDS><Domain>{_COMPATIBLE}</Domain></CycloneDDS>"
-
-LOCALHOST = f"""<CycloneDDS><Domain><General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>
-<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>
-<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><Peers><Peer address="localhost"/></Peers></Discovery>
-{_COMPATIBLE}</Domain></CycloneDDS>"""
-"""Configuration for ``ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST``: the loopback interface has no multicast."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -273,7 +263,4 @@ def _configuration(options: DdsOptions) -> str:
             raise InvalidInput(f"the configuration of DDS cannot be read: {error}") from error
     if uri := os.environ.get("CYCLONEDDS_URI"):
         return uri
-    alone = (
-        os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE") == "LOCALHOST" or os.environ.get("ROS_LOCALHOST_ONLY") == "1"
-    )
-    return LOCALHOST if alone else NETWORK
+    return cyclone_configuration(os.environ)

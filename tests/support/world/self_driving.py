@@ -10,7 +10,9 @@ from ppaas.geometry import Pose2D
 from ppaas.messages import encode
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, Status
 from ppaas.messages.base.std_msgs import Header, Time
-from ppaas.messages.follow_path import (
+from ppaas.messages.geometry_msgs import Pose, PoseStamped
+from ppaas.messages.move_base_msgs import MoveBaseActionResult
+from ppaas.messages.nav2.follow_path import (
     FollowPathActionFeedback,
     FollowPathActionGoal,
     FollowPathActionResult,
@@ -18,8 +20,6 @@ from ppaas.messages.follow_path import (
     FollowPathFeedback,
     FollowPathResult,
 )
-from ppaas.messages.geometry_msgs import Pose, PoseStamped
-from ppaas.messages.move_base_msgs import MoveBaseActionResult
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.base import Payload
 from ppaas.nodes.graph import Graph

@@ -1,0 +1,1 @@
+"""Messages of single actions of Nav2: its behaviors, and FollowPath."""
