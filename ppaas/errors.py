@@ -38,7 +38,8 @@ Each class has a stable, machine-readable ``slug``. It is the problem type in HT
 the text of a rosbridge ``status``.
 """
 
-from typing import ClassVar
+from collections.abc import Sequence
+from typing import ClassVar, NamedTuple
 
 
 class PPaaSError(Exception):
@@ -88,10 +89,40 @@ class InvalidUrdf(InvalidInput):
     slug = "invalid-urdf"
 
 
+class ZoneFault(NamedTuple):
+    """What is wrong with a zone.
+
+    Parameters
+    ----------
+    zone : str
+        Name of the zone; the number of its feature if it has none.
+    text : str
+        What is wrong, and what to do.
+    place : tuple of float, optional
+        Where it is wrong: x, y in the frame of the map [m].
+    """
+
+    zone: str
+    text: str
+    place: tuple[float, float] | None = None
+
+
 class InvalidZones(InvalidInput):
-    """The zones of a map are invalid."""
+    """The zones of a map are invalid.
+
+    Parameters
+    ----------
+    text : str
+    faults : sequence of ZoneFault
+        What is wrong with which zone, where that is known.
+    """
 
     slug = "invalid-zones"
+    faults: tuple[ZoneFault, ...] = ()
+
+    def __init__(self, text: str, faults: Sequence[ZoneFault] = ()) -> None:
+        super().__init__(text)
+        self.faults = tuple(faults)
 
 
 class InvalidGraph(InvalidInput):

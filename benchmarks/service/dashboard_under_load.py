@@ -24,7 +24,7 @@ from playwright.async_api import Browser, Page, ViewportSize, expect
 from ppaas.geometry import Pose2D
 from ppaas.maps.generate import office
 from ppaas.maps.grid import GridMap
-from ppaas.zones.zone import zones_of
+from ppaas.zones.reading import zones_of
 from tests.support.cloud.browser import Eye, browsing, enter
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot, running_cloud
 from tests.support.cloud.drive import Drive, driving

@@ -19,7 +19,7 @@ from endpoints.http.problems import problem_slug
 from ppaas.clock import monotonic
 
 READING = frozenset({"GET", "HEAD", "OPTIONS"})
-COMPUTING = frozenset({"make_plan", "compute_costs", "plan_fleet"})
+COMPUTING = frozenset({"make_plan", "compute_costs", "plan_fleet", "check_zones"})
 """Operations by POST that change nothing."""
 
 NO_RIGHT = frozenset({401, 403})

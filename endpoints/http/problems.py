@@ -106,7 +106,7 @@ def status_problem(status: int, detail: str, headers: Mapping[str, str] | None =
 
 
 def problem_response(error: errors.PPaaSError, *, to_admin: bool = False) -> Response:
-    """Return the response of an error; planning errors have their Nav2 ``code`` (201–208).
+    """Return the response of an error; planning errors have their Nav2 ``code`` (201–208), and zones their ``faults``.
 
     A request that waits in the queue, as it allowed, is not a problem: it is accepted (202) with its position. What
     only operators may read is logged, and sent to administrators.
@@ -115,13 +115,20 @@ def problem_response(error: errors.PPaaSError, *, to_admin: bool = False) -> Res
         body = {"position": error.position, "detail": str(error)}
         return Response(json.dumps(body), 202, {"Retry-After": str(QUEUE_RETRY)}, "application/json")
     status, title = next(STATUS[kind] for kind in type(error).__mro__ if kind in STATUS)
-    code = error.code if isinstance(error, errors.PlanningError) else 0
-    members = {"code": code} if code else {}
     # The rest of a too large body is not read; on an open connection it would be taken for the next request.
     headers = {"Connection": "close"} if status == http.HTTPStatus.REQUEST_ENTITY_TOO_LARGE else _retry(error)
     if error.public != str(error):
         _hidden.add(error.slug, str(error))
-    return problem(status, error.slug, title, str(error) if to_admin else error.public, headers, **members)
+    return problem(status, error.slug, title, str(error) if to_admin else error.public, headers, **_members(error))
+
+
+def _members(error: errors.PPaaSError) -> dict[str, Any]:
+    """Return the members of a problem that only some errors have."""
+    if isinstance(error, errors.PlanningError) and error.code:
+        return {"code": error.code}
+    if isinstance(error, errors.InvalidZones) and error.faults:
+        return {"faults": [fault._asdict() for fault in error.faults]}
+    return {}
 
 
 def _retry(error: errors.PPaaSError) -> dict[str, str]:

@@ -9,9 +9,10 @@ from starlette.concurrency import run_in_threadpool
 from endpoints.people.retention import forget_expired
 from endpoints.services.services import Services
 from ppaas.clock import epoch
-from ppaas.errors import Conflict, InvalidInput, InvalidParameter, NotFound, NotPermitted
+from ppaas.errors import Conflict, InvalidInput, InvalidParameter, InvalidZones, NotFound, NotPermitted
 from ppaas.people.rules.registry import create
 from ppaas.people.settings import PeopleSettings
+from ppaas.zones.validity import outline_fault
 from storage.people_records import HOUR, MapPeople, changed_meanwhile
 from storage.ports import Store
 
@@ -39,6 +40,8 @@ async def change_settings(services: Services, user: str, map_id: str, change: Ch
     ------
     InvalidParameter
         No rule of that name is installed and allowed.
+    InvalidZones
+        The outline of a new zone crosses itself.
     InvalidInput, NotFound
         The coordinator refuses the settings; the previous ones are stored again.
     Conflict
@@ -110,8 +113,19 @@ def _next_hour() -> int:
 
 
 def _with(people: MapPeople, change: Change) -> MapPeople:
-    """Return a record with changed settings; ``InvalidParameter`` if their rule is not installed or not allowed."""
+    """Return a record with changed settings.
+
+    Raises
+    ------
+    InvalidParameter
+        Their rule is not installed or not allowed.
+    InvalidZones
+        The outline of a zone that they did not have before is not valid.
+    """
     settings = change(people.settings)
+    for zone in settings.zones:
+        if zone not in people.settings.zones and (fault := outline_fault(zone.corners)):
+            raise InvalidZones(f"zone {zone.name!r}: {fault}")
     try:
         create(settings.rule)
     except (NotFound, NotPermitted) as error:

@@ -60,7 +60,8 @@ def build_here(spec: LayerSpec, files: GridFiles, masks: Mapping[str, GridFiles]
     """
     # Imported in the forked process only: the agent must not load numba.
     from ppaas.costmap.build_layers import build_layers  # noqa: PLC0415
-    from ppaas.zones.zone import NO_ZONES, zones_of  # noqa: PLC0415
+    from ppaas.zones.reading import zones_of  # noqa: PLC0415
+    from ppaas.zones.zone import NO_ZONES  # noqa: PLC0415
 
     grid = _grid_of(files)
     laid = {name: _grid_of(own) for name, own in masks.items()}

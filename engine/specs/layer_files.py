@@ -19,7 +19,8 @@ from ppaas.maps.map_changes import changed_rectangles
 from ppaas.maps.occupancy import to_message
 from ppaas.messages import encode
 from ppaas.messages.base.std_msgs import Time
-from ppaas.zones.zone import NO_ZONES, ZoneSet, geojson_of, zones_of
+from ppaas.zones.reading import geojson_of, zones_of
+from ppaas.zones.zone import NO_ZONES, ZoneSet
 
 MAP_JSON = "map.json"
 """File with the map as JSON of ``nav_msgs/OccupancyGrid``, ready to be sent."""

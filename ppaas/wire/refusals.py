@@ -12,6 +12,7 @@ import msgspec
 from ppaas.errors import (
     Conflict,
     InvalidInput,
+    InvalidZones,
     MessageTooLarge,
     NotAuthenticated,
     NotFound,
@@ -19,6 +20,7 @@ from ppaas.errors import (
     PPaaSError,
     QuotaExceeded,
     Unavailable,
+    ZoneFault,
     rebuild,
 )
 
@@ -42,6 +44,14 @@ _BY_CLOSE_CODE: dict[int, type[PPaaSError]] = {
 _SLUGGED = re.compile(r"(?P<slug>[a-z]+(?:-[a-z]+)*): (?P<text>.*)", re.DOTALL)
 
 
+class ReceivedFault(msgspec.Struct):
+    """What is wrong with a zone, and where [m]."""
+
+    zone: str
+    text: str
+    place: tuple[float, float] | None = None
+
+
 class ReceivedProblem(msgspec.Struct):
     """Members of a problem (RFC 9457) that are used here."""
 
@@ -49,6 +59,7 @@ class ReceivedProblem(msgspec.Struct):
     title: str = ""
     detail: str = ""
     status: int | None = None
+    faults: list[ReceivedFault] = []
 
 
 def error_of_text(text: str, otherwise: type[PPaaSError] = PPaaSError) -> PPaaSError:
@@ -76,6 +87,8 @@ def error_of_status(status: int, body: bytes = b"") -> PPaaSError:
     except (msgspec.DecodeError, UnicodeDecodeError):
         problem = ReceivedProblem()
     text = problem.detail or problem.title or f"HTTP status {status}"
+    if problem.faults:
+        return InvalidZones(text, [ZoneFault(fault.zone, fault.text, fault.place) for fault in problem.faults])
     error = rebuild(re.split(r"[/:#]", problem.type)[-1], text)
     return error if type(error) is not PPaaSError else rebuild(_class_of_status(status).slug, text)
 

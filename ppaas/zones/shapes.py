@@ -61,8 +61,8 @@ class Area:
 
     def __init__(self, geometry: Geometry, width: float = 0.0) -> None:
         polygons = [[_points(ring) for ring in polygon] for polygon in polygons_of(geometry)]
-        self._polygons = [polygon for polygon in polygons if polygon]
-        self.rings = [ring for polygon in self._polygons for ring in polygon]
+        self.polygons = [polygon for polygon in polygons if polygon]
+        self.rings = [ring for polygon in self.polygons for ring in polygon]
         self.lines = [_points(line) for line in lines_of(geometry)]
         self._half = 0.5 * width
         places = np.concatenate(self.rings + self.lines)
@@ -77,7 +77,7 @@ class Area:
     def _distances(self, points: Points) -> Points:
         distances = np.full(len(points), np.inf)
         inside = np.zeros(len(points), np.bool_)
-        for outer, *holes in self._polygons:
+        for outer, *holes in self.polygons:
             inside |= within_polygon(outer, points) & ~_within_any(holes, points)
         for ring in self.rings:
             distances = np.minimum(distances, _apart(ring, np.roll(ring, -1, axis=0), points))

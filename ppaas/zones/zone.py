@@ -1,7 +1,8 @@
 """Zones of a map and their rules, as features of GeoJSON."""
 
 import math
-from typing import Annotated, Any, Literal
+from collections import defaultdict
+from typing import Annotated
 
 import msgspec
 from msgspec import Meta
@@ -21,11 +22,6 @@ MOST_CAPACITIES = 60
 
 LONGEST_NAME = 64
 
-EDITORS = {"fid", "id", "title", "description"}
-"""Properties that editors of GeoJSON add, which are ignored; and all that begin with the following."""
-
-STYLES = ("stroke", "fill", "marker-", "_")
-
 
 class Rule(msgspec.Struct, frozen=True, tag_field="kind", forbid_unknown_fields=True, omit_defaults=True, kw_only=True):
     """Rule of a zone.
@@ -36,10 +32,13 @@ class Rule(msgspec.Struct, frozen=True, tag_field="kind", forbid_unknown_fields=
         Name of the zone, which no other zone of the map has.
     times : list of Hours
         When it is in force; always if empty.
+    time_zone : str, optional
+        Time zone of its times; that of the set if it has none.
     """
 
     name: Annotated[str, Meta(min_length=1, max_length=LONGEST_NAME)]
     times: Annotated[list[Hours], Meta(max_length=MOST_HOURS)] = []
+    time_zone: str | None = None
 
 
 class KeepOut(Rule, frozen=True, tag="keep_out"):
@@ -131,8 +130,13 @@ class Zone(msgspec.Struct, frozen=True, tag="Feature", rename={"rule": "properti
     @property
     def area(self) -> Area:
         """Area, with a lane around each line."""
+        return Area(self.geometry, self.width)
+
+    @property
+    def width(self) -> float:
+        """Width of the lane along its lines [m]; 0 if it has none."""
         width = self.rule.width if isinstance(self.rule, OneWay) else None
-        return Area(self.geometry, width or 0.0)
+        return width or 0.0
 
 
 class ZoneSet(msgspec.Struct, frozen=True, tag="FeatureCollection", rename={"zones": "features"}):
@@ -143,7 +147,7 @@ class ZoneSet(msgspec.Struct, frozen=True, tag="FeatureCollection", rename={"zon
     zones : list of Zone
         ``features`` in JSON.
     time_zone : str
-        Name of the time zone of all times, in the IANA database.
+        Name of the time zone of the times of all zones that have none of their own, in the IANA database.
 
     Raises
     ------
@@ -180,17 +184,22 @@ class ZoneSet(msgspec.Struct, frozen=True, tag="FeatureCollection", rename={"zon
 
     def in_force(self, now: float) -> list[Zone]:
         """Return the zones that are in force at a time [s since the epoch]."""
-        zone = time_zone_of(self.time_zone)
-        return [each for each in self.zones if is_in_force(each.rule.times, zone, now)]
+        return [each for each in self.zones if is_in_force(each.rule.times, time_zone_of(self.time_zone_of(each)), now)]
 
     def next_change(self, now: float) -> float:
         """Return the first time after ``now`` [s since the epoch] at which others may be in force; infinite if never.
 
         It is at most two days later.
         """
-        return next_limit(
-            (hours for each in self.zones for hours in each.rule.times), time_zone_of(self.time_zone), now
-        )
+        hours: defaultdict[str, list[Hours]] = defaultdict(list)
+        for each in self.zones:
+            hours[self.time_zone_of(each)] += each.rule.times
+        changes = (next_limit(times, time_zone_of(name), now) for name, times in hours.items())
+        return min(changes, default=math.inf)
+
+    def time_zone_of(self, zone: Zone) -> str:
+        """Return the name of the time zone of the times of a zone."""
+        return zone.rule.time_zone or self.time_zone
 
 
 NO_ZONES = ZoneSet()
@@ -200,6 +209,8 @@ def _check(zone: Zone) -> int:
     """Check a zone; return the number of its positions."""
     positions, rule = check_geometry(zone.geometry, zone.name), zone.rule
     is_line = bool(lines_of(zone.geometry))
+    if rule.time_zone is not None:
+        time_zone_of(rule.time_zone)
     if is_line and not isinstance(rule, OneWay | Lane):
         raise InvalidZones(f"zone {zone.name!r}: only a lane or a one_way zone may be a line; draw a polygon")
     if isinstance(rule, Lane):
@@ -219,55 +230,3 @@ def _check_lane(name: str, rule: Lane, *, is_line: bool) -> None:
         raise InvalidZones(f"zone {name!r}: a lane is a line; a polygon with a direction is a one_way zone")
     if rule.times:
         raise InvalidZones(f"zone {name!r}: a lane is always in force; draw a keep_out zone with 'times' over it")
-
-
-class _Feature(msgspec.Struct, tag="Feature"):
-    """Feature as editors write it."""
-
-    geometry: Geometry
-    properties: dict[str, Any]
-
-
-class _Collection(msgspec.Struct):
-    type: Literal["FeatureCollection"]
-    features: list[_Feature]
-    time_zone: str = "UTC"
-
-
-def zones_of(text: str | bytes) -> ZoneSet:
-    """Read the zones of a map from GeoJSON.
-
-    Foreign members, properties that editors add, heights, and ``id`` are ignored.
-
-    Raises
-    ------
-    InvalidZones
-        It is not JSON or not a feature collection, or a zone is not valid; the text says which, and why.
-    """
-    try:
-        raw = msgspec.json.decode(text, type=_Collection)
-    except msgspec.ValidationError as error:
-        raise InvalidZones(f"zones must be a FeatureCollection of GeoJSON: {error!s:.300}") from error
-    except (msgspec.DecodeError, UnicodeError) as error:
-        raise InvalidZones(f"zones are not valid JSON: {error!s:.300}") from error
-    except RecursionError as error:
-        raise InvalidZones("zones are not valid: they are nested too deeply") from error
-    return ZoneSet([_zone_of(number, feature) for number, feature in enumerate(raw.features)], raw.time_zone)
-
-
-def _zone_of(number: int, feature: _Feature) -> Zone:
-    given = {
-        key: value
-        for key, value in feature.properties.items()
-        if key not in EDITORS and not key.startswith(STYLES) and value is not None
-    }
-    try:
-        return Zone(feature.geometry, msgspec.convert(given, AnyRule))
-    except (msgspec.ValidationError, InvalidZones) as error:
-        name = given.get("name", number)
-        raise InvalidZones(f"properties of zone {name!r:.80}: {error!s:.300}") from error
-
-
-def geojson_of(zones: ZoneSet) -> bytes:
-    """Return zones as GeoJSON, the same bytes for the same zones."""
-    return msgspec.json.encode(zones, order="deterministic")

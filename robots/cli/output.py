@@ -39,6 +39,12 @@ def print_line(text: str) -> None:
     sys.stdout.write(text + "\n")
 
 
+def print_warnings(answer: dict[str, Any]) -> None:
+    """Print the warnings of an answer of the cloud, each in a line."""
+    for warning in answer.get("warnings", ()):
+        print_line(f"warning: {printable(warning)}")
+
+
 def table(rows: Sequence[dict[str, Any]], columns: Sequence[str]) -> list[str]:
     """Return the lines of a table, heading first; each column is as wide as its widest cell."""
     cells = [list(columns)] + [[cell(column, row.get(column)) for column in columns] for row in rows]

@@ -170,6 +170,12 @@ class RestClient:
         answer: dict[str, Any] = _parse(await self._request("PUT", _zones(map_id, message), body, _if_match(if_match)))
         return answer
 
+    async def check_zones(self, map_id: str, geojson: bytes) -> dict[str, Any]:
+        """Check zones as if they were put, and change nothing; return their number and warnings."""
+        path = path_of("maps", map_id, "zones", "check")
+        answer: dict[str, Any] = _parse(await self._request("POST", path, _Body("application/geo+json", geojson)))
+        return answer
+
     async def remove_zones(self, map_id: str, message: str = "", if_match: str | None = None) -> None:
         """Remove the zones of a map."""
         await self._request("DELETE", _zones(map_id, message), headers=_if_match(if_match))

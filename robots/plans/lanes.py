@@ -11,7 +11,7 @@ from ppaas.errors import InvalidInput
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.maps.grid import GridMap
 from ppaas.traffic.settings import TrafficParameters
-from ppaas.zones.zone import zones_of
+from ppaas.zones.gate import checked_zones
 from robots.client.map_files import read_map_file
 
 
@@ -26,7 +26,7 @@ def cells_on_lanes(map_file: Path, zones_file: Path, radius: float) -> tuple[Gri
         The zones cannot be read, have no lanes, or these leave no room for the robots; the text says where.
     """
     try:
-        zones = zones_of(zones_file.read_bytes())
+        zones, _ = checked_zones(zones_file.read_bytes())
     except OSError as error:
         raise InvalidInput(f"cannot read {zones_file}: {error.strerror}") from error
     if not zones.lanes:

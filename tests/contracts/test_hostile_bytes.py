@@ -57,8 +57,9 @@ from ppaas.wire.ros.serialization import serialize
 from ppaas.wire.ros.tcpros import FrameReader, framed, pack_header, unpack_header
 from ppaas.wire.ros.xml_rpc import pack_call, pack_response, unpack_call, unpack_response
 from ppaas.wire.rosbridge import RosbridgeSession
+from ppaas.zones.reading import geojson_of, zones_of
 from ppaas.zones.shapes import Polygon
-from ppaas.zones.zone import KeepOut, Zone, ZoneSet, geojson_of, zones_of
+from ppaas.zones.zone import KeepOut, Zone, ZoneSet
 from tests.support.fuzzing import EXAMPLES
 from tests.support.hostile_bytes import mutations, operations, peak_memory
 from tests.support.world.mappings import room_mapping

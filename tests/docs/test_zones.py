@@ -8,22 +8,12 @@ from typing import Any, get_args
 import msgspec
 import pytest
 
-from endpoints.rest.maps.content_check import check_zones
 from endpoints.rest.maps.upload_form import MAX_ZONES
 from ppaas.maps.formats.map_files import read_info
+from ppaas.zones.gate import check_on_map
+from ppaas.zones.reading import EDITORS, STYLES, zones_of
 from ppaas.zones.schedule import DAYS, Hours
-from ppaas.zones.zone import (
-    EDITORS,
-    LONGEST_NAME,
-    MOST_CAPACITIES,
-    MOST_ON_LANES,
-    MOST_POSITIONS,
-    MOST_ZONES,
-    STYLES,
-    AnyRule,
-    Lane,
-    zones_of,
-)
+from ppaas.zones.zone import LONGEST_NAME, MOST_CAPACITIES, MOST_ON_LANES, MOST_POSITIONS, MOST_ZONES, AnyRule, Lane
 from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import blocks, run_shell, script, table, text_of
 from tests.support.endpoints.fuzzed_rest import operations
@@ -50,7 +40,7 @@ def test_the_examples_are_zones_on_the_office_of_every_kind() -> None:
     shown = zones_of(collection(*map(json.loads, blocks(PAGE, "json"))))
     file, lanes = zones_of(FILE.read_bytes()), zones_of(LANES.read_bytes())
     for zones in (shown, file, lanes):
-        check_zones(zones, info)
+        assert check_on_map(zones, info) == []
     assert {type(zone.rule) for zone in shown.zones} == set(get_args(AnyRule))
     assert {type(zone.rule) for zone in file.zones} == set(get_args(AnyRule)) - {Lane}, "they would close the rooms"
     assert lanes.lanes == lanes.zones
@@ -63,7 +53,7 @@ def test_the_kinds_and_their_properties_are_those_of_the_code() -> None:
     rows = table(PAGE, "kind", "rule", "who obeys")
     assert [kind.strip("`") for kind, *_ in rows] == list(KINDS)
     for kind, rule, _ in rows:
-        own = set(KINDS[kind.strip("`")].__struct_fields__) - {"name", "times"}
+        own = set(KINDS[kind.strip("`")].__struct_fields__) - {"name", "times", "time_zone"}
         assert set(re.findall(r"`(\w+)`", rule)) == own, kind
 
 
@@ -89,7 +79,7 @@ def test_the_numbers_and_ignored_properties_are_those_of_the_code(page: str) -> 
 
 
 def test_the_operations_are_those_of_the_service() -> None:
-    of_zones = [(method, path) for path, method, _ in operations() if path.endswith("/zones")]
+    of_zones = [(method, path) for path, method, _ in operations() if path.endswith(("/zones", "/zones/check"))]
     known = {(method.upper(), path.format(map_id="ID", version="V")) for method, path in of_zones}
     assert {tuple(operation.split()) for operation, _ in table(PAGE, "operation", "what it does")} == known
 

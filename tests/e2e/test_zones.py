@@ -6,8 +6,9 @@ import pytest
 
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import Status
+from ppaas.zones.reading import geojson_of
 from ppaas.zones.shapes import LineString
-from ppaas.zones.zone import Lane, OneWay, SpeedZone, Zone, ZoneSet, geojson_of
+from ppaas.zones.zone import Lane, OneWay, SpeedZone, Zone, ZoneSet
 from robots.client.robot_file import RobotFile
 from tests.support.cloud.cloud import RunningCloud, publish_map
 from tests.support.cloud.drive import Drive, driving

@@ -4,11 +4,10 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from endpoints.rest.maps.map_programs import CHECK_SECONDS, run_program
-from ppaas.errors import InvalidZones
 from ppaas.maps.formats.map_files import open_grid, read_info
 from ppaas.maps.grid import GridInfo
-from ppaas.zones.shapes import Area
-from ppaas.zones.zone import ZoneSet, zones_of
+from ppaas.zones.gate import check_on_map
+from ppaas.zones.reading import zones_of
 from storage.staged_uploads import Buffer, StagedUpload
 from storage.versions import IMAGE, OCTOMAP, POSEGRAPH, YAML, ZONES
 
@@ -32,7 +31,7 @@ def grid_of(buffers: Mapping[str, Buffer]) -> dict[str, Any]:
 
 
 def check_contents(upload: StagedUpload) -> dict[str, Any]:
-    """Check that the uploaded files are valid map files; return the same as ``grid_of``.
+    """Check that the uploaded files are valid map files; return the same as ``grid_of``, and `warnings` on zones.
 
     Raises
     ------
@@ -51,24 +50,8 @@ def check_contents(upload: StagedUpload) -> dict[str, Any]:
     grid = open_grid(bytes(upload.buffer(YAML)), upload.buffer(IMAGE))
     grid.check()
     if ZONES in upload.files:
-        check_zones(zones_of(bytes(upload.buffer(ZONES))), grid.info)
+        return _grid_answer(grid.info) | {"warnings": check_on_map(zones_of(bytes(upload.buffer(ZONES))), grid.info)}
     return _grid_answer(grid.info)
-
-
-def check_zones(zones: ZoneSet, info: GridInfo) -> None:
-    """Raise ``InvalidZones`` if the box around a zone is all outside of a grid."""
-    for zone in zones.zones:
-        area = zone.area
-        corners = info.to_cells([(x, y) for x in (area.low[0], area.high[0]) for y in (area.low[1], area.high[1])])
-        if (corners.max(axis=0) < 0).any() or (corners.min(axis=0) >= info.shape).any():
-            raise InvalidZones(
-                f"zone {zone.name!r} is not on the map: it is at {_range(area, 0)} × {_range(area, 1)}; are its "
-                "positions longitudes and latitudes? They must be x, y in metres in the frame of the map"
-            )
-
-
-def _range(area: Area, axis: int) -> str:
-    return f"{area.low[axis]:.6g} to {area.high[axis]:.6g} m"
 
 
 def _grid_answer(info: GridInfo) -> dict[str, Any]:

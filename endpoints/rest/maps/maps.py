@@ -12,7 +12,7 @@ from endpoints.audit.notes import note_details, note_object
 from endpoints.rest.dependencies import AnyCaller, Caller, Paged, Provided, owned_head, robots_in
 from endpoints.rest.maps.content_check import check_contents, grid_of
 from endpoints.rest.maps.review_schemas import MapReviewAnswer
-from endpoints.rest.maps.schemas import MapAnswer, MapChange, MapSummary, RollBack
+from endpoints.rest.maps.schemas import MapAnswer, MapChange, MapSummary, PublishedMap, RollBack
 from endpoints.rest.maps.upload_form import OPENAPI, MapForm, read_form
 from endpoints.rest.maps.version_proposals import propose
 from endpoints.rest.names import MapId
@@ -49,7 +49,7 @@ WAITS: Responses = {202: {"model": MapReviewAnswer, "description": "With `review
 @router.post(
     "",
     status_code=201,
-    response_model=MapAnswer,
+    response_model=PublishedMap,
     responses=KNOWN | BODY | problems(403, 404, 409, 429) | WAITS,
     openapi_extra=OPENAPI,
 )
@@ -175,7 +175,7 @@ def invalidated(services: Services, map_id: str) -> Iterator[None]:
 
 async def publish_upload(
     services: Services, user: User, form: MapForm, upload: StagedUpload, if_match: str | None
-) -> tuple[MapAnswer, MapRecord]:
+) -> tuple[PublishedMap, MapRecord]:
     """Check an upload and make it the current version of a map. Raises as `MapStore.publish` does.
 
     The version has the zones of the one before, unless the form says otherwise.
@@ -194,7 +194,8 @@ async def publish_upload(
         matched_version(if_match),
     )
     record = await services.usage.in_turn(owner, _publish, services, upload, owner, publication)
-    return MapAnswer.of(record, **info), record
+    warnings = [*form.warnings, *info.pop("warnings", ())]
+    return PublishedMap.of(record, warnings=warnings, **info), record
 
 
 def _publish(services: Services, upload: StagedUpload, owner: str, publication: Publication) -> MapRecord:

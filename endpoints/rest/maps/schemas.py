@@ -83,6 +83,30 @@ class MapAnswer(MapSummary):
     origin: Triple | None = Field(description="Pose of the lower left corner of its grid: x [m], y [m], yaw [rad]")
 
 
+Warnings = Annotated[
+    list[str], Field(description="What was mended in the zones that were sent, and what may be wrong in them")
+]
+
+
+class PublishedMap(MapAnswer):
+    """Map that was published."""
+
+    warnings: Warnings = []
+
+
+class PublishedZones(MapSummary):
+    """Map whose zones were published."""
+
+    warnings: Warnings = []
+
+
+class CheckedZonesAnswer(BaseModel):
+    """Zones that may be published."""
+
+    zones: int = Field(description="Number of zones")
+    warnings: Warnings
+
+
 class CellRectangle(BaseModel):
     """Rectangle of cells of a grid; it may reach beyond the grid if the older grid did."""
 

@@ -17,7 +17,9 @@ from endpoints.rest.media_types import media_type_of
 from endpoints.rest.schemas import MAX_DESCRIPTION, MAX_READERS
 from ppaas.errors import InvalidMap, InvalidParameter, InvalidZones, PPaaSError
 from ppaas.maps.formats.map_yaml import MAX_YAML, Rules, with_rules
-from ppaas.zones.zone import NO_ZONES, geojson_of, zones_of
+from ppaas.zones.gate import checked_zones
+from ppaas.zones.reading import geojson_of
+from ppaas.zones.zone import NO_ZONES
 from storage.names import PATTERN, check_name
 from storage.ports import MapStore
 from storage.staged_uploads import StagedUpload
@@ -97,7 +99,8 @@ OPENAPI: dict[str, Any] = {
 class MapForm(msgspec.Struct, frozen=True):
     """Text fields of the form; ``readers`` and ``description`` are None if omitted.
 
-    ``review`` is whether the version waits for a review, ``keeps_zones`` whether it has the zones of the current one.
+    ``review`` is whether the version waits for a review, ``keeps_zones`` whether it has the zones of the current one,
+    and ``warnings`` are those on the zones of the form.
     """
 
     id: str
@@ -106,6 +109,7 @@ class MapForm(msgspec.Struct, frozen=True):
     message: str
     review: bool = False
     keeps_zones: bool = True
+    warnings: tuple[str, ...] = ()
 
 
 @asynccontextmanager
@@ -136,8 +140,8 @@ async def read_form(request: Request, store: MapStore) -> AsyncIterator[tuple[Ma
             await consume(request.stream(), reader.write)
             reader.end()
         form = _form(reader, keeps_zones=not files.has_zones)
-        await run_in_threadpool(files.complete, _rules(reader))
-        yield form, upload
+        warnings = await run_in_threadpool(files.complete, _rules(reader))
+        yield msgspec.structs.replace(form, warnings=tuple(warnings)), upload
 
 
 class _Files:
@@ -172,8 +176,8 @@ class _Files:
             "once each"
         )
 
-    def complete(self, rules: Rules | None) -> None:
-        """Write the YAML and the zones; raise ``InvalidParameter`` if a file is missing."""
+    def complete(self, rules: Rules | None) -> list[str]:
+        """Write the YAML and the zones; return warnings. Raises ``InvalidParameter`` if a file is missing."""
         if (self._yaml is not None) != (IMAGE in self._upload.files):
             missing = YAML if self._yaml is None else IMAGE
             raise InvalidParameter(f"the form must also have a file {missing!r}, sent with a file name")
@@ -186,8 +190,12 @@ class _Files:
         if self._yaml is not None:
             record = bytes(self._yaml.data)
             self._upload.add(YAML, [record if rules is None else with_rules(record, rules)])
-        if self._zones is not None and (zones := zones_of(bytes(self._zones.data))) != NO_ZONES:
+        if self._zones is None:
+            return []
+        zones, warnings = checked_zones(bytes(self._zones.data))
+        if zones != NO_ZONES:
             self._upload.add(ZONES, [geojson_of(zones)])
+        return warnings
 
 
 class _FileBuffer:

@@ -17,7 +17,7 @@ from ppaas.messages.nav_msgs import GetMap, GetMapResponse, MapMetaData, Occupan
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Reply, Service, Topic
 from ppaas.nodes.frames import MAP
-from ppaas.zones.zone import geojson_of
+from ppaas.zones.reading import geojson_of
 
 MAP_SERVICE = "static_map"
 

@@ -29,8 +29,9 @@ from ppaas.wire.vda5050.codec import encode
 from ppaas.wire.vda5050.fields import Point
 from ppaas.wire.vda5050.headers import Header, timestamp
 from ppaas.wire.vda5050.versions import Version
+from ppaas.zones.reading import zones_of
 from ppaas.zones.shapes import LineString, MultiLineString, MultiPolygon, Polygon, Position, Ring, lines_of
-from ppaas.zones.zone import Capacity, KeepOut, Lane, NoStop, OneWay, SpeedZone, Zone, ZoneSet, zones_of
+from ppaas.zones.zone import Capacity, KeepOut, Lane, NoStop, OneWay, SpeedZone, Zone, ZoneSet
 
 RELEASED = 1
 """Number of robots in a zone of type RELEASE, whose message has none: access is granted to one after the other."""

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from ppaas.errors import PPaaSError
 from ppaas.zones.in_force import ZonesInForce
-from ppaas.zones.zone import Zone, ZoneSet, zones_of
+from ppaas.zones.reading import zones_of
+from ppaas.zones.zone import Zone, ZoneSet
 from robots.client.rest import RestClient
 from robots.client.rest_paths import path_of
 

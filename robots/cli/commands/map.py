@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ppaas.errors import InvalidInput
 from robots.cli import event_loop
-from robots.cli.output import show
+from robots.cli.output import print_warnings, show
 from robots.cli.output_files import write_file
 from robots.cli.resource import Resource
 from robots.cli.session import add_limit_argument, add_session_arguments, logged_in
@@ -137,6 +137,8 @@ async def _publish(arguments: argparse.Namespace) -> None:
     answer = await client.upload_map(map_id, yaml, image, readers, if_match=expected, **files, **texts)
     columns = map_reviews.COLUMNS if arguments.review else MAPS.columns
     show(answer, columns, as_json=arguments.json)
+    if not arguments.json:
+        print_warnings(answer)
 
 
 async def _show(arguments: argparse.Namespace) -> None:

@@ -6,17 +6,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ppaas.clock import epoch
-from ppaas.errors import InvalidInput
-from robots.cli.output import print_line, show
+from ppaas.errors import InvalidInput, InvalidZones
+from robots.cli.output import print_line, print_warnings, show
 from robots.cli.output_files import write_file
 from robots.cli.session import add_session_arguments, logged_in
 from robots.cli.verbs.map_versions import whole_version
+from robots.cli.zones_picture import check_zones_picture, draw_zones
 from robots.client.rest_paths import path_of
 
 if TYPE_CHECKING:
     from robots.client.rest import RestClient
 
 COLUMNS = ("name", "kind", "detail", "times")
+CHECKED = ("zones",)
 PUBLISHED = ("id", "owner", "version", "created", "author", "message", "parts")
 
 Zone = dict[str, Any]
@@ -35,6 +37,10 @@ def configure(verbs: Any) -> None:
     change.add_argument("--put", type=Path, metavar="FILE", help="publish the zones of a file of GeoJSON")
     change.add_argument("--remove", action="store_true", help="publish a version without zones")
     change.add_argument("--version", help="show those of a version, or a prefix of it (the current one)")
+    zones.add_argument("--dry-run", action="store_true", help="with --put: check the zones, and publish nothing")
+    zones.add_argument(
+        "--picture", type=Path, metavar="FILE.png", help="draw the zones on the map, with a red cross at each fault"
+    )
     zones.add_argument("--out", type=Path, metavar="FILE", help="write the zones to a file of GeoJSON")
     zones.add_argument(
         "--vda5050", action="store_true", help="with --put and --out: the file is a message zoneSet of VDA 5050 3.0"
@@ -53,6 +59,11 @@ async def zones(arguments: argparse.Namespace) -> None:
         raise InvalidInput("--vda5050 is the format of a file; give --put FILE or --out FILE")
     if changes and arguments.out is not None:
         raise InvalidInput("--out writes the zones as they are; leave out --put and --remove")
+    if arguments.dry_run and arguments.put is None:
+        raise InvalidInput("--dry-run checks the zones of a file; give --put FILE")
+    if arguments.picture is not None and (arguments.remove or arguments.out is not None):
+        raise InvalidInput("--picture draws zones that are shown or put; leave out --remove and --out")
+    check_zones_picture(arguments.picture)
     client = logged_in(arguments)
     if changes:
         await _change(client, arguments)
@@ -67,14 +78,25 @@ async def _change(client: "RestClient", arguments: argparse.Namespace) -> None:
     if arguments.remove:
         await client.remove_zones(arguments.id, arguments.message or "", expected)
         return
-    content = read_zones(arguments.put)
+    content, path = read_zones(arguments.put), path_of("maps", arguments.id)
     if arguments.vda5050:
         from ppaas.wire.vda5050.map_zones import zones_of_vda5050  # noqa: PLC0415 - ``ppaas --help`` loads this module
-        from ppaas.zones import zone  # noqa: PLC0415 - see above
+        from ppaas.zones import reading  # noqa: PLC0415 - see above
 
-        content = zone.geojson_of(zones_of_vda5050(content))
-    published = await client.put_zones(arguments.id, content, arguments.message or "", expected)
-    show(published, PUBLISHED, as_json=arguments.json)
+        content = reading.geojson_of(zones_of_vda5050(content))
+    try:
+        if arguments.dry_run:
+            answer = await client.check_zones(arguments.id, content)
+        else:
+            answer = await client.put_zones(arguments.id, content, arguments.message or "", expected)
+    except InvalidZones as error:
+        if error.faults:
+            await draw_zones(client, path, arguments.picture, content, error.faults)
+        raise
+    await draw_zones(client, path, arguments.picture, content)
+    show(answer, CHECKED if arguments.dry_run else PUBLISHED, as_json=arguments.json)
+    if not arguments.json:
+        print_warnings(answer)
 
 
 async def _file(client: "RestClient", arguments: argparse.Namespace) -> bytes:
@@ -82,11 +104,11 @@ async def _file(client: "RestClient", arguments: argparse.Namespace) -> bytes:
     if not arguments.vda5050:
         return content
     from ppaas.wire.vda5050.map_zones import vda5050_of  # noqa: PLC0415 - ``ppaas --help`` loads this module
-    from ppaas.zones import zone  # noqa: PLC0415 - see above
+    from ppaas.zones import reading  # noqa: PLC0415 - see above
 
     given = await whole_version(client, arguments.id, arguments.version)
     version: str = given or (await client.get(path_of("maps", arguments.id)))["version"]
-    return vda5050_of(zone.zones_of(content), arguments.id, f"zones-{version[:16]}", epoch())
+    return vda5050_of(reading.zones_of(content), arguments.id, f"zones-{version[:16]}", epoch())
 
 
 async def geojson_of(client: "RestClient", path: str) -> bytes:
@@ -102,7 +124,9 @@ async def _path(client: "RestClient", arguments: argparse.Namespace) -> str:
 
 
 async def _show(client: "RestClient", arguments: argparse.Namespace) -> None:
-    found = await client.get(await _path(client, arguments))
+    path = await _path(client, arguments)
+    found = await client.get(path)
+    await draw_zones(client, path.removesuffix("/zones"), arguments.picture, json.dumps(found).encode())
     if arguments.json:
         print_line(json.dumps(found))
         return

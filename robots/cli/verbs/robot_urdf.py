@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from robots.cli.output import printable, show
+from robots.cli.output import print_warnings, show
 from robots.cli.session import add_session_arguments, logged_in
 from robots.client.rest_paths import path_of
 
@@ -79,7 +79,7 @@ def show_description(description: dict[str, Any], *, as_json: bool) -> None:
         return
     sensors = [f"{sensor['link']} ({sensor['kind']})" for sensor in description["sensors"]]
     show(description | {"sensors": sensors}, DESCRIPTION, as_json=False)
-    sys.stdout.writelines(f"warning: {printable(warning)}\n" for warning in description["warnings"])
+    print_warnings(description)
 
 
 _VERBS = {"put": _put, "get": _get, "delete": _delete}

@@ -29,7 +29,8 @@ from ppaas.nodes.base import Checkpoint, Payload
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.jobs import TURN, LongWork, Work
 from ppaas.nodes.map_server.node import KEEPOUT_MASK, SPEED_MASK
-from ppaas.zones.zone import NO_ZONES, zones_of
+from ppaas.zones.reading import zones_of
+from ppaas.zones.zone import NO_ZONES
 from robots.onboard.executor import protocol
 from robots.onboard.executor.warm_up import warm_up
 

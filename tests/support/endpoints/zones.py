@@ -14,7 +14,8 @@ from endpoints.services.services import Services
 from ppaas.errors import InvalidInput
 from ppaas.maps.formats.map_files import save_map
 from ppaas.maps.generate import office
-from ppaas.zones.zone import NO_ZONES, ZoneSet, geojson_of, zones_of
+from ppaas.zones.reading import geojson_of, zones_of
+from ppaas.zones.zone import NO_ZONES, ZoneSet
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
 from tests.support.endpoints.fake_cloud import FakeCloud

@@ -6,12 +6,13 @@ const PATIENCE = 10_000; // ms
 const PATIENCE_FOR_MAPS = 120_000;
 const PATIENCE_FOR_FILES = 300_000; // of one GiB, perhaps
 
-/** The cloud refused a request, with the reason. */
+/** The cloud refused a request, with the reason, and the places of faults of zones. */
 export class Refused extends Error {
-  /** @param {number} status @param {string} detail */
-  constructor(status, detail) {
+  /** @param {number} status @param {string} detail @param {import("./zones_state.js").Fault[]} faults */
+  constructor(status, detail, faults = []) {
     super(detail);
     this.status = status;
+    this.faults = faults;
   }
 }
 
@@ -44,7 +45,7 @@ async function ask(path, options, read, patience = PATIENCE) {
     const response = await fetch(new URL(path, ROOT), { cache: "no-store", credentials: "omit", signal, ...options });
     if (response.ok) return await read(response);
     const problem = await response.json().catch(() => ({})); // a proxy's error page, perhaps
-    throw new Refused(response.status, problem.detail ?? `the cloud answered ${response.status}`);
+    throw new Refused(response.status, problem.detail ?? `the cloud answered ${response.status}`, problem.faults);
   } catch (error) {
     throw error instanceof Refused ? error : new Unreachable("the cloud does not answer");
   }
@@ -95,7 +96,7 @@ export class Rest {
    */
   put(path, body, tag, type) {
     const headers = { ...this.#headers, "Content-Type": type, ...(tag && { "If-Match": tag }) };
-    return ask(path, { method: "PUT", headers, body: JSON.stringify(body) }, nothing, PATIENCE_FOR_MAPS);
+    return ask(path, { method: "PUT", headers, body: JSON.stringify(body) }, json, PATIENCE_FOR_MAPS);
   }
 
   /**

@@ -1,6 +1,6 @@
 /** The colours of the drawing, which are those of the page: light or dark, as the system wants it. */
 
-/** @typedef {{ground: string, ink: string, halo: string, heat: string, zones: Record<string, string>, palette: import("./grid.js").Palette, robots: string[]}} Theme */
+/** @typedef {{ground: string, ink: string, halo: string, bad: string, heat: string, zones: Record<string, string>, palette: import("./grid.js").Palette, robots: string[]}} Theme */
 
 const ROBOTS = 8;
 const ZONES = ["keep_out", "speed_limit", "one_way", "no_stop", "capacity", "lane"];
@@ -19,6 +19,7 @@ export function readTheme() {
     ground: read("ground"),
     ink: read("ink"),
     halo: read("halo"),
+    bad: style.getPropertyValue("--bad").trim(),
     heat: read("heat"),
     zones: Object.fromEntries(ZONES.map((kind) => [kind, read(kind.replace("_", "-"))])),
     palette: { free: colourOf(read("free")), occupied: colourOf(read("occupied")), unknown: colourOf(read("unknown")) },

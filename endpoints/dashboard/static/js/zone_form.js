@@ -18,6 +18,7 @@ export function ruleOf({ name, kind, isLine, times, ...values }) {
   if (kind === "one_way" && values.strict) rule.strict = true;
   if (kind === "lane" && values.one_way) rule.one_way = true;
   if (kind !== "lane" && times.length) rule.times = times;
+  if (rule.times && values.time_zone) rule.time_zone = values.time_zone;
   return rule;
 }
 
@@ -137,6 +138,7 @@ export class ZoneForm {
     const values = Object.entries(this.#fields).map(([name, field]) => [name, { checkbox: field.checked, number: field.valueAsNumber }[field.type] ?? field.value]);
     const times = this.#hours.map(({ boxes, from, to, since, until }) =>
       hoursOf({ days: boxes.filter(({ checked }) => checked).map(({ value }) => value), from: from.value, to: to.value, since: since.value, until: until.value }));
-    return { ...Object.fromEntries(values), isLine: linesOf(this.#zone.geometry).length > 0, times };
+    const { time_zone } = this.#zone.properties;
+    return { ...Object.fromEntries(values), time_zone, isLine: linesOf(this.#zone.geometry).length > 0, times };
   }
 }

@@ -48,6 +48,20 @@ function geometryOf(places, isLine) {
   return isLine ? { type: "LineString", coordinates: places } : { type: "Polygon", coordinates: [[...places, places[0]]] };
 }
 
+/** The geometry with outlines counterclockwise and holes clockwise, as RFC 7946 has them. @param {{type: string, coordinates: any}} geometry */
+export function oriented({ type, coordinates }) {
+  if (type === "Polygon") return { type, coordinates: turned(coordinates) };
+  return { type, coordinates: type === "MultiPolygon" ? coordinates.map(turned) : coordinates };
+}
+
+function turned(rings) {
+  return rings.map((ring, i) => (isClockwise(ring) === (i === 0) ? ring.toReversed() : ring));
+}
+
+function isClockwise(ring) {
+  return ring.slice(1).reduce((area, [x1, y1], i) => area + ring[i][0] * y1 - x1 * ring[i][1], 0) < 0;
+}
+
 function opened(ring) {
   const [first, last] = [ring[0], ring.at(-1)];
   return ring.length > 1 && first[0] === last[0] && first[1] === last[1] ? ring.slice(0, -1) : ring;

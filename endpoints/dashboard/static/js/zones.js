@@ -10,6 +10,7 @@ import { ZonesPanel } from "./zones_panel.js";
 import { ZonesState } from "./zones_state.js";
 
 const PERIOD = 10_000; // ms between two looks at which are in force
+const PAUSE = 400; // ms without a change after which a draft is checked
 const CONFLICTS = new Set([409, 412]);
 const NONE = { body: null, tag: null };
 
@@ -24,6 +25,7 @@ export class Zones {
   #looked = -Infinity;
   /** Whether zones are being saved: those that are read meanwhile may be the user's own. */
   #isSaving = false;
+  /** Timer of the next check of the draft. */ #check = 0;
 
   /** @param {import("./rest.js").Rest} rest @param {{changed: () => void}} events */
   constructor(rest, events) {
@@ -124,7 +126,7 @@ export class Zones {
   #end() {
     const { kind, geometry } = this.layer.drawing;
     if (!geometry) return this.#show();
-    this.state.add(this.state.proposal(kind, geometry));
+    this.#change(() => this.state.add(this.state.proposal(kind, geometry)));
     this.#draw(null);
     this.#panel.reveal(this.state.picked);
   }
@@ -132,21 +134,37 @@ export class Zones {
   #change(change) {
     change();
     this.#show();
+    clearTimeout(this.#check);
+    if (this.state.isChanged) this.#check = setTimeout(() => this.#checkDraft(), PAUSE);
+  }
+
+  /** Ask the cloud what is wrong with the draft, and mark it on the map. That it cannot be asked is told by the next poll. */
+  async #checkDraft() {
+    const [path, { draft }] = [this.#path, this.state];
+    if (!draft || this.#isSaving) return;
+    const found = await this.#rest.post(`${path}/check`, this.state.body).catch((error) => error);
+    if (draft !== this.state.draft || this.#isSaving) return; // it was changed, saved or discarded meanwhile
+    if (found instanceof Refused) this.state.judge({ problem: found.message, faults: found.faults });
+    else if (!(found instanceof Error)) this.state.judge(found);
+    this.#show();
   }
 
   async #save() {
     this.#isSaving = true;
+    clearTimeout(this.#check);
     const { body, base } = this.state;
     const path = this.#path;
+    let warnings;
     try {
-      await this.#rest.put(path, body, base, "application/geo+json");
+      ({ warnings = [] } = await this.#rest.put(path, body, base, "application/geo+json"));
     } catch (error) {
       if (path !== this.#path) return;
-      this.state.problem = error.message;
+      this.state.judge({ problem: error.message, faults: error.faults });
       if (error instanceof Refused && CONFLICTS.has(error.status)) await this.#lookAgain(path);
       else this.#show();
       return;
     }
+    for (const warning of warnings) toast(warning, "bad");
     toast("The zones are saved: robots heed them from now on", "good");
     await this.#lookAgain(path, () => this.state.discard());
   }

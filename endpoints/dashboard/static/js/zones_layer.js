@@ -12,6 +12,7 @@ const ARROW = 9; // pixels
 const LEGIBLE = 44; // pixels that a zone is wide to have a name
 const DASH = [7, 5];
 const LANE = { width: 3, picked: 5 }; // pixels
+const CROSS = 9; // pixels from the middle of a cross to its ends
 
 export class ZonesLayer {
   /** What the user draws. @type {import("./zone_shapes.js").Drawing | null} */ drawing = null;
@@ -37,7 +38,21 @@ export class ZonesLayer {
   draw(context, view) {
     this.#state.features.forEach((zone, index) => this.#drawZone(context, view, zone, index));
     this.#state.features.forEach((zone, index) => this.#drawName(context, view, zone, index));
+    for (const { place } of this.#state.faults) if (place) this.#drawFault(context, view.toScreen({ x: place[0], y: place[1] }));
     if (this.drawing) this.#drawDrawing(context, view, this.drawing);
+  }
+
+  /** A cross where a zone is wrong. */
+  #drawFault(context, { x, y }) {
+    for (const [colour, width] of [[this.#theme.halo, 7], [this.#theme.bad, 3]]) {
+      context.beginPath();
+      for (const turn of [1, -1]) {
+        context.moveTo(x - CROSS, y - turn * CROSS);
+        context.lineTo(x + CROSS, y + turn * CROSS);
+      }
+      pen(context, colour, width, []);
+      context.stroke();
+    }
   }
 
   #drawZone(context, view, { geometry, properties }, index) {

@@ -18,10 +18,10 @@ export function guide({ missing, isLine }) {
 }
 
 /** How things are with the zones, in words; empty if all is well. @param {import("./zones_state.js").ZonesState} state */
-export function noteOf({ problem, isOutdated, isChanged }) {
+export function noteOf({ problem, warnings = [], isOutdated, isChanged }) {
   if (problem && !isOutdated) return problem;
   if (isOutdated) return `${problem ? `${problem} ` : ""}Somebody else has changed the zones meanwhile: reload them, and make your changes again.`;
-  return isChanged ? "Not saved yet" : "";
+  return isChanged ? ["Not saved yet", ...warnings].join(". ") : "";
 }
 
 export class ZonesPanel {

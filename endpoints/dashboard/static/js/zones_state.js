@@ -3,12 +3,13 @@
  *
  * @typedef {{days?: string[], from?: string, to?: string, since?: string, until?: string}} Hours
  * @typedef {{name: string, kind: string, times?: Hours[], max_speed?: number, percent?: number, direction?: number,
- *            width?: number, strict?: boolean, one_way?: boolean, robots?: number}} Rule
+ *            width?: number, strict?: boolean, one_way?: boolean, robots?: number, time_zone?: string}} Rule
  * @typedef {{type: "Feature", geometry: {type: string, coordinates: any[]}, properties: Rule}} Zone
  * @typedef {{type: "FeatureCollection", features: Zone[], time_zone?: string, in_force?: string[]}} Zones
+ * @typedef {{zone: string, text: string, place: [number, number] | null}} Fault
  */
 
-import { linesOf, polygonsOf, within } from "./zone_shapes.js";
+import { linesOf, oriented, polygonsOf, within } from "./zone_shapes.js";
 
 export const KINDS = { keep_out: "Keep out", speed_limit: "Speed limit", one_way: "One way", no_stop: "No stopping", capacity: "Capacity", lane: "Lane" };
 const OF_LINES = ["lane", "one_way"];
@@ -58,7 +59,7 @@ export function timesOf(times) {
 export function told({ properties }) {
   const kind = KINDS[properties.kind] ?? properties.kind;
   const what = [[kind, numberOf(properties)].filter(Boolean).join(" "), ...wordsOf(properties)].join(", ");
-  return [what, timesOf(properties.times)].filter(Boolean).join("; ");
+  return [what, timesOf(properties.times), properties.time_zone].filter(Boolean).join("; ");
 }
 
 /** Days in words: three or more in a row are one span. @param {string[]} days */
@@ -78,13 +79,16 @@ export class ZonesState {
   mayEdit = false;
   /** Number of times that all zones have become others, as by a reload. */
   generation = 0;
-  /** Why the cloud did not take the draft. */
+  /** Why the cloud does not take the draft. */
   problem = "";
+  /** What is wrong with which zone of the draft, and where. @type {Fault[]} */ faults = [];
+  /** What the cloud mends in the draft, and what may be wrong in it. @type {string[]} */ warnings = [];
   /** Zones of the answer that the draft was made of. @type {Set<Zone>} */ #saved = new Set();
   /** Names of zones that are in force; null if the cloud does not say. @type {Set<string> | null} */ #inForce = null;
 
-  /** Take an answer of the cloud; the tag of the same zones may be another one. @param {Zones | null} answer @param {string | null} tag */
-  take(answer, tag) {
+  /** Take an answer of the cloud; the tag of the same zones may be another one. @param {Zones | null} given @param {string | null} tag */
+  take(given, tag) {
+    const answer = given && withoutCommonTimeZone(given);
     const isNew = !same(zonesOf(answer), zonesOf(this.answer));
     if (!isNew && this.base === this.tag) this.base = tag;
     this.answer = isNew || !answer ? answer : { ...answer, features: this.answer.features }; // the draft may have some of them
@@ -162,9 +166,17 @@ export class ZonesState {
     this.#renew();
   }
 
+  /** Take what the cloud says on the draft. @param {{problem?: string, faults?: Fault[], warnings?: string[]}} check */
+  judge({ problem = "", faults = [], warnings = [] }) {
+    this.problem = problem;
+    this.faults = faults;
+    this.warnings = warnings;
+  }
+
   /** The body of a request that saves the draft. @returns {Zones} */
   get body() {
-    return { type: "FeatureCollection", ...this.draft };
+    const features = this.draft.features.map((zone) => ({ ...zone, geometry: oriented(zone.geometry) }));
+    return { type: "FeatureCollection", ...this.draft, features };
   }
 
   /** A zone with usual values, and a name that no other zone has. @param {string} kind @param {Zone["geometry"]} geometry */
@@ -181,12 +193,12 @@ export class ZonesState {
       this.#saved = new Set(this.features);
     }
     this.draft = { features: changed(this.features), time_zone: this.timeZone };
-    this.problem = "";
+    this.judge({});
   }
 
   #renew() {
     this.picked = null;
-    this.problem = "";
+    this.judge({});
     this.generation += 1;
   }
 }
@@ -197,6 +209,15 @@ function along(kind, geometry) {
   if (linesOf(geometry).length) return { width: USUAL.width };
   const [[[x0, y0], [x1, y1]]] = polygonsOf(geometry)[0];
   return { direction: Math.round(Math.atan2(y1 - y0, x1 - x0) * 1000) / 1000 };
+}
+
+/** Zones name their time zone, also if it is that of all: so do they here only if it is another one. */
+function withoutCommonTimeZone(answer) {
+  const features = answer.features.map((zone) => {
+    const { time_zone: own, ...rest } = zone.properties;
+    return own === undefined || own !== answer.time_zone ? zone : { ...zone, properties: rest };
+  });
+  return { ...answer, features };
 }
 
 function zonesOf(answer) {

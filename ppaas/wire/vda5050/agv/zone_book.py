@@ -3,7 +3,8 @@
 from ppaas.wire.vda5050.agv import faults
 from ppaas.wire.vda5050.agv.faults import Refusal
 from ppaas.wire.vda5050.states import ZoneSetState
-from ppaas.wire.vda5050.zones import Zones
+from ppaas.wire.vda5050.zones import Zone, Zones
+from ppaas.zones.validity import outline_fault
 
 SUPPORTED = ("BLOCKED", "SPEED_LIMIT")
 """Types of zones that the cloud has masks for."""
@@ -113,9 +114,13 @@ def _problem(zones: Zones, supported: tuple[str, ...]) -> str:
         return f"a zone set has at most {MAX_ZONES} zones and {MAX_VERTICES} vertices"
     if any(max(abs(point.x), abs(point.y)) > FARTHEST for zone in zones.zones for point in zone.vertices):
         return f"a vertex is farther than {FARTHEST:g} m from the origin of the map"
-    for zone in zones.zones:
-        if zone.zone_type not in supported:
-            return f"zone {zone.zone_id!r} is of type {zone.zone_type}; supported: {', '.join(supported) or 'none'}"
-        if zone.zone_type == "SPEED_LIMIT" and not (zone.maximum_speed and zone.maximum_speed >= MIN_SPEED):
-            return f"the maximumSpeed of zone {zone.zone_id!r} is not at least {MIN_SPEED} m/s"
-    return ""
+    return next((problem for zone in zones.zones if (problem := _problem_of(zone, supported))), "")
+
+
+def _problem_of(zone: Zone, supported: tuple[str, ...]) -> str:
+    if zone.zone_type not in supported:
+        return f"zone {zone.zone_id!r} is of type {zone.zone_type}; supported: {', '.join(supported) or 'none'}"
+    if zone.zone_type == "SPEED_LIMIT" and not (zone.maximum_speed and zone.maximum_speed >= MIN_SPEED):
+        return f"the maximumSpeed of zone {zone.zone_id!r} is not at least {MIN_SPEED} m/s"
+    fault = outline_fault([(point.x, point.y) for point in zone.vertices])
+    return f"zone {zone.zone_id!r}: {fault}" if fault else ""

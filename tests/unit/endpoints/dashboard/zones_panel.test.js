@@ -16,8 +16,15 @@ test("drawing is explained, with the corners that are missing", () => {
 test("problems are told as the cloud tells them, and changes by others", () => {
   assert.equal(noteOf({ problem: "", isOutdated: false, isChanged: false }), "");
   assert.equal(noteOf({ problem: "", isOutdated: false, isChanged: true }), "Not saved yet");
+  assert.equal(noteOf({ problem: "", warnings: ["zone 'a': mended"], isOutdated: false, isChanged: true }), "Not saved yet. zone 'a': mended");
   assert.equal(noteOf({ problem: "two zones have the name 'a'", isOutdated: false, isChanged: true }), "two zones have the name 'a'");
   assert.match(noteOf({ problem: "it has changed.", isOutdated: true, isChanged: true }), /^it has changed\. Somebody else has changed the zones meanwhile: reload/);
+});
+
+test("a zone keeps a time zone of its own with its hours", () => {
+  const said = { name: "a", kind: "no_stop", time_zone: "Asia/Tokyo" };
+  assert.deepEqual(ruleOf({ ...said, times: [{}] }), { name: "a", kind: "no_stop", times: [{}], time_zone: "Asia/Tokyo" });
+  assert.deepEqual(ruleOf({ ...said, times: [] }), { name: "a", kind: "no_stop" });
 });
 
 test("a zone has the properties of its kind, and no others", () => {

@@ -121,3 +121,26 @@ test("new zones have a name of their own and usual values", () => {
   const turned = { type: "Polygon", coordinates: [[[0, 0], [0, 3], [3, 3], [0, 0]]] };
   assert.equal(state.proposal("one_way", turned).properties.direction, 1.571);
 });
+
+test("zones name their time zone only where it is not that of all", () => {
+  const state = stateOf(zone("a", { times: [{}], time_zone: "Europe/Berlin" }), zone("b", { times: [{}], time_zone: "Asia/Tokyo" }));
+  assert.deepEqual(state.features.map(({ properties }) => properties.time_zone), [undefined, "Asia/Tokyo"]);
+  assert.equal(told(state.features[1]), "Keep out; always; Asia/Tokyo");
+});
+
+test("what the cloud says on a draft is forgotten with the next change", () => {
+  const state = stateOf(zone("a"));
+  state.replace(0, zone("b"));
+  state.judge({ problem: "it crosses itself", faults: [{ zone: "b", text: "it crosses itself", place: [1, 1] }] });
+  assert.deepEqual([state.problem, state.faults.length], ["it crosses itself", 1]);
+  state.replace(0, zone("c"));
+  assert.deepEqual([state.problem, state.faults, state.warnings], ["", [], []]);
+});
+
+test("outlines are sent counterclockwise, and holes clockwise", () => {
+  const clockwise = SQUARE.toReversed();
+  const state = stateOf(zone("a", {}, { type: "Polygon", coordinates: [clockwise, SQUARE] }), zone("b", {}, { type: "MultiPolygon", coordinates: [[clockwise]] }));
+  state.setTimeZone("UTC");
+  assert.deepEqual(state.body.features.map(({ geometry }) => geometry.coordinates), [[SQUARE, clockwise], [[SQUARE]]]);
+  assert.deepEqual(state.features[0].geometry.coordinates, [clockwise, SQUARE], "what is shown stays as it was drawn");
+});

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import InvalidZones
+from ppaas.zones.reading import geojson_of, zones_of
 from ppaas.zones.zone import (
     MOST_CAPACITIES,
     MOST_ON_LANES,
@@ -20,8 +21,6 @@ from ppaas.zones.zone import (
     OneWay,
     SpeedZone,
     ZoneSet,
-    geojson_of,
-    zones_of,
 )
 from tests.support.world.zones import zone_sets
 
@@ -95,7 +94,7 @@ WRONG: dict[str, tuple[str | bytes, str]] = {
     "a feature": (json.dumps(feature()), "zones must be a FeatureCollection of GeoJSON"),
     "no features": ('{"type": "FeatureCollection"}', "missing required field `features`"),
     "deep properties": (text(feature(_x=0)).replace("0}", "[" * 100_000 + "]" * 100_000 + "}"), "nested too deeply"),
-    "no geometry": (text({"type": "Feature", "geometry": None, "properties": {}}), "features[0].geometry"),
+    "no geometry": (text(feature(None)), "zone 'a' (features[0].geometry) has no geometry: draw a polygon"),
     "a point": (text(feature({"type": "Point", "coordinates": [0, 0]})), "Invalid value 'Point'"),
     "no properties": (text({"type": "Feature", "geometry": SQUARE, "properties": None}), "features[0].properties"),
     "a position of one number": (text(feature(polygon([0], [1, 0], [1, 1]))), "a position must be x, y in metres"),

@@ -15,7 +15,8 @@ from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.fleet.zones import ZonesOfMap
 from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.nav_msgs import GetMapResponse, MapMetaData, OccupancyGrid
-from ppaas.zones.zone import NO_ZONES, geojson_of, zones_of
+from ppaas.zones.reading import geojson_of, zones_of
+from ppaas.zones.zone import NO_ZONES
 from robots.onboard import node_manager
 from robots.onboard.computer import Computer
 from robots.onboard.executor import protocol

@@ -8,7 +8,7 @@ import pytest
 
 from endpoints.audit.event import AuditQuery
 from endpoints.services.services import Services
-from ppaas.zones.zone import zones_of
+from ppaas.zones.reading import zones_of
 from storage.records import Publication
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.problems import problem_of
@@ -229,6 +229,79 @@ async def test_wrong_zones_are_refused(client: httpx.AsyncClient, ann: dict[str,
     answer = await client.put(ZONES, headers=ann, content=body)
     assert text in problem_of(answer, 422, "invalid-zones")["detail"]
     assert len(await versions(client, ann)) == 1
+
+
+BOW_TIE = [[-0.95, -1.95], [-0.85, -1.85], [-0.85, -1.95], [-0.95, -1.85], [-0.95, -1.95]]
+CROSSED = zone("server room", geometry={"type": "Polygon", "coordinates": [BOW_TIE]})
+
+
+@pytest.mark.parametrize("by", ["put", "check", "upload"])
+async def test_a_crossed_outline_is_refused_with_its_place(
+    client: httpx.AsyncClient, ann: dict[str, str], by: str
+) -> None:
+    body = collection(zone(), CROSSED)
+    if by == "upload":
+        answer = await upload(client, ann, body)
+    else:
+        ask = client.put(ZONES, headers=ann, content=body) if by == "put" else check(client, ann, body)
+        answer = await ask
+    problem = problem_of(answer, 422, "invalid-zones")
+    assert "zone 'server room': its outline crosses itself at (-0.9, -1.9)" in problem["detail"]
+    (fault,) = problem["faults"]
+    assert (fault["zone"], fault["place"]) == ("server room", [pytest.approx(-0.9), pytest.approx(-1.9)])
+    assert len(await versions(client, ann)) == 1
+
+
+async def check(client: httpx.AsyncClient, headers: dict[str, str], body: bytes) -> httpx.Response:
+    return await client.post(f"{ZONES}/check", headers=headers, content=body)
+
+
+async def test_what_is_mended_is_in_the_answer(client: httpx.AsyncClient, ann: dict[str, str]) -> None:
+    turned = {"type": "Polygon", "coordinates": [square()["coordinates"][0][::-1]]}
+    body = collection(zone(geometry=turned), zone("lift", "capacity", robots=1.0))
+    expected = ["zone 'stairs': the outline was reversed", "zone 'lift': properties of a table are read"]
+    for answer in (await check(client, ann, body), await client.put(ZONES, headers=ann, content=body)):
+        found = answer.json()["warnings"]
+        assert [text for text in found if text.startswith(tuple(expected))] == found
+        assert len(found) == len(expected)
+    assert (await upload(client, ann, body)).json()["warnings"] == found
+    assert await names(client, ann) == ["stairs", "lift"]
+
+
+async def test_a_check_changes_nothing_and_is_not_audited(
+    client: httpx.AsyncClient, ann: dict[str, str], services: Services, log_in: LogIn
+) -> None:
+    bob, eve = await log_in("bob") | GEOJSON, await log_in("eve") | GEOJSON
+    assert (await check(client, bob, collection(zone()))).json() == {"zones": 1, "warnings": []}
+    problem_of(await check(client, eve, collection(zone())), 404, "not-found")
+    assert len(await versions(client, ann)) == 1
+    assert list(services.audit.read(AuditQuery(action="check_zones"))) == []
+
+
+async def test_times_of_another_time_zone_than_those_before_are_told(
+    client: httpx.AsyncClient, ann: dict[str, str]
+) -> None:
+    timed = zone(times=[{"from": "09:00", "to": "17:00"}])
+    first = collection(timed, time_zone="Europe/Berlin")
+    assert (await client.put(ZONES, headers=ann, content=first)).json()["warnings"] == []
+    read = (await client.get(ZONES, headers=ann)).json()
+    assert read["features"][0]["properties"]["time_zone"] == "Europe/Berlin", "editors keep properties"
+    through = collection(*read["features"])
+    again = (await client.put(ZONES, headers=ann, content=through)).json()
+    assert (again["warnings"], len(await versions(client, ann))) == ([], 2)
+    lost = (await client.put(ZONES, headers=ann, content=collection(timed))).json()["warnings"]
+    assert lost[0].startswith("zone 'stairs': its times have no time zone, so they are in UTC")
+    assert lost[1] == "times are in UTC now; those of the zones that are replaced are in Europe/Berlin"
+
+
+async def test_a_zone_around_the_map_does_not_touch_it(client: httpx.AsyncClient, ann: dict[str, str]) -> None:
+    ring, hole = (square(x, x, size)["coordinates"][0] for x, size in ((-50.0, 100.0), (-20.0, 40.0)))
+    around = zone("fence", geometry={"type": "Polygon", "coordinates": [ring, hole[::-1]]})
+    answer = await client.put(ZONES, headers=ann, content=collection(around))
+    assert "zone 'fence' is not on the map" in problem_of(answer, 422, "invalid-zones")["detail"]
+    parts = {"type": "MultiPolygon", "coordinates": [square()["coordinates"], square(30.0, 30.0)["coordinates"]]}
+    found = (await client.put(ZONES, headers=ann, content=collection(zone(geometry=parts)))).json()["warnings"]
+    assert found == ["zone 'stairs': a part at (30.05, 30.05) is not on the map"]
 
 
 async def test_a_zone_may_reach_beyond_the_map(client: httpx.AsyncClient, ann: dict[str, str]) -> None:

@@ -119,6 +119,7 @@ async def test_settings_are_off_by_default_and_reach_the_coordinator_when_change
         {"names": {"1": ""}},
         {"zones": [ZONE | {"corners": [[0, 0], [1, 1]]}]},
         {"zones": [ZONE | {"corners": [[0, 0], [1, 1], [1e10, 0]]}]},
+        {"zones": [ZONE | {"corners": [[0, 0], [2, 2], [2, 0], [0, 2]]}]},
         {"zones": [ZONE | {"name": ""}]},
         {"zones": [ZONE, ZONE]},
         {"history": "yes"},

@@ -16,7 +16,8 @@ from ppaas.wire.vda5050.fields import Point
 from ppaas.wire.vda5050.map_zones import expressed_zones, vda5050_of, zones_of_vda5050
 from ppaas.wire.vda5050.versions import Version
 from ppaas.wire.vda5050.zones import Zone, Zones
-from ppaas.zones.zone import ZoneSet, zones_of
+from ppaas.zones.reading import zones_of
+from ppaas.zones.zone import ZoneSet
 from tests.support.vda5050.schemas import problems
 
 NOW = 1_790_000_000.0  # a Monday, 13:33 UTC

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from ppaas.zones.zone import geojson_of, zones_of
+from ppaas.zones.reading import geojson_of, with_time_zones, zones_of
 from tests.support.cloud.command_line import CommandLine
 from tests.support.storage.records import found_map, house, put_map
 
@@ -84,7 +84,7 @@ async def test_zones_are_printed_and_written_as_geojson(owner: CommandLine, file
     await owner("map", "zones", "house", "--remove", "--message", "rebuilt", "--if-match", version[:8])
     for of in (("--version", version[:8]), ("--version", version)):
         assert (await owner("map", "zones", "house", "--out", str(out), *of)).status == 0
-        assert out.read_bytes() == geojson_of(zones_of(json.dumps(ALL)))
+        assert out.read_bytes() == geojson_of(with_time_zones(zones_of(json.dumps(ALL))))
     shown = await owner("map", "zones", "house", "--version", version)
     assert shown.rows[0] == ["name", "kind", "detail", "times"]
     assert json.loads((await owner("map", "zones", "house", "--json")).out)["features"] == []
@@ -98,13 +98,18 @@ async def test_zones_are_published_and_fetched_with_the_map(
     folder = tmp_path / "copies"
     written = (await ppaas("map", "fetch", "house", "--to", str(folder))).out.splitlines()
     assert str(folder / "house.zones.geojson") in written
-    assert (folder / "house.zones.geojson").read_bytes() == found_map(ppaas.services.map_store).zones
+    assert zones_of((folder / "house.zones.geojson").read_bytes()) == zones_of(
+        found_map(ppaas.services.map_store).zones
+    )
 
 
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
         (("--put", "missing.geojson"), "cannot read the zones"),
+        (("--dry-run",), "--dry-run checks the zones of a file; give --put FILE"),
+        (("--picture", "zones.jpg"), "pictures are PNG files"),
+        (("--picture", "zones.png", "--remove"), "leave out --remove and --out"),
         (("--message", "no"), "give --put FILE or --remove"),
         (("--if-match", "abc"), "give --put FILE or --remove"),
         (("--remove", "--out", "x.geojson"), "leave out --put and --remove"),
@@ -126,6 +131,45 @@ async def test_wrong_zones_are_refused_with_the_reason(owner: CommandLine, tmp_p
     ended = await owner("map", "zones", "house", "--put", str(file))
     assert ended.status == 1
     assert "invalid-zones: properties of zone 'moat'" in ended.err
+
+
+BOW_TIE = {"type": "Polygon", "coordinates": [[[-1, -2], [-0.9, -1.9], [-0.9, -2], [-1, -1.9], [-1, -2]]]}
+
+
+async def test_zones_are_checked_and_drawn_before_they_are_published(owner: CommandLine, tmp_path: Path) -> None:
+    file, picture = tmp_path / "zones.geojson", tmp_path / "zones.png"
+    lift = feature("lift", "capacity", robots=1.0)
+    file.write_text("\ufeff" + json.dumps(ALL | {"features": [lift]}), encoding="utf-8")
+    ended = await owner("map", "zones", "house", "--put", str(file), "--dry-run", "--picture", str(picture))
+    assert (ended.status, ended.err) == (0, "")
+    assert ended.out.splitlines()[:2] == ["zones", "1"]
+    assert "warning: zone 'lift': properties of a table are read as what they were" in ended.out
+    assert len(owner.services.map_store.versions("house")) == 1
+    valid = picture.read_bytes()
+    file.write_text(json.dumps(ALL | {"features": [lift, feature("server room", "keep_out", BOW_TIE)]}))
+    for arguments in (("--dry-run",), ()):
+        picture.unlink()
+        ended = await owner("map", "zones", "house", "--put", str(file), "--picture", str(picture), *arguments)
+        assert ended.status == 1
+        assert "zone 'server room': its outline crosses itself at (-0.95, -1.95)" in ended.err
+        assert picture.read_bytes() != valid
+    assert len(owner.services.map_store.versions("house")) == 1
+
+
+async def test_the_zones_of_a_map_are_drawn(owner: CommandLine, tmp_path: Path, file: Path) -> None:
+    picture = tmp_path / "zones.png"
+    put = await owner("map", "zones", "house", "--put", str(file), "--json")
+    assert json.loads(put.out)["warnings"] != []
+    assert (await owner("map", "zones", "house", "--picture", str(picture))).status == 0
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+async def test_a_file_that_is_no_zones_is_named(owner: CommandLine, tmp_path: Path) -> None:
+    file = tmp_path / "nav_graph.yaml"
+    file.write_text("building_name: office\nlevels:\n  L1: {lanes: []}\n")
+    ended = await owner("map", "zones", "house", "--put", str(file), "--picture", str(tmp_path / "zones.png"))
+    assert (ended.status, ended.out) == (1, "")
+    assert "invalid-zones: zones are not valid JSON: this is YAML of Open-RMF" in ended.err
 
 
 async def test_a_zone_set_of_vda5050_is_put_and_written(owner: CommandLine, tmp_path: Path) -> None:

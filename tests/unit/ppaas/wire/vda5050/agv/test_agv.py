@@ -425,6 +425,15 @@ def test_a_set_of_zones_is_used_once_it_is_enabled() -> None:
     assert statuses(agv)["i2"] == "FAILED" and kinds(agv) == ["INVALID_ZONE_SET"]
 
 
+def test_a_zone_whose_outline_crosses_itself_is_refused_with_the_place() -> None:
+    agv = agv_at(version=Version.V3_0)
+    corners = [Point(x=x, y=y) for x, y in ((0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0))]
+    zone = Zone(zone_id="spill", zone_type="BLOCKED", vertices=corners)
+    agv.take_zone_set(ZoneSet(zone_set=Zones(map_id=MAP, zone_set_id="z", zones=[zone])))
+    assert kinds(agv) == ["INVALID_ZONE_SET"] and agv.zones.states() == []
+    assert "zone 'spill': its outline crosses itself at (1, 1)" in str(agv.errors)
+
+
 def test_zones_that_cannot_be_respected_are_refused() -> None:
     agv = agv_at(version=Version.V3_0)
     for message in (zone_set("RELEASE"), zone_set("SPEED_LIMIT"), zone_set("BLOCKED", map_id="yard")):

@@ -1,0 +1,215 @@
+"""Zones from GeoJSON (RFC 7946) as editors write it, and zones as GeoJSON."""
+
+import json
+from typing import Any, NamedTuple
+
+import msgspec
+
+from ppaas.errors import InvalidZones
+from ppaas.zones.faults import Faults
+from ppaas.zones.foreign import foreign_file, foreign_text
+from ppaas.zones.notes import Notes
+from ppaas.zones.shapes import Geometry
+from ppaas.zones.zone import AnyRule, Zone, ZoneSet
+
+EDITORS = {"fid", "id", "title", "description"}
+"""Properties that editors of GeoJSON add, which are ignored; and all that begin with the following."""
+
+STYLES = ("stroke", "fill", "marker-", "_")
+
+DEFAULT_TIME_ZONE = "UTC"
+
+DEEPEST = 3
+"""Largest number of lists that positions are in, those of a MultiPolygon."""
+
+
+class ReadZones(NamedTuple):
+    """Zones of a file, and what was mended in them or may be wrong."""
+
+    zones: ZoneSet
+    notes: Notes
+
+
+def zones_of(text: str | bytes) -> ZoneSet:
+    """Read the zones of a map from GeoJSON; see `read_zones`."""
+    return read_zones(text).zones
+
+
+def read_zones(text: str | bytes) -> ReadZones:
+    """Read the zones of a map from GeoJSON, in any encoding of Unicode, with or without a byte-order mark.
+
+    Foreign members, properties that editors add, heights, and ``id`` are ignored. What tables of GIS make of values is
+    read as what it was: whole floats, numbers and switches as text, and ``times`` as text of JSON. The time zone of the
+    set is that of the collection; if it has none, that of its zones, if they have the same one.
+
+    Raises
+    ------
+    InvalidZones
+        It is not JSON or not a feature collection, or a zone is not valid; the text says which, and why.
+    """
+    tree = _decoded(text)
+    features = tree.get("features")
+    if tree.get("type") != "FeatureCollection" or not isinstance(features, list):
+        missing = "" if "features" in tree else ": Object missing required field `features`"
+        raise InvalidZones(foreign_file(tree) or f"zones must be a FeatureCollection of GeoJSON{missing}")
+    if graph := foreign_file(tree):
+        raise InvalidZones(graph)
+    faults, notes = Faults(), Notes()
+    read = [_zone_of(number, feature, faults, notes) for number, feature in enumerate(features)]
+    faults.check()
+    zones = [zone for zone in read if zone is not None]
+    return ReadZones(_set_of(zones, tree.get("time_zone"), notes), notes)
+
+
+def geojson_of(zones: ZoneSet) -> bytes:
+    """Return zones as GeoJSON, the same bytes for the same zones."""
+    return msgspec.json.encode(zones, order="deterministic")
+
+
+def with_time_zones(zones: ZoneSet) -> ZoneSet:
+    """Return the same zones, of which each with times names its time zone.
+
+    Editors over GDAL keep properties of features and drop members of the collection.
+    """
+    return msgspec.structs.replace(zones, zones=[_with_time_zone(zones, zone) for zone in zones.zones])
+
+
+def _with_time_zone(zones: ZoneSet, zone: Zone) -> Zone:
+    if not zone.rule.times:
+        return zone
+    rule = msgspec.structs.replace(zone.rule, time_zone=zones.time_zone_of(zone))
+    return msgspec.structs.replace(zone, rule=rule)
+
+
+def _decoded(text: str | bytes) -> dict[str, Any]:
+    try:
+        decoded = text.decode(json.detect_encoding(text)) if isinstance(text, bytes) else text.removeprefix("\ufeff")
+    except UnicodeError as error:
+        raise InvalidZones(f"zones are not valid JSON: {error!s:.300}") from error
+    try:
+        tree = msgspec.json.decode(decoded)
+    except (msgspec.DecodeError, UnicodeError) as error:
+        raise InvalidZones(foreign_text(decoded) or f"zones are not valid JSON: {error!s:.300}") from error
+    except RecursionError as error:
+        raise InvalidZones("zones are not valid: they are nested too deeply") from error
+    if not isinstance(tree, dict):
+        raise InvalidZones(f"zones must be a FeatureCollection of GeoJSON: Expected `object`, got `{_type_of(tree)}`")
+    return tree
+
+
+def _type_of(value: Any) -> str:
+    kinds = {list: "array", str: "str", int: "int", float: "float", bool: "bool", type(None): "null"}
+    return kinds.get(type(value), type(value).__name__)
+
+
+def _zone_of(number: int, feature: Any, faults: Faults, notes: Notes) -> Zone | None:
+    """Read a feature; add a fault and return None if it is not a zone."""
+    members = feature if isinstance(feature, dict) else {}
+    properties = members.get("properties")
+    if members.get("type") != "Feature" or not isinstance(properties, dict):
+        what = (
+            "has no properties: give it a 'name' and a 'kind'" if members.get("type") == "Feature" else "is no Feature"
+        )
+        faults.add(str(number), what, whole=f"features[{number}].properties: feature {number} {what}")
+        return None
+    given = {
+        key: value
+        for key, value in properties.items()
+        if key not in EDITORS and not key.startswith(STYLES) and value is not None
+    }
+    name = given.get("name", number)
+    try:
+        rule = _rule_of(given, notes)
+    except (msgspec.ValidationError, InvalidZones) as error:
+        whole = f"properties of zone {name!r:.80}: {error!s:.300}"
+        faults.add(str(name), f"{error!s:.300}", whole=whole)
+        return None
+    geometry = _geometry_of(rule.name, number, members.get("geometry"), faults, notes)
+    return None if geometry is None else Zone(geometry, rule)
+
+
+def _geometry_of(name: str, number: int, given: Any, faults: Faults, notes: Notes) -> Geometry | None:
+    where = f"zone {name!r:.80} (features[{number}].geometry)"
+    if given is None:
+        faults.add(
+            name, "it has no geometry", whole=f"{where} has no geometry: draw a polygon, or leave the feature out"
+        )
+        return None
+    try:
+        plain = given | {"coordinates": _plain(given["coordinates"], name, notes)} if "coordinates" in given else given
+        found: Geometry = msgspec.convert(plain, Geometry)
+    except msgspec.ValidationError as error:
+        advice = "; a zone is a Polygon or MultiPolygon, a lane a LineString or MultiLineString"
+        text = f"{error!s:.200}{advice if 'Invalid value' in str(error) else ''}"
+        faults.add(name, text, whole=f"{where}: {text}")
+        return None
+    return found
+
+
+def _plain(coordinates: Any, name: str, notes: Notes, depth: int = DEEPEST) -> Any:
+    """Return coordinates in the plane, without positions that follow themselves."""
+    if not depth or not isinstance(coordinates, list) or not coordinates or not isinstance(coordinates[0], list):
+        return coordinates
+    if not all(isinstance(place, list) and place and not isinstance(place[0], list) for place in coordinates):
+        return [_plain(part, name, notes, depth - 1) for part in coordinates]
+    flat = [place[:2] for place in coordinates]
+    if any(len(place) > 2 for place in coordinates):
+        notes.add("heights were left out: zones are in the plane", name)
+    kept = [place for at, place in enumerate(flat) if at == 0 or place != flat[at - 1]]
+    if len(kept) < len(flat):
+        notes.add("positions that follow themselves were left out", name)
+    return kept
+
+
+def _rule_of(given: dict[str, Any], notes: Notes) -> AnyRule:
+    """Return the rule of properties, also of those that a table has changed; notes what was changed back."""
+    try:
+        rule: AnyRule = msgspec.convert(given, AnyRule)
+    except msgspec.ValidationError as wrong:
+        mended = {key: _as_it_was(key, value) for key, value in given.items()}
+        try:
+            rule = msgspec.convert(mended, AnyRule, strict=False)
+        except msgspec.ValidationError:
+            raise wrong from None
+    else:
+        return rule
+    notes.add("properties of a table are read as what they were: whole floats as integers, text as values", rule.name)
+    return rule
+
+
+def _as_it_was(key: str, value: Any) -> Any:
+    if key == "times" and isinstance(value, str):
+        try:
+            return msgspec.json.decode(value)
+        except msgspec.DecodeError as error:
+            raise InvalidZones(f"'times' is text that is not valid JSON: {error!s:.100}") from error
+    if key == "name" and isinstance(value, int | float) and not isinstance(value, bool):
+        return f"{value:g}"
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+def _set_of(zones: list[Zone], given: Any, notes: Notes) -> ZoneSet:
+    """Return a set whose zones have a time zone of their own only if that is not the one of the set."""
+    if given is not None and not isinstance(given, str):
+        raise InvalidZones(f"time_zone must be a name such as 'Europe/Berlin', not `{_type_of(given)}`")
+    timed = [zone for zone in zones if zone.rule.times]
+    own = {zone.rule.time_zone for zone in timed}
+    if given is None and len(own) == 1:
+        given = own.pop()
+    for zone in timed:
+        if zone.rule.time_zone is None and given is None:
+            notes.add(
+                "its times have no time zone, so they are in UTC: give 'time_zone', such as \"Europe/Berlin\", as a "
+                "member of the collection or as a property of the zone",
+                zone.rule.name,
+            )
+        elif zone.rule.time_zone not in (None, given) and given is not None:
+            notes.add(f"its times are in its own time zone, not in {given}, that of the collection", zone.rule.name)
+    common = given or DEFAULT_TIME_ZONE
+    return ZoneSet([_without_time_zone(zone, common) for zone in zones], common)
+
+
+def _without_time_zone(zone: Zone, common: str) -> Zone:
+    if zone.rule.time_zone is None or (zone.rule.times and zone.rule.time_zone != common):
+        return zone
+    return msgspec.structs.replace(zone, rule=msgspec.structs.replace(zone.rule, time_zone=None))
