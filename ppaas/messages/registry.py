@@ -8,6 +8,7 @@ from ppaas.messages import (
     explore_msgs,
     geometry_msgs,
     move_base_msgs,
+    nav2_motions,
     nav2_msgs,
     nav_msgs,
     octomap_msgs,
@@ -26,12 +27,11 @@ from ppaas.messages.base import map_msgs, std_msgs
 from ppaas.messages.base.message import Message, ServiceType
 from ppaas.messages.fleet import fleet_plans, traffic, zones
 from ppaas.messages.health import diagnostic_msgs, observe, recorder
-from ppaas.messages.nav2 import behaviors, follow_path
 
 _PACKAGES: tuple[ModuleType, ...] = (
     std_msgs, geometry_msgs, nav_msgs, sensor_msgs, actionlib_msgs, move_base_msgs, nav2_msgs, tf2_msgs, ppaas_msgs,
     people_msgs, std_srvs, rosapi, tf2_web_republisher, map_msgs, slam_toolbox, explore_msgs,
-    octomap_msgs, vision_msgs, people_coordination, diagnostic_msgs, observe, recorder, follow_path, behaviors,
+    octomap_msgs, vision_msgs, people_coordination, diagnostic_msgs, observe, recorder, nav2_motions,
     traffic, fleet_plans, zones,
 )  # fmt: skip
 

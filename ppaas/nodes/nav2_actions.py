@@ -5,7 +5,17 @@ from typing import NamedTuple
 from ppaas.messages import explore_msgs, nav2_msgs
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray
 from ppaas.messages.base.message import Message
-from ppaas.messages.nav2 import behaviors
+from ppaas.messages.nav2_motions import (
+    BackUpActionFeedback,
+    BackUpActionGoal,
+    BackUpActionResult,
+    SpinActionFeedback,
+    SpinActionGoal,
+    SpinActionResult,
+    WaitActionFeedback,
+    WaitActionGoal,
+    WaitActionResult,
+)
 from ppaas.nodes.base import Topic
 
 
@@ -55,9 +65,9 @@ COMPUTE_PATH_THROUGH_POSES = _topics(
     once=False,
 )
 
-SPIN = _topics("spin", behaviors.SpinActionGoal, behaviors.SpinActionFeedback, behaviors.SpinActionResult)
-BACKUP = _topics("backup", behaviors.BackUpActionGoal, behaviors.BackUpActionFeedback, behaviors.BackUpActionResult)
-WAIT = _topics("wait", behaviors.WaitActionGoal, behaviors.WaitActionFeedback, behaviors.WaitActionResult)
+SPIN = _topics("spin", SpinActionGoal, SpinActionFeedback, SpinActionResult)
+BACKUP = _topics("backup", BackUpActionGoal, BackUpActionFeedback, BackUpActionResult)
+WAIT = _topics("wait", WaitActionGoal, WaitActionFeedback, WaitActionResult)
 
 NAV2_ACTIONS = tuple(each for each in tuple(globals().values()) if isinstance(each, ActionTopics))
 """The actions above."""

@@ -17,7 +17,7 @@ from ppaas.messages.geometry_msgs import (
 )
 from ppaas.messages.health.diagnostic_msgs import DiagnosticArray
 from ppaas.messages.move_base_msgs import MoveBaseActionFeedback, MoveBaseActionGoal, MoveBaseActionResult
-from ppaas.messages.nav2.follow_path import (
+from ppaas.messages.nav2_motions import (
     FollowPathActionFeedback,
     FollowPathActionGoal,
     FollowPathActionResult,

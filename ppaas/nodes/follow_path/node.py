@@ -2,7 +2,7 @@
 
 from typing import Any, ClassVar
 
-from ppaas.messages.nav2.follow_path import FollowPathActionFeedback, FollowPathActionResult
+from ppaas.messages.nav2_motions import FollowPathActionFeedback, FollowPathActionResult
 from ppaas.navigation import events
 from ppaas.navigation.move_base import State
 from ppaas.nodes import topics

@@ -7,7 +7,7 @@ from ppaas.controllers.base import Controller, ControlRequest, PathGivenUp, Velo
 from ppaas.geometry import Pose2D, Poses, yaw_of
 from ppaas.messages.actionlib_msgs import GoalID, Status
 from ppaas.messages.base.std_msgs import Header, Time
-from ppaas.messages.nav2.follow_path import FollowPathActionGoal, FollowPathActionResult, FollowPathGoal
+from ppaas.messages.nav2_motions import FollowPathActionGoal, FollowPathActionResult, FollowPathGoal
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context
 from ppaas.nodes.frames import MAP

@@ -9,9 +9,9 @@ import msgspec
 
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D, wrap_angle
+from ppaas.messages import nav2_motions
 from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import Duration
-from ppaas.messages.nav2 import behaviors
 from ppaas.nodes.nav2_actions import BACKUP, SPIN, WAIT, ActionTopics
 from ppaas.recoveries.back_up import BackUpRecovery
 from ppaas.recoveries.base import Recovery
@@ -118,7 +118,7 @@ class Spin(BehaviorKind):
     def __init__(self, rotate: RotateParameters) -> None:
         self._rotate = rotate
 
-    def goal(self, name: str, stamp: float, content: behaviors.SpinGoal) -> BehaviorGoal:
+    def goal(self, name: str, stamp: float, content: nav2_motions.SpinGoal) -> BehaviorGoal:
         """Return the goal; the turn must be finite."""
         _check_collision_checks(content.disable_collision_checks)
         turn = _checked(content.target_yaw, LONGEST_TURN, "target_yaw", "rad")
@@ -136,11 +136,11 @@ class Spin(BehaviorKind):
 
     def feedback(self, done: float, goal: BehaviorGoal) -> Message:
         """Return the angle, without its side as in Nav2."""
-        return behaviors.SpinFeedback(abs(done))
+        return nav2_motions.SpinFeedback(abs(done))
 
     def result(self, seconds: float, code: int, text: str) -> Message:
         """Return the elapsed time and the error."""
-        return behaviors.SpinResult(Duration.of(seconds), code, text)
+        return nav2_motions.SpinResult(Duration.of(seconds), code, text)
 
     def so_far(self, done: float, goal: BehaviorGoal) -> str:
         """Return the angle as text."""
@@ -163,7 +163,7 @@ class BackUp(BehaviorKind):
     def __init__(self, top_speed: float) -> None:
         self._top_speed = top_speed
 
-    def goal(self, name: str, stamp: float, content: behaviors.BackUpGoal) -> BehaviorGoal:
+    def goal(self, name: str, stamp: float, content: nav2_motions.BackUpGoal) -> BehaviorGoal:
         """Return the goal; as in Nav2 the robot drives backwards whatever the signs are, and not sideways."""
         _check_collision_checks(content.disable_collision_checks)
         if content.target.y != 0.0 or content.target.z != 0.0:
@@ -186,11 +186,11 @@ class BackUp(BehaviorKind):
 
     def feedback(self, done: float, goal: BehaviorGoal) -> Message:
         """Return the distance."""
-        return behaviors.BackUpFeedback(done)
+        return nav2_motions.BackUpFeedback(done)
 
     def result(self, seconds: float, code: int, text: str) -> Message:
         """Return the elapsed time and the error."""
-        return behaviors.BackUpResult(Duration.of(seconds), code, text)
+        return nav2_motions.BackUpResult(Duration.of(seconds), code, text)
 
     def so_far(self, done: float, goal: BehaviorGoal) -> str:
         """Return the distance as text."""
@@ -205,7 +205,7 @@ class Wait(BehaviorKind):
     doing = "waiting as requested"
     moves = False
 
-    def goal(self, name: str, stamp: float, content: behaviors.WaitGoal) -> BehaviorGoal:
+    def goal(self, name: str, stamp: float, content: nav2_motions.WaitGoal) -> BehaviorGoal:
         """Return the goal; the time must not be negative."""
         seconds = content.time.seconds()
         if not 0.0 <= seconds <= LONGEST_WAIT:
@@ -222,11 +222,11 @@ class Wait(BehaviorKind):
 
     def feedback(self, done: float, goal: BehaviorGoal) -> Message:
         """Return the time that is left."""
-        return behaviors.WaitFeedback(Duration.of(max(goal.amount - done, 0.0)))
+        return nav2_motions.WaitFeedback(Duration.of(max(goal.amount - done, 0.0)))
 
     def result(self, seconds: float, code: int, text: str) -> Message:
         """Return the elapsed time and the error."""
-        return behaviors.WaitResult(Duration.of(seconds), code, text)
+        return nav2_motions.WaitResult(Duration.of(seconds), code, text)
 
     def so_far(self, done: float, goal: BehaviorGoal) -> str:
         """Return the time as text."""

@@ -12,7 +12,7 @@ from ppaas.messages.actionlib_msgs import GoalID
 from ppaas.messages.base.std_msgs import String, Time
 from ppaas.messages.geometry_msgs import PoseStamped, PoseWithCovarianceStamped
 from ppaas.messages.health.diagnostic_msgs import DiagnosticArray
-from ppaas.messages.nav2.follow_path import FollowPathActionGoal
+from ppaas.messages.nav2_motions import FollowPathActionGoal
 from ppaas.wire.vda5050.fields import Velocity
 from ppaas.wire.vda5050.master.instructions import PathEnded, Progress
 from ppaas.wire.vda5050.master.master_control import Path

@@ -14,7 +14,7 @@ from ppaas.messages.geometry_msgs import (
     Vector3,
 )
 from ppaas.messages.health.diagnostic_msgs import DiagnosticArray, DiagnosticLevel, DiagnosticStatus, KeyValue
-from ppaas.messages.nav2.follow_path import (
+from ppaas.messages.nav2_motions import (
     FollowPathActionFeedback,
     FollowPathActionResult,
     FollowPathError,

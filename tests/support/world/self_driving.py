@@ -12,7 +12,7 @@ from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, S
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionResult
-from ppaas.messages.nav2.follow_path import (
+from ppaas.messages.nav2_motions import (
     FollowPathActionFeedback,
     FollowPathActionGoal,
     FollowPathActionResult,

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from ppaas.messages.nav2.follow_path import FollowPathError
+from ppaas.messages.nav2_motions import FollowPathError
 from ppaas.wire.vda5050.orders import InstantActions, Order
 from ppaas.wire.vda5050.zones import ZoneSet
 

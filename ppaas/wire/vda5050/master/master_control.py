@@ -14,7 +14,7 @@ So a bridge that restarts, a broker that loses messages and an AGV that does som
 import math
 from dataclasses import dataclass
 
-from ppaas.messages.nav2.follow_path import FollowPathError
+from ppaas.messages.nav2_motions import FollowPathError
 from ppaas.wire.vda5050.master.adoption import adopted, is_active, is_of_this_bridge
 from ppaas.wire.vda5050.master.cancelling import Cancelling
 from ppaas.wire.vda5050.master.contradictions import contradiction, distance_off

@@ -5,11 +5,11 @@ import math
 import pytest
 
 from ppaas.geometry import Pose2D, wrap_angle
+from ppaas.messages import nav2_motions
 from ppaas.messages.actionlib_msgs import GoalID, Status
 from ppaas.messages.base.std_msgs import Duration
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.geometry_msgs import Point, Twist
-from ppaas.messages.nav2 import behaviors
 from tests.support.world.closed_loop import ClosedLoop
 from tests.support.world.planar_world import World, fill, walled_map
 
@@ -43,17 +43,17 @@ class Behaving:
         self.texts += [each.text for each in message.status_list if self.texts[-1:] != [each.text]]
 
     def spin(self, target_yaw: float, allowance: float = 30.0, name: str = "b", **fields) -> None:
-        goal = behaviors.SpinGoal(target_yaw, Duration.of(allowance), **fields)
-        message = behaviors.SpinActionGoal(goal=goal, goal_id=GoalID(id=name))
+        goal = nav2_motions.SpinGoal(target_yaw, Duration.of(allowance), **fields)
+        message = nav2_motions.SpinActionGoal(goal=goal, goal_id=GoalID(id=name))
         self.driving.graph.inject("spin/goal", message)
 
     def back_up(self, x: float, speed: float = 0.1, allowance: float = 30.0, *, y: float = 0.0, **fields) -> None:
-        goal = behaviors.BackUpGoal(Point(x, y), speed, Duration.of(allowance), **fields)
-        message = behaviors.BackUpActionGoal(goal=goal, goal_id=GoalID(id="b"))
+        goal = nav2_motions.BackUpGoal(Point(x, y), speed, Duration.of(allowance), **fields)
+        message = nav2_motions.BackUpActionGoal(goal=goal, goal_id=GoalID(id="b"))
         self.driving.graph.inject("backup/goal", message)
 
     def wait(self, seconds: float) -> None:
-        message = behaviors.WaitActionGoal(goal=behaviors.WaitGoal(Duration.of(seconds)), goal_id=GoalID(id="b"))
+        message = nav2_motions.WaitActionGoal(goal=nav2_motions.WaitGoal(Duration.of(seconds)), goal_id=GoalID(id="b"))
         self.driving.graph.inject("wait/goal", message)
 
     def run(self, seconds: float = 60.0):

@@ -10,7 +10,7 @@ from ppaas.messages.base.std_msgs import Duration, Header, Time
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionFeedback, MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
-from ppaas.messages.nav2.behaviors import WaitActionGoal, WaitGoal
+from ppaas.messages.nav2_motions import WaitActionGoal, WaitGoal
 from ppaas.messages.nav2_msgs import ClearEntireCostmapRequest, ClearEntireCostmapResponse, SpeedLimit
 from ppaas.messages.nav_msgs import Path
 from ppaas.messages.people_coordination import GoalUpdate

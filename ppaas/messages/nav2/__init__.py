@@ -1,1 +1,0 @@
-"""Messages of single actions of Nav2: its behaviors, and FollowPath."""
