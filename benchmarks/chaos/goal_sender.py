@@ -122,18 +122,19 @@ class GoalSender:
             now = monotonic()
             trace.look(now - began)
             if following.result.done():
-                ended = following.result.result()
-                self.goals.end("result", Status(ended.status).name, ended.text)
-                return
-            if following.is_over(now):
-                self.goals.end("status", Status(following.status.status).name, following.status.text)
-                return
-            if following.is_unknown(now):
-                if _session_of(client) == session:
-                    self.goals.forgotten(following.goal)
-                self.goals.end("lost", "unknown to its clone")
+                self._ended(client, following, session)
                 return
         self.goals.missing(following.goal, PATIENCE, f"{Status(following.status.status).name}, {trace}")
+
+    def _ended(self, client: RobotClient, following: TrackedGoal, session: int) -> None:
+        """Count the end of a goal: by its result, by status lists, or because its clone does not know it any more."""
+        ended = following.result.result()
+        if following.has_result or ended.status != Status.LOST:
+            self.goals.end("result" if following.has_result else "status", Status(ended.status).name, ended.text)
+            return
+        if _session_of(client) == session:
+            self.goals.forgotten(following.goal)
+        self.goals.end("lost", "unknown to its clone")
 
 
 def _session_of(client: RobotClient) -> int:

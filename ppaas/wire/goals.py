@@ -1,8 +1,8 @@
 """Goals that one client has sent by ``send_action_goal``, each of which ends exactly once.
 
 Each goal gets an id that is unique among all clients, since clients count their own goals from one. Results and
-feedback come from the topics of the action. As a result may be lost with a container, the statuses are watched too: if
-a goal is no longer active there and no result came within ``GRACE``, it ends with its last known status.
+feedback come from the topics of the action. As a result may be lost with a container, the statuses are watched too (see
+`ppaas.navigation.goal_watch`).
 """
 
 from collections.abc import Iterator
@@ -10,20 +10,18 @@ from dataclasses import dataclass
 
 import msgspec
 
-from ppaas.errors import Conflict, MalformedMessage, NotFound, PPaaSError, QuotaExceeded, Unavailable
+from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded, Unavailable
 from ppaas.messages.actionlib_msgs import GoalStatus, GoalStatusArray, Status
 from ppaas.messages.base.message import Message
 from ppaas.messages.codec import decode
 from ppaas.messages.spellings.time_spelling import to_ros2
+from ppaas.navigation.goal_watch import GoalWatch, status_of
 from ppaas.wire.action_frames import feedback_frame, result_frame
 from ppaas.wire.actions import UNKNOWN, Action, SentGoal, ros2_status
 from ppaas.wire.operations import CancelActionGoal, SendActionGoal
 
 MAX_GOALS = 32
 """Limit of active goals of one client."""
-
-GRACE = 3.0
-"""Time limit for a result after a status that reports the goal's end, or lacks the goal [s]."""
 
 _EMPTY = msgspec.Raw(b"{}")
 _encoder = msgspec.json.Encoder()
@@ -54,10 +52,8 @@ class _Goal:
     operation: SendActionGoal
     action: Action
     sent: SentGoal
+    watch: GoalWatch
     sequence: int = 0
-    missed_since: float | None = None
-    status: Status = Status.LOST
-    text: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +125,7 @@ class GoalTracker:
         message = action.goal(bytes(operation.args))
         self._count += 1
         goal_id = f"{self._name}-{name or self._count}"
-        self._goals[goal_id] = _Goal(goal_id, operation, action, SentGoal(message, now))
+        self._goals[goal_id] = _Goal(goal_id, operation, action, SentGoal(message, now), GoalWatch(goal_id))
         return goal_id, _encoder.encode(_ActionGoal(_GoalId(goal_id), msgspec.Raw(message)))
 
     def cancel(self, operation: CancelActionGoal) -> tuple[str, bytes]:
@@ -186,7 +182,7 @@ class GoalTracker:
             result = decode(_Result, payload)
             goal = self._goals.get(result.status.goal_id.id)
             if goal is not None and goal.action.topics == name:
-                yield self._end(goal, _status(result.status), result.status.text, bytes(result.result))
+                yield self._end(goal, status_of(result.status), result.status.text, bytes(result.result))
         elif what == "status":
             yield from self._on_statuses(name, decode(GoalStatusArray, payload), now)
         elif what == "feedback":
@@ -198,36 +194,21 @@ class GoalTracker:
                 yield GoalFrame(_feedback(goal, bytes(feedback.feedback), now), final=False)
 
     def _on_statuses(self, name: str, statuses: GoalStatusArray, now: float) -> Iterator[GoalFrame]:
-        """Update the statuses of an action's goals; end those inactive for ``GRACE`` without a result."""
-        by_id = {status.goal_id.id: status for status in statuses.status_list}
+        """Watch an action's goals; yield the ends of those that have ended without a result."""
         for goal in [goal for goal in self._goals.values() if goal.action.topics == name]:
-            known = by_id.get(goal.id)
-            if known is not None:
-                goal.status, goal.text = _status(known), known.text
-            if known is not None and not goal.status.terminal:
-                goal.missed_since = None
-            elif goal.missed_since is None:
-                goal.missed_since = now
-            elif now - goal.missed_since >= GRACE:
-                ended = goal.status.terminal
-                yield self._end(goal, goal.status if ended else Status.LOST, goal.text if ended else "", b"{}")
+            end = goal.watch.see(statuses.status_list, now)
+            if end is not None:
+                yield self._end(goal, end, goal.watch.text, b"{}")
 
     def _end(self, goal: _Goal, status: Status, text: str, result: bytes) -> GoalFrame:
         del self._goals[goal.id]
         operation, number = goal.operation, ros2_status(status)
         if number == UNKNOWN:
-            reason = text or "the goal was lost: its result is not known"
+            reason = f"the goal was lost: {text or 'its result is not known'}"
             lost = Unavailable(reason)
             return GoalFrame(result_frame(operation.action, operation.id, UNKNOWN, lost), final=True, goal=goal.id)
         values = _with_client_times(goal.action, goal.action.result(result, status, text))
         return GoalFrame(result_frame(operation.action, operation.id, number, values), final=True, goal=goal.id)
-
-
-def _status(status: GoalStatus) -> Status:
-    try:
-        return Status(status.status)
-    except ValueError as error:
-        raise MalformedMessage(f"{status.status} is not a goal status of actionlib_msgs/GoalStatus") from error
 
 
 def _with_client_times(action: Action, values: bytes) -> bytes:

@@ -140,17 +140,9 @@ class ExploreClient:
             self._answered.set()
 
     def _on_status(self, message: GoalStatusArray) -> None:
-        tracker, now = self._tracker, self._clock()
-        if tracker.result.done():
-            return
-        tracker.on_status(message, now)
-        if any(each.goal_id.id == tracker.goal for each in message.status_list):
+        self._tracker.on_status(message, self._clock())
+        if self._tracker.result.done() or any(each.goal_id.id == self._tracker.goal for each in message.status_list):
             self._answered.set()
-        if tracker.is_over(now):
-            tracker.result.set_result(tracker.status)
-        elif self._answered.is_set() and tracker.is_unknown(now):
-            tracker.status.status = Status.LOST
-            tracker.result.set_result(tracker.status)
 
     def _take_feedback(self, message: ExploreActionFeedback) -> None:
         if message.status.goal_id.id != self._tracker.goal:

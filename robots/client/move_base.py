@@ -131,9 +131,8 @@ class MoveBaseClient:
             await asyncio.wait(either, timeout=timeout, return_when=asyncio.FIRST_COMPLETED)
             if not tracker.result.done() and failed.done():
                 failed.result()
-            status = (
-                tracker.result.result() if tracker.result.done() else _lost_status(tracker, f"within {timeout:g} s")
-            )
+            lost = GoalStatus(GoalID(id=tracker.goal), Status.LOST, f"no result within {timeout:g} s")
+            status = tracker.result.result() if tracker.result.done() else lost
             if status.status == Status.LOST:
                 await self._cancel(tracker)
             return status
@@ -159,14 +158,8 @@ class MoveBaseClient:
             self._tracker.on_result(message)
 
     def _on_status(self, message: GoalStatusArray) -> None:
-        tracker, now = self._tracker, self._clock()
-        if tracker is None or tracker.result.done():
-            return
-        tracker.on_status(message, now)
-        if tracker.is_over(now):
-            tracker.result.set_result(tracker.status)
-        elif tracker.is_unknown(now):
-            tracker.result.set_result(_lost_status(tracker, "and Move Base does not know the goal; send it again"))
+        if self._tracker is not None:
+            self._tracker.on_status(message, self._clock())
 
     def _on_plan(self, message: Path) -> None:
         # Move Base publishes plans only while a goal is active; an empty path means that it found none.
@@ -176,7 +169,3 @@ class MoveBaseClient:
     def _on_pose(self, message: PoseWithCovarianceStamped) -> None:
         self.estimate = message.pose.pose.planar()
         self._posed.set()
-
-
-def _lost_status(tracker: TrackedGoal, why: str) -> GoalStatus:
-    return GoalStatus(GoalID(id=tracker.goal), Status.LOST, f"no result {why}")

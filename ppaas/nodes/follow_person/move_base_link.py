@@ -11,6 +11,7 @@ from ppaas.messages.nav2_msgs import NavigateThroughPosesActionGoal
 from ppaas.messages.people_coordination import GoalUpdate
 from ppaas.navigation.action_goals import cancels
 from ppaas.navigation.events import CancelReceived, Goal
+from ppaas.navigation.goal_watch import GoalWatch
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Payload, Topic
 from ppaas.nodes.frames import MAP
@@ -20,8 +21,8 @@ from ppaas.people.nodes import FOLLOWING_GOAL
 MOVED, TURNED, FASTER = 0.1, 0.2, 0.03
 """Changes of a goal below which it is not updated [m, rad, m/s]."""
 
-LATE, UNKNOWN = 1.0, 2.0
-"""Times within which a client's goal appears in the status list, and within which the node's must [s]."""
+LATE = 1.0
+"""Time within which a client's goal appears in the status list [s]."""
 
 
 class Outcome(Enum):
@@ -62,7 +63,7 @@ class MoveBaseLink:
         self._context, self._period = context, period
         self.counter, self.text = 0, ""
         self._goal: Goal | None = None
-        self._sent_at = 0.0
+        self._watch = GoalWatch("")
         self._speed = 0.0
         self._updated_at = float("-inf")
         self._clients: set[str] = set()
@@ -121,7 +122,7 @@ class MoveBaseLink:
         self.counter += 1
         stamp = self._context.now()
         self._goal = Goal(f"{FOLLOWING_GOAL}{self.counter}-{stamp:.3f}", pose, stamp)
-        self._sent_at, self._speed = self._context.elapsed(), 0.0
+        self._watch, self._speed = GoalWatch(self._goal.id), 0.0
         goal_id = GoalID(Time.of(stamp), self._goal.id)
         self._context.publish(
             topics.MOVE_BASE_GOAL.name, MoveBaseActionGoal(MoveBaseGoal(self._stamped(pose)), goal_id)
@@ -178,9 +179,8 @@ class MoveBaseLink:
             for goal_id in active:
                 self._cancel_earlier(goal_id)
         self._heard = True
-        known = self._goal is not None and any(each.goal_id.id == self._goal.id for each in message.status_list)
-        if self._goal is not None and not known and self._context.elapsed() - self._sent_at > UNKNOWN:
-            self._goal = None  # Move Base was replaced by one that does not know it
+        if self._goal is not None and self._watch.see(message.status_list, self._context.elapsed()) is not None:
+            self._goal = None  # its result was lost, or Move Base was replaced by one that does not know it
 
     def _cancel_earlier(self, goal_id: str) -> None:
         """Cancel a goal that this node sent before it was restarted, for an order that may be gone."""

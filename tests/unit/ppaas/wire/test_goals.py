@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import Conflict, InvalidInput, MalformedMessage, NotFound, QuotaExceeded, TransformError
+from ppaas.navigation.goal_watch import MIN_LISTS, SETTLED
 from ppaas.wire.actions import PARTS, actions, find_action
-from ppaas.wire.goals import GRACE, MAX_GOALS, GoalFrame, GoalTracker
+from ppaas.wire.goals import MAX_GOALS, GoalFrame, GoalTracker
 from ppaas.wire.operations import CancelActionGoal, SendActionGoal
 from ppaas.wire.rosbridge import RosbridgeSession
 
@@ -62,6 +63,11 @@ class Client:
         """Receive the list of statuses."""
         listed = [{"goal_id": {"id": goal}, "status": status, "text": "why"} for goal, status in statuses]
         self.receive("move_base/status", now, header={}, status_list=listed)
+
+    def receive_settled(self, since: float, *statuses: tuple[str, int]) -> None:
+        """Receive as many lists over as much time as end a goal that they do not show as active."""
+        for number in range(MIN_LISTS):
+            self.receive_statuses(since + number * SETTLED / (MIN_LISTS - 1), *statuses)
 
     def receive_result(self, goal: str, status: int) -> None:
         """Receive a result."""
@@ -174,17 +180,15 @@ def test_goal_with_a_lost_result_ends_with_its_last_status() -> None:
     goal = client.send()["goal_id"]["id"]
     client.receive_statuses(1.0, (goal, 1))
     client.receive_statuses(2.0, (goal, 3))
-    client.receive_statuses(2.0 + GRACE / 2, (goal, 3))
     assert client.frames == []
-    client.receive_statuses(2.0 + GRACE, (goal, 3))
+    client.receive_settled(2.0, (goal, 3))
     assert [(frame["status"], frame["result"]) for frame in client.frames] == [(4, True)]
 
 
 def test_goal_missing_from_the_status_list_is_lost() -> None:
     client = Client()
     client.send()
-    client.receive_statuses(1.0)
-    client.receive_statuses(1.0 + GRACE)
+    client.receive_settled(1.0)
     assert [(frame["status"], frame["result"]) for frame in client.frames] == [(0, False)]
     assert "lost" in client.frames[0]["values"]
 
@@ -194,7 +198,8 @@ def test_goal_that_reappears_in_the_status_list_is_not_lost() -> None:
     goal = client.send()["goal_id"]["id"]
     client.receive_statuses(1.0)
     client.receive_statuses(2.0, (goal, 1))
-    client.receive_statuses(2.0 + GRACE)
+    for number in range(MIN_LISTS - 1):
+        client.receive_statuses(2.0 + number * SETTLED)
     assert client.frames == []
 
 
@@ -276,8 +281,7 @@ def test_every_goal_ends_exactly_once(events: list[tuple[str, int]]) -> None:
             client.receive("move_base/feedback", now, status=active, feedback={"base_position": pose(1.0)})
         else:
             client.receive_statuses(now, *([(goal, status)] if event == "listed" else []))
-    for late in (1e3, 2e3):
-        client.receive_statuses(late)
+    client.receive_settled(1e3)
     results = [frame for frame in client.frames if frame["op"] == "action_result"]
     assert len(results) == 1
     assert client.frames[-1] is results[0]

@@ -5,7 +5,8 @@ import asyncio
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, Status
 from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.move_base_msgs import MoveBaseActionResult
-from robots.client.goal_tracker import MIN_LISTS, SETTLED, TrackedGoal
+from ppaas.navigation.goal_watch import MIN_LISTS, SETTLED
+from robots.client.goal_tracker import TrackedGoal
 
 
 def status(goal: str, number: Status) -> GoalStatus:
@@ -31,18 +32,23 @@ async def test_a_result_ends_only_its_own_goal() -> None:
 async def test_repeated_terminal_statuses_end_a_goal_without_a_result() -> None:
     tracked = TrackedGoal("mine")
     now = listed(tracked, 3, status("other", Status.SUCCEEDED), status("mine", Status.ACTIVE))
-    assert not tracked.is_over(now + 2.0 * SETTLED)
-    now = listed(tracked, 2, status("mine", Status.SUCCEEDED), since=10.0)
-    assert not tracked.is_over(now)
-    assert tracked.is_over(10.0 + SETTLED + 0.1) and tracked.status.status == Status.SUCCEEDED
+    listed(tracked, MIN_LISTS - 1, status("mine", Status.SUCCEEDED), since=now)
+    assert not tracked.result.done()
+    listed(tracked, 2, status("mine", Status.SUCCEEDED), since=now + SETTLED)
+    assert (tracked.result.result().status, tracked.has_result) == (Status.SUCCEEDED, False)
 
 
-async def test_a_goal_missing_from_several_status_lists_is_unknown() -> None:
+async def test_a_goal_missing_from_several_status_lists_is_lost() -> None:
     tracked = TrackedGoal("mine")
-    listed(tracked, MIN_LISTS - 1)
-    assert not tracked.is_unknown(100.0)
-    now = listed(tracked, 1, status("mine", Status.ACTIVE), since=100.0)
-    assert not tracked.is_unknown(now + 100.0)
-    now = listed(tracked, MIN_LISTS, status("other", Status.ACTIVE), since=200.0)
-    assert not tracked.is_unknown(now)
-    assert tracked.is_unknown(200.0 + SETTLED + 0.1)
+    now = listed(tracked, MIN_LISTS - 1)
+    now = listed(tracked, 1, status("mine", Status.ACTIVE), since=now + 100.0)
+    assert tracked.status.status == Status.ACTIVE
+    listed(tracked, MIN_LISTS + 2, status("other", Status.ACTIVE), since=now)
+    assert tracked.result.result().status == Status.LOST
+
+
+async def test_a_result_after_the_end_by_lists_changes_nothing() -> None:
+    tracked = TrackedGoal("mine")
+    listed(tracked, MIN_LISTS + 2)
+    tracked.on_result(MoveBaseActionResult(Header(), status("mine", Status.SUCCEEDED)))
+    assert (tracked.result.result().status, tracked.has_result) == (Status.LOST, False)

@@ -10,6 +10,7 @@ from ppaas.errors import NotFound, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.messages.base.std_msgs import Bool
+from ppaas.navigation.goal_watch import MIN_LISTS
 from robots.client.move_base import GoalOutcome, MoveBaseClient
 from robots.client.robot_client import RobotClient
 from tests.support.endpoints.rosbridge_server import RosbridgeServer, rosbridge_server
@@ -117,7 +118,7 @@ async def test_only_the_own_goal_is_cancelled_and_only_while_it_has_no_outcome(s
 async def test_the_status_list_ends_a_goal_whose_result_was_lost(server: RosbridgeServer) -> None:
     async def act(frame: dict[str, Any]) -> None:
         mine = frame["msg"]["goal_id"]["id"]
-        for _ in range(2):
+        for _ in range(MIN_LISTS):
             await say_statuses(server, ("another", Status.ACTIVE, ""), (mine, Status.ABORTED, "no way"))
 
     outcome = await follow(server, act, leap=6.0)
