@@ -126,7 +126,7 @@ Driven = Annotated[ReachedRobot, Depends(_robot_for("drive"))]
 Administered = Annotated[ReachedRobot, Depends(_robot_for("administer"))]
 
 
-async def robots_in(services: Services, user: str | None = None, *, map_id: str | None = None) -> list[str]:
-    """Return the robots that have a container now: all, or those of a user, or those that use a map also as a mask."""
-    containers = await services.cloud.containers(user)
-    return [c.robot for c in containers if c.robot is not None and map_id in (None, c.map.id, *c.masks)]
+async def is_in_use(services: Services, map_id: str) -> bool:
+    """Return whether containers of robots use a map, also as a mask; those that wait for a robot use it, too."""
+    containers = await services.cloud.containers(None)
+    return any(one.robot is not None and map_id in (one.map.id, *one.masks) for one in containers)

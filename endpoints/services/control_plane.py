@@ -44,8 +44,8 @@ class ControlPlane(CloudCalls, Protocol):
         """
         ...
 
-    async def end_places(self, user: str, reason: PPaaSError) -> None:
-        """Close all places of a user, and notify their clients of the reason."""
+    async def end_places(self, user: str, reason: PPaaSError, robot: str | None = None) -> None:
+        """Close all places of a user, or that of a robot, and notify their clients of the reason."""
         ...
 
     def set_limits(self, user: str, limits: Limits) -> None:

@@ -17,7 +17,7 @@ from engine.container.clone_sessions import CloneSessions
 from engine.container.current_map import CurrentMap
 from engine.container.endpoint_link import EndpointLink, Stream, dial
 from engine.container.executor import NodeExecutor
-from engine.container.fleet_bridge import FleetBridge
+from engine.container.fleet_bridge import FleetBridge, RobotIsHere
 from engine.container.graph_building import Attendants, build_graph
 from engine.container.group_bridges import GroupBridge, people_bridge, traffic_bridge
 from engine.container.machine_client import MachineClient
@@ -60,7 +60,7 @@ async def run(launch: Launch) -> None:
         launch, home, endpoint, machine, notes,
         monitoring=monitoring, sessions=None if sessions is None else sessions.host,
     )  # fmt: skip
-    outside, groups = FleetBridge(launch, home.graph, machine), _group_bridges(launch, home, machine)
+    outside, groups = _bridges(launch, home, machine, _presence_of(sessions))
     follow = MapFollower(current, home, container, machine, outside, notes, monitoring)
     told = _connected(attendants, machine)
     listening = asyncio.create_task(
@@ -111,8 +111,17 @@ def _connected(attendants: Attendants | None, machine: MachineClient) -> Callabl
     return attendants.recording.told
 
 
-def _group_bridges(launch: Launch, home: NodeExecutor, machine: MachineClient) -> list[GroupBridge]:
-    return [make(launch, home, machine) for make in (people_bridge, traffic_bridge)]
+def _presence_of(sessions: CloneSessions | None) -> RobotIsHere:
+    """Return what says whether the robot of a container is connected; a container without a robot has none."""
+    return lambda: sessions is not None and sessions.host.robot_is_here
+
+
+def _bridges(
+    launch: Launch, home: NodeExecutor, machine: MachineClient, here: RobotIsHere
+) -> tuple[FleetBridge, list[GroupBridge]]:
+    """Return the bridges to the other robots of the map, and to the nodes of the groups."""
+    groups = [make(launch, home, machine, here) for make in (people_bridge, traffic_bridge)]
+    return FleetBridge(launch, home.graph, machine, here), groups
 
 
 def _shared(outside: FleetBridge, groups: Sequence[GroupBridge], message: machine_link.Shared) -> None:

@@ -1,6 +1,7 @@
 """Fleet bridge: shares a clone's position with the robots on the same map, and stores its plans."""
 
 import logging
+from collections.abc import Callable
 
 import msgspec
 
@@ -37,6 +38,10 @@ FRESH = 1.0
 """Age at which the position of another robot, or the own velocity or report to the traffic node, is discarded [s]."""
 
 
+RobotIsHere = Callable[[], bool]
+"""Returns whether the robot of a clone is connected."""
+
+
 def plan_record(launch: Launch, plan: PlanResult, created: float) -> PlanRecord:
     """Return the record of a plan; equal plans on the same map version have the same id, so they are stored once."""
     spec = launch.spec
@@ -61,9 +66,24 @@ def plan_record(launch: Launch, plan: PlanResult, created: float) -> PlanRecord:
 
 
 class FleetBridge:
-    """Bridge between a clone's graph and the machine link."""
+    """Bridge between a clone's graph and the machine link.
 
-    def __init__(self, launch: Launch, graph: Graph, machine: MachineClient) -> None:
+    While the robot is not connected, no position of it is shared: others would take a guess for the robot.
+
+    Parameters
+    ----------
+    launch : Launch
+        Specification of the container.
+    graph : Graph
+        Graph of the clone.
+    machine : MachineClient
+        The machine link.
+    robot_is_here : callable
+        Returns whether the robot is connected.
+    """
+
+    def __init__(self, launch: Launch, graph: Graph, machine: MachineClient, robot_is_here: RobotIsHere) -> None:
+        self._robot_is_here = robot_is_here
         self._launch = launch
         self._graph = graph
         self._machine = machine
@@ -104,6 +124,8 @@ class FleetBridge:
     def _share_pose(self, _topic: str, pose: Payload) -> None:
         now = self._graph.elapsed()
         if now - self._last_shared < SHARE_PERIOD or not isinstance(pose, PoseWithCovarianceStamped):
+            return
+        if not self._robot_is_here():
             return
         if self._launch.spec.maps and not self._is_in_frame(pose.header.frame_id):
             return

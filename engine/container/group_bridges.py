@@ -3,6 +3,7 @@
 import logging
 
 from engine.container.executor import NodeExecutor
+from engine.container.fleet_bridge import RobotIsHere
 from engine.container.machine_client import MachineClient
 from engine.protocols import machine_link
 from engine.specs.containers import GroupNode, Launch
@@ -22,9 +23,10 @@ are dropped."""
 class GroupBridge:
     """Bridge between the graph of a container and its machine link, for one kind of group.
 
-    A clone shares its reports, unless its robot makes a new map, and receives the answers of the group's node. The node
-    receives the reports, and shares the answers: those that name a robot with that one alone. The machine decides which
-    containers receive what.
+    A clone shares its reports, unless its robot makes a new map, and receives the answers of the group's node. While
+    its robot is away it reports nothing, so that the node counts the robot as silent. The node receives the reports,
+    and shares the answers: those that name a robot with that one alone. The machine decides which containers receive
+    what.
 
     Parameters
     ----------
@@ -40,6 +42,8 @@ class GroupBridge:
         Topics of the reports of robots, and of the answers of the node.
     report_period : float
         Smallest time between two reports of a robot [s]; more frequent ones are dropped.
+    robot_is_here : callable
+        Returns whether the robot of the clone is connected.
     """
 
     def __init__(
@@ -52,8 +56,10 @@ class GroupBridge:
         report: Topic,
         answer: Topic,
         report_period: float,
+        robot_is_here: RobotIsHere,
     ) -> None:
         spec = launch.spec
+        self._robot_is_here = robot_is_here
         self._home, self._graph, self._machine = home, home.graph, machine
         self._report, self._answer, self._report_period = report, answer, report_period
         self._heard = report if spec.group_node == node else answer
@@ -67,6 +73,8 @@ class GroupBridge:
 
     def _share_report(self, topic: str, report: Payload) -> None:
         now = self._graph.elapsed()
+        if not self._robot_is_here():
+            return
         if now - self._last_report >= self._report_period and isinstance(report, self._report.type):
             self._last_report = now
             self._machine.share(topic, encode(report))
@@ -110,13 +118,21 @@ def _robot_in(message: Message) -> str | None:
     return robot
 
 
-def people_bridge(launch: Launch, home: NodeExecutor, machine: MachineClient) -> GroupBridge:
+def people_bridge(
+    launch: Launch, home: NodeExecutor, machine: MachineClient, robot_is_here: RobotIsHere
+) -> GroupBridge:
     """Return the bridge between the clones of robots that see people and their coordinator."""
     topics = {"report": PEOPLE_REPORT, "answer": PEOPLE_STATE}
-    return GroupBridge(launch, home, machine, node="people", **topics, report_period=PEOPLE_PERIOD)
+    return GroupBridge(
+        launch, home, machine, node="people", **topics, report_period=PEOPLE_PERIOD, robot_is_here=robot_is_here
+    )
 
 
-def traffic_bridge(launch: Launch, home: NodeExecutor, machine: MachineClient) -> GroupBridge:
+def traffic_bridge(
+    launch: Launch, home: NodeExecutor, machine: MachineClient, robot_is_here: RobotIsHere
+) -> GroupBridge:
     """Return the bridge between the clones of robots that take part in traffic and their traffic node."""
     topics = {"report": TRAFFIC_REPORT, "answer": TRAFFIC_GRANTS}
-    return GroupBridge(launch, home, machine, node="traffic", **topics, report_period=TRAFFIC_PERIOD)
+    return GroupBridge(
+        launch, home, machine, node="traffic", **topics, report_period=TRAFFIC_PERIOD, robot_is_here=robot_is_here
+    )

@@ -147,6 +147,7 @@ class Container:
             nodes=offers.nodes,
             place="" if endpoint is None else endpoint.place,
             generation=0 if endpoint is None else endpoint.generation,
+            beat=self._beat(),
         )
 
     async def serve(self) -> None:
@@ -312,7 +313,9 @@ class Container:
         sessions = self._sessions
         if sessions is None:
             return robot_link.ContainerBeat(self._graph.busy)
-        return robot_link.ContainerBeat(self._graph.busy, sessions.sockets, sessions.taken, sessions.round_trip)
+        return robot_link.ContainerBeat(
+            self._graph.busy, sessions.sockets, sessions.taken, sessions.round_trip, sessions.robot_is_here
+        )
 
     # -- checkpoints ---------------------------------------------------------------------------------------------------
 

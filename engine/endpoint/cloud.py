@@ -1,6 +1,7 @@
 """Engine as an endpoint has it: asks the master, and calls containers itself."""
 
 from collections import deque
+from contextlib import suppress
 
 from engine.endpoint.master_link import MasterLink
 from engine.endpoint.places import EndpointPlaces
@@ -133,9 +134,9 @@ class EndpointCloud:
         """Return what counts against the quotas of a user, beside what is stored."""
         return await self._master.call(CloudCalls.usage, user)
 
-    async def end_places(self, user: str, reason: PPaaSError) -> None:
-        """Close all places of a user, and notify their clients of the reason."""
-        await self._master.call(MasterCalls.end_places, user, refusal_of(reason))
+    async def end_places(self, user: str, reason: PPaaSError, robot: str | None = None) -> None:
+        """Close all places of a user, or that of a robot, and notify their clients of the reason."""
+        await self._master.call(MasterCalls.end_places, user, refusal_of(reason), robot)
 
     # -- machines and containers ---------------------------------------------------------------------------------------
 
@@ -199,7 +200,14 @@ class EndpointCloud:
         """Let the robots on a map, or with it as a mask, go on with its current version."""
         self._master.tell(MasterCalls.map_changed, head)
 
-    # -- goals ---------------------------------------------------------------------------------------------------------
+    # -- robots --------------------------------------------------------------------------------------------------------
+
+    async def connected(self, robots: list[tuple[str, str]]) -> list[bool | None]:
+        """Return which of some robots, by user and id, are connected; None for all while no master answers."""
+        if self._master.is_up:
+            with suppress(Unavailable):
+                return await self._master.call(CloudCalls.connected, robots)
+        return [None] * len(robots)
 
     async def robot_state(self, user: str, robot: str) -> RobotState:
         """Return the pose and the active goals of a robot, connected or not."""

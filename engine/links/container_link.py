@@ -91,6 +91,7 @@ class ContainerLink(ABC):
         if self._stream is not None:
             self._lost()
         self._stream, self.pid, self.container = stream, hello.pid, hello.container
+        self.busy, self.beat = hello.beat.busy, hello.beat
         self.topics = {topic.name: topic for topic in hello.topics}
         self._offered(hello)
         for topic in self.topics:

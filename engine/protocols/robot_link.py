@@ -41,6 +41,30 @@ class NodeInfo(msgspec.Struct, frozen=True):
 # -- container → endpoint ----------------------------------------------------------------------------------------------
 
 
+class ContainerBeat(msgspec.Struct, tag="beat", frozen=True):
+    """Heartbeat of the container, once a second; the first is in its `Hello`.
+
+    Parameters
+    ----------
+    busy : bool
+        Whether it works on a goal.
+    sockets : int
+        Number of sockets of clients, at all endpoints.
+    frames : int
+        Number of frames of clients that were taken since the container started.
+    round_trip : float, optional
+        Round trip to the robot [s], once an endpoint has measured it.
+    robot : bool
+        Whether one of the sockets is that of the robot itself.
+    """
+
+    busy: bool
+    sockets: int = 0
+    frames: int = 0
+    round_trip: float | None = None
+    robot: bool = False
+
+
 class Hello(msgspec.Struct, tag="hello"):
     """The container is ready; ``applied`` is the last sequence number in its checkpoint.
 
@@ -56,6 +80,7 @@ class Hello(msgspec.Struct, tag="hello"):
     nodes: list[NodeInfo]
     place: str = ""
     generation: int = 0
+    beat: ContainerBeat = ContainerBeat(busy=False)
 
 
 class ContainerFailed(msgspec.Struct, tag="failed"):
@@ -110,27 +135,6 @@ class Ack(msgspec.Struct, tag="ack"):
     """All messages up to this sequence number are processed and in a stored checkpoint."""
 
     sequence: int
-
-
-class ContainerBeat(msgspec.Struct, tag="beat"):
-    """Heartbeat of the container.
-
-    Parameters
-    ----------
-    busy : bool
-        Whether it works on a goal.
-    sockets : int
-        Number of sockets of clients, at all endpoints.
-    frames : int
-        Number of frames of clients that were taken since the container started.
-    round_trip : float, optional
-        Round trip to the robot [s], once an endpoint has measured it.
-    """
-
-    busy: bool
-    sockets: int = 0
-    frames: int = 0
-    round_trip: float | None = None
 
 
 class MessageRefused(msgspec.Struct, tag="refused"):

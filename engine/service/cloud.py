@@ -135,9 +135,12 @@ class Cloud:
         """Return the containers of a user, or of all users if None."""
         return self._driver.containers(user)
 
-    async def end_places(self, user: str, reason: PPaaSError) -> None:
-        """Close all places of a user, and notify their clients of the reason."""
-        await self._driver.close_places(user, reason)
+    async def end_places(self, user: str, reason: PPaaSError, robot: str | None = None) -> None:
+        """Close all places of a user, or that of a robot, and notify their clients of the reason."""
+        if robot is None:
+            await self._driver.close_places(user, reason)
+        else:
+            await self._driver.close_place(robot_key(user, robot), reason)
 
     async def give_up_container(self, container: str) -> None:
         """End a container; its place gets another."""
@@ -181,6 +184,10 @@ class Cloud:
     async def resize_container(self, container: str, cores: float) -> None:
         """Change the size of a running container [cores]."""
         self._driver.resize_container(container, cores)
+
+    async def connected(self, robots: list[tuple[str, str]]) -> list[bool | None]:
+        """Return which of some robots, by user and id, are connected."""
+        return [self._driver.presence.is_here(robot_key(user, robot)) for user, robot in robots]
 
     async def robot_state(self, user: str, robot: str) -> RobotState:
         """Return the pose and the active goals of a robot, connected or not."""

@@ -31,6 +31,7 @@ from engine.protocols.refusals import error_of
 from engine.service.administration import Administration
 from engine.service.links.control_server import ControlServer
 from engine.service.links.place_link import PlaceLink
+from engine.service.links.presence import RobotPresence
 from engine.service.links.robot_link_server import LinkServer
 from engine.service.listener import CloudListener
 from engine.service.machine_events import MachineEvents
@@ -100,6 +101,7 @@ class MasterDriver:
         self._checkpoints = checkpoints
         self._links = LinkServer(run_dir / "link.sock", self._welcome, self._failed)
         self._places: dict[str, PlaceLink] = {}
+        self.presence = RobotPresence(self._places.get)
         self._timed: WeakKeyDictionary[PlaceLink, tuple[str | None, float | None]] = WeakKeyDictionary()
         self._opened = listener.place_opened
         self._times = StartTimes()
@@ -361,4 +363,7 @@ class MasterDriver:
         container = place.spec.id if place.spec is not None else ""
         machine = self._master.machines.get(place.machine or "")
         place_link = self._places.get(place.request.key)
-        return container_view(place, machine, place_link, self._times.age(container), self._times.took(container))
+        return container_view(
+            place, machine, place_link, self._times.age(container), self._times.took(container),
+            connected=self.presence.is_here(place.request.key),
+        )  # fmt: skip

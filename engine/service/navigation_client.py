@@ -1,7 +1,7 @@
 """Navigation client: sends goals to one robot on behalf of REST, and follows its pose and its goals.
 
 It is a client of the robot's place, as an operator's socket is. A result is lost if the container is killed before it
-sends it. Move Base repeats the status of its goals, which then contains the end of the goal, or lacks the goal.
+sends it. Move Base repeats the status of its goals, by which they are watched (`ppaas.navigation.goal_watch`).
 """
 
 import asyncio
@@ -11,15 +11,17 @@ from collections.abc import Callable
 import msgspec
 
 from engine.service.links.place_link import PlaceLink
+from engine.service.links.presence import Presence
 from engine.service.views import GoalState, GoalView, RobotState
-from ppaas.clock import Clock, epoch
+from ppaas.clock import Clock, epoch, monotonic
 from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded
 from ppaas.geometry import Pose2D
 from ppaas.messages import decode, encode
-from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, Status
+from ppaas.messages.actionlib_msgs import GoalID, GoalStatusArray, Status
 from ppaas.messages.base.std_msgs import Header, String
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovarianceStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
+from ppaas.navigation.goal_watch import GoalWatch, status_of
 from ppaas.nodes import topics
 from ppaas.nodes.frames import MAP
 
@@ -28,9 +30,6 @@ MAX_ACTIVE = 32
 
 MAX_ENDED = 100
 """Number of ended goals that are kept; the oldest is forgotten first."""
-
-SETTLED = 5.0
-"""Time without a status of a goal after which it counts as lost [s]."""
 
 _STATES: dict[Status, GoalState] = {
     Status.PENDING: "pending",
@@ -61,6 +60,8 @@ class NavigationClient:
         Place of the robot.
     clock : callable
         Returns the time [s since the epoch].
+    monotonic : callable
+        Returns monotonic time [s].
     goal_ended : callable
         Called after a goal has ended.
 
@@ -76,15 +77,22 @@ class NavigationClient:
         Set once a pose was received.
     """
 
-    def __init__(self, place: PlaceLink, clock: Clock = epoch, goal_ended: Callable[[], None] = lambda: None) -> None:
+    def __init__(
+        self,
+        place: PlaceLink,
+        clock: Clock = epoch,
+        goal_ended: Callable[[], None] = lambda: None,
+        *,
+        monotonic: Clock = monotonic,
+    ) -> None:
         self.place = place
         self.localized = asyncio.Event()
         self.followed: frozenset[str] | None = None
-        self._clock = clock
+        self._clock, self._monotonic = clock, monotonic
         self._goal_ended = goal_ended
         self._goals: dict[str, GoalView] = {}
         self._sequences: dict[int, str] = {}
-        self._seen: dict[str, float] = {}
+        self._watches: dict[str, GoalWatch] = {}
         self.pose: tuple[float, float, float] | None = None
         self._pose_at: float | None = None
         self._localization = ""
@@ -98,9 +106,17 @@ class NavigationClient:
 
     # -- state ---------------------------------------------------------------------------------------------------------
 
-    def state(self) -> RobotState:
-        """Return the pose of the robot and its active goals."""
-        return RobotState(True, self.pose, self._pose_at, self._localization, tuple(self.active()))
+    def state(self, presence: Presence) -> RobotState:
+        """Return the pose of the robot and its active goals, with its presence."""
+        return RobotState(
+            connected=presence.connected,
+            disconnected_since=presence.disconnected_since,
+            container=self.place.container is not None,
+            pose=self.pose,
+            pose_at=self._pose_at,
+            localization=self._localization,
+            goals=tuple(self.active()),
+        )
 
     def goals(self) -> list[GoalView]:
         """Return the known goals, oldest first."""
@@ -139,7 +155,7 @@ class NavigationClient:
         target = MoveBaseGoal(PoseStamped(Header(frame_id=MAP), Pose.of(pose)))
         sequence = self._publish(topics.MOVE_BASE_GOAL.name, MoveBaseActionGoal(target, GoalID(id=goal.id)))
         self._sequences[sequence] = goal.id
-        self._goals[goal.id], self._seen[goal.id] = goal, now
+        self._goals[goal.id], self._watches[goal.id] = goal, GoalWatch(goal.id)
         self._forget_oldest()
         return goal
 
@@ -186,34 +202,31 @@ class NavigationClient:
         elif any(topic == status.name for status in LOCALIZATION_STATUS):
             self._localization = decode(String, payload).data
         elif topic == topics.MOVE_BASE_RESULT.name:
-            self._update(decode(MoveBaseActionResult, payload).status)
+            status = decode(MoveBaseActionResult, payload).status
+            if (goal := self._goals.get(status.goal_id.id)) is not None and goal.ended is None:
+                self._update(goal, status_of(status), status.text)
         elif topic == topics.MOVE_BASE_STATUS.name:
             self._on_statuses(decode(GoalStatusArray, payload))
 
     def _on_statuses(self, statuses: GoalStatusArray) -> None:
-        for status in statuses.status_list:
-            self._update(status)
         open_now = (status for status in statuses.status_list if not Status(status.status).terminal)
         self.followed = frozenset(status.goal_id.id for status in open_now)
-        now = self._clock()
+        now = self._monotonic()
         for goal in self.active():
-            if now - self._seen[goal.id] > SETTLED:
-                self._end(goal, "lost", "the robot's clone does not know this goal any more: send it again")
+            watch = self._watches[goal.id]
+            end = watch.see(statuses.status_list, now)
+            self._update(goal, end or watch.status, watch.text)
 
-    def _update(self, status: GoalStatus) -> None:
-        goal = self._goals.get(status.goal_id.id)
-        if goal is None or goal.ended is not None:
-            return
-        self._seen[goal.id] = self._clock()
-        known = Status(status.status)
-        if known.terminal:
-            self._end(goal, _STATES[known], status.text)
+    def _update(self, goal: GoalView, status: Status, text: str) -> None:
+        """Note the status of a goal; a final one in a list ends it, since nothing else of its result is needed."""
+        if status.terminal:
+            self._end(goal, _STATES[status], text)
         else:
-            self._goals[goal.id] = msgspec.structs.replace(goal, state=_STATES[known], text=status.text)
+            self._goals[goal.id] = msgspec.structs.replace(goal, state=_STATES[status], text=text)
 
     def _end(self, goal: GoalView, state: GoalState, text: str) -> None:
         self._goals[goal.id] = msgspec.structs.replace(goal, state=state, text=text, ended=self._clock())
-        del self._seen[goal.id]
+        del self._watches[goal.id]
         self._sequences = {number: other for number, other in self._sequences.items() if other != goal.id}
         self._goal_ended()
 

@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 
 from engine.master.places import robot_key
+from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import MasterDriver
 from engine.service.navigation_client import NavigationClient
 from engine.service.views import GoalView, RobotState
@@ -38,14 +39,15 @@ class RobotNavigation:
 
     async def state(self, user: str, robot: str) -> RobotState:
         """Return the pose and the active goals of a robot, connected or not."""
-        try:
-            client = self._client(user, robot)
-        except Unavailable:
-            return RobotState(connected=False)
+        key = robot_key(user, robot)
+        place, presence = self._service.place(key), self._service.presence.of(key)
+        if place is None:
+            return RobotState(presence.connected, presence.disconnected_since)
+        client = self._client(key, place)
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(POSE_TIMEOUT):
                 await client.localized.wait()
-        return client.state()
+        return client.state(presence)
 
     def send_goal(self, user: str, robot: str, pose: Pose2D) -> GoalView:
         """Send a robot to a pose in the frame ``map``.
@@ -53,11 +55,14 @@ class RobotNavigation:
         Raises
         ------
         Unavailable
-            The robot is not connected.
+            The robot is not connected, whether or not its container still waits for it.
         QuotaExceeded
             The robot has too many active goals.
         """
-        return self._client(user, robot).send(pose)
+        client = self._open(user, robot)
+        if not self._service.presence.is_here(robot_key(user, robot)):
+            raise _not_connected(robot)
+        return client.send(pose)
 
     def goals(self, user: str, robot: str) -> list[GoalView]:
         """Return the goals that REST sent to a robot since it last connected, oldest first."""
@@ -74,17 +79,21 @@ class RobotNavigation:
     def cancel_goal(self, user: str, robot: str, goal_id: str) -> GoalView:
         """Cancel a goal; raises as ``NavigationClient.cancel`` does."""
         self.goal(user, robot, goal_id)
-        return self._client(user, robot).cancel(goal_id)
+        return self._open(user, robot).cancel(goal_id)
 
     def cancel_goals(self, user: str, robot: str) -> None:
-        """Cancel all goals of a robot, also those of other clients; ``Unavailable`` if it is not connected."""
-        self._client(user, robot).cancel_all()
+        """Cancel all goals of a robot, also those of other clients; ``Unavailable`` if it has no container."""
+        self._open(user, robot).cancel_all()
 
-    def _client(self, user: str, robot: str) -> NavigationClient:
+    def _open(self, user: str, robot: str) -> NavigationClient:
+        """Return the client of a robot that has a container; it may wait for the robot."""
         key = robot_key(user, robot)
         place = self._service.place(key)
         if place is None:
-            raise Unavailable(f"robot {robot!r} is not connected: it can be sent to a goal once it is")
+            raise _not_connected(robot)
+        return self._client(key, place)
+
+    def _client(self, key: str, place: PlaceLink) -> NavigationClient:
         client = self._clients.get(key)
         if client is None or client.place is not place:
             client = self._clients[key] = NavigationClient(place)
@@ -105,3 +114,7 @@ class RobotNavigation:
     def _leave(self, key: str) -> None:
         self._clients.pop(key).leave()
         self._timers.pop(key).cancel()
+
+
+def _not_connected(robot: str) -> Unavailable:
+    return Unavailable(f"robot {robot!r} is not connected: it can be sent to a goal once it is")

@@ -62,7 +62,6 @@ class RobotSessions:
         self._map_store = map_store
         self._linger = linger
         self._clients: Counter[str] = Counter()
-        self._robots: set[str] = set()
         self._closing: dict[str, asyncio.Task[None]] = {}
 
     async def join(
@@ -125,11 +124,11 @@ class RobotSessions:
             closing.cancel()
         self._clients[key] += 1
         if as_robot:
-            self._robots.add(key)
+            self._service.presence.came(key)
         return place
 
     def _check_single(self, user: str, robot: str, *, as_robot: bool) -> None:
-        if as_robot and robot_key(user, robot) in self._robots:
+        if as_robot and self._service.presence.has_socket(robot_key(user, robot)):
             raise Conflict(f"robot {robot!r} is connected already; close its other socket first")
 
     async def _open_already(self, user: str, robot: str) -> PlaceLink | None:
@@ -214,7 +213,7 @@ class RobotSessions:
     def leave(self, key: str, *, as_robot: bool) -> None:
         """Remove a client from a place."""
         if as_robot:
-            self._robots.discard(key)
+            self._service.presence.left(key)
         self._clients[key] -= 1
         if self._clients[key] <= 0:
             del self._clients[key]
@@ -224,6 +223,7 @@ class RobotSessions:
     def await_back(self, key: str) -> None:
         """Keep an adopted place for the time of ``linger``, as if its last client had left now."""
         if key not in self._clients and key not in self._closing:
+            self._service.presence.expect(key)
             self._closing[key] = asyncio.create_task(self._close_later(key, self._linger))
 
     def held(self) -> list[PlaceLink]:
@@ -259,6 +259,7 @@ class RobotSessions:
     async def _close_later(self, key: str, linger: float) -> None:
         await asyncio.sleep(linger)
         self._closing.pop(key, None)
+        self._service.presence.give_up(key)
         await self._service.close_place(key, Unavailable(f"no client was connected for {linger:g} s"))
 
     async def close(self) -> None:

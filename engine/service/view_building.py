@@ -34,7 +34,13 @@ def machine_view(machine: Machine) -> MachineView:
 
 
 def container_view(
-    place: Place, machine: Machine | None, link: PlaceLink | None, age: float, ready_seconds: float | None
+    place: Place,
+    machine: Machine | None,
+    link: PlaceLink | None,
+    age: float,
+    ready_seconds: float | None,
+    *,
+    connected: bool,
 ) -> ContainerView | None:
     """Return the view of a place's container; None if it has none.
 
@@ -49,6 +55,8 @@ def container_view(
         Time since the order to start it [s].
     ready_seconds : float, optional
         Time from the order to its machine until it answered [s].
+    connected : bool
+        Whether its robot is connected.
     """
     spec = place.spec
     if spec is None:
@@ -69,6 +77,7 @@ def container_view(
         cpu=load.cpu if load is not None else None,
         age=age,
         clients=link.clients if link is not None else 0,
+        connected=connected,
         round_trip=link.beat.round_trip if link is not None else None,
         masks=tuple(mask.id for mask in spec.robot.masks.values()) if spec.robot is not None else (),
     )

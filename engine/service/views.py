@@ -135,6 +135,8 @@ class ContainerView(msgspec.Struct, frozen=True):
         Time since the order to start it [s].
     clients : int
         Number of connected clients: the robot and its operators.
+    connected : bool
+        Whether the robot is connected; its container may outlive that for a while.
     round_trip : float, optional
         Round trip to the robot [s], once it was measured.
     masks : tuple of str
@@ -155,6 +157,7 @@ class ContainerView(msgspec.Struct, frozen=True):
     cpu: float | None = None
     age: float = 0.0
     clients: int = 0
+    connected: bool = False
     round_trip: float | None = None
     masks: tuple[str, ...] = ()
 
@@ -244,7 +247,11 @@ class RobotState(msgspec.Struct, frozen=True):
     Parameters
     ----------
     connected : bool
-        Whether the robot has a container.
+        Whether the robot is connected: its own socket is at an endpoint.
+    disconnected_since : float, optional
+        Time at which it was lost [s since the epoch]; None while the robot is connected, or if it is not known.
+    container : bool
+        Whether the robot has a container, which may wait for it to come back.
     pose : tuple of float, optional
         Estimated pose in the frame ``map``: x [m], y [m], yaw [rad]; None before localization.
     pose_at : float, optional
@@ -256,6 +263,8 @@ class RobotState(msgspec.Struct, frozen=True):
     """
 
     connected: bool
+    disconnected_since: float | None = None
+    container: bool = False
     pose: tuple[float, float, float] | None = None
     pose_at: float | None = None
     localization: str = ""

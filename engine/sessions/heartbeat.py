@@ -8,12 +8,9 @@ import asyncio
 from collections.abc import Callable
 
 from ppaas.clock import epoch
-from ppaas.errors import NotPermitted
-from ppaas.messages import encode, type_name
+from ppaas.messages import encode
 from ppaas.messages.base.std_msgs import Header, Time
-
-HEARTBEAT = "ppaas/heartbeat"
-HEARTBEAT_TYPE = type_name(Header)
+from ppaas.wire.own_topics import HEARTBEAT
 
 PERIOD = 1.0
 """Interval of the messages [s]."""
@@ -46,15 +43,3 @@ class Heartbeat:
     def _beat(self) -> None:
         self._timer = asyncio.get_running_loop().call_later(PERIOD, self._beat)
         self._publish(HEARTBEAT, encode(Header(stamp=Time.of(epoch()))))
-
-
-def check_not_heartbeat(topic: str) -> None:
-    """Raise unless clients may publish a topic.
-
-    Raises
-    ------
-    NotPermitted
-        The cloud itself publishes it.
-    """
-    if topic == HEARTBEAT:
-        raise NotPermitted(f"only the cloud publishes {topic!r}")

@@ -34,6 +34,9 @@ from engine.sessions.place.place import Place
 from engine.sessions.retained_session import RetainedSession, SessionRecord
 from engine.sessions.socket_sink import EndpointEnd, SocketSink
 from ppaas.errors import Conflict
+from ppaas.messages import encode
+from ppaas.messages.base.std_msgs import Bool
+from ppaas.wire.own_topics import OWN_TOPICS, PRESENCE
 
 logger = logging.getLogger(__name__)
 
@@ -48,6 +51,9 @@ _decoder = msgspec.json.Decoder(list[SessionRecord])
 
 RETURN = 10.0
 """Time for which a session without a name is known after its container was replaced [s]: its endpoint attaches it."""
+
+ITSELF = 0
+"""Number of the session host among the clients of its place, which count from 1."""
 
 Socket = tuple[EndpointEnd, int]
 """Socket of a client: the link to its endpoint, and its number there."""
@@ -69,6 +75,9 @@ class SessionHost:
         self._nameless: dict[str, RetainedSession] = {}
         self._records: dict[str, SessionRecord] = {}
         self._links: dict[EndpointEnd, ClientOffers | None] = {}
+        self._presence: bool | None = None
+        place.client_topics.advertise(PRESENCE, OWN_TOPICS[PRESENCE], (ITSELF, None), latch=True)
+        self._tell_presence()
         self.taken = 0
         """Number of frames of clients that were taken."""
 
@@ -81,6 +90,11 @@ class SessionHost:
     def sockets(self) -> int:
         """Number of sockets at all endpoints."""
         return len(self._sockets)
+
+    @property
+    def robot_is_here(self) -> bool:
+        """Whether a socket of the robot itself is attached, at any endpoint."""
+        return any(retained.client.role == "robot" for retained in self._sockets.values())
 
     @property
     def round_trip(self) -> float | None:
@@ -117,8 +131,15 @@ class SessionHost:
             for retained in tuple(self._sockets.values()):
                 if len(retained.session.outbox):
                     retained.session.outbox.flush()
+            self._tell_presence()
             if self._sockets:
                 self._tell_offers()
+
+    def _tell_presence(self) -> None:
+        """Tell the clients of the robot whether it is connected, if that has changed."""
+        if self.robot_is_here != self._presence:
+            self._presence = self.robot_is_here
+            self._place.publish(PRESENCE, encode(Bool(self._presence)), ITSELF, must_arrive=False)
 
     def _tell_offers(self) -> None:
         place = self._place

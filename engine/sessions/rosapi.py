@@ -3,10 +3,10 @@
 from typing import Protocol
 
 from engine.protocols.robot_link import NodeInfo, ServiceInfo, TopicInfo
-from engine.sessions.heartbeat import HEARTBEAT, HEARTBEAT_TYPE
 from ppaas.clock import epoch
 from ppaas.wire import rosapi
 from ppaas.wire.names import CLIENTS, NameScope
+from ppaas.wire.own_topics import OWN_TOPICS
 from ppaas.wire.rosapi import GraphView, NodeView
 
 ITSELF = "rosapi"
@@ -44,13 +44,13 @@ def view_of(place: PlaceOffers, names: NameScope | None = None) -> GraphView:
     publishes therefore count as published by the clients.
     """
     clone = {node.name: NodeView(node.publishes, node.subscribes, node.services) for node in place.nodes.values()}
-    given = {topic for node in clone.values() for topic in node.publishes} | {HEARTBEAT}
+    given = {topic for node in clone.values() for topic in node.publishes} | OWN_TOPICS.keys()
     topics, offered = place.topic_types(), place.offered_services()
     if clone:
-        topics[HEARTBEAT] = HEARTBEAT_TYPE
+        topics |= OWN_TOPICS
     services = {service.name: service.type for service in place.services.values()}
     clients = NodeView([topic for topic in topics if topic not in given], place.heard(), offered)
-    nodes = {**clone, ITSELF: NodeView([HEARTBEAT], services=rosapi.SERVICES), CLIENTS: clients}
+    nodes = {**clone, ITSELF: NodeView([*OWN_TOPICS], services=rosapi.SERVICES), CLIENTS: clients}
     return GraphView(
         epoch(),
         topics,

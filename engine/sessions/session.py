@@ -16,7 +16,7 @@ from engine.rights.roles import Role, check_may_publish
 from engine.sessions.calls import ClientCalls
 from engine.sessions.frame_taker import FrameTaker
 from engine.sessions.goals import ClientGoals
-from engine.sessions.heartbeat import HEARTBEAT, HEARTBEAT_TYPE, Heartbeat, check_not_heartbeat
+from engine.sessions.heartbeat import Heartbeat
 from engine.sessions.namespaces import namespace_hint, with_hint
 from engine.sessions.offered_actions import OfferedActions
 from engine.sessions.outbox import FrameOutbox, Sent
@@ -32,6 +32,7 @@ from ppaas.nodes.topics import policy_of
 from ppaas.wire import operations
 from ppaas.wire.goals import refusal
 from ppaas.wire.names import ros1_type
+from ppaas.wire.own_topics import HEARTBEAT, OWN_TOPICS, check_not_own
 from ppaas.wire.rosbridge import RosbridgeSession
 
 logger = logging.getLogger(__name__)
@@ -242,7 +243,7 @@ class ClientSession:
         topic = self._wire.names.resolve(operation.topic)
         check_may_publish(self._role, topic)
         self.access.check_publish(topic)
-        check_not_heartbeat(topic)
+        check_not_own(topic)
         if topic in PATH_GOALS:
             self._posting.count_plan()
         must_arrive, latch = not policy_of(topic).stream, operation.latch is True
@@ -255,7 +256,7 @@ class ClientSession:
         topic = self._wire.names.resolve(operation.topic)
         check_may_publish(self._role, topic)
         self.access.check_publish(topic)
-        check_not_heartbeat(topic)
+        check_not_own(topic)
         self._place.advertise(
             topic, ros1_type(operation.type), self._client, operation.id, latch=operation.latch is True
         )
@@ -294,7 +295,7 @@ class ClientSession:
         if topic != HEARTBEAT:
             self._place.hear(topic, self._client, kind)
             return
-        check_type(topic, HEARTBEAT_TYPE, kind or HEARTBEAT_TYPE)
+        check_type(topic, OWN_TOPICS[HEARTBEAT], kind or OWN_TOPICS[HEARTBEAT])
         self._heartbeat.start()
 
     def _unsubscribe(self, operation: operations.Unsubscribe) -> None:

@@ -6,6 +6,7 @@ goals again, and Move Base ignores those that it has.
 """
 
 from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 from typing import Any
 
 from msgspec.structs import replace
@@ -21,7 +22,7 @@ REST = 15.0
 """Time for which a robot that failed a task gets no other one [s]."""
 
 GONE_AFTER = 30.0
-"""Time after which a robot that is not connected gives its task back [s]."""
+"""Time from the loss of a robot's connection until it gives its task back [s]."""
 
 
 class Dispatcher:
@@ -49,6 +50,11 @@ class Dispatcher:
         """Tasks that have not ended, by id."""
         return self._tasks
 
+    @property
+    def away(self) -> list[str]:
+        """Robots that have a task and are not connected."""
+        return [robot for robot in self._task_of if robot not in self._robots]
+
     # -- events --------------------------------------------------------------------------------------------------------
 
     def add(self, task: Task, now: float) -> None:
@@ -68,8 +74,18 @@ class Dispatcher:
         del self._task_of[task.robot]
         return [Cancel(task.robot, task.goal_id)]
 
-    def see(self, robots: Mapping[str, RobotNow], now: float) -> list[Order]:
-        """Note the robots that are connected: all of them, each time."""
+    def see(
+        self, robots: Mapping[str, RobotNow], now: float, lost: Mapping[str, float] = MappingProxyType({})
+    ) -> list[Order]:
+        """Note the robots that are connected: all of them, each time.
+
+        Parameters
+        ----------
+        robots : mapping of str to RobotNow
+        now : float
+        lost : mapping of str to float
+            Times at which others were lost, as far as known; by default, since they were not seen any more.
+        """
         come = [name for name in robots if name not in self._robots]
         self._robots = dict(robots)
         orders: list[Order] = []
@@ -79,19 +95,27 @@ class Dispatcher:
             strays = {goal for goal in robot.goals if goal.startswith(GOALS)} - {"" if task is None else task.goal_id}
             orders += [Cancel(name, goal) for goal in sorted(strays)]
         orders += [self._send(task) for name in come if (task := self._task(name)) is not None]
+        for name in self._seen.keys() & lost.keys() - robots.keys():
+            self._seen[name] = min(self._seen[name], lost[name])
         for name in tuple(self._seen):
             if now - self._seen[name] > GONE_AFTER:
                 orders += self._gone(name, now)
         return orders
 
     def goal_ended(self, robot: str, goal_id: str, outcome: Outcome, text: str, now: float) -> list[Order]:
-        """Note the end of a goal; one that is not that of the robot's task changes nothing."""
+        """Note the end of a goal; one that is not that of the robot's task changes nothing.
+
+        The clone of a robot that is away may give a goal up. That is no failure: it is sent again if the robot comes
+        back in time.
+        """
         task = self._task(robot)
         if task is None or task.goal_id != goal_id:
             return []
         if outcome == "succeeded":
             return self._arrived(task, now)
         reason = f"robot {robot!r}: goal {outcome}" + (f": {text}" if text else "")
+        if robot not in self._robots and outcome in {"aborted", "lost"}:
+            return self._store(replace(task, attempt=task.attempt + 1, reason=reason))
         if outcome == "lost" and task.failures + 1 < MOST_FAILURES:
             again = replace(task, attempt=task.attempt + 1, failures=task.failures + 1, reason=reason)
             return [*self._store(again), self._send(again)]
@@ -178,16 +202,25 @@ class Dispatcher:
         del self._seen[robot]
         self._rests_until.pop(robot, None)
         task = self._task(robot)
-        return [] if task is None else self._failed(task, f"robot {robot!r} is not connected any more", now)
+        if task is None:
+            return []
+        reason = f"robot {robot!r} is not connected any more"
+        if task.is_loaded:
+            return self._end(task, "failed", _carries(reason), now)
+        return [*self._queue(task, reason), Cancel(robot, task.goal_id)]
 
     def _failed(self, task: Task, reason: str, now: float) -> list[Order]:
         """Give a task back, unless it cannot be done by another robot or has failed too often."""
         failures = task.failures + 1
         task = replace(task, failures=failures)
         if task.is_loaded:
-            return self._end(task, "failed", f"{reason}; it carries what it has picked: no other robot can go on", now)
+            return self._end(task, "failed", _carries(reason), now)
         if failures >= MOST_FAILURES:
             return self._end(task, "failed", f"{reason}; robots failed it {failures} times", now)
+        return self._queue(task, reason)
+
+    def _queue(self, task: Task, reason: str) -> list[Order]:
+        """Take a task from its robot, and let it wait for another."""
         del self._task_of[task.robot]
         again = replace(task, state="queued", robot="", attempt=task.attempt + 1, assigned=None, reason=reason)
         return self._store(again)
@@ -205,6 +238,10 @@ class Dispatcher:
 
     def _send(self, task: Task) -> Order:
         return Send(task.robot, task.goal_id, task.target)
+
+
+def _carries(reason: str) -> str:
+    return f"{reason}; it carries what it has picked: no other robot can go on"
 
 
 def _unless(robot: str, busy: set[str]) -> str:

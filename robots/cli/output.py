@@ -122,6 +122,7 @@ _FORMATS: dict[str, Callable[[Any], str]] = {
     "pss": size,
     "created": _date,
     "expires": _date,
+    "disconnected_since": _moment,
     "time": _moment,
     "age": duration,
     "cpu": percent,

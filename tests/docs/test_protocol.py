@@ -26,7 +26,7 @@ from engine.master.places import LINGER
 from engine.service.idle_watch import IDLE
 from engine.service.planning.path_requests import DEFAULT_TIMEOUT
 from engine.sessions.calls import CALL_TIMEOUT, MAX_CALLS
-from engine.sessions.heartbeat import HEARTBEAT, HEARTBEAT_TYPE, PERIOD
+from engine.sessions.heartbeat import PERIOD
 from engine.sessions.host import MAX_AWAY
 from engine.sessions.outbox import MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES
 from engine.sessions.place.client_actions import MAX_ACTIONS
@@ -39,6 +39,7 @@ from ppaas.localization.parameters import AmclParameters
 from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.messages import type_name
 from ppaas.messages.actionlib_msgs import Status
+from ppaas.navigation.goal_watch import MIN_LISTS, SETTLED
 from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.navigation.recovery_sequence import recovery_behaviors
 from ppaas.navigation.waypoints import MAX_WAYPOINTS
@@ -55,9 +56,10 @@ from ppaas.recoveries.base import AffectedMaps
 from ppaas.recoveries.registry import RECOVERIES, recovery_names
 from ppaas.wire.actions import NAV2_UNKNOWN, actions, find_action, ros2_status
 from ppaas.wire.fragments import MAX_OPEN, MAX_SIZE
-from ppaas.wire.goals import GRACE, MAX_GOALS
+from ppaas.wire.goals import MAX_GOALS
 from ppaas.wire.names import MAX_NAME
 from ppaas.wire.operations import RefusedOperation
+from ppaas.wire.own_topics import HEARTBEAT, OWN_TOPICS, PRESENCE
 from ppaas.wire.resumption import ID_HEADER, STATE_HEADER, TAKEN_HEADER
 from ppaas.wire.rosapi import DISTRIBUTION, ROS_VERSION, SERVICES
 from ppaas.wire.rosbridge import MAX_SUBSCRIPTIONS, RosbridgeSession
@@ -274,7 +276,8 @@ def test_the_actions_are_those_of_a_clone(graph: Graph) -> None:
         for kind in kinds.replace("`", "").split(" or "):
             assert find_action(name, kind, types)
     assert [ros2_status(s) for s in (Status.SUCCEEDED, Status.PREEMPTED, Status.ABORTED)] == [4, 5, 6]
-    assert states(f"lost with it, {GRACE:g} s after") and states(f"`error_code`, {NAV2_UNKNOWN} for all failures")
+    assert states(f"once {MIN_LISTS} lists in a row, over {SETTLED:g} s, do not show it as active")
+    assert states(f"`error_code`, {NAV2_UNKNOWN} for all failures")
 
 
 def test_queue_depths_for_slow_clients_are_those_of_the_code() -> None:
@@ -311,7 +314,8 @@ def test_times_and_limits_of_sessions_are_those_of_the_code() -> None:
     assert options.idle == IDLE and states(f"say nothing for {IDLE:g} s (`ppaas up --idle`")
     assert states(f"dead within {options.dead:g} s (`ppaas up --dead`)")
     assert states(f"every {options.dead / 3.0:g} s (a third of `--dead`)")
-    assert states(f"`/{HEARTBEAT}` (`{HEARTBEAT_TYPE}`)") and PERIOD == 1.0
+    assert states(f"`/{HEARTBEAT}` (`{OWN_TOPICS[HEARTBEAT]}`)") and PERIOD == 1.0
+    assert states(f"`/{PRESENCE}` (`{OWN_TOPICS[PRESENCE]}`, latched)")
     assert states(f"silent for {PROBE_TIMEOUT:g} s")
     assert states(f"closed with code {TAKEN_OVER}")
     assert states(f"the last {MAX_SENT} such frames, and {MAX_SENT_BYTES >> 20} MiB")

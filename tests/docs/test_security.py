@@ -22,7 +22,6 @@ from endpoints.app import create_app
 from endpoints.audit.files import FILES, MAX_SIZE
 from endpoints.audit.flood_guard import PER_KEY
 from endpoints.services.services import Services
-from engine.master.places import robot_key
 from engine.rights.roles import Role, check_may_publish
 from engine.service import robot_navigation
 from ppaas.errors import NotPermitted
@@ -143,7 +142,7 @@ async def seeded(passwords: Passwords) -> Seeded:
         add_traffic(cloud, user, "house")
         store.put_task(MapTask(user, "house", Task(id="t1", kind="go_to", places=((0.2, 0.1, 0.0),))))
     cloud.map_file = b"".join(pack_mapping(room_mapping(2)))
-    cloud.places[robot_key("ann", "tb1")] = StillPlace()
+    cloud.connect("ann", "tb1", StillPlace())
     goal = cloud.navigation.send_goal("ann", "tb1", Pose2D(0.2, 0.1, 0.0))
     names = {
         "map_id": "house", "version": records.house().version, "robot_id": "tb1", "user_id": "ann", "plan_id": "p1",

@@ -15,7 +15,6 @@ from endpoints.app import create_app
 from endpoints.rest.robots.robot_shares import MAX_SHARES
 from endpoints.rest.users.schemas import MAX_GROUPS, MAX_LIFETIME
 from endpoints.services.services import Services
-from engine.master.places import robot_key
 from engine.rights.globs import MAX_GLOBS
 from engine.rights.services import CONFIGURING
 from engine.service import robot_navigation
@@ -78,7 +77,7 @@ def world() -> tuple[Services, dict[str, str]]:
     store.put_task(MapTask("ann", "house", Task(id="t1", kind="go_to", places=((0.2, 0.1, 0.0),))))
     store.add_plan(records.plan("p1", poses=POSES.tobytes(), version=records.house().version))
     cloud.running, cloud.map_file = [container(robot="tb2")], FILE
-    cloud.places[robot_key("ann", "tb1")] = StillPlace()
+    cloud.connect("ann", "tb1", StillPlace())
     goal = cloud.navigation.send_goal("ann", "tb1", Pose2D(0.2, 0.1, 0.0))
     names = {
         "map_id": "house", "version": records.house().version, "robot_id": "ann:tb1", "user_id": "ann", "plan_id": "p1",

@@ -6,6 +6,7 @@ import re
 
 import pytest
 
+from engine.master.places import LINGER
 from ppaas.wire.vda5050.master.route import TOLERANCE
 from ppaas.wire.vda5050.master.settings import TRIES, Settings
 from robots.bridges.agv.agv_robot import FORWARDED, LEAVE_AFTER
@@ -61,7 +62,7 @@ def test_the_numbers_are_those_of_the_code() -> None:
     assert states(f"within {100 * TOLERANCE:g} cm")
     assert states(f"has not taken it within {usual.patience:g} s, three times in all") and TRIES == 3
     assert states(f"more than {usual.off_route:g} m off its edge in two states")
-    assert states(f"ends it after {usual.offline_patience:g} s")
-    assert states(f"After {LEAVE_AFTER:g} s the robot leaves the cloud")
+    assert states(f"one whose connection is broken leaves after {LEAVE_AFTER:g} s")
+    assert states(f"goes on to its goal within {usual.offline_patience:g} s") and usual.offline_patience == LINGER
     assert states(f"(manufacturer `{OWN_MANUFACTURER}`)")
     assert states(", ".join(f"`{kind}`" for kind in FORWARDED))

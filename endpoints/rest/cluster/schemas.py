@@ -104,6 +104,9 @@ class ContainerAnswer(ResponseBody):
     cpu: float | None = Field(description="CPU in use [cores], once measured")
     age: float = Field(description="Time since the order to start it [s]")
     clients: int = Field(description="Number of sockets of the robot and its operators")
+    connected: bool = Field(
+        description="Whether the robot is connected: one of them is its own. A container waits for a robot that left"
+    )
     round_trip: float | None = Field(description="Round trip to the robot [s], once measured")
 
 

@@ -9,7 +9,7 @@ from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response
 
 from endpoints.audit.notes import note_details, note_object
-from endpoints.rest.dependencies import AnyCaller, Caller, Paged, Provided, owned_head, robots_in
+from endpoints.rest.dependencies import AnyCaller, Caller, Paged, Provided, is_in_use, owned_head
 from endpoints.rest.maps.content_check import check_contents, grid_of
 from endpoints.rest.maps.review_schemas import MapReviewAnswer
 from endpoints.rest.maps.schemas import MapAnswer, MapChange, MapSummary, PublishedMap, RollBack
@@ -136,8 +136,11 @@ async def roll_back_map(
 async def remove_map(map_id: MapId, services: Provided, user: Caller) -> None:
     """Remove a map with its versions, stored paths, tasks and counts of people; refused (409) while robots use it."""
     head = await owned_head(services, user, map_id)
-    if await robots_in(services, map_id=map_id):
-        raise Conflict(f"map {map_id!r} is in use by robots: disconnect them first")
+    if await is_in_use(services, map_id):
+        raise Conflict(
+            f"map {map_id!r} is in use by robots: disconnect them first; the container of one that left uses it until "
+            "it ends"
+        )
     await services.plan_writer.settled()
     await services.cloud.end_groups(map_id)
     with invalidated(services, map_id):

@@ -37,7 +37,15 @@ class GoalAnswer(ResponseBody):
 class StateAnswer(ResponseBody):
     """Pose and active goals of a robot."""
 
-    connected: bool = Field(description="Whether the robot has a container")
+    connected: bool = Field(description="Whether the robot's own socket is open at an endpoint")
+    disconnected_since: float | None = Field(
+        description="Time at which that was lost [s since the epoch]; null while the robot is connected, or if the "
+        "cloud has not known it since it was started"
+    )
+    container: bool = Field(
+        description="Whether the robot has a container, which waits for a robot that has left, or was opened by an "
+        "operator"
+    )
     pose: Triple | None = Field(description="Estimated pose in the frame of the map; null before localization")
     pose_at: float | None = Field(description="Time at which the pose was received [s since the epoch]")
     localization: str = Field(description="Reason why localization does not use the robot's scans; empty if it does")

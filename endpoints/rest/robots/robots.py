@@ -1,5 +1,6 @@
 """Routes of robots: the caller's own, and those that are shared with the caller."""
 
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Annotated, Any, ClassVar
 
@@ -10,12 +11,20 @@ from msgspec.structs import replace
 from pydantic import ValidationError
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.rest.dependencies import Administered, AnyCaller, Looked, Provided, robots_in
+from endpoints.rest.dependencies import Administered, AnyCaller, Looked, Provided
 from endpoints.rest.merge_patch import merge
 from endpoints.rest.names import RobotAddress
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
 from endpoints.rest.paging import Page, Paging
-from endpoints.rest.robots.schemas import STORED_FIELDS, RobotAnswer, RobotChange, RobotDetail, RobotFile, UrdfAnswer
+from endpoints.rest.robots.schemas import (
+    STORED_FIELDS,
+    RobotAnswer,
+    RobotChange,
+    RobotDetail,
+    RobotFile,
+    RobotListed,
+    UrdfAnswer,
+)
 from endpoints.rest.schemas import triple
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.services.services import Services
@@ -61,7 +70,7 @@ async def put_robot(
     return record
 
 
-@router.get("", response_model=Page[RobotAnswer], responses=KNOWN)
+@router.get("", response_model=Page[RobotListed], responses=KNOWN)
 async def list_robots(
     services: Provided,
     user: AnyCaller,
@@ -75,10 +84,11 @@ async def list_robots(
     if shared:
         last = paging.key(tuple[str, str], ("", ""))
         reached = await run_in_threadpool(robots_shared_with, services.store, user, after=last, limit=limit)
-        answers = [RobotAnswer.model_validate(one.record).model_copy(update=_rights(one)) for one in reached]
+        roles = {(one.user, one.id): _rights(one) for one in reached}
+        answers = await _listed(services, [one.record for one in reached], roles)
         return paging.page(answers, lambda robot: (robot.user, robot.id))
     found = await run_in_threadpool(own_robots, services.store, user, after=paging.key(str, ""), limit=limit)
-    return paging.page(found, lambda robot: robot.id)
+    return paging.page(await _listed(services, found, {}), lambda robot: robot.id)
 
 
 @router.get("/{robot_id}", response_model=RobotDetail, responses=KNOWN | problems(403, 404))
@@ -108,12 +118,29 @@ async def change_robot(
 
 @router.delete("/{robot_id}", status_code=204, responses=KNOWN | problems(403, 404, 409))
 async def remove_robot(robot: Administered, services: Provided) -> None:
-    """Remove a robot with its URDF, recordings and checkpoints; refused (409) while it is connected."""
-    if robot.id in await robots_in(services, robot.user):
+    """Remove a robot with its URDF, recordings and checkpoints; refused (409) while it is connected.
+
+    A container that waits for it to come back ends first, and with it the sockets of its operators.
+    """
+    [connected] = await services.cloud.connected([(robot.user, robot.id)])
+    if connected:
         raise Conflict(f"robot {robot.id!r} is connected: disconnect it first")
+    await services.cloud.end_places(robot.user, NotFound("robot", robot.id), robot.id)
     await services.usage.in_turn(robot.user, _remove, services, robot)
     services.shares.forget_robot(robot.user, robot.id)
     await services.data_folder.remove_recordings(robot.user, robot.id)
+
+
+async def _listed(
+    services: Services, records: Sequence[RobotRecord], roles: Mapping[tuple[str, str], dict[str, Any]]
+) -> list[RobotListed]:
+    """Return robots for a list, with the caller's roles on those of others."""
+    names = [(record.user, record.id) for record in records]
+    connected = await services.cloud.connected(names)
+    return [
+        RobotListed(**msgspec.structs.asdict(record), connected=here, **roles.get(name, {}))
+        for record, name, here in zip(records, names, connected, strict=True)
+    ]
 
 
 def _replaced(services: Services, user: User, address: str) -> RobotRecord | None:

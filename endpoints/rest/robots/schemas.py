@@ -101,6 +101,14 @@ class RobotAnswer(ResponseBody):
     labels: dict[str, str]
 
 
+class RobotListed(RobotAnswer):
+    """Robot in a list."""
+
+    connected: bool | None = Field(
+        description="Whether the robot's own socket is open at an endpoint; null while no master answers"
+    )
+
+
 class SensorAnswer(ResponseBody):
     """Sensor of a robot: a link of its URDF."""
 

@@ -9,7 +9,7 @@ from endpoints.accounts.accounts import ME, Regroup
 from endpoints.accounts.authentication import address_of
 from endpoints.accounts.usage import owned_maps, robot_count
 from endpoints.audit.notes import note_object
-from endpoints.rest.dependencies import Admin, Caller, Paged, Provided, robots_in, used_token
+from endpoints.rest.dependencies import Admin, Caller, Paged, Provided, used_token
 from endpoints.rest.names import UserId
 from endpoints.rest.openapi import ADMIN, BODY, KNOWN, problems
 from endpoints.rest.paging import Page
@@ -110,7 +110,7 @@ async def remove_user(
     owned = await run_in_threadpool(owned_maps, services.map_store, user_id)
     if owned:
         raise Conflict(f"user {user_id!r} owns maps; remove them first: {', '.join(owned)}")
-    connected = await robots_in(services, user_id)
+    connected = [one.robot for one in await services.cloud.containers(user_id) if one.connected and one.robot]
     if connected and not force:
         raise Conflict(
             f"user {user_id!r} has connected robots; disconnect them first, or force the removal: "

@@ -101,6 +101,10 @@ class CloudCalls(Protocol):
         """
         ...
 
+    async def connected(self, robots: list[tuple[str, str]]) -> list[bool | None]:
+        """Return which of some robots, by user and id, are connected; None for those of which it is not known."""
+        ...
+
     async def robot_state(self, user: str, robot: str) -> RobotState:
         """Return the pose and the active goals of a robot, connected or not."""
         ...
@@ -111,7 +115,7 @@ class CloudCalls(Protocol):
         Raises
         ------
         Unavailable
-            The robot is not connected.
+            The robot is not connected, whether or not its container still waits for it.
         QuotaExceeded
             The robot has too many active goals.
         """

@@ -184,8 +184,8 @@ class MasterCalls(CloudCalls, Protocol):
         """Apply a user's own limits."""
         ...
 
-    async def end_places(self, user: str, reason: Refusal) -> None:
-        """Close all places of a user, and notify their clients of the reason."""
+    async def end_places(self, user: str, reason: Refusal, robot: str | None) -> None:
+        """Close all places of a user, or that of a robot, and notify their clients of the reason."""
         ...
 
     async def remove_machine(self, machine: str, force: bool) -> None:

@@ -198,9 +198,9 @@ class ServedEndpoint:
         """Apply a user's own limits."""
         self._cloud.set_limits(user, limits)
 
-    async def end_places(self, user: str, reason: Refusal) -> None:
-        """Close all places of a user, and notify their clients of the reason."""
-        await self._cloud.end_places(user, error_of(reason))
+    async def end_places(self, user: str, reason: Refusal, robot: str | None) -> None:
+        """Close all places of a user, or that of a robot, and notify their clients of the reason."""
+        await self._cloud.end_places(user, error_of(reason), robot)
 
     async def remove_machine(self, machine: str, force: bool) -> None:
         """Disconnect a machine and refuse it until it is admitted."""

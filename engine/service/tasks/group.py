@@ -88,7 +88,7 @@ class TaskGroup:
             self._busy_at = now
         await self._obey(orders)
         await self._see(dispatcher, labels, now)
-        ended = [order for robot in labels for order in self._ended(dispatcher, robot, now)]
+        ended = [order for robot in {*labels, *dispatcher.away} for order in self._ended(dispatcher, robot, now)]
         await self._obey(ended)
         if news or ended or now - self._decided_at >= DECIDE:
             self._decided_at = now
@@ -131,7 +131,12 @@ class TaskGroup:
         }
         if renewed:
             await self._obey(dispatcher.see({name: now_ for name, now_ in seen.items() if name not in renewed}, now))
-        await self._obey(dispatcher.see(seen, now))
+        await self._obey(dispatcher.see(seen, now, self._lost(dispatcher)))
+
+    def _lost(self, dispatcher: Dispatcher) -> dict[str, float]:
+        """Return when the robots with a task were lost that are not connected [s since the epoch], as far as known."""
+        lost = {robot: self._robots.lost_at(self.group[0], robot) for robot in dispatcher.away}
+        return {robot: at for robot, at in lost.items() if at is not None}
 
     def _ended(self, dispatcher: Dispatcher, robot: str, now: float) -> list[Order]:
         client = self._robots.client(self.group[0], robot)

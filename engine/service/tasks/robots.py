@@ -1,4 +1,4 @@
-"""Robots of a map that may do tasks: who is connected, where it is, and its goals."""
+"""Robots of a map that may do tasks: who is connected, where they are, and their goals."""
 
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
@@ -8,6 +8,7 @@ import msgspec
 
 from engine.master.places import PlaceRequest, robot_key
 from engine.service.links.place_link import PlaceLink
+from engine.service.links.presence import RobotPresence
 from engine.specs.containers import MapVersion
 from ppaas.geometry import Pose2D
 from ppaas.tasks.orders import Outcome, RobotNow
@@ -17,6 +18,11 @@ from storage.names import Group
 
 class Places(Protocol):
     """Open places, as a driver of the master knows them."""
+
+    @property
+    def presence(self) -> RobotPresence:
+        """Robots that are connected."""
+        ...
 
     def place(self, key: str) -> PlaceLink | None:
         """Return the link of an open place, or None."""
@@ -105,15 +111,22 @@ class TaskRobots:
                 self._leave(key)
 
     def connected(self) -> dict[Group, dict[str, MapVersion]]:
-        """Return the map versions of the robots that have a container, by user and map; forget closed places."""
+        """Return the map versions of the connected robots with a container, by user and map; forget closed places.
+
+        A container that waits for a robot that has left does no task.
+        """
         self.forget_closed()
         found: defaultdict[Group, dict[str, MapVersion]] = defaultdict(dict)
         for key in self._keys:
             request, place = self._places.request_of(key), self._places.place(key)
             assert request is not None and request.robot is not None and place is not None, "others are forgotten"
-            if place.container is not None:
+            if place.container is not None and self._places.presence.is_here(key):
                 found[request.user, request.map.id][request.robot.id] = request.map
         return found
+
+    def lost_at(self, user: str, robot: str) -> float | None:
+        """Return the time at which a robot was lost [s since the epoch]; None if it is connected or not known."""
+        return self._places.presence.of(robot_key(user, robot)).disconnected_since
 
     def follow(self, user: str, robot: str) -> bool:
         """Follow a robot; return whether its place is a new one, which knows of no goals."""

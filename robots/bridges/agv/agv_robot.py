@@ -51,8 +51,9 @@ DIAGNOSTICS_PERIOD = 5.0
 SHEET_PATIENCE = 3.0
 """Time for which a factsheet is waited for [s]."""
 
-LEAVE_AFTER = 60.0
-"""Time without a connection of the AGV after which its robot leaves the cloud [s]."""
+LEAVE_AFTER = 3.0
+"""Time for which the connection of the AGV or of the broker is broken after which its robot leaves the cloud [s]. The
+robot of an AGV that says that it goes offline leaves at once."""
 
 MAX_TEXTS = 30
 """Largest number of different texts about left out messages of an AGV that are logged."""
@@ -86,7 +87,7 @@ class AgvRobot:
         self._map = ""
         self._sheet: Factsheet | None = None
         self._sheet_came = asyncio.Event()
-        self._located, self._left = asyncio.Event(), asyncio.Event()
+        self._there, self._left = asyncio.Event(), asyncio.Event()
         self._away_since: float | None = None
         self._position: Position | None = None
         self._velocity: Velocity | None = None
@@ -140,7 +141,10 @@ class AgvRobot:
         is_back = body.connection_state == "ONLINE" and self._control.connection != "ONLINE"
         self._away_since = None if body.connection_state == "ONLINE" else self._away_since or now
         self._do(self._control.take_connection(body.connection_state, now))
+        if body.connection_state in ("OFFLINE", "HIBERNATING"):
+            self._leave()
         if is_back:
+            self._note_there()
             self._zones.control.begin_again()
             self._agv.send_actions(instant_action("stateRequest", epoch()))
             if self._sheet is None:
@@ -159,10 +163,20 @@ class AgvRobot:
         if position is None:
             return
         self._position, self._velocity = position, velocity
-        if position.localized:
-            self._located.set()
+        self._note_there()
         if now - self._pose_at >= POSE_PERIOD:
             self._publish_pose(now)
+
+    def _note_there(self) -> None:
+        """Let the AGV be its robot if it is online and knows where it is."""
+        position = self._position
+        if self._control.connection == "ONLINE" and position is not None and position.localized:
+            self._there.set()
+
+    def _leave(self) -> None:
+        """Let the robot leave the cloud until the AGV is there again."""
+        self._there.clear()
+        self._left.set()
 
     def broker_lost(self) -> None:
         """Note that the broker is away, and with it the AGV."""
@@ -175,7 +189,7 @@ class AgvRobot:
     async def run(self) -> None:
         """Connect the AGV as its robot whenever it is there, until cancelled."""
         while True:
-            await self._located.wait()
+            await self._there.wait()
             try:
                 await self._be_robot()
             except PPaaSError as error:
@@ -183,7 +197,10 @@ class AgvRobot:
                 await asyncio.sleep(RETRY)
 
     async def _be_robot(self) -> None:
-        """Connect, and stay until the AGV has been away for `LEAVE_AFTER`."""
+        """Connect, and stay until the AGV has left, or has been away for `LEAVE_AFTER`."""
+        self._left.clear()
+        if not self._there.is_set():
+            return  # it has left just now
         if self._sheet is None:
             await self._wait_for_sheet()
         assert self._position is not None
@@ -210,7 +227,6 @@ class AgvRobot:
             self._notices.tell(f"AGV {self._agv.name}: {text}")
 
     async def _stay(self, cloud: CloudSide, robot: str) -> None:
-        self._left.clear()
         ends = [asyncio.create_task(cloud.link.closed()), asyncio.create_task(self._left.wait())]
         try:
             await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
@@ -219,7 +235,7 @@ class AgvRobot:
         finally:
             for end in ends:
                 end.cancel()
-        self._located.clear()
+        await cloud.say_farewell()
         logger.info("AGV %s is away: robot %s leaves", self._agv.name, robot)
 
     async def _wait_for_sheet(self) -> None:
@@ -270,7 +286,7 @@ class AgvRobot:
             self._control.left_out = f"the AGV has sent no state that counts for {STATE_AGE:g} s"
         self._do(self._control.tick(now))
         if self._away_since is not None and now - self._away_since > LEAVE_AFTER:
-            self._left.set()
+            self._leave()
         state = self._control.state
         if now - self._pose_at >= REPEAT and state is not None and not state.driving:
             self._publish_pose(now)

@@ -1,6 +1,7 @@
 """One AGV in the cloud: the link of its robot, with the topics that are published and received."""
 
 import asyncio
+import contextlib
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,6 +22,9 @@ from robots.bridges.agv import ros_messages
 from robots.bridges.core.cloud_link import CloudLink
 
 logger = logging.getLogger(__name__)
+
+FAREWELL = 1.0
+"""Longest time for which a robot that leaves waits until its messages are sent [s]."""
 
 ACTIONS = "agv/instant_actions"
 """Topic of types of instant actions, as ``startPause``, that operators send the AGV."""
@@ -74,6 +78,13 @@ class CloudSide:
 
     def _initial_pose(self, text: bytes) -> None:
         self._requests.initial_pose(decode(PoseWithCovarianceStamped, text).pose.pose.planar())
+
+    async def say_farewell(self) -> None:
+        """Wait until the ends of paths are sent, for a moment, before the robot leaves."""
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(FAREWELL):
+                await asyncio.gather(*self._sending, return_exceptions=True)
+                await self.link.drained()
 
     # -- publishing ----------------------------------------------------------------------------------------------------
 

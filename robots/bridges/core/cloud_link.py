@@ -184,6 +184,10 @@ class CloudLink:
         """Publish a message that must not be lost; waits while the queue is full."""
         await self._queue.put(_text(Publish(topic, msgspec.Raw(message))))
 
+    async def drained(self) -> None:
+        """Wait until all messages are sent."""
+        await self._queue.drained()
+
     async def advertise(self, topic: str, type_name: str) -> None:
         """Make a topic known that the clone does not have."""
         offer = self._offers[topic] = Advertise(topic, type_name)

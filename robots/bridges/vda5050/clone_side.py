@@ -10,11 +10,12 @@ from ppaas.clock import monotonic
 from ppaas.errors import MalformedMessage, PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.messages import decode, encode
-from ppaas.messages.base.std_msgs import Header
+from ppaas.messages.base.std_msgs import Bool, Header
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovariance, PoseWithCovarianceStamped
 from ppaas.messages.nav2_msgs import SpeedLimit
 from ppaas.messages.nav_msgs import Odometry, Path
 from ppaas.messages.std_srvs import TriggerResponse
+from ppaas.wire.own_topics import OWN_TOPICS, PRESENCE
 from ppaas.wire.vda5050.agv.agv import Agv
 from ppaas.wire.vda5050.agv.commands import Command, Drive, Execute, LimitSpeed, Localize, Outcome, RobotPose, Stop
 from ppaas.wire.vda5050.agv.report import Telemetry
@@ -90,11 +91,13 @@ class CloneSide:
         self._located = -math.inf
         self._often: bool | None = None
         self._goal: CloudGoal | None = None
+        self._robot_is_here = True
 
     async def subscribe(self) -> None:
         """Subscribe to the robot's topics."""
         link = self._link
         await self._subscribe_poses()
+        await link.subscribe(PRESENCE, OWN_TOPICS[PRESENCE], self._presence_received)
         await link.subscribe("odom", "nav_msgs/Odometry", self._odometry_received, period=SLOW_PERIOD)
         await link.subscribe(
             "battery_state", "sensor_msgs/msg/BatteryState", self._battery_received, period=SLOW_PERIOD
@@ -112,8 +115,8 @@ class CloneSide:
 
     def check(self) -> None:
         """Notice that the connection was lost or found, or that poses do not come any more."""
-        if self._link.connected != self._agv.connected:
-            self._agv.link(connected=self._link.connected)
+        if self._is_connected != self._agv.connected:
+            self._agv.link(connected=self._is_connected)
             self._changed()
         if self._often is not None and self._often != self._agv.driving and self._agv.connected:
             self._start(self._subscribe_poses())
@@ -122,6 +125,15 @@ class CloneSide:
             self._telemetry.velocity = None
             self._agv.robot_moves(moving=False)
             self._changed()
+
+    @property
+    def _is_connected(self) -> bool:
+        """Whether the robot itself is connected to the cloud, as far as the cloud is reached."""
+        return self._link.connected and self._robot_is_here
+
+    def _presence_received(self, message: bytes) -> None:
+        self._robot_is_here = decode(Bool, message).data
+        self.check()
 
     def _pose_received(self, message: bytes) -> None:
         located = decode(PoseWithCovarianceStamped, message).pose
@@ -184,7 +196,7 @@ class CloneSide:
             self._agv.drive_ended(number, Outcome.REACHED)
         elif end.reason == LOST:
             self._agv.drive_ended(number, Outcome.LOST)
-            if self._link.connected:  # another session has begun: drive again
+            if self._is_connected:  # another session has begun: drive again
                 self._agv.link(connected=True)
         else:
             self._agv.drive_ended(number, Outcome.FAILED, end.reason or _message(end.result))

@@ -18,6 +18,7 @@ ROBOTS = Resource(
     "robots",
     ("id", "map", "model", "initial_pose", "cores", "base_global_planner", "base_local_planner"),
     "no robots; register one: ppaas robot put ID FILE.json",
+    ("id", "connected", "map", "model", "initial_pose", "cores", "base_global_planner", "base_local_planner"),
 )
 CHANGE_HELP = "cores=0.5, map=office, initial_pose=[1,2,0], parameters.amcl.max_particles=800; null for the default"
 
@@ -79,7 +80,7 @@ async def _list(arguments: argparse.Namespace) -> None:
         await ROBOTS.list(arguments)
         return
     found = await logged_in(arguments).items(path_of("robots"), arguments.limit, shared="true")
-    show(found, ("user", "role", *ROBOTS.columns), as_json=arguments.json, if_none="no robots are shared with you")
+    show(found, ("user", "role", *ROBOTS.list_columns), as_json=arguments.json, if_none="no robots are shared with you")
 
 
 async def _show(arguments: argparse.Namespace) -> None:

@@ -9,7 +9,7 @@ from robots.cli.session import add_session_arguments, logged_in
 from robots.client.rest_paths import path_of
 
 GOAL_COLUMNS = ("id", "pose", "state", "text")
-STATE_COLUMNS = ("connected", "pose", "localization", "goals")
+STATE_COLUMNS = ("connected", "disconnected_since", "container", "pose", "localization", "goals")
 POLL = 0.5
 """Interval of queries while a command waits for the end of a goal [s]."""
 

@@ -13,8 +13,10 @@ if TYPE_CHECKING:
 Row = dict[str, Any]
 
 MACHINES = ("id", "state", "cores", "capacity", "load", "memory_used", "memory", "containers")
-CONTAINERS = ("id", "kind", "user", "robot", "map", "machine", "state", "cores", "cpu", "pss", "age", "clients")
-NUMBERS = frozenset(MACHINES[2:] + CONTAINERS[7:])
+CONTAINERS = (
+    "id", "kind", "user", "robot", "map", "machine", "state", "connected", "cores", "cpu", "pss", "age", "clients",
+)  # fmt: skip
+NUMBERS = frozenset(MACHINES[2:] + CONTAINERS[8:])
 
 
 SORT_KEYS: dict[str, Callable[[Row], Any]] = {
@@ -57,7 +59,7 @@ def render(seen: Row, sort: str) -> "Group":
 def heading(seen: Row) -> str:
     """Return the first line: the time and the totals."""
     containers = seen["containers"]
-    robots = sum(1 for one in containers if one["robot"] is not None and one["clients"] > 0)
+    robots = sum(one["connected"] for one in containers)
     cpu, memory = (sum(one[key] or 0 for one in containers) for key in ("cpu", "pss"))
     oldest = max((one["age"] for one in containers), default=0.0)
     return (

@@ -10,8 +10,10 @@ import numpy as np
 from msgspec import Raw
 
 from engine.master.machine import Machine
+from engine.master.places import robot_key
 from engine.master.quotas import Quotas
 from engine.service.links.place_link import PlaceLink
+from engine.service.links.presence import RobotPresence
 from engine.service.planning.fleet_requests import FleetAnswer, FleetRequest
 from engine.service.planning.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from engine.service.planning.plan_rate import PlanRate
@@ -84,6 +86,7 @@ class FakeCloud:
         self.quotas = Quotas()
         self.plan_rate = PlanRate(self.quotas)
         self.places: dict[str, PlaceLink] = {}
+        self.presence = RobotPresence(self.place)
         self.navigation = RobotNavigation(self)  # type: ignore[arg-type]  # it has the places that a driver has
         self.announced: list[tuple[str, str]] = []
         self.known_facts: dict[tuple[str, str, str], bytes] = {}
@@ -165,6 +168,15 @@ class FakeCloud:
         used = self.quotas.used(user)
         return UserUsage(used.containers, used.cores, self.plan_rate.used(user))
 
+    def connect(self, user: str, robot: str, place: PlaceLink) -> None:
+        """Let a robot be connected, with a place of its own."""
+        key = robot_key(user, robot)
+        self.places[key] = place
+        self.presence.came(key)
+
+    async def connected(self, robots: list[tuple[str, str]]) -> list[bool | None]:
+        return [self.presence.is_here(robot_key(user, robot)) for user, robot in robots]
+
     async def robot_state(self, user: str, robot: str) -> RobotState:
         return await self.navigation.state(user, robot)
 
@@ -183,8 +195,8 @@ class FakeCloud:
     async def cancel_goals(self, user: str, robot: str) -> None:
         self.navigation.cancel_goals(user, robot)
 
-    async def end_places(self, user: str, reason: PPaaSError) -> None:
-        self.running = [one for one in self.running if one.user != user]
+    async def end_places(self, user: str, reason: PPaaSError, robot: str | None = None) -> None:
+        self.running = [one for one in self.running if one.user != user or robot not in (None, one.robot)]
 
     def place(self, key: str) -> PlaceLink | None:
         return self.places.get(key)

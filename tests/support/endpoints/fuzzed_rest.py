@@ -16,7 +16,6 @@ from endpoints.accounts.passwords import Passwords
 from endpoints.accounts.tokens import token_id
 from endpoints.app import create_app
 from endpoints.services.services import Services
-from engine.master.places import robot_key
 from ppaas.tasks.records import Task
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
@@ -81,7 +80,7 @@ class FuzzedService:
             store.add_plan(plan(PLAN, user="root", map=MAP))
         self._refill_map()
         self.cloud.running = [container("c1", user="root", robot="tb2")]
-        self.cloud.places[robot_key("root", ROBOT)] = StillPlace()
+        self.cloud.connect("root", ROBOT, StillPlace())
         self.cloud.groups.clear()
         add_group(self.cloud, "root", MAP, person(1))
         add_traffic(self.cloud, "root", MAP)

@@ -8,8 +8,8 @@ import { Rosbridge } from "./rosbridge.js";
 import { TOPICS, wanted } from "./topics.js";
 
 /**
- * State of a robot: without a container, with a starting container, with a container that receives nothing from the
- * robot, or alive.
+ * State of a robot: not connected, with a starting container, with a container that receives nothing from the robot, or
+ * alive.
  * @typedef {"offline" | "starting" | "silent" | "online"} Presence
  */
 
@@ -49,9 +49,14 @@ export class RobotLink {
 
   /** @returns {Presence} */
   get presence() {
-    if (!this.#container) return "offline";
+    if (!this.#container?.connected) return "offline";
     if (this.#container.state !== "ready") return "starting";
     return this.state.silent(seconds()) ? "silent" : "online";
+  }
+
+  /** Whether there is a container, which may wait for the robot to come back. */
+  get waits() {
+    return this.#container !== null;
   }
 
   /** Whether the robot makes a map. */

@@ -6,8 +6,8 @@ import { number, plural } from "./format.js";
 const PRESENCE = { offline: "offline", starting: "starting", silent: "no signal", online: "online" };
 
 /** Return the state of a robot in words. @param {import("./robot_link.js").RobotLink} link */
-export function doing({ presence, state, robot }) {
-  if (presence === "offline") return "Not connected";
+export function doing({ presence, waits, state }) {
+  if (presence === "offline") return waits ? "Not connected; its container waits for it" : "Not connected";
   if (presence === "starting") return "Its container starts";
   if (presence === "silent") return "Its container hears no scan or odometry";
   if (state.exploration) return exploring(state.exploration);

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 import { RobotLink } from "../../../../endpoints/dashboard/static/js/robot_link.js";
 
-const READY = { state: "ready" };
+const READY = { state: "ready", connected: true };
 let sockets = [];
 
 class FakeSocket {
@@ -79,6 +79,18 @@ test("a robot that lost its container meanwhile gets no socket", async () => {
   asked[1].give("ws://cloud/?ticket=new");
   await settled();
   assert.deepEqual(sockets.map((socket) => socket.url), ["ws://cloud/?ticket=new"]);
+});
+
+test("a container that waits for its robot does not make the robot present", () => {
+  const { urlOf } = addresses();
+  const robot = link();
+  assert.deepEqual([robot.presence, robot.waits], ["offline", false]);
+  robot.placed({ state: "starting", connected: true }, urlOf);
+  assert.equal(robot.presence, "starting");
+  robot.placed(READY, urlOf);
+  assert.notEqual(robot.presence, "offline");
+  robot.placed({ state: "ready", connected: false }, urlOf);
+  assert.deepEqual([robot.presence, robot.waits], ["offline", true]);
 });
 
 test("a refused address is not asked for again at once", async () => {

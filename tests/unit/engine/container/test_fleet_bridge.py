@@ -104,7 +104,8 @@ class Clone:
         self.graph.add(Mapper)
         self.graph.add(Driver)
         self.machine = machine
-        self.outside = FleetBridge(launch, self.graph, client)
+        self.here = True
+        self.outside = FleetBridge(launch, self.graph, client, lambda: self.here)
 
     def seen(self) -> list[float]:
         """Return the other robots of the last message to the clone."""
@@ -126,6 +127,14 @@ async def test_positions_are_shared_at_a_limited_rate(clone: Clone) -> None:
         clone.clock.advance(SHARE_PERIOD * 0.6)
     frames = [await receive(clone.machine) for _ in range(2)]
     assert frames == [machine_link.Share("amcl_pose", encode(state(x))) for x in (0.0, 2.0)]
+
+
+async def test_no_position_of_a_robot_that_is_away_is_shared(clone: Clone) -> None:
+    clone.here = False
+    clone.graph.publish("amcl_pose", pose(0.0))
+    clone.here = True
+    clone.graph.publish("amcl_pose", pose(1.0))
+    assert await receive(clone.machine) == machine_link.Share("amcl_pose", encode(state(1.0)))
 
 
 async def test_a_robot_that_makes_a_map_shares_neither_positions_nor_plans() -> None:

@@ -78,7 +78,7 @@ async def bridged(spec: ContainerSpec) -> Bridged:
     home.graph = Graph(clock=clock)
     node = home.graph.add(Listener)
     launch = Launch(spec, "", "", "", "secret", (0,), 1)
-    return Bridged(home.graph, node, people_bridge(launch, home, client), clock, far, client)
+    return Bridged(home.graph, node, people_bridge(launch, home, client, lambda: True), clock, far, client)
 
 
 @pytest.fixture
@@ -143,7 +143,7 @@ async def test_a_coordinator_takes_reports_in_the_name_of_their_robot_alone(
 async def test_a_clone_without_nodes_for_people_takes_and_shares_nothing() -> None:
     one = await bridged(ROBOT)
     empty = NodeExecutor(lambda: None)
-    bridge = people_bridge(Launch(ROBOT, "", "", "", "secret", (0,), 1), empty, one.client)
+    bridge = people_bridge(Launch(ROBOT, "", "", "", "secret", (0,), 1), empty, one.client, lambda: True)
     bridge.shared(machine_link.Shared("ann", "_coordinator", PEOPLE_STATE.name, encode(STATE)))
     assert empty.graph.topics == {}
     await one.client.close()

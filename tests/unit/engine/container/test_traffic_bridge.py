@@ -55,6 +55,7 @@ class Bridged:
     clock: ManualClock
     machine: FrameStream[machine_link.FromContainer]
     client: MachineClient
+    here: list[bool]
 
     def shared(self, topic: str, payload: bytes, robot: str) -> None:
         self.bridge.shared(machine_link.Shared("ann", robot, topic, payload))
@@ -75,8 +76,9 @@ async def made(request: pytest.FixtureRequest) -> AsyncIterator[Bridged]:
     home.graph = Graph(clock=clock)
     node, spec = home.graph.add(Listener), request.param
     assert isinstance(spec, ContainerSpec)
-    bridge = traffic_bridge(Launch(spec, "", "", "", "secret", (0,), 1), home, client)
-    yield Bridged(home.graph, node, bridge, clock, far, client)
+    here = [True]
+    bridge = traffic_bridge(Launch(spec, "", "", "", "secret", (0,), 1), home, client, lambda: here[-1])
+    yield Bridged(home.graph, node, bridge, clock, far, client, here)
     await client.close()
     await far.close()
 
@@ -91,6 +93,15 @@ async def test_a_clone_shares_reports_at_a_limited_rate_and_no_grants(made: Brid
         made.clock.advance(TRAFFIC_PERIOD * 0.6)
     made.graph.publish(TRAFFIC_GRANTS.name, grants())
     assert await made.sent() == [machine_link.Share("traffic/report", encode(report(x=x))) for x in (0.0, 2.0)]
+
+
+@pytest.mark.parametrize("made", [ROBOT], indirect=True)
+async def test_the_clone_of_a_robot_that_is_away_reports_nothing(made: Bridged) -> None:
+    made.here.append(False)
+    made.graph.publish(TRAFFIC_REPORT.name, report(x=0.0))
+    made.here.append(True)
+    made.graph.publish(TRAFFIC_REPORT.name, report(x=1.0))
+    assert await made.sent() == [machine_link.Share("traffic/report", encode(report(x=1.0)))]
 
 
 @pytest.mark.parametrize("made", [mapping_spec(), coordinator_spec()], indirect=True)

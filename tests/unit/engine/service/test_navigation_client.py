@@ -7,14 +7,17 @@ import pytest
 
 from engine.protocols import robot_link
 from engine.protocols.refusals import Refusal
-from engine.service.navigation_client import MAX_ACTIVE, MAX_ENDED, SETTLED, NavigationClient
+from engine.service.links.presence import Presence
+from engine.service.navigation_client import MAX_ACTIVE, MAX_ENDED, NavigationClient
 from ppaas.clock import ManualClock
 from ppaas.errors import Conflict, NotFound, QuotaExceeded, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import Status
+from ppaas.navigation.goal_watch import MIN_LISTS, SETTLED
 from tests.support.endpoints.still_place import StillPlace
 
 POSE = {"position": {"x": 1.0, "y": 2.0, "z": 0.0}, "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}
+HERE = Presence(connected=True)
 HEADER = {"stamp": {"secs": 1, "nsecs": 0}, "frame_id": "map"}
 
 
@@ -30,7 +33,7 @@ def place() -> StillPlace:
 
 @pytest.fixture
 async def client(place: StillPlace, clock: ManualClock) -> NavigationClient:
-    return NavigationClient(place, clock)
+    return NavigationClient(place, clock, monotonic=clock)
 
 
 def status(goal: str, state: Status, text: str = "") -> dict[str, Any]:
@@ -88,13 +91,32 @@ async def test_a_goal_that_move_base_does_not_list_is_lost_after_a_while(
     place: StillPlace, client: NavigationClient, clock: ManualClock
 ) -> None:
     goal = client.send(Pose2D(4.0, 1.5))
-    report(place)
-    clock.advance(SETTLED)
-    report(place)
+    for _ in range(MIN_LISTS - 1):
+        report(place)
+        clock.advance(SETTLED)
     assert client.goal(goal.id).state == "pending"
-    clock.advance(0.5)
     report(place)
     assert client.goal(goal.id).state == "lost"
+
+
+async def test_a_goal_is_not_lost_by_one_list_after_a_pause(
+    place: StillPlace, client: NavigationClient, clock: ManualClock
+) -> None:
+    goal = client.send(Pose2D(4.0, 1.5))
+    report(place, status(goal.id, Status.ACTIVE))
+    clock.advance(100.0 * SETTLED)  # its container was replaced, and no list came
+    report(place)
+    assert client.goal(goal.id).state == "active"
+
+
+async def test_a_clock_that_is_set_loses_no_goal(place: StillPlace) -> None:
+    wall, elapsed = ManualClock(1000.0), ManualClock(0.0)
+    client = NavigationClient(place, wall, monotonic=elapsed)
+    goal = client.send(Pose2D(4.0, 1.5))
+    for _ in range(10 * MIN_LISTS):
+        wall.advance(3600.0)
+        report(place)
+    assert client.goal(goal.id).state == "pending"
 
 
 async def test_a_goal_that_the_clone_refuses_is_rejected_with_its_reason(
@@ -133,15 +155,15 @@ async def test_the_state_has_the_last_pose_and_why_there_is_none(
     place: StillPlace, client: NavigationClient, clock: ManualClock
 ) -> None:
     place.publish_json("amcl/status", {"data": "no odometry"})
-    state = client.state()
+    state = client.state(HERE)
     assert (state.pose, state.pose_at, state.localization) == (None, None, "no odometry")
     place.publish_json("amcl/status", {"data": ""})
     place.publish_json("grid_slam/status", {"data": "mapping is paused"})
-    assert client.state().localization == "mapping is paused"
+    assert client.state(HERE).localization == "mapping is paused"
     place.publish_json("grid_slam/status", {"data": ""})
     place.publish_json("amcl_pose", {"header": HEADER, "pose": {"pose": POSE}})
     goal = client.send(Pose2D(4.0, 1.5))
-    state = client.state()
+    state = client.state(HERE)
     assert client.localized.is_set()
     assert (state.pose, state.pose_at, state.localization, state.goals) == ((1.0, 2.0, 0.0), 1000.0, "", (goal,))
 
@@ -155,4 +177,4 @@ async def test_a_closed_place_ends_its_goals(place: StillPlace, client: Navigati
 async def test_a_client_that_left_hears_nothing(place: StillPlace, client: NavigationClient) -> None:
     client.leave()
     place.publish_json("amcl_pose", {"header": HEADER, "pose": {"pose": POSE}})
-    assert client.state().pose is None and place.heard() == frozenset()
+    assert client.state(HERE).pose is None and place.heard() == frozenset()

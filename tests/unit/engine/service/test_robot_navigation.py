@@ -4,8 +4,10 @@ import pytest
 
 from engine.master.places import robot_key
 from engine.service import robot_navigation
+from engine.service.links.presence import RobotPresence
 from engine.service.robot_navigation import RobotNavigation
 from engine.service.views import RobotState
+from ppaas.clock import ManualClock
 from ppaas.errors import NotFound, Unavailable
 from ppaas.geometry import Pose2D
 from tests.support.endpoints.still_place import StillPlace
@@ -19,6 +21,9 @@ class FakeDriver:
 
     def __init__(self) -> None:
         self.places = {KEY: StillPlace()}
+        self.places[KEY].container = "c1"
+        self.presence = RobotPresence(self.place, ManualClock(1000.0))
+        self.presence.came(KEY)
 
     def place(self, key: str) -> StillPlace | None:
         return self.places.get(key)
@@ -44,6 +49,23 @@ async def test_a_robot_that_is_not_connected_has_a_state_and_takes_no_goals(navi
         navigation.cancel_goals("ann", "tb2")
     with pytest.raises(NotFound):
         navigation.goal("ann", "tb2", "rest-1")
+
+
+async def test_a_robot_that_left_is_not_connected_while_its_container_waits_for_it(
+    navigation: RobotNavigation, driver: FakeDriver
+) -> None:
+    goal = navigation.send_goal("ann", "tb1", Pose2D(1.0, 2.0))
+    driver.presence.left(KEY)
+    state = await navigation.state("ann", "tb1")
+    assert (state.connected, state.disconnected_since, state.container) == (False, 1000.0, True)
+    with pytest.raises(Unavailable, match="robot 'tb1' is not connected"):
+        navigation.send_goal("ann", "tb1", Pose2D(1.0, 2.0))
+    assert navigation.cancel_goal("ann", "tb1", goal.id) == goal
+    navigation.cancel_goals("ann", "tb1")
+    driver.presence.came(KEY)
+    state = await navigation.state("ann", "tb1")
+    assert (state.connected, state.disconnected_since, state.container) == (True, None, True)
+    navigation.close()
 
 
 async def test_requests_of_one_robot_share_a_client(navigation: RobotNavigation, driver: FakeDriver) -> None:

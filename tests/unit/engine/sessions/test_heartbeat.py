@@ -10,7 +10,7 @@ import pytest
 
 from engine.protocols import robot_link
 from engine.sessions import heartbeat
-from engine.sessions.heartbeat import HEARTBEAT
+from ppaas.wire.own_topics import HEARTBEAT
 from tests.support.endpoints.still_place import StillClient, StillPlace, answers, error_of, says
 
 

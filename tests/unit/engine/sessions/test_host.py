@@ -1,5 +1,6 @@
 """Sessions in containers that are lost and replaced, carried by an endpoint that lives on, or by the next one."""
 
+import asyncio
 import json
 from typing import Any
 
@@ -9,11 +10,13 @@ import pytest
 from engine.protocols import robot_link
 from engine.protocols.session_frames import SessionClient, SessionOptions
 from engine.rights.access import Access
+from engine.rights.roles import Role
 from engine.service.links.carried_session import CarriedSession
 from engine.service.links.place_link import PlaceLink
 from engine.sessions import host as host_module
 from engine.sessions.host import SessionHost
 from ppaas.errors import PPaaSError, QuotaExceeded
+from ppaas.wire.own_topics import PRESENCE
 from ppaas.wire.resumption import ResumptionPoint
 from tests.support.endpoints.still_place import POSE, StillPlace, delivered
 from tests.support.waiting import until
@@ -88,12 +91,18 @@ class Client:
     """Client with its endpoint's side of the session."""
 
     def __init__(
-        self, link: PlaceLink, name: str | None = "mine", *, counts: bool = False, resume: ResumptionPoint | None = None
+        self,
+        link: PlaceLink,
+        name: str | None = "mine",
+        *,
+        counts: bool = False,
+        resume: ResumptionPoint | None = None,
+        role: Role = "operator",
     ) -> None:
         self.frames: list[dict[str, Any]] = []
         self.ready = True
         options = SessionOptions("error", counts=counts, linger=100.0)
-        client = SessionClient("ann", "ann", "tb1", "operator", name)
+        client = SessionClient("ann", "ann", "tb1", role, name)
         self.session = CarriedSession(link, client, options, Access.of_owner("tb1"), resume, count_plan=self.count)
         self.counted = 0
         self.refusal: PPaaSError | None = None
@@ -240,7 +249,7 @@ async def test_stream_messages_are_not_repeated(first: Container, link: PlaceLin
     checkpoint = first.host.checkpoint()
     client.say({"op": "publish", "topic": "scan", "msg": {}})
     second = replaced(first, link, checkpoint)
-    assert goals(second) == [] and second.place.client_topics.types() == {"chatter": "std_msgs/String"}
+    assert goals(second) == [] and second.place.client_topics.type_of("chatter") == "std_msgs/String"
 
 
 async def test_settled_frames_are_forgotten_by_the_endpoint(first: Container, link: PlaceLink) -> None:
@@ -378,3 +387,68 @@ async def test_sessions_that_cannot_be_read_begin_anew(link: PlaceLink) -> None:
     container = Container(b'{"of": "another release"}')
     container.connect(link)
     assert not Client(link).session.resumed
+
+
+# -- presence of the robot ---------------------------------------------------------------------------------------------
+
+PRESENCE_HEARD = {"op": "subscribe", "topic": PRESENCE}
+
+
+def presence(client: Client) -> list[bool]:
+    """Return what a client has heard of the presence of the robot since the last call."""
+    return [frame["msg"]["data"] for frame in client.received() if frame.get("topic") == PRESENCE]
+
+
+async def test_the_robot_is_here_while_a_socket_of_its_own_is_attached(first: Container, link: PlaceLink) -> None:
+    Client(link, "operator")
+    assert not first.host.robot_is_here
+    robot = Client(link, "robot", role="robot")
+    assert first.host.robot_is_here
+    robot.session.detach(for_good=False)  # its session is retained
+    assert not first.host.robot_is_here
+    Client(link, "robot", role="robot")
+    assert first.host.robot_is_here
+
+
+@pytest.mark.parametrize("name", ["mine", None])
+async def test_the_robot_is_away_with_its_endpoint_and_here_with_the_next(
+    first: Container, link: PlaceLink, name: str | None
+) -> None:
+    Client(link, name, role="robot")
+    first.lose()
+    assert not first.host.robot_is_here
+    first.connect(link)
+    assert first.host.robot_is_here
+
+
+@pytest.mark.parametrize("name", ["mine", None])
+async def test_the_robot_is_here_in_the_next_container(first: Container, link: PlaceLink, name: str | None) -> None:
+    Client(link, name, role="robot")
+    assert replaced(first, link, first.host.checkpoint()).host.robot_is_here
+
+
+async def test_a_robot_that_takes_over_its_session_stays_here(first: Container, link: PlaceLink) -> None:
+    old = Client(link, "robot", role="robot")
+    other = PlaceLink("robot:ann/tb1")
+    first.connect(other)
+    Client(other, "robot", role="robot")
+    assert first.host.robot_is_here
+    old.session.detach(for_good=False)
+    assert first.host.robot_is_here
+
+
+async def test_operators_hear_whether_the_robot_is_connected(
+    first: Container, link: PlaceLink, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(host_module, "ATTEND_PERIOD", 0.001)
+    attending = asyncio.create_task(first.host.attend())
+    operator = Client(link, "operator")
+    operator.say(PRESENCE_HEARD)
+    assert presence(operator) == [False]
+    robot = Client(link, "robot", role="robot")
+    await until(lambda: presence(operator) == [True])
+    robot.session.detach(for_good=True)
+    await until(lambda: presence(operator) == [False])
+    operator.say({"op": "publish", "topic": PRESENCE, "msg": {"data": True}})
+    assert [frame["op"] for frame in operator.received()] == ["status"]
+    attending.cancel()

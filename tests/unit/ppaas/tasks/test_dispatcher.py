@@ -115,9 +115,41 @@ def test_a_robot_that_leaves_gives_its_task_back_after_a_while() -> None:
     dispatcher = begun(task(), r=A)
     assert dispatcher.see({}, 1.0) == dispatcher.see({}, GONE_AFTER) == []
     [back] = stored(dispatcher.see({}, GONE_AFTER + 1.0))
-    assert (back.state, back.robot) == ("queued", "")
+    assert (back.state, back.robot, back.failures) == ("queued", "", 0)
     dispatcher.see(at(s=C), GONE_AFTER + 2.0)
     assert sent(dispatcher.decide(GONE_AFTER + 2.0)) == [("s", "task-t-0-1", B)]
+
+
+def test_the_time_counts_from_the_loss_of_the_robot_if_that_is_known() -> None:
+    [kept] = begun(task(), r=A).tasks.values()
+    dispatcher = Dispatcher([kept], 100.0)
+    assert dispatcher.see({}, 101.0) == []
+    [back] = stored(dispatcher.see({}, 102.0, {"r": 102.0 - GONE_AFTER - 1.0}))
+    assert (back.state, back.failures) == ("queued", 0)
+
+
+def test_a_goal_that_ends_while_its_robot_is_away_is_sent_again_once_it_is_back() -> None:
+    dispatcher = begun(task(), r=A)
+    dispatcher.see({}, 10.0)
+    assert dispatcher.away == ["r"]
+    orders = dispatcher.goal_ended("r", "task-t-0-0", "aborted", "no odometry", 11.0)
+    assert [(kept.state, kept.failures) for kept in stored(orders)] == [("assigned", 0)]
+    assert sent(orders) == []
+    assert sent(dispatcher.see(at(r=A), 20.0)) == [("r", "task-t-0-1", B)]
+
+
+def test_a_goal_that_somebody_cancels_while_its_robot_is_away_is_a_failure() -> None:
+    dispatcher = begun(task(), r=A)
+    dispatcher.see({}, 10.0)
+    [back] = stored(dispatcher.goal_ended("r", "task-t-0-0", "canceled", "", 11.0))
+    assert (back.state, back.failures) == ("queued", 1)
+
+
+def test_a_robot_that_leaves_with_what_it_picked_fails_its_task() -> None:
+    dispatcher = begun(task("t", B, C, kind="pick_drop"), r=A)
+    dispatcher.goal_ended("r", "task-t-0-0", "succeeded", "", 1.0)
+    [failed] = stored(dispatcher.see({}, GONE_AFTER + 2.0))
+    assert (failed.state, "picked" in failed.reason) == ("failed", True)
 
 
 def test_a_robot_that_comes_back_in_time_goes_on() -> None:

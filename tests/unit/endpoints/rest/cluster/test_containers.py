@@ -56,7 +56,7 @@ async def test_users_list_their_containers_and_admins_list_all(
     client: httpx.AsyncClient, log_in: LogIn, cloud: FakeCloud
 ) -> None:
     cloud.running = [
-        container("c1", pss=5 << 20, ready_seconds=0.05, cpu=0.25, age=90.0, clients=1),
+        container("c1", pss=5 << 20, ready_seconds=0.05, cpu=0.25, age=90.0, clients=1, connected=True),
         container("c2", user="bob", robot=None, kind="planning"),
     ]
     seen = {}
@@ -80,5 +80,6 @@ async def test_users_list_their_containers_and_admins_list_all(
         "cpu": 0.25,
         "age": 90.0,
         "clients": 1,
+        "connected": True,
         "round_trip": None,
     }

@@ -27,7 +27,10 @@ async def ann(log_in: LogIn, services: Services, cloud: FakeCloud, monkeypatch: 
 @pytest.fixture
 def place(cloud: FakeCloud) -> StillPlace:
     """Return the place of the robot, which is connected."""
-    made = cloud.places[robot_key("ann", "tb1")] = StillPlace()
+    key = robot_key("ann", "tb1")
+    made = cloud.places[key] = StillPlace()
+    made.container = "c1"
+    cloud.presence.came(key)
     return made
 
 
@@ -41,7 +44,8 @@ async def test_a_goal_is_sent_shown_listed_and_cancelled(
     assert (await client.get(f"{PATH}/goals/{goal['id']}", headers=ann)).json() == goal
     assert (await client.get(f"{PATH}/goals", headers=ann)).json() == {"items": [goal], "next": None}
     state = (await client.get(f"{PATH}/state", headers=ann)).json()
-    assert state == {"connected": True, "pose": None, "pose_at": None, "localization": "", "goals": [goal]}
+    here = {"connected": True, "disconnected_since": None, "container": True}
+    assert state == here | {"pose": None, "pose_at": None, "localization": "", "goals": [goal]}
     assert (await client.delete(f"{PATH}/goals/{goal['id']}", headers=ann)).status_code == 202
     assert (await client.delete(f"{PATH}/goals", headers=ann)).status_code == 202
     cloud.navigation.close()
@@ -59,6 +63,18 @@ async def test_a_robot_that_is_not_connected_takes_no_goal(client: httpx.AsyncCl
     problem_of(await client.post(f"{PATH}/goals", headers=ann, json={"pose": [1.0, 2.0]}), 503, "unavailable")
     problem_of(await client.delete(f"{PATH}/goals", headers=ann), 503, "unavailable")
     assert (await client.get(f"{PATH}/state", headers=ann)).json()["connected"] is False
+
+
+async def test_a_robot_that_left_is_not_connected_while_its_container_waits(
+    client: httpx.AsyncClient, ann: dict[str, str], place: StillPlace, cloud: FakeCloud
+) -> None:
+    assert (await client.get("/v1/robots", headers=ann)).json()["items"][0]["connected"] is True
+    cloud.presence.left(robot_key("ann", "tb1"))
+    state = (await client.get(f"{PATH}/state", headers=ann)).json()
+    assert (state["connected"], state["container"]) == (False, True)
+    assert state["disconnected_since"] is not None
+    assert (await client.get("/v1/robots", headers=ann)).json()["items"][0]["connected"] is False
+    problem_of(await client.post(f"{PATH}/goals", headers=ann, json={"pose": [1.0, 2.0]}), 503, "unavailable")
 
 
 async def test_robots_of_others_and_unknown_goals_are_not_found(

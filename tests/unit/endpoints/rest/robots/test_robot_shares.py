@@ -8,7 +8,6 @@ import pytest
 from endpoints.audit.event import AuditQuery
 from endpoints.rest.robots.robot_shares import MAX_SHARES
 from endpoints.services.services import Services
-from engine.master.places import robot_key
 from storage.sharing_records import Share
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.problems import problem_of
@@ -114,7 +113,7 @@ async def test_an_error_names_the_right_that_is_missing(client: httpx.AsyncClien
 async def test_a_driver_sends_goals_only_if_goals_are_shared(
     client: httpx.AsyncClient, ann: Header, bob: Header, cloud: FakeCloud
 ) -> None:
-    cloud.places[robot_key("ann", "tb1")] = StillPlace()
+    cloud.connect("ann", "tb1", StillPlace())
     goals = "/v1/robots/ann:tb1/goals"
     await share(client, ann, role="drive", publish=["cmd_vel"], subscribe=["odom"])
     problem_of(await client.post(goals, headers=bob, json={"pose": [1, 1]}), 403, "not-permitted")

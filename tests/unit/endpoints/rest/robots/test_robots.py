@@ -7,6 +7,7 @@ import httpx
 import pytest
 
 from endpoints.services.services import Services
+from engine.master.places import robot_key
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.problems import problem_of
 from tests.support.storage.records import clone
@@ -32,7 +33,8 @@ async def test_a_robot_is_stored_as_its_file_states(client: httpx.AsyncClient, l
     answer = await client.put("/v1/robots/tb1", headers=ann, json=FILE)
     assert (answer.status_code, answer.json()) == (201, FILE | {"id": "tb1", "user": "ann", "role": "administer"})
     assert (await client.get("/v1/robots/tb1", headers=ann)).json() == answer.json() | {"urdf": None}
-    assert (await client.get("/v1/robots", headers=ann)).json() == {"items": [answer.json()], "next": None}
+    listed = {"items": [answer.json() | {"connected": False}], "next": None}
+    assert (await client.get("/v1/robots", headers=ann)).json() == listed
 
 
 async def test_only_the_map_is_required_in_a_robot_file(
@@ -230,8 +232,11 @@ async def test_a_connected_robot_cannot_be_removed(
     await publish(ann)
     await client.put("/v1/robots/tb1", headers=ann, json=FILE)
     services.store.save_clone(clone("tb1"))
-    cloud.running = [container("c1")]
+    cloud.running = [container("c1"), container("c2", robot="tb2"), container("c3", user="bob")]
+    cloud.presence.came(robot_key("ann", "tb1"))
     problem_of(await client.delete("/v1/robots/tb1", headers=ann), 409, "conflict")
-    cloud.running = [container("c1", user="bob")]
+    assert len(cloud.running) == 3
+    cloud.presence.left(robot_key("ann", "tb1"))
     assert (await client.delete("/v1/robots/tb1", headers=ann)).status_code == 204
+    assert [one.id for one in cloud.running] == ["c2", "c3"]  # the container that waited for it has ended
     problem_of(await client.delete("/v1/robots/tb1", headers=ann), 404, "not-found")

@@ -58,9 +58,9 @@ async def test_a_user_with_maps_or_running_robots_cannot_be_removed(
     kept = problem_of(await client.delete("/v1/users/ann", headers=admin), 409, "conflict")
     assert "house" in kept["detail"]
     await client.delete("/v1/maps/house", headers=ann)
-    cloud.running = [container("c1")]
+    cloud.running = [container("c1", connected=True)]
     problem_of(await client.delete("/v1/users/ann", headers=admin), 409, "conflict")
-    cloud.running = []
+    cloud.running = [container("c1")]  # it waits for a robot that left
     assert (await client.delete("/v1/users/ann", headers=admin)).status_code == 204
     problem_of(await client.delete("/v1/users/admin", headers=admin), 409, "conflict")
 

@@ -11,6 +11,7 @@ import pytest
 from msgspec import Raw
 
 from engine.master.places import robot_key
+from engine.service.links.presence import RobotPresence
 from engine.service.navigation_client import NavigationClient
 from engine.service.planning.path_requests import CostAnswer, CostRequest
 from engine.service.tasks.robots import TaskRobots, labels_of
@@ -43,7 +44,11 @@ class Hall:
 
     def start(self) -> None:
         """Start a master, as after the end of another one."""
+        self.presence = RobotPresence(self.places.get, self.clock)
+        for key in self.places:
+            self.presence.came(key)
         driver = SimpleNamespace(
+            presence=self.presence,
             place=self.places.get,
             request_of=lambda key: robot_request(key.partition("/")[2]) if key in self.places else None,
         )
@@ -65,6 +70,7 @@ class Hall:
         place.container = "c"
         self.store.put_robot(robot(name, properties=properties))
         self.robots.place_opened(key)
+        self.presence.came(key)
         return place
 
     def add(self, name: str, x: float, **fields: Any) -> None:
@@ -218,6 +224,69 @@ async def test_a_robot_that_leaves_gives_its_task_to_another(hall: Hall) -> None
     await hall.after(GONE_AFTER + 1.0)
     await hall.after(5.0)
     assert goals(other) == [(GOAL, "task-t-0-1")]
+
+
+async def test_a_robot_that_left_gets_no_task_while_its_container_waits_for_it(hall: Hall) -> None:
+    place = hall.connect("r")
+    tell(place, 0.0)
+    hall.presence.left(robot_key("ann", "r"))
+    hall.add("t", 5.0)
+    for _ in range(10):
+        await hall.after(5.0)
+        tell(place, 0.0)
+    assert (goals(place), hall.task("t").state) == ([], "queued")
+    hall.presence.came(robot_key("ann", "r"))
+    await hall.after()
+    tell(place, 0.0)
+    await hall.after(5.0)
+    assert goals(place) == [(GOAL, "task-t-0-0")]
+
+
+async def test_a_task_returns_its_time_after_the_loss_of_its_robot_and_not_after_the_end_of_its_container(
+    hall: Hall,
+) -> None:
+    place = hall.connect("r")
+    hall.add("t", 5.0)
+    await hall.after()
+    tell(place, 0.0)
+    await hall.after(5.0)
+    hall.presence.left(robot_key("ann", "r"))
+    goals(place)
+    await hall.after(GONE_AFTER)
+    assert hall.task("t").state == "assigned"
+    await hall.after()
+    assert (hall.task("t").state, hall.task("t").failures) == ("queued", 0)
+    assert goals(place) == [(CANCEL, "task-t-0-0")]  # its clone still runs
+
+
+async def test_records_that_are_read_again_do_not_delay_the_return_of_a_task(hall: Hall) -> None:
+    place = hall.connect("r")
+    hall.add("t", 5.0)
+    await hall.after()
+    tell(place, 0.0)
+    await hall.after(5.0)
+    hall.presence.left(robot_key("ann", "r"))
+    await hall.after(20.0)
+    hall.runner._groups["ann", "house"]._forget()
+    await hall.after(GONE_AFTER - 20.0 + 1.0)
+    assert hall.task("t").state == "queued"
+
+
+async def test_a_goal_that_the_clone_gives_up_while_its_robot_is_away_is_sent_again_and_no_failure(hall: Hall) -> None:
+    place = hall.connect("r")
+    hall.add("t", 5.0)
+    await hall.after()
+    tell(place, 0.0)
+    await hall.after(5.0)
+    hall.presence.left(robot_key("ann", "r"))
+    await hall.after()
+    goals(place)
+    ends(place, "task-t-0-0", Status.ABORTED, "no progress")
+    await hall.after()
+    assert (goals(place), hall.task("t").state, hall.task("t").failures) == ([], "assigned", 0)
+    hall.presence.came(robot_key("ann", "r"))
+    await hall.after()
+    assert goals(place) == [(GOAL, "task-t-0-1")]
 
 
 async def test_a_place_that_is_opened_again_gets_the_goal_again(hall: Hall) -> None:

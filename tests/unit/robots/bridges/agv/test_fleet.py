@@ -4,12 +4,15 @@ import asyncio
 
 import pytest
 
+from ppaas.clock import ManualClock
 from ppaas.geometry import Pose2D
 from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.headers import Header
 from ppaas.wire.vda5050.states import Connection
 from ppaas.wire.vda5050.topics import Address
 from ppaas.wire.vda5050.versions import Version
+from robots.bridges.agv import agv_robot
+from robots.bridges.agv.agv_robot import LEAVE_AFTER
 from robots.bridges.agv.agv_side import AgvSide
 from robots.bridges.agv.fleet import filters
 from robots.bridges.agv.options import FleetOptions
@@ -169,3 +172,56 @@ def test_initial_poses_and_instant_actions_reach_the_agv():
     asyncio.run(tested.obey())
     assert tested.agv.pose == Pose2D(1.0, 2.0, 0.5)
     assert tested.agv.paused
+
+
+# -- presence ----------------------------------------------------------------------------------------------------------
+
+
+def there(tested: FleetWithAgv) -> bool:
+    """Return whether the AGV is to be its robot in the cloud."""
+    return tested.robot._there.is_set() and not tested.robot._left.is_set()
+
+
+@pytest.mark.parametrize("away", ["OFFLINE", "HIBERNATING"])
+async def test_the_robot_of_an_agv_that_goes_offline_leaves_at_once_and_comes_back_with_it(away: str) -> None:
+    tested = FleetWithAgv(Version.V3_0)
+    tested.say(topics.CONNECTION, ONLINE)
+    assert not there(tested)
+    tested.say(topics.STATE, tested.agv.state())
+    assert there(tested)
+    tested.say(topics.CONNECTION, Connection(connection_state=away))  # type: ignore[arg-type]
+    assert not there(tested)
+    assert tested.robot._left.is_set()
+    tested.robot._left.clear()  # the robot has left
+    assert not there(tested)
+    tested.say(topics.CONNECTION, ONLINE)
+    assert there(tested)
+
+
+async def test_the_robot_of_an_agv_whose_connection_is_broken_leaves_after_a_moment(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    clock = ManualClock(1000.0)
+    monkeypatch.setattr(agv_robot, "monotonic", clock)
+    tested = FleetWithAgv()
+    tested.say(topics.CONNECTION, ONLINE)
+    tested.say(topics.STATE, tested.agv.state())
+    tested.say(topics.CONNECTION, Connection(connection_state="CONNECTION_BROKEN"))
+    clock.advance(LEAVE_AFTER)
+    tested.robot.tick()
+    assert there(tested)
+    clock.advance(0.1)
+    tested.robot.tick()
+    assert not there(tested)
+
+
+async def test_all_robots_leave_after_a_moment_without_the_broker(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = ManualClock(1000.0)
+    monkeypatch.setattr(agv_robot, "monotonic", clock)
+    tested = FleetWithAgv()
+    tested.say(topics.CONNECTION, ONLINE)
+    tested.say(topics.STATE, tested.agv.state())
+    tested.fleet._broker_lost()
+    clock.advance(LEAVE_AFTER + 0.1)
+    tested.robot.tick()
+    assert not there(tested)

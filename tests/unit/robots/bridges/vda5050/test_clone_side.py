@@ -11,6 +11,7 @@ from ppaas.messages import encode
 from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovariance, PoseWithCovarianceStamped
 from ppaas.messages.nav_msgs import Path
+from ppaas.wire.own_topics import PRESENCE
 from ppaas.wire.vda5050.agv.agv import Abilities, Agv
 from ppaas.wire.vda5050.agv.report import Telemetry
 from ppaas.wire.vda5050.states import PowerSupply
@@ -56,6 +57,20 @@ async def test_a_robot_tells_its_pose_path_and_battery() -> None:
     assert clone.telemetry.path == [(1.0, 2.0)]
     power = clone.telemetry.power
     assert (power.state_of_charge, power.charging, power.battery_voltage) == (25.0, True, 12.5)
+
+
+async def test_an_agv_is_connected_while_its_robot_is() -> None:
+    clone = Clone()
+    await clone.side.subscribe()
+    clone.side.check()
+    assert not clone.agv.connected  # the link is not up
+    clone._link._keeper.connected.set()
+    clone.side.check()
+    assert clone.agv.connected
+    clone.say(PRESENCE, {"data": False})
+    assert not clone.agv.connected
+    clone.say(PRESENCE, {"data": True})
+    assert clone.agv.connected
 
 
 @pytest.mark.parametrize("topic", ["amcl_pose", "odom", "plan", "battery_state"])

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from engine.master.places import robot_key
 from ppaas.mapping.serialization.mapping_file import pack_mapping
 from tests.support.cloud.command_line import CommandLine
 from tests.support.endpoints.fake_cloud import container
@@ -31,7 +32,8 @@ async def test_a_robot_is_put_listed_shown_and_deleted(ppaas: CommandLine, file:
     put = await ppaas("robot", "put", "tb1", str(file))
     assert put.status == 0, put.err
     assert put.rows[1] == ["tb1", "house", "turtlebot2", "0.5,", "-0.5,", "1.5", "0.25", "dijkstra", "dwa"]
-    assert (await ppaas("robot", "show", "tb1")).out == put.out == (await ppaas("robot", "list")).out
+    assert (await ppaas("robot", "show", "tb1")).out == put.out
+    assert (await ppaas("robot", "list")).rows[1] == ["tb1", "no", *put.rows[1][1:]]
     shown = json.loads((await ppaas("robot", "show", "tb1", "--json")).out)
     assert (shown["user"], shown["parameters"]) == ("ann", {})
     assert (await ppaas("robot", "delete", "tb1")).status == 0
@@ -43,7 +45,7 @@ async def test_a_robot_that_makes_a_map_is_put_and_unused_parameters_are_named(p
     put = await ppaas("robot", "put", "tb1", written(file, map="new:office-2", parameters=parameters))
     assert (put.status, put.err) == (0, "note: the parameters of amcl are not used while the robot makes a map\n")
     assert put.rows[1][:2] == ["tb1", "new:office-2"]
-    assert (await ppaas("robot", "list")).out == put.out
+    assert (await ppaas("robot", "list")).rows[1] == ["tb1", "no", *put.rows[1][1:]]
     put = await ppaas("robot", "put", "tb1", written(file, map="house", parameters=parameters))
     assert put.err == "note: the parameters of grid_slam are not used on a published map\n"
     wrong = await ppaas("robot", "put", "tb1", written(file, map="new:two words"))
@@ -134,6 +136,7 @@ async def test_a_robot_needs_a_map_that_its_user_may_read(ppaas: CommandLine, fi
 async def test_a_connected_robot_cannot_be_deleted(ppaas: CommandLine, file: Path) -> None:
     await ppaas("robot", "put", "tb1", str(file))
     ppaas.cloud.running = [container()]
+    ppaas.cloud.presence.came(robot_key("ann", "tb1"))
     ended = await ppaas("robot", "delete", "tb1")
     assert ended.status == 1
     assert ended.err.startswith("ppaas: conflict: robot 'tb1' is connected")

@@ -10,8 +10,8 @@ from robots.client.rest import RestClient
 from tests.support.cloud.command_line import CommandLine
 from tests.support.endpoints.fake_cloud import container
 
-FIRST = container("c1", cpu=0.5, pss=10 << 20, age=30.0, clients=2)
-SECOND = container("c10", robot="tb0", cpu=0.25, pss=30 << 20, age=4000.0)
+FIRST = container("c1", cpu=0.5, pss=10 << 20, age=30.0, clients=2, connected=True)
+SECOND = container("c10", robot="tb0", cpu=0.25, pss=30 << 20, age=4000.0, clients=1)  # an operator, or one that waits
 THIRD = container("c2", user="bob", robot=None, kind="planning", state="starting", pid=None)
 
 
@@ -30,8 +30,24 @@ async def test_an_administrator_sees_machines_and_all_containers(busy: CommandLi
     rows = [row for row in ended.rows if row]
     assert rows[1][:5] == ["id", "state", "cores", "capacity", "load"]
     assert rows[2][:5] == ["m1", "ready", "4", "16", "0.5"]
-    assert ["c1", "robot", "ann", "tb1", "house", "m1", "ready", "1", "50", "%", "10.0", "MiB", "30s", "2"] in rows
-    assert ["c2", "planning", "bob", "-", "house", "m1", "starting", "1", "-", "-", "0s", "0"] in rows
+    assert [
+        "c1",
+        "robot",
+        "ann",
+        "tb1",
+        "house",
+        "m1",
+        "ready",
+        "yes",
+        "1",
+        "50",
+        "%",
+        "10.0",
+        "MiB",
+        "30s",
+        "2",
+    ] in rows
+    assert ["c2", "planning", "bob", "-", "house", "m1", "starting", "no", "1", "-", "-", "0s", "0"] in rows
 
 
 async def test_a_user_sees_only_the_own_containers_and_no_machines(busy: CommandLine) -> None:
@@ -89,6 +105,7 @@ def test_the_terminal_view_shows_the_same_as_the_text(capsys: pytest.CaptureFixt
         "pss": 1 << 20,
         "age": 5.0,
         "clients": 1,
+        "connected": True,
     }
     seen = {"time": 0.0, "machines": None, "containers": [one]}
     console = Console(width=160)

@@ -25,7 +25,7 @@ def place(ppaas: CommandLine) -> StillPlace:
     """Return the place of ann's robot."""
     ppaas.services.store.put_robot(records.robot("tb1", user="ann"))
     made = StillPlace()
-    ppaas.services.cloud.places[robot_key("ann", "tb1")] = made  # type: ignore[attr-defined]
+    ppaas.services.cloud.connect("ann", "tb1", made)  # type: ignore[attr-defined]
     return made
 
 
@@ -57,10 +57,23 @@ async def test_a_goal_is_sent_and_the_state_shows_it(ppaas: CommandLine, place: 
     assert len(cancels) == 1
 
 
+async def test_the_state_says_that_a_robot_left_and_that_its_container_waits(
+    ppaas: CommandLine, place: StillPlace
+) -> None:
+    ppaas.services.cloud.presence.left(robot_key("ann", "tb1"))  # type: ignore[attr-defined]
+    heading, row = (await ppaas("robot", "state", "tb1")).rows
+    assert heading[:3] == ["connected", "disconnected_since", "container"]
+    assert row[0] == "no"
+    [listed] = json.loads((await ppaas("robot", "list", "--json")).out)
+    assert listed["connected"] is False
+    assert (await ppaas("robot", "list")).rows[1][:2] == ["tb1", "no"]
+    assert (await ppaas("robot", "go", "tb1", "1", "1")).status == 1
+
+
 @pytest.mark.parametrize(("status", "text", "expected"), [(3, "", 0), (4, "no path", 1)])
 async def test_waiting_ends_with_the_goal(ppaas: CommandLine, status: int, text: str, expected: int) -> None:
     ppaas.services.store.put_robot(records.robot("tb1", user="ann"))
-    ppaas.services.cloud.places[robot_key("ann", "tb1")] = EndingPlace(status, text)  # type: ignore[attr-defined]
+    ppaas.services.cloud.connect("ann", "tb1", EndingPlace(status, text))  # type: ignore[attr-defined]
     ended = await ppaas("robot", "go", "tb1", "4", "1", "1.57", "--wait")
     assert ended.status == expected
     assert ("the goal was not reached: aborted: no path" in ended.err) == bool(expected)
