@@ -117,6 +117,10 @@ def _play(arguments: argparse.Namespace, progress: "Progress") -> dict[str, Any]
         check_figure(arguments.plot)
     frames = RecordedFrames(arguments.scan_topic, arguments.odom_frame, arguments.base_frame, arguments.map_frame)
     recording = read_recording(arguments.recording, frames)
+    if not recording.has_odometry:
+        raise InvalidInput(f"{arguments.recording} has no odometry, which localization needs")
+    for note in recording.notes:
+        progress.console.print(f"note: {note}", markup=False, highlight=False)
     looks = recording.looks
     whole_drive = arguments.map is not None or arguments.same
     grid = read_map(arguments.map) if arguments.map else map_of(looks if whole_drive else looks[::2])

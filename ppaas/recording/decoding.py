@@ -10,6 +10,9 @@ from ppaas.wire.ros.own_types import types_with
 MOST_SKIPPED = 256
 """Largest number of topics whose skipped messages are counted."""
 
+_OF_OLD_ROBOTS = {"tf/tfMessage": "tf2_msgs/TFMessage"}
+"""Types of early ROS 1, and those of today with the same fields."""
+
 
 class McapDecoder:
     """Decoder of the messages of one file.
@@ -52,7 +55,7 @@ def decoded(channel: Channel, data: bytes) -> bytes:
         case "cdr":
             return types_with(channel.type).decode_json(channel.type, data)
         case "ros1":
-            return ros_types("noetic").decode_json(channel.type, data)
+            return ros_types("noetic").decode_json(_OF_OLD_ROBOTS.get(channel.type, channel.type), data)
         case "json":
             return data
     raise UnknownType(f"unknown encoding {channel.encoding[:32]!r}; known: cdr, ros1, json")

@@ -18,6 +18,9 @@ MAGIC = b"\x89MCAP0\r\n"
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, ATTACHMENT, METADATA = 1, 2, 3, 4, 5, 6, 9, 12
 """Opcodes of the records that are read."""
 
+UNWRITTEN = 0
+"""No opcode: zeros, where a computer lost its power before the content was written."""
+
 MOST_RECORD = 64 << 20
 """Largest record that is read [bytes]; attachments that are larger are skipped."""
 
@@ -117,6 +120,8 @@ class McapReader:
         """Yield opcodes and contents of records until the stream ends, perhaps within one."""
         while len(head := stream.read(_FRAME.size)) == _FRAME.size:
             opcode, length = _FRAME.unpack(head)
+            if opcode == UNWRITTEN:
+                return
             if length > MOST_RECORD:
                 if opcode != ATTACHMENT:
                     raise MessageTooLarge(f"a record of {length} bytes; at most {MOST_RECORD} are read")
@@ -234,7 +239,7 @@ def _decompressed(chunk: Any) -> bytes:
     return data
 
 
-def _zstd(data: bytes, most: int) -> bytes:
+def expand_zstd(data: bytes, most: int) -> bytes:
     """Decompress at most some bytes, in memory of that size: frames may name any size of their content."""
     import zstandard  # noqa: PLC0415 - of the extra recording, as mcap
 
@@ -245,7 +250,8 @@ def _zstd(data: bytes, most: int) -> bytes:
         raise MalformedMessage(f"a chunk cannot be decompressed: {error}") from error
 
 
-def _lz4(data: bytes, most: int) -> bytes:
+def expand_lz4(data: bytes, most: int) -> bytes:
+    """Decompress at most some bytes."""
     import lz4.frame  # noqa: PLC0415 - likewise
 
     try:
@@ -254,4 +260,4 @@ def _lz4(data: bytes, most: int) -> bytes:
         raise MalformedMessage(f"a chunk cannot be decompressed: {error}") from error
 
 
-_EXPANDERS = {"": lambda data, most: data[:most], "zstd": _zstd, "lz4": _lz4}
+_EXPANDERS = {"": lambda data, most: data[:most], "zstd": expand_zstd, "lz4": expand_lz4}

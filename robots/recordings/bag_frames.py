@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, NamedTuple
 
 from ppaas.errors import TransformError
 from ppaas.geometry import Pose2D
@@ -15,6 +15,14 @@ from robots.recordings.recording import RecordedFrames
 
 BASES = (BASE_LINK, BASE_FOOTPRINT)
 """Names of a robot's base frame, each with or without a prefix."""
+
+
+class _Above(NamedTuple):
+    """Parent of a frame, its first pose in it, and whether another one followed."""
+
+    parent: str
+    first: Rigid
+    moved: bool = False
 
 
 class BagFrames:
@@ -36,6 +44,7 @@ class BagFrames:
         self._tree = TransformTree(math.inf)
         self._body = LatestFrames()
         self._source: tuple[str, str] | None = None
+        self._above: dict[str, _Above] = {}
         self.base = names.base or BASE_LINK
 
     def add_transforms(self, transforms: Iterable[Any], *, static: bool) -> None:
@@ -59,7 +68,7 @@ class BagFrames:
         likely = [frame for name in BASES for frame in known if unprefixed(frame) == name]
         likely += [child for _, child in (self._source,) if child not in likely] if self._source else []
         moving = (frame for frame in likely if self._tree.moving_parent(frame, self.map) is not None)
-        self.base = self._names.base or next(moving, self.base)
+        self.base = self._names.base or next(moving, likely[0] if likely else self.base)
         for frame in likely:
             if not self._body.connected(self.base, frame) and self._body.root(frame) == frame:
                 joint = TransformStamped(Header(frame_id=self.base), frame, Rigid().to_message())
@@ -67,13 +76,22 @@ class BagFrames:
 
     def _add(self, transform: TransformStamped, *, static: bool) -> None:
         try:
-            Rigid.of(transform.transform)
+            self._note(transform, Rigid.of(transform.transform))
             # Cameras and wheels are not level: they only matter where a laser is mounted on them.
             if is_level(transform.transform.rotation):
                 self._tree.set_message(transform, static=static)
             self._body.hear((transform,))
         except TransformError:
             return
+
+    def _note(self, transform: TransformStamped, pose: Rigid) -> None:
+        """Note the parent of a frame, and whether the frame moves in it."""
+        parent, child = transform.header.frame_id.lstrip("/"), transform.child_frame_id.lstrip("/")
+        known = self._above.get(child)
+        if known is None or known.parent != parent:
+            self._above[child] = _Above(parent, pose)
+        elif not known.moved and pose != known.first:
+            self._above[child] = known._replace(moved=True)
 
     # -- names ---------------------------------------------------------------------------------------------------------
 
@@ -96,6 +114,28 @@ class BagFrames:
         )
 
     # -- poses ---------------------------------------------------------------------------------------------------------
+
+    def has_odometry(self, lasers: Iterable[str]) -> bool:
+        """Return whether the bag has odometry: by messages, or by transforms above the robot.
+
+        Without a frame of the robot by any known name, transforms above its lasers count, if they move: the user is to
+        name the frames.
+        """
+        if self._names.odom is not None or self._source is not None:
+            return True
+        if self.base in self._tree.frames():
+            return self._tree.moving_parent(self.base, self.map) is not None
+        return any(self._moves(laser.lstrip("/")) for laser in lasers)
+
+    def _moves(self, frame: str) -> bool:
+        """Return whether a frame or one above it moves in another frame than that of the map."""
+        seen: set[str] = set()
+        while frame not in seen and (known := self._above.get(frame)) is not None:
+            seen.add(frame)
+            if known.moved and unprefixed(known.parent) != MAP:
+                return True
+            frame = known.parent
+        return False
 
     def odometry(self, stamp: float) -> Pose2D:
         """Return the pose of the robot in the odometry frame; raises ``TransformError`` if there is none at a time."""

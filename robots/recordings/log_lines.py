@@ -6,18 +6,19 @@
 ignored.
 """
 
-import bz2
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from io import BufferedReader, TextIOWrapper
 from pathlib import Path
-from typing import IO, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
+from robots.recordings.bags.uncompressed import UncompressedFile
 
 MOST_BYTES = 1 << 30
 """Largest size of a log, after decompression [bytes]."""
@@ -90,7 +91,7 @@ class LogLines:
 
 
 def read_lines(path: Path) -> LogLines:
-    """Read a log; its name ends with ``.bz2`` if it is compressed.
+    """Read a log, compressed or not.
 
     A last line that is cut off is left out, as is the damaged end of a compressed file.
 
@@ -120,22 +121,15 @@ def _texts(path: Path, lines: LogLines) -> Iterator[tuple[int, str]]:
     """Yield the numbers and texts of the lines of a file."""
     size = 0
     try:
-        with _opened(path) as file:
-            for number, line in enumerate(file, 1):
+        with UncompressedFile(path) as file, TextIOWrapper(BufferedReader(file), encoding="ascii") as texts:
+            for number, line in enumerate(texts, 1):
                 size += len(line)
                 if size > MOST_BYTES:
                     raise InvalidInput(f"{path} is larger than {MOST_BYTES >> 20} MiB")
                 yield number, line
-    except EOFError:
-        lines.cut = True
-    except (OSError, UnicodeDecodeError) as error:
-        raise InvalidInput(f"cannot read the log: {error}") from error
-
-
-def _opened(path: Path) -> IO[str]:
-    if path.suffix == ".bz2":
-        return bz2.open(path, "rt", encoding="ascii")
-    return path.open(encoding="ascii")
+            lines.cut = file.cut
+    except UnicodeDecodeError as error:
+        raise InvalidInput(f"cannot read {path}: it is no log of text, and no bag") from error
 
 
 def _take(lines: LogLines, words: list[str]) -> None:

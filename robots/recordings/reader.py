@@ -2,14 +2,15 @@
 
 from pathlib import Path
 
+from robots.recordings.bags.files import has_bag_name
 from robots.recordings.recording import RecordedFrames, Recording
-
-BAGS = (".bag", ".mcap", ".db3")
 
 
 def is_bag(path: Path) -> bool:
-    """Return whether a path names a bag of ROS: a folder, or a file with the ending of a bag."""
-    return path.is_dir() or path.suffix.lower() in BAGS
+    """Return whether a path is that of a bag of ROS: a folder, or a file by its name or its first bytes."""
+    from robots.recordings.bags.bag import is_bag_file  # noqa: PLC0415 - logs need fewer packages
+
+    return path.is_dir() or has_bag_name(path) or is_bag_file(path)
 
 
 def read_recording(path: Path, frames: RecordedFrames | None = None) -> Recording:

@@ -59,6 +59,12 @@ class Recording:
     ----------
     looks : tuple of Look
         At least one scan.
+    notes : tuple of str
+        What was left out, or is missing.
+    has_odometry : bool
+        Whether the poses in the odometry frame are measured; without it, they are zero.
     """
 
     looks: tuple[Look, ...]
+    notes: tuple[str, ...] = ()
+    has_odometry: bool = True

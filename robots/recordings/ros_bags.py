@@ -1,7 +1,8 @@
 """Bags of ROS: scans, odometry by topic or transforms, and true poses if mapping published ``map`` → ``odom``."""
 
-import struct
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,12 +14,24 @@ from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.perception.level_scans import LevelScan, level_scan
 from ppaas.transforms.planar import tf_time
 from robots.recordings.bag_frames import BagFrames
+from robots.recordings.bags.bag import ROS_ENCODINGS, Bag
+from robots.recordings.bags.bag import messages as in_words
+from robots.recordings.bags.objects import BagObjects, full_type
 from robots.recordings.recording import Look, RecordedFrames, Recording
 
-SCAN, ODOMETRY = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
+SCAN, ECHOES, ODOMETRY = "sensor_msgs/msg/LaserScan", "sensor_msgs/msg/MultiEchoLaserScan", "nav_msgs/msg/Odometry"
 
 TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 """Types of transforms: that of tf2, and that of tf, with the same fields, in bags of old robots."""
+
+SCANS = (SCAN, ECHOES)
+USED = (*SCANS, ODOMETRY, *TRANSFORMS)
+"""Types of the messages that are used."""
+
+NO_ODOMETRY = (
+    "there is no odometry: the robot's motion is found by the scans alone, up to 0.25 m and 0.25 rad from one to the "
+    "next, and not along bare corridors"
+)
 
 
 class BagMessage(NamedTuple):
@@ -30,21 +43,28 @@ class BagMessage(NamedTuple):
 
 
 def read_bag(path: Path, frames: RecordedFrames) -> Recording:
-    """Read a bag of ROS 1 (a file) or ROS 2 (a folder).
+    """Read a bag of ROS 1 or ROS 2, a file or a folder.
 
     Raises
     ------
     InvalidInput
-        The extra ``bags`` is not installed, the bag cannot be read, or no scan has odometry at its time.
+        The extra ``bags`` is not installed, the bag cannot be read or has no scans, or it has odometry, but at the time
+        of no scan.
     """
-    return recording_of(list(_messages(path)), path, frames)
+    objects, bag = BagObjects(), Bag(path)
+    recording = recording_of(list(_messages(bag, objects)), path, frames, bag.contents)
+    damaged = [f"{in_words(count)} on {topic} left out: damaged" for topic, count in objects.damaged.items()]
+    return replace(recording, notes=(*bag.notes(), *damaged, *recording.notes))
 
 
-def recording_of(messages: Sequence[BagMessage], path: Path, frames: RecordedFrames) -> Recording:
+def recording_of(
+    messages: Sequence[BagMessage], path: Path, frames: RecordedFrames, contents: Callable[[], str]
+) -> Recording:
     """Return the recording in the messages of a bag.
 
     Transforms on ``tf_static`` hold at all times. Transforms that are not rigid are left out, as in tf2, and so are
-    scans that cannot be used.
+    scans that cannot be used. Without odometry, the poses of the robot are zero, and the laser's frame is the robot's
+    unless transforms connect the two.
 
     Parameters
     ----------
@@ -54,6 +74,8 @@ def recording_of(messages: Sequence[BagMessage], path: Path, frames: RecordedFra
         Path of the bag, for error messages.
     frames : RecordedFrames
         Names in the bag.
+    contents : callable
+        Returns the topics of the bag, for error messages.
 
     Raises
     ------
@@ -68,46 +90,45 @@ def recording_of(messages: Sequence[BagMessage], path: Path, frames: RecordedFra
         if kind == ODOMETRY:
             bag.add_odometry(topic, message)
     bag.join()
-    topics = sorted({topic for topic, kind, _ in messages if kind == SCAN})
+    scans = [(topic, message) for topic, kind, message in messages if kind in SCANS]
     wanted = frames.scan_topic
-    if wanted is not None and wanted.strip("/") not in [topic.strip("/") for topic in topics]:
-        raise InvalidInput(f"{path} has no scans on {wanted!r}, but on {', '.join(topics) or 'no topic'}")
-    scans = [
-        message
-        for topic, kind, message in messages
-        if kind == SCAN and (wanted is None or topic.strip("/") == wanted.strip("/"))
-    ]
-    return Recording(tuple(_looks(scans, bag, path)))
+    chosen = [message for topic, message in scans if wanted is None or topic.strip("/") == wanted.strip("/")]
+    if not chosen:
+        where = "" if wanted is None else f" on {wanted!r}"
+        raise InvalidInput(f"{path} has no scans{where} ({SCAN}); its topics are: {contents()}")
+    lasers = {scan.header.frame_id.lstrip("/") for scan in chosen}
+    if bag.has_odometry(lasers):
+        return Recording(tuple(_looks(chosen, bag, path, bag.odometry)))
+    _check_frames(lasers, bag, path)
+    looks = _looks(chosen, bag, path, lambda _: Pose2D(0.0, 0.0))
+    return Recording(tuple(looks), notes=(NO_ODOMETRY,), has_odometry=False)
 
 
-def _messages(path: Path) -> Iterator[BagMessage]:
-    """Yield the messages in the order of recording."""
-    try:
-        from rosbags.highlevel import AnyReader, AnyReaderError  # noqa: PLC0415 - of the extra bags
-        from rosbags.typesys import Stores, get_typestore  # noqa: PLC0415
-    except ModuleNotFoundError as error:
-        raise InvalidInput("reading bags of ROS needs the extra bags: pip install '.[bags]'") from error
-    try:
-        with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
-            wanted = [known for known in reader.connections if known.msgtype in (SCAN, ODOMETRY, *TRANSFORMS)]
-            for connection, _, raw in reader.messages(connections=wanted) if wanted else ():
-                message = reader.deserialize(raw, connection.msgtype)
-                yield BagMessage(connection.topic, connection.msgtype, message)
-    except (AnyReaderError, OSError, ValueError, LookupError, AssertionError, struct.error) as error:
-        why = str(error) or "a record or its index is damaged, or written by a very old version"
+def _check_frames(frames: set[str], bag: BagFrames, path: Path) -> None:
+    """Raise ``InvalidInput`` if scans of several lasers have no known place on the robot."""
+    if len(frames) > 1 and any(bag.mount(frame) is None for frame in frames):
         raise InvalidInput(
-            f"cannot read the bag {path}: {why}. Bags of ROS 1 are repaired by: rosbag reindex {path.name}"
-        ) from error
+            f"{path} has neither odometry nor transforms between the lasers {', '.join(sorted(frames))}: name one of "
+            "their topics by --scan-topic"
+        )
 
 
-def _looks(scans: list[Any], bag: BagFrames, path: Path) -> list[Look]:
+def _messages(bag: Bag, objects: BagObjects) -> Iterator[BagMessage]:
+    """Yield the messages that are used, in the order of recording."""
+    for message in bag.messages():
+        kind = full_type(message.channel.type)
+        if kind in USED and message.channel.encoding in ROS_ENCODINGS and (found := objects.read(message)) is not None:
+            yield BagMessage(message.channel.topic, kind, found)
+
+
+def _looks(scans: list[Any], bag: BagFrames, path: Path, odometry: Callable[[float], Pose2D]) -> list[Look]:
     """Return the scans at whose time there is odometry, in the order of their stamps."""
     looks: list[tuple[Look, str]] = []
     refused: list[InvalidInput] = []
     for message in sorted(scans, key=_stamp):
         stamp, frame = _stamp(message), message.header.frame_id.lstrip("/")
         try:
-            odom, true = bag.odometry(stamp), bag.true_pose(stamp)
+            odom, true = odometry(stamp), bag.true_pose(stamp)
             level = _level(message, bag)
         except TransformError:
             continue  # before the first transform, or after the last
@@ -130,8 +151,17 @@ def _level(message: Any, bag: BagFrames) -> LevelScan:
     scan = LaserScan(
         Header(frame_id=message.header.frame_id), angle_min=message.angle_min, angle_max=message.angle_max,
         angle_increment=message.angle_increment, range_min=message.range_min, range_max=message.range_max,
-        ranges=message.ranges.tolist(), time_increment=float(getattr(message, "time_increment", 0.0)),
+        ranges=_ranges(message), time_increment=float(getattr(message, "time_increment", 0.0)),
     )  # fmt: skip
     check_scan(scan)
     mount = bag.mount(message.header.frame_id.lstrip("/"))
     return LevelScan(scan, Pose2D(0.0, 0.0)) if mount is None else level_scan(scan, mount)
+
+
+def _ranges(message: Any) -> list[float | None]:
+    """Return the ranges of a scan, of several echoes the first."""
+    return [_first(beam.echoes) if hasattr(beam, "echoes") else float(beam) for beam in message.ranges]
+
+
+def _first(echoes: Any) -> float:
+    return float(echoes[0]) if len(echoes) else math.inf

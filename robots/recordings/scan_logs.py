@@ -1,5 +1,6 @@
 """Reads the scans and the odometry of a recording, of which a map is made."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Literal, get_args
 
@@ -18,7 +19,12 @@ FORMATS: tuple[LogFormat, ...] = get_args(LogFormat)
 """Formats of recordings: logs of CARMEN, graphs of poses with scans (``VERTEX2``, ``EDGE2``), and bags of ROS."""
 
 
-def read_scan_log(path: Path, form: LogFormat | None = None, frames: RecordedFrames | None = None) -> ScanLog:
+def read_scan_log(
+    path: Path,
+    form: LogFormat | None = None,
+    frames: RecordedFrames | None = None,
+    note: Callable[[str], None] | None = None,
+) -> ScanLog:
     """Read a recording.
 
     The stamps are those of the file, in the order of the file, whether they ascend or not.
@@ -31,17 +37,24 @@ def read_scan_log(path: Path, form: LogFormat | None = None, frames: RecordedFra
         Format; by default that of the name of the file and its lines.
     frames : RecordedFrames, optional
         Topic and frames to read from a bag.
+    note : callable, optional
+        Called with what was left out, or is missing.
 
     Raises
     ------
     InvalidInput
-        The file cannot be read, or has no scans or no odometry.
+        The file cannot be read, or has no scans; or a log of text has no odometry.
     """
     if form == "bag" or (form is None and is_bag(path)):
         from robots.recordings.ros_bags import read_bag  # noqa: PLC0415 - logs need fewer packages
 
-        return _of_looks(read_bag(path, frames or RecordedFrames()).looks)
+        recording = read_bag(path, frames or RecordedFrames())
+        for text in recording.notes if note is not None else ():
+            note(text)
+        return _of_looks(recording.looks)
     lines = read_lines(path)
+    if lines.cut and note is not None:
+        note(f"{path} is cut off, and was read up to the cut")
     if form == "flirt" and not lines.edges:
         raise InvalidInput(f"{path} is not a pose graph: no line begins with EDGE2; give --format carmen")
     if form == "carmen":

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, NamedTuple
+from typing import NamedTuple
 
 import msgspec
 
@@ -19,10 +19,10 @@ from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes import topics
 from ppaas.recording.decoding import McapDecoder
 from ppaas.recording.parameters import NAME
-from ppaas.recording.reader import McapReader
 from ppaas.recording.reader import Message as McapMessage
 from ppaas.recording.writer import DIRECTION, DOWN, ROBOT_FILE
 from robots.client.robot_file import RobotFile
+from robots.recordings.bags.bag import ROS_ENCODINGS, Bag
 from robots.replay.outcomes import COMPARED, Outcomes
 
 INPUTS = frozenset(
@@ -36,6 +36,9 @@ INPUTS = frozenset(
     )
 )  # fmt: skip
 """Topics that are sent to the clone again."""
+
+ENCODINGS = (*ROS_ENCODINGS, "json")
+"""Encodings of messages that are read."""
 
 MAPS = frozenset({"map"})
 """Parents of transforms that the clone of a replay publishes itself."""
@@ -73,8 +76,8 @@ class Recorded:
         Number of messages that cannot be read, by topic and reason.
     seconds : float
         Length of the recording [s].
-    cut : bool
-        Whether the file ends before its end.
+    notes : list of str
+        What of the file could not be read, as where it was cut off.
     """
 
     path: Path
@@ -85,7 +88,7 @@ class Recorded:
     counts: Counter[str] = field(default_factory=Counter)
     skipped: Counter[str] = field(default_factory=Counter)
     seconds: float = 0.0
-    cut: bool = False
+    notes: list[str] = field(default_factory=list)
     _start: int = 0
     _first_pose: tuple[float, float, float] | None = None
 
@@ -97,31 +100,28 @@ class Recorded:
         InvalidInput
             The file cannot be read, is damaged, or has nothing to send.
         """
-        decoder = McapDecoder()
-        with self._opened() as stream:
-            reader = McapReader(stream)
-            for message in reader.messages():
-                self._note(message, decoder)
-            self.cut = reader.cut
+        decoder, bag = McapDecoder(), Bag(self.path)
+        for message in bag.messages():
+            self._note(message, decoder)
+        self.notes = bag.notes(ENCODINGS)
         self.skipped = decoder.skipped
-        self.file = _robot_file(reader.attachments.get(ROBOT_FILE))
+        self.file = _robot_file(bag.attachments.get(ROBOT_FILE))
         if not self.counts:
             raise InvalidInput(
                 f"{self.path} has nothing to send to a clone: none of its messages is on {', '.join(sorted(INPUTS))}, "
-                "or of their types; name other topics by --rename"
+                f"or of their types; name other topics by --rename. Its topics are: {bag.contents()}"
             )
         return self
 
     def inputs(self) -> Iterator[Input]:
         """Yield what is to be sent, in the order of time; raises as ``read``."""
         decoder = McapDecoder()
-        with self._opened() as stream:
-            for message in McapReader(stream).messages():
-                topic = self._topic(message)
-                if topic in INPUTS and _is_input(message):
-                    found = _decoded(topic, message, decoder)
-                    if found is not None:
-                        yield Input((message.log_time - self._start) / 1e9, topic, found)
+        for message in Bag(self.path).messages():
+            topic = self._topic(message)
+            if topic in INPUTS and _is_input(message):
+                found = _decoded(topic, message, decoder)
+                if found is not None:
+                    yield Input((message.log_time - self._start) / 1e9, topic, found)
 
     @property
     def initial_pose(self) -> tuple[float, float, float] | None:
@@ -148,12 +148,6 @@ class Recorded:
     def _topic(self, message: McapMessage) -> str:
         name = message.channel.topic.lstrip("/")
         return self.renamed.get(name, name)
-
-    def _opened(self) -> IO[bytes]:
-        try:
-            return self.path.open("rb")
-        except OSError as error:
-            raise InvalidInput(f"cannot read the recording: {error}") from error
 
 
 def _is_input(message: McapMessage) -> bool:

@@ -102,8 +102,7 @@ async def replay(options: ReplayOptions, say: Callable[[str], None]) -> ReplayRe
 
 def _summary(recorded: Recorded) -> str:
     counts = ", ".join(f"{topic} {count}" for topic, count in recorded.counts.most_common())
-    cut = "; the file was cut off" if recorded.cut else ""
-    return f"{recorded.path}: {recorded.seconds:.1f} s to send ({counts}){cut}"
+    return "; ".join((f"{recorded.path}: {recorded.seconds:.1f} s to send ({counts})", *recorded.notes))
 
 
 async def _set_up(rest: RestClient, recorded: Recorded, options: ReplayOptions, say: Callable[[str], None]) -> None:

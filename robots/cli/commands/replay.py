@@ -1,4 +1,4 @@
-"""Command ``ppaas replay FILE.mcap``: feeds a clone with a recording, and compares what it says."""
+"""Command ``ppaas replay BAG``: feeds a clone with a recording, and compares what it says."""
 
 import argparse
 import json
@@ -13,12 +13,14 @@ if TYPE_CHECKING:
     from robots.replay.replaying import ReplayReport
 
 NAME = "replay"
-HELP = "replay a recording (MCAP) to a clone, and say how it differs from what was recorded"
+HELP = "replay a recording or a bag of ROS to a clone, and say how it differs from what was recorded"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.add_argument("file", type=Path, metavar="FILE.mcap", help="recording of a robot, or a bag of ROS as MCAP")
+    parser.add_argument(
+        "file", type=Path, metavar="BAG", help="recording of a robot, or a bag of ROS: a file or a folder"
+    )
     parser.add_argument("--speed", type=_speed, default=1.0, help="factor on the recorded speed (%(default)s)")
     parser.add_argument("--until", type=float, metavar="SECONDS", help="end there in the recording (its end)")
     parser.add_argument("--robot", default="replay", metavar="ID", help="id of the robot in the cloud (%(default)s)")

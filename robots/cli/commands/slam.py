@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ppaas.errors import InvalidInput
 from robots.cli import event_loop
-from robots.cli.output import show
+from robots.cli.output import printable, show
 from robots.cli.output_files import check_folder, write_file
 from robots.cli.resource import merge_patch
 
@@ -44,7 +44,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         type=Path,
         nargs="?",
         metavar="LOG",
-        help="log of CARMEN, also compressed (.bz2), bag of ROS, or pose graph to solve (.g2o)",
+        help="log of CARMEN or bag of ROS, also compressed, a folder of a bag, or a pose graph to solve (.g2o)",
     )
     parser.add_argument("--format", choices=FORMATS, help="format of LOG (that of its name and lines)")
     parser.add_argument("--map", type=Path, metavar="OUT.yaml", help="write the map, with its image beside it")
@@ -137,7 +137,7 @@ def _map(arguments: argparse.Namespace) -> dict[str, Any]:
 
     parameters = read_parameters(SlamParameters, "slam", merge_patch(arguments.parameter or []))
     frames = RecordedFrames(arguments.scan_topic, arguments.odom_frame, arguments.base_frame)
-    log = read_scan_log(arguments.log, arguments.format, frames)
+    log = read_scan_log(arguments.log, arguments.format, frames, _note)
     made = _mapped(log, parameters, arguments.log.name)
     _write(arguments, log, made, parameters.resolution)
     answer = made.summary()
@@ -158,8 +158,12 @@ def _solve(arguments: argparse.Namespace) -> dict[str, Any]:
     if arguments.graph is not None:
         write_file(arguments.graph, solved.content)
     for note in solved.notes:
-        sys.stderr.write(f"note: {note}\n")
+        _note(note)
     return solved.answer
+
+
+def _note(text: str) -> None:
+    sys.stderr.write(f"note: {printable(text)}\n")
 
 
 def _mapped(log: "ScanLog", parameters: "SlamParameters", name: str) -> "LogMap":

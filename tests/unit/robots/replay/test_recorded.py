@@ -17,6 +17,7 @@ from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.transforms.planar import transform_message
 from ppaas.wire.ros import ros_types
 from robots.replay.recorded import Recorded
+from tests.support.recordings.bags import KINDS, foreign_channels, make_bag
 from tests.support.recordings.entries import START, entry, mcap, scan, twist
 
 MAP = OccupancyGrid(Header(frame_id="map"), MapMetaData(0.5, 2, 1, Pose.of(Pose2D(0.0, 0.0))), [0, 100])
@@ -98,8 +99,26 @@ def test_bags_of_others(tmp_path: Path, encoding: str, package: str) -> None:
 
 
 def test_file_that_was_cut_off(tmp_path: Path) -> None:
-    recorded = Recorded(written(tmp_path, mcap(entry("scan", scan()), finish=False))).read()
-    assert (recorded.cut, recorded.counts["scan"]) == (True, 1)
+    path = written(tmp_path, mcap(entry("scan", scan()), finish=False))
+    recorded = Recorded(path).read()
+    assert recorded.notes == [f"{path} is cut off, and was read up to the cut"]
+    assert recorded.counts["scan"] == 1
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_bags_of_all_formats_are_sent_in_the_order_of_their_files(tmp_path: Path, kind: str) -> None:
+    bag = make_bag(tmp_path / "drive", kind, scans=12, files=3 if kind in ("mcap", "db3") else 1)
+    recorded = Recorded(bag).read()
+    assert (recorded.counts, recorded.notes) == ({"scan": 12, "odom": 12}, [])
+    times = [one.after for one in recorded.inputs() if one.topic == "scan"]
+    assert times == pytest.approx([number / 10 for number in range(12)])
+
+
+def test_channels_in_json_are_read_and_others_noted(tmp_path: Path) -> None:
+    channels = (("/scan", "json", b'{"ranges": [1.0]}'), ("/log", "protobuf", b"\x00"))
+    recorded = Recorded(written(tmp_path, foreign_channels(*channels))).read()
+    assert recorded.counts == {"scan": 1}
+    assert recorded.notes == ["1 message on /log left out: 'protobuf' is no encoding that is read"]
 
 
 def test_messages_of_another_type_are_left_out_and_counted(tmp_path: Path) -> None:
@@ -112,7 +131,9 @@ def test_messages_of_another_type_are_left_out_and_counted(tmp_path: Path) -> No
 def test_unusable_files_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match="cannot read"):
         Recorded(tmp_path / "missing.mcap").read()
-    with pytest.raises(InvalidInput, match="nothing to send"):
+    with pytest.raises(
+        InvalidInput, match=r"nothing to send .* Its topics are: /cmd_vel \(geometry_msgs/msg/Twist, 1\)"
+    ):
         Recorded(written(tmp_path, mcap(entry("cmd_vel", twist(), up=False)))).read()
-    with pytest.raises(InvalidInput, match="not an MCAP file"):
+    with pytest.raises(InvalidInput, match="it is no bag: its first bytes"):
         Recorded(written(tmp_path, b"x" * 100)).read()

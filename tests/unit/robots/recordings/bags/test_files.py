@@ -1,0 +1,69 @@
+"""Files of a bag in a folder."""
+
+from pathlib import Path
+
+import pytest
+
+from ppaas.errors import InvalidInput
+from robots.recordings.bags.files import files_of
+
+
+def folder(tmp_path: Path, *names: str, listed: tuple[str, ...] = (), more: str = "") -> Path:
+    for name in names:
+        (tmp_path / name).write_bytes(b"")
+    if listed:
+        lines = "".join(f"  - {name}\n" for name in listed)
+        (tmp_path / "metadata.yaml").write_text(f"rosbag2_bagfile_information:\n  relative_file_paths:\n{lines}{more}")
+    return tmp_path
+
+
+def names(path: Path) -> list[str]:
+    return [file.name for file in files_of(path).paths]
+
+
+def test_numbers_in_names_are_ordered_by_value(tmp_path: Path) -> None:
+    files = [f"drive_{number}.mcap" for number in (0, 1, 2, 10, 11)]
+    assert names(folder(tmp_path, *reversed(files), "notes.txt")) == files
+
+
+def test_split_bags_of_ros_1_are_one_recording(tmp_path: Path) -> None:
+    files = [
+        "drive_2026-11-28-10-00-00_0.bag",
+        "drive_2026-11-28-10-05-00_1.bag",
+        "drive_2026-11-28-10-10-00_2.bag.active",
+    ]
+    assert names(folder(tmp_path, *reversed(files))) == files
+
+
+def test_metadata_gives_the_order_and_later_files_follow(tmp_path: Path) -> None:
+    listed = ("b_1.mcap", "run/b_0.mcap")
+    assert names(folder(tmp_path, "b_0.mcap", "b_1.mcap", "b_2.mcap", "other.mcap", listed=listed)) == [
+        "b_1.mcap",
+        "b_0.mcap",
+        "b_2.mcap",
+    ]
+
+
+def test_files_that_were_compressed_or_decompressed_since_are_found(tmp_path: Path) -> None:
+    listed = ("b_0.mcap.zstd", "b_1.mcap")
+    assert names(folder(tmp_path, "b_0.mcap", "b_1.mcap.gz", listed=listed)) == ["b_0.mcap", "b_1.mcap.gz"]
+
+
+def test_missing_files_are_noted(tmp_path: Path) -> None:
+    found = files_of(folder(tmp_path, "b_1.db3", listed=("b_0.db3", "b_1.db3")))
+    assert [file.name for file in found.paths] == ["b_1.db3"]
+    assert found.notes == (f"metadata.yaml of {tmp_path} lists b_0.db3, which is not there",)
+    (tmp_path / "b_1.db3").unlink()
+    with pytest.raises(InvalidInput, match=r"lists b_0\.db3, which is not there"):
+        files_of(tmp_path)
+
+
+def test_a_folder_of_several_bags_is_refused_by_their_names(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match=r"has several bags \(a_1.mcap, b.mcap\) and no metadata.yaml: name one"):
+        files_of(folder(tmp_path, "a_0.mcap", "a_1.mcap", "b.mcap"))
+
+
+def test_compression_of_messages_that_is_not_known_is_refused(tmp_path: Path) -> None:
+    more = "  compression_format: lz4\n  compression_mode: MESSAGE\n"
+    with pytest.raises(InvalidInput, match="are compressed by lz4, and only zstd is known: run ros2 bag convert"):
+        files_of(folder(tmp_path, "b_0.db3", listed=("b_0.db3",), more=more))
