@@ -1,13 +1,15 @@
 """Fixtures that all tests share, and how several processes share the tests."""
 
+import asyncio
 import gc
 import os
 import tempfile
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import pytest
+import uvloop
 from hypothesis import settings
 
 from ppaas import plugins
@@ -39,6 +41,34 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put the longest shares first."""
     places = {path: place_in_line(path.relative_to(ROOT)) for path in {item.path for item in items}}
     items.sort(key=lambda item: places[item.path])
+
+
+LOOPS: Mapping[str, Callable[[], asyncio.AbstractEventLoop]] = {
+    "uvloop": uvloop.new_event_loop,
+    "asyncio": asyncio.new_event_loop,
+}
+"""Event loops of tests. A timer, a transport or a handle of one is not that of the other."""
+
+LOOPS_OF: Mapping[str, tuple[str, ...]] = {
+    "unit/endpoints/http/test_tls_handshake.py": ("uvloop", "asyncio"),
+    "unit/endpoints": ("uvloop",),
+    "unit/engine/links": ("uvloop", "asyncio"),
+    "unit/engine/recorder": ("asyncio",),
+    "unit/engine/sessions": ("uvloop", "asyncio"),
+    "unit/engine": ("uvloop",),
+    "unit/robots/bridges/vda5050": ("uvloop", "asyncio"),
+}
+"""Loops of the tests below ``tests/`` by file or folder, the longest first: those that the processes of the code run
+on. All other tests run on that of asyncio."""
+
+
+def pytest_asyncio_loop_factories(
+    config: pytest.Config, item: pytest.Item
+) -> Mapping[str, Callable[[], asyncio.AbstractEventLoop]]:
+    """Return the event loops that a test runs on."""
+    path = item.path.relative_to(ROOT / "tests").as_posix()
+    names = next((loops for place, loops in LOOPS_OF.items() if path.startswith(place)), ("asyncio",))
+    return {name: LOOPS[name] for name in names}
 
 
 @pytest.hookimpl(optionalhook=True)

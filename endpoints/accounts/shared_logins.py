@@ -1,5 +1,6 @@
 """Logins that all endpoints of a cloud share: throttles, tickets, tokens that are not stored, and changes of users."""
 
+import logging
 from collections.abc import Callable
 from typing import Protocol
 
@@ -8,7 +9,10 @@ from endpoints.accounts.login_throttle import LoginThrottle
 from endpoints.accounts.socket_tickets import SocketTickets
 from endpoints.accounts.unsaved_tokens import UnsavedTokens
 from ppaas.clock import Clock, monotonic
+from ppaas.listener_faults import ListenerFaults
 from storage.records import Token
+
+logger = logging.getLogger(__name__)
 
 
 class SharedLogins(Protocol):
@@ -79,9 +83,10 @@ class LocalLogins:
         self._tickets = SocketTickets(clock)
         self._unsaved = UnsavedTokens()
         self._listeners: list[Callable[[str], None]] = []
+        self._faults = ListenerFaults(logger)
 
     def on_forget(self, listener: Callable[[str], None]) -> None:
-        """Call a function with the id of each user who is changed; it must neither block nor raise."""
+        """Call a function with the id of each user who is changed; it must not block."""
         self._listeners.append(listener)
 
     async def admit(self, user: str, address: str, kind: LoginKind = "password") -> Origin:
@@ -107,7 +112,7 @@ class LocalLogins:
     async def forget(self, user: str) -> None:
         """Call all listeners."""
         for listener in self._listeners:
-            listener(user)
+            self._faults.call("a listener to changes of users", listener, user)
 
     async def keep_token(self, token: Token) -> None:
         """Keep a token that cannot be stored."""

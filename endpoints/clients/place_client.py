@@ -6,6 +6,7 @@ once; what the session refuses is reported later.
 
 import asyncio
 import itertools
+import logging
 from collections import defaultdict
 from collections.abc import Callable
 from typing import Any, TypeAlias
@@ -15,8 +16,11 @@ import msgspec
 from endpoints.rosbridge.attachment import Attachment
 from engine.service.links.place_link import PlaceLink
 from ppaas.errors import Conflict, PPaaSError, QuotaExceeded, Unavailable
+from ppaas.listener_faults import ListenerFaults
 from ppaas.wire import operations
 from ppaas.wire.refusals import error_of_text
+
+logger = logging.getLogger(__name__)
 
 Outcome: TypeAlias = bytes | PPaaSError
 """Response as JSON, or an error."""
@@ -73,6 +77,7 @@ class PlaceClient:
         self._calls: dict[str, Done] = {}
         self._served: dict[str, Serve] = {}
         self._detached = False
+        self._faults = ListenerFaults(logger)
         attachment.session.connect(self)
 
     @property
@@ -86,7 +91,7 @@ class PlaceClient:
         self.attachment.session.connect(None)
         calls, self._calls = self._calls, {}
         for done in calls.values():
-            done(Unavailable("the container was closed before it answered"))
+            self._faults.call("a caller", done, Unavailable("the container was closed before it answered"))
 
     # -- topics --------------------------------------------------------------------------------------------------------
 
@@ -216,13 +221,16 @@ class PlaceClient:
                 hear(payload)
             except PPaaSError as error:  # of the other end: this session must go on
                 self._report(error)
+            except Exception as error:
+                self._report(self._faults.note(f"a listener to topic {topic!r}", error))
 
     def _answered(self, frame: _Frame) -> None:
         done = self._calls.pop(str(frame.id), None)
         if done is None:
             return
         values = bytes(frame.values)
-        done(values if frame.result else error_of_text(str(msgspec.json.decode(values)), Unavailable))
+        outcome = values if frame.result else error_of_text(str(msgspec.json.decode(values)), Unavailable)
+        self._faults.call("a caller", done, outcome)
 
     def _requested(self, frame: _Frame) -> None:
         def done(outcome: Outcome) -> None:
@@ -244,6 +252,8 @@ class PlaceClient:
             serve(bytes(frame.args), done)
         except PPaaSError as error:
             done(error)
+        except Exception as error:
+            done(self._faults.note(f"what serves {frame.service!r}", error))
 
     def _failed(self, frame: _Frame) -> None:
         self._report(error_of_text(str(msgspec.json.decode(bytes(frame.msg)))))

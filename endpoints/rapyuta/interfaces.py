@@ -4,12 +4,16 @@ Messages pass from sources (subscribers) to sinks (publishers), requests from as
 answerers (clients of one). Between interfaces, messages are JSON of rosbridge.
 """
 
+import logging
 from abc import ABC, abstractmethod
 from typing import Final
 
 from endpoints.clients.place_client import Done
-from ppaas.errors import Conflict, NotFound, QuotaExceeded, Unavailable
+from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded, Unavailable
+from ppaas.listener_faults import ListenerFaults
 from ppaas.wire.rapyuta.interface_types import InterfaceType, check_joinable
+
+_faults = ListenerFaults(logging.getLogger(__name__))
 
 MAX_PEERS = 32
 """Largest number of interfaces that one interface is connected to."""
@@ -60,10 +64,18 @@ class Source(Interface):
     """Interface that messages come from."""
 
     def forward(self, payload: bytes, topic: str) -> None:
-        """Pass a message, as JSON, to all peers."""
+        """Pass a message, as JSON, to all peers; the first error of one is raised once all have got it."""
+        errors = []
         for peer in tuple(self.peers):
             assert isinstance(peer, Sink)
-            peer.deliver(payload, topic)
+            try:
+                peer.deliver(payload, topic)
+            except PPaaSError as error:
+                errors.append(error)
+            except Exception as error:
+                errors.append(_faults.note(f"interface {peer.address!r}", error))
+        if errors:
+            raise errors[0]
 
 
 class Answerer(Interface, ABC):

@@ -29,12 +29,14 @@ from engine.protocols.refusals import refusal_of
 from engine.runtimes.compilation.threads import KernelThreads, use_threads
 from engine.specs.containers import Launch
 from ppaas.errors import InvalidInput, PPaaSError
+from ppaas.listener_faults import ListenerFaults
 from ppaas.nodes.base import Checkpoint
 from ppaas.nodes.graph import Graph
 from ppaas.plans.reuse.measured_times import Times
 from ppaas.plugins import permit_only
 
 logger = logging.getLogger(__name__)
+_faults = ListenerFaults(logger)
 
 
 async def run(launch: Launch) -> None:
@@ -125,9 +127,8 @@ def _bridges(
 
 
 def _shared(outside: FleetBridge, groups: Sequence[GroupBridge], message: machine_link.Shared) -> None:
-    outside.shared(message)
-    for bridge in groups:
-        bridge.shared(message)
+    for bridge in (outside, *groups):
+        _faults.call(f"{type(bridge).__name__} on {message.topic}", bridge.shared, message)
 
 
 def _resize(threads: KernelThreads, count: int) -> None:

@@ -2,16 +2,21 @@
 
 import asyncio
 import itertools
+import logging
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from ppaas.errors import PPaaSError, Unavailable
+from ppaas.listener_faults import ListenerFaults
+
+logger = logging.getLogger(__name__)
 
 Outcome = bytes | PPaaSError
 """Response to a call as JSON, or the error."""
 
 Done = Callable[[Outcome], None]
-"""Called with the outcome of a call."""
+"""Called with the outcome of a call. An exception of it is logged, and concerns neither the one that answered nor other
+calls."""
 
 
 class OpenCall(NamedTuple):
@@ -29,6 +34,7 @@ class OpenCalls:
     def __init__(self) -> None:
         self._numbers = itertools.count(1)
         self._calls: dict[int, OpenCall] = {}
+        self._faults = ListenerFaults(logger)
 
     def __getitem__(self, number: int) -> OpenCall:
         """Return an open call; raises ``KeyError`` if there is no such call."""
@@ -68,7 +74,7 @@ class OpenCalls:
         """End a call with its outcome; ignored if the call is not open."""
         call = self.give_up(number)
         if call is not None:
-            call.done(outcome)
+            self._faults.call(f"the caller of service {call.service!r}", call.done, outcome)
 
     def fail(self, reason: PPaaSError) -> None:
         """End all calls with an error."""

@@ -6,6 +6,7 @@ with the next container, and messages that must arrive are sent again.
 
 import asyncio
 import itertools
+import logging
 from abc import abstractmethod
 from collections import defaultdict
 from collections.abc import Callable, Iterable
@@ -16,12 +17,15 @@ from engine.links.open_calls import Done, Outcome
 from engine.links.topic_types import check_type
 from engine.protocols import robot_link
 from ppaas.errors import PPaaSError
+from ppaas.listener_faults import ListenerFaults
 from ppaas.nodes import topics
 from ppaas.wire.stamped_twists import may_be_named
 
+logger = logging.getLogger(__name__)
+
 
 class Listener(Protocol):
-    """Client of a link. None of its methods may block."""
+    """Client of a link. None of its methods may block; an exception of one is logged and concerns this client alone."""
 
     def published(self, topic: str, payload: bytes) -> None:
         """Receive a message of a subscribed topic, as JSON."""
@@ -48,17 +52,23 @@ class SharedLink(ContainerLink):
         self._clients: dict[int, Listener] = {}
         self._client_numbers = itertools.count(1)
         self._hearers: defaultdict[str, set[int]] = defaultdict(set)
+        self._faults = ListenerFaults(logger)
+
+    def _tell(self, clients: Iterable[int], tell: Callable[[Listener], None]) -> None:
+        """Call clients, each whatever becomes of the others; they may leave meanwhile."""
+        for number in tuple(clients):
+            listener = self._clients.get(number)
+            if listener is not None:
+                self._faults.call(f"client {number}", tell, listener)
 
     def _acknowledged(self, sequence: int) -> None:
-        for listener in tuple(self._clients.values()):
-            listener.acknowledged(sequence)
+        self._tell(self._clients, lambda listener: listener.acknowledged(sequence))
 
     # -- frames of the container ---------------------------------------------------------------------------------------
 
     def _published(self, topic: str, payload: bytes, client: int | None = None) -> None:
         hearers = self._hearers.get(topic, set()) if client is None else {client}
-        for listener in [self._clients[n] for n in hearers if n in self._clients]:
-            listener.published(topic, payload)
+        self._tell(hearers, lambda listener: listener.published(topic, payload))
 
     def _map_replaced(self) -> None:
         changes = self._hearers.get(topics.MAP_UPDATES.name, set())
@@ -69,14 +79,12 @@ class SharedLink(ContainerLink):
         return self._hearers
 
     def _refused(self, client: int, topic: str, error: PPaaSError, sequence: int) -> None:
-        if client in self._clients:
-            self._clients[client].refused(topic, error, sequence)
+        self._tell((client,), lambda listener: listener.refused(topic, error, sequence))
 
     def close(self, reason: PPaaSError) -> None:
         """Close the link and notify all clients."""
         super().close(reason)
-        for client in tuple(self._clients.values()):
-            client.closed(reason)
+        self._tell(self._clients, lambda listener: listener.closed(reason))
         self._clients.clear()
 
     # -- clients -------------------------------------------------------------------------------------------------------

@@ -34,6 +34,7 @@ from engine.sessions.place.place import Place
 from engine.sessions.retained_session import RetainedSession, SessionRecord
 from engine.sessions.socket_sink import EndpointEnd, SocketSink
 from ppaas.errors import Conflict
+from ppaas.listener_faults import ListenerFaults
 from ppaas.messages import encode
 from ppaas.messages.base.std_msgs import Bool
 from ppaas.wire.own_topics import OWN_TOPICS, PRESENCE
@@ -75,6 +76,7 @@ class SessionHost:
         self._nameless: dict[str, RetainedSession] = {}
         self._records: dict[str, SessionRecord] = {}
         self._links: dict[EndpointEnd, ClientOffers | None] = {}
+        self._faults = ListenerFaults(logger)
         self._presence: bool | None = None
         place.client_topics.advertise(PRESENCE, OWN_TOPICS[PRESENCE], (ITSELF, None), latch=True)
         self._tell_presence()
@@ -115,8 +117,9 @@ class SessionHost:
         """Detach all sockets of an endpoint that was lost."""
         self._links.pop(link, None)
         for socket in [socket for socket in self._sockets if socket[0] is link]:
-            self._keep_nameless(self._sockets[socket])
-            self._detach(socket, for_good=False)
+            retained = self._sockets[socket]
+            self._keep_nameless(retained)
+            retained.session.guard(self._detach, socket, for_good=False)
 
     def _keep_nameless(self, retained: RetainedSession) -> None:
         """Keep a session without a name for a moment, since its endpoint may have lost the link alone."""
@@ -130,7 +133,7 @@ class SessionHost:
             await asyncio.sleep(ATTEND_PERIOD)
             for retained in tuple(self._sockets.values()):
                 if len(retained.session.outbox):
-                    retained.session.outbox.flush()
+                    retained.session.guard(retained.session.outbox.flush)
             self._tell_presence()
             if self._sockets:
                 self._tell_offers()
@@ -157,13 +160,13 @@ class SessionHost:
     def take(self, link: EndpointEnd, frame: SessionToContainer) -> None:
         """Handle a frame of an endpoint."""
         if isinstance(frame, Attach):
-            self._attach(link, frame)
+            self._attach_or_refuse(link, frame)
         elif isinstance(frame, RoundTrip):
             self._place.round_trip = frame.seconds
         else:
             retained = self._sockets.get((link, frame.socket))
             if retained is not None:  # else the session has ended, and its endpoint was told
-                self._handle((link, frame.socket), retained, frame)
+                retained.session.guard(self._handle, (link, frame.socket), retained, frame)
 
     def _handle(self, socket: Socket, retained: RetainedSession, frame: SessionToContainer) -> None:
         match frame:
@@ -189,6 +192,11 @@ class SessionHost:
             retained.session.outbox.flush()
 
     # -- attaching -----------------------------------------------------------------------------------------------------
+
+    def _attach_or_refuse(self, link: EndpointEnd, attach: Attach) -> None:
+        fault = self._faults.call(f"the session of {attach.client.title}", self._attach, link, attach)
+        if fault is not None:
+            link.write(SessionOver(attach.socket, refusal_of(fault)))
 
     def _attach(self, link: EndpointEnd, attach: Attach) -> None:
         nameless = attach.client.name is None
@@ -320,7 +328,7 @@ class SessionHost:
         if self._named.get(retained.client) is retained:
             del self._named[retained.client]
         self._nameless.pop(retained.id, None)
-        retained.end()
+        self._faults.call(f"the session of {retained.client.title}", retained.end)
 
     def close(self) -> None:
         """End all sessions."""

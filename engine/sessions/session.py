@@ -7,13 +7,14 @@ requested ``status`` (by ``set_level`` or ``&status=1``).
 import asyncio
 import logging
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ParamSpec
 
 from engine.links.topic_types import check_type
 from engine.protocols.session_frames import NumberedFrame
 from engine.rights.access import Access
 from engine.rights.roles import Role, check_may_publish
 from engine.sessions.calls import ClientCalls
+from engine.sessions.delayed_messages import DelayedMessages
 from engine.sessions.frame_taker import FrameTaker
 from engine.sessions.goals import ClientGoals
 from engine.sessions.heartbeat import Heartbeat
@@ -26,6 +27,7 @@ from engine.sessions.spelling import spelling_at
 from engine.sessions.unsettled import UnsettledFrames
 from ppaas.clock import monotonic
 from ppaas.errors import InvalidInput, NotFound, PPaaSError, rebuild
+from ppaas.listener_faults import internal_error
 from ppaas.nodes.base import DEFAULT_DEPTH
 from ppaas.nodes.nav2_actions import PATH_GOALS
 from ppaas.nodes.topics import policy_of
@@ -36,6 +38,8 @@ from ppaas.wire.own_topics import HEARTBEAT, OWN_TOPICS, check_not_own
 from ppaas.wire.rosbridge import RosbridgeSession
 
 logger = logging.getLogger(__name__)
+
+P = ParamSpec("P")
 
 MAX_LOGGED = 64
 """Largest number of different errors of one client that are logged as warnings."""
@@ -101,7 +105,7 @@ class ClientSession:
         self.outbox = FrameOutbox()
         self.over: asyncio.Future[PPaaSError] = asyncio.get_running_loop().create_future()
         self._logged: set[tuple[str, str]] = set()
-        self._delayed_timer: asyncio.TimerHandle | None = None
+        self._delayed = DelayedMessages(wire, self._put, self.guard)
         self._heartbeat = Heartbeat(self.published)
         self._client = place.join(self)
         place.health.joined(self._client, role, self.outbox)
@@ -142,8 +146,7 @@ class ClientSession:
         self._heartbeat.stop()
         self._calls.end()
         self._place.leave(self._client)
-        if self._delayed_timer is not None:
-            self._delayed_timer.cancel()
+        self._delayed.stop()
 
     # -- from the client -----------------------------------------------------------------------------------------------
 
@@ -158,14 +161,16 @@ class ClientSession:
 
     def serve(self, frame: NumberedFrame, replay: Replay = "") -> None:
         """Execute a frame like ``take``; an internal error ends the session."""
-        self._guard(lambda: self.take(frame, replay))
+        self.guard(self.take, frame, replay)
 
-    def _guard(self, work: Callable[[], None]) -> None:
+    def guard(self, work: Callable[P, None], *args: P.args, **kwargs: P.kwargs) -> None:
+        """Do work of this session; an internal error is logged once, and ends this session alone."""
         try:
-            work()
+            work(*args, **kwargs)
         except Exception as error:
-            logger.exception("%s: serving failed", self.name)
-            self.closed(PPaaSError(f"internal error: {type(error).__name__}"))
+            level = logging.DEBUG if self.over.done() else logging.ERROR
+            logger.log(level, "%s: serving failed", self.name, exc_info=True)
+            self.closed(internal_error(error))
 
     def waiting(self) -> list[NumberedFrame]:
         """Return the frames that wait for a permit, in order."""
@@ -174,11 +179,11 @@ class ClientSession:
     def resume(self) -> None:
         """Execute the operation that waits for a permit, and the frames after it."""
         with self.outbox.corked():
-            self._guard(self._taker.resume)
+            self.guard(self._taker.resume)
 
     def acknowledged(self, sequence: int) -> None:
         """Handle that all messages up to a sequence number are in a checkpoint."""
-        self.unsettled.acknowledged(sequence)
+        self.guard(self.unsettled.acknowledged, sequence)
 
     def _execute(self, operation: operations.ClientOperation | operations.RefusedOperation) -> None:
         try:
@@ -347,34 +352,18 @@ class ClientSession:
     # -- from the place ------------------------------------------------------------------------------------------------
 
     def published(self, topic: str, payload: bytes) -> None:
-        """Handle a message of a topic that the client subscribed to."""
+        """Handle a message of a topic that the client subscribed to; an internal error ends this session alone."""
+        self.guard(self._take_message, topic, payload)
+
+    def _take_message(self, topic: str, payload: bytes) -> None:
         for frame in self._wire.publish(topic, payload, monotonic()):
             self._put(topic, frame)
-        self._schedule_delayed()
+        self._delayed.schedule()
         if self._goals.hears(topic):
             try:
                 self._goals.published(topic, payload)
             except PPaaSError as error:
                 self._report_error(error, topic)
-
-    def _schedule_delayed(self) -> None:
-        """Set the timer for messages that are delayed by ``throttle_rate``."""
-        due = self._wire.next_due()
-        if due is None:
-            return
-        loop = asyncio.get_running_loop()
-        at = loop.time() + max(due - monotonic(), 0.0)
-        if self._delayed_timer is not None:
-            if self._delayed_timer.when() <= at:
-                return
-            self._delayed_timer.cancel()
-        self._delayed_timer = loop.call_at(at, self._send_delayed)
-
-    def _send_delayed(self) -> None:
-        self._delayed_timer = None
-        for topic, frame in self._wire.due(monotonic()):
-            self._put(topic, frame)
-        self._schedule_delayed()
 
     def requested(self, call: int, service: str, payload: bytes) -> None:
         """Handle a call of a service that the client offers.
@@ -388,6 +377,9 @@ class ClientSession:
 
     def refused(self, topic: str, error: PPaaSError, sequence: int) -> None:
         """Handle the refusal of a message of this client by the clone."""
+        self.guard(self._take_refusal, topic, error, sequence)
+
+    def _take_refusal(self, topic: str, error: PPaaSError, sequence: int) -> None:
         self._goals.refused(sequence, error)
         self._report_error(error, topic)
 

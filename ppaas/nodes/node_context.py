@@ -1,15 +1,19 @@
 """Node context: what an executor provides to one node, whose timers, jobs and calls end when the node leaves."""
 
 import itertools
+import logging
 from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeVar
 
 from ppaas.errors import PPaaSError, Unavailable
+from ppaas.listener_faults import ListenerFaults
 from ppaas.nodes.base import Context, Job, Payload, Reply, Timer, Topic
 from ppaas.nodes.run_times import RunTimes
 
 if TYPE_CHECKING:
     from ppaas.nodes.base import Node
+
+logger = logging.getLogger(__name__)
 
 T = TypeVar("T")
 
@@ -49,6 +53,7 @@ class NodeContext:
         self._jobs: set[Job] = set()
         self._numbers = itertools.count()
         self._calls: dict[int, Reply] = {}
+        self._faults = ListenerFaults(logger)
 
     def end(self) -> None:
         """Stop timers and jobs, drop what the node publishes from now on, and fail its open calls."""
@@ -58,8 +63,9 @@ class NodeContext:
         for job in self._jobs:
             job.cancel()
         calls, self._calls = self._calls, {}
+        moved = Unavailable(f"node {self.node!r} moved between cloud and robot during the call; call again")
         for reply in calls.values():
-            reply(Unavailable(f"node {self.node!r} moved between cloud and robot during the call; call again"))
+            self._faults.call(f"a caller of node {self.node!r}", reply, moved)
 
     def serve(self, on_call: Callable[[Reply], None], reply: Reply) -> None:
         """Let the node answer a call, now or later; ``reply`` is called once, even if the node leaves before that."""

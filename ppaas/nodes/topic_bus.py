@@ -6,6 +6,7 @@ from collections.abc import Callable
 from functools import partial
 
 from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError
+from ppaas.listener_faults import ListenerFaults
 from ppaas.messages.base.message import Message
 from ppaas.nodes.base import Node, Payload, Topic
 from ppaas.nodes.run_times import RunTimes
@@ -37,6 +38,7 @@ class TopicBus:
         self._latched: dict[str, Payload] = {}
         self._queue: deque[tuple[str, Payload]] = deque()
         self._draining = False
+        self._faults = ListenerFaults(logger)
 
     # -- declarations, subscribers and taps ----------------------------------------------------------------------------
 
@@ -65,7 +67,7 @@ class TopicBus:
         self.topics[topic.name] = topic
         self._owners[topic.name] = node
         for watch in self._watches:
-            watch(node, topic.name, topic)
+            self._faults.call("a watch of topics", watch, node, topic.name, topic)
 
     def undeclare(self, node: Node, name: str) -> None:
         """Remove a topic that this node declared, with its queued messages and its taps.
@@ -81,7 +83,7 @@ class TopicBus:
         self._taps.pop(name, None)
         self._latched.pop(name, None)
         for watch in self._watches:
-            watch(node, name, None)
+            self._faults.call("a watch of topics", watch, node, name, None)
 
     def watch(self, callback: TopicWatch) -> None:
         """Call back for each topic that is declared or undeclared from now on."""
@@ -173,7 +175,7 @@ class TopicBus:
         InvalidInput
             The message has another type.
         PPaaSError
-            A subscriber rejects the message.
+            A subscriber rejects the message, or has failed; all others have got it.
         """
         expected = self.topic(topic).type
         if isinstance(message, Message) and not isinstance(message, expected):
@@ -210,8 +212,8 @@ class TopicBus:
         try:
             while self._queue:
                 topic, message = self._queue.popleft()
-                for hear in self._published_taps:
-                    hear(topic, message)
+                for hear in tuple(self._published_taps):
+                    self._faults.call("a tap of all topics", hear, topic, message)
                 self._deliver(topic, message, lambda error: logger.warning("%s", error))
         finally:
             self._draining = False
@@ -223,12 +225,21 @@ class TopicBus:
         if known.latched:
             self._latch(known, message)
         for node in self._subscribers.get(topic, ()):
-            try:
-                self.times.run(node.name, partial(node.on_message, topic, message))
-            except PPaaSError as error:
+            error = self._hand(node, topic, message)
+            if error is not None:
                 refused(error)
         for tap in tuple(self._taps.get(topic, ())):
-            tap(topic, message)
+            self._faults.call(f"a tap of topic {topic!r}", tap, topic, message)
+
+    def _hand(self, node: Node, topic: str, message: Payload) -> PPaaSError | None:
+        """Deliver a message to one node; return why it refuses it, or its internal error, which is logged."""
+        try:
+            self.times.run(node.name, partial(node.on_message, topic, message))
+        except PPaaSError as error:
+            return error
+        except Exception as error:
+            return self._faults.note(f"node {node.name!r} on topic {topic!r}", error)
+        return None
 
     def _latch(self, topic: Topic, message: Payload) -> None:
         """Store the message for later subscribers."""

@@ -99,15 +99,23 @@ class SubscriptionRegistry:
         return self._by_topic.pop(name, None) is not None
 
     def deliver(self, topic: str, payload: msgspec.Raw) -> None:
-        """Deliver a message given as JSON to all subscriptions of a topic.
+        """Deliver a message given as JSON to all subscriptions of a topic, also if one of them fails.
 
         Raises
         ------
         MalformedMessage
-            The message is not of the topic's type.
+            The message is not of the type of a subscription.
+        Exception
+            The first exception of a callback.
         """
+        errors = []
         for subscription in tuple(self._by_topic.get(normalise(topic), ())):
-            subscription.deliver(payload)
+            try:
+                subscription.deliver(payload)
+            except Exception as error:
+                errors.append(error)
+        if errors:
+            raise errors[0]
 
     def close(self, error: PPaaSError | None) -> None:
         """Close and remove all subscriptions; their readers get the error if there is one."""

@@ -6,6 +6,7 @@ container (`engine.sessions`).
 
 import itertools
 from collections.abc import Callable
+from typing import ParamSpec
 
 from engine.links.container_link import Stream
 from engine.links.shared_link import SharedLink
@@ -14,6 +15,8 @@ from engine.protocols.session_frames import ClientOffers, SessionToContainer
 from engine.service.links.carried_session import CarriedSession
 from ppaas.errors import PPaaSError
 from ppaas.nodes.frames import BASE_LINK
+
+P = ParamSpec("P")
 
 EndpointOrder = Callable[[int], robot_link.DialEndpoint]
 """Returns the order to dial an endpoint for a container, given its number among those of the place."""
@@ -60,7 +63,7 @@ class PlaceLink(SharedLink):
         for order in self._endpoints.values():
             self._write(order(self._count))
         for session in tuple(self._carried.values()):
-            session.attach()
+            self._guard(session, session.attach)
 
     def take(self, frame: robot_link.FromContainer) -> None:
         """Handle a frame of the container."""
@@ -68,7 +71,7 @@ class PlaceLink(SharedLink):
             case session_frames.SocketFrame():
                 session = self._carried.get(frame.socket)
                 if session is not None:
-                    session.deliver(frame)
+                    self._guard(session, session.deliver, frame)
             case (
                 session_frames.Attached()
                 | session_frames.Settled()
@@ -77,7 +80,7 @@ class PlaceLink(SharedLink):
             ):
                 session = self._carried.get(frame.socket)
                 if session is not None:
-                    session.note(frame)
+                    self._guard(session, session.note, frame)
             case ClientOffers():
                 self.offers = frame
             case _:
@@ -88,6 +91,12 @@ class PlaceLink(SharedLink):
         super().close(reason)
         for session in tuple(self._carried.values()):
             session.closed(reason)
+
+    def _guard(self, session: CarriedSession, work: Callable[P, None], *args: P.args, **kwargs: P.kwargs) -> None:
+        """Let a session do work; one that fails ends, and the others go on."""
+        fault = self._faults.call(f"a session of {self.key}", work, *args, **kwargs)
+        if fault is not None:
+            session.closed(fault)
 
     # -- endpoints -----------------------------------------------------------------------------------------------------
 

@@ -1,7 +1,12 @@
 """News between the processes of a cloud: what one of them changed in the stores, so that others drop it from caches."""
 
+import logging
 from collections.abc import Callable
 from typing import Literal
+
+from ppaas.listener_faults import ListenerFaults
+
+logger = logging.getLogger(__name__)
 
 NewsKind = Literal["map", "robot", "user"]
 """Kind of the record that was changed."""
@@ -15,6 +20,7 @@ class News:
 
     def __init__(self) -> None:
         self._listeners: list[Hear] = []
+        self._faults = ListenerFaults(logger)
 
     def listen(self, hear: Hear) -> None:
         """Pass news on to a function, too."""
@@ -29,4 +35,4 @@ class News:
         """Pass a change on to all listeners but its source."""
         for hear in tuple(self._listeners):
             if hear != source:
-                hear(kind, key)
+                self._faults.call(f"a listener to news of a {kind}", hear, kind, key)

@@ -1,12 +1,17 @@
 """Client actions: actions that clients of a place advertise, and the goals that other clients sent to them."""
 
 import itertools
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
+from engine.sessions.place.asked_clients import client_asked
 from ppaas.errors import NotFound, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
+from ppaas.listener_faults import ListenerFaults
 from ppaas.wire.actions import ABORTED, UNKNOWN
+
+logger = logging.getLogger(__name__)
 
 MAX_ACTIONS = 200
 """Largest number of actions that the clients of one place may advertise."""
@@ -85,6 +90,7 @@ class ClientActions:
         self._offers: dict[str, _Offer] = {}
         self._goals: dict[int, _Goal] = {}
         self._numbers = itertools.count(1)
+        self._faults = ListenerFaults(logger)
 
     def __contains__(self, action: str) -> bool:
         """Return whether a client advertises an action."""
@@ -158,13 +164,14 @@ class ClientActions:
         Raises
         ------
         Unavailable
-            The client that advertises it is too slow to take goals.
+            The client that advertises it is too slow to take goals, or fails.
         """
         offer, number = self._offers[action], next(self._numbers)
         self._goals[number] = _Goal(action, offer, now, listener)
         try:
-            offer.provider.goal_requested(number, action, payload)
-        except Unavailable:
+            with client_asked(f"action {action!r}"):
+                offer.provider.goal_requested(number, action, payload)
+        except PPaaSError:
             del self._goals[number]
             raise
         return number
@@ -179,19 +186,26 @@ class ClientActions:
         """
         goal = self._goals.get(number)
         if goal is not None and not goal.cancelled:
-            goal.offer.provider.goal_cancelled(number, goal.action)
+            with client_asked(f"action {goal.action!r}"):
+                goal.offer.provider.goal_cancelled(number, goal.action)
             goal.cancelled = True
 
     def cancel_all(self, action: str, until: float) -> None:
-        """Cancel the goals of an action that were sent until a time since the epoch [s]."""
+        """Cancel the goals of an action that were sent until a time since the epoch [s]; raises as ``cancel``."""
+        slow = []
         for number in [n for n, goal in self._goals.items() if goal.action == action and goal.sent <= until]:
-            self.cancel(number)
+            try:
+                self.cancel(number)
+            except Unavailable as error:
+                slow.append(error)
+        if slow:
+            raise slow[0]
 
     def feedback(self, number: int, client: int, values: bytes) -> None:
         """Take the feedback of a goal from the client that executes it; raises as ``end``."""
         listener = self._goal_of(number, client).listener
         if listener is not None:
-            listener.feedback(values)
+            self._faults.call(f"the sender of goal {number}", listener.feedback, values)
 
     def end(self, number: int, client: int, end: GoalEnd) -> None:
         """Take the result of a goal from the client that executes it.
@@ -221,4 +235,4 @@ class ClientActions:
     def _finish(self, number: int, end: GoalEnd) -> None:
         listener = self._goals.pop(number).listener
         if listener is not None:
-            listener.done(end)
+            self._faults.call(f"the sender of goal {number}", listener.done, end)

@@ -6,7 +6,8 @@ from functools import partial
 from typing import Protocol
 
 from engine.links.open_calls import Done, OpenCalls, Outcome
-from ppaas.errors import NotFound, NotPermitted, QuotaExceeded, Unavailable
+from engine.sessions.place.asked_clients import client_asked
+from ppaas.errors import NotFound, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
 
 MAX_SERVICES = 200
 """Largest number of services that the clients of one place may advertise."""
@@ -112,13 +113,14 @@ class ClientServices:
         Raises
         ------
         Unavailable
-            The client is too slow to take calls.
+            The client is too slow to take calls, or fails.
         """
         offer = self._offers[service]
         number = self._calls.open(service, timeout, done, offer.client)
         try:
-            offer.provider.requested(number, service, payload)
-        except Unavailable:
+            with client_asked(f"service {service!r}"):
+                offer.provider.requested(number, service, payload)
+        except PPaaSError:
             self._calls.give_up(number)
             raise
         return partial(self._calls.give_up, number)

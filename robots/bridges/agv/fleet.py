@@ -6,6 +6,7 @@ from uuid import uuid4
 
 from ppaas.clock import epoch, monotonic
 from ppaas.errors import PPaaSError
+from ppaas.listener_faults import ListenerFaults
 from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.codec import decode
 from ppaas.wire.vda5050.topics import Address, parse_topic
@@ -48,6 +49,7 @@ class Fleet:
         self.robots: dict[Address, AgvRobot] = {}
         self._group: asyncio.TaskGroup | None = None
         self._ignored: set[Address] = set()
+        self._faults = ListenerFaults(logger)
 
     async def run(self) -> None:
         """Lead the AGVs until cancelled.
@@ -69,16 +71,16 @@ class Fleet:
     async def _tick(self) -> None:
         while True:
             await asyncio.sleep(TICK)
-            for robot in tuple(self.robots.values()):
-                robot.tick()
+            for address, robot in tuple(self.robots.items()):
+                self._faults.call(f"AGV {address.agv}", robot.tick)
 
     async def _look_at_zones(self) -> None:
         while True:
             await self._zones.look({robot.map for robot in self.robots.values() if robot.map}, monotonic())
-            for robot in self.robots.values():
+            for address, robot in tuple(self.robots.items()):
                 zones = self._zones.in_force(robot.map, epoch())
                 if zones is not None:
-                    robot.use_zones(zones)
+                    self._faults.call(f"AGV {address.agv}", robot.use_zones, zones)
             await asyncio.sleep(TICK)
 
     def receive(self, topic: str, payload: bytes, retained: bool) -> None:
@@ -115,8 +117,8 @@ class Fleet:
             self.robots[address].refuse(name, error)
 
     def _broker_lost(self) -> None:
-        for robot in self.robots.values():
-            robot.broker_lost()
+        for address, robot in self.robots.items():
+            self._faults.call(f"AGV {address.agv}", robot.broker_lost)
 
 
 def filters(interface: str) -> list[str]:

@@ -16,6 +16,7 @@ from uuid import uuid4
 import msgspec
 
 from ppaas.errors import PPaaSError, Unavailable
+from ppaas.listener_faults import ListenerFaults
 from ppaas.wire.operations import (
     Advertise,
     CallService,
@@ -126,6 +127,7 @@ class CloudLink:
         self._decoder = msgspec.json.Decoder(_Frame)
         self._runner: asyncio.Task[None] | None = None
         self._reported: set[str] = set()
+        self._faults = ListenerFaults(logger)
 
     async def __aenter__(self) -> Self:
         """Connect.
@@ -275,7 +277,7 @@ class CloudLink:
         if frame.op == "publish":
             wanted = self._subscriptions.get(frame.topic)
             if wanted is not None:
-                self._deliver(wanted[1], frame.msg)
+                self._deliver(frame.topic, wanted[1], frame.msg)
         elif frame.op == "service_response":
             self._respond(frame)
         elif frame.op in ("action_feedback", "action_result"):
@@ -283,11 +285,13 @@ class CloudLink:
         elif frame.op == "status":
             self._report(str(msgspec.json.decode(frame.msg)))
 
-    def _deliver(self, received: Json, message: msgspec.Raw) -> None:
+    def _deliver(self, name: str, received: Json, message: msgspec.Raw) -> None:
         try:
             received(bytes(message))
         except PPaaSError as error:
             self._report(str(error))
+        except Exception as error:
+            self._faults.note(f"the part of the bridge that takes {name!r}", error)
 
     def _respond(self, frame: _Frame) -> None:
         future = self._calls.get(str(frame.id))
@@ -303,7 +307,7 @@ class CloudLink:
         if goal is None:
             return
         if frame.op == "action_feedback":
-            self._deliver(goal.feedback, frame.values)
+            self._deliver(goal.action, goal.feedback, frame.values)
             return
         refused = not frame.result
         result = b"{}" if refused else bytes(frame.values)

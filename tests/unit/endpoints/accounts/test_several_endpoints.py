@@ -261,3 +261,14 @@ async def test_a_token_that_is_known_to_be_revoked_is_not_accepted_when_somethin
     for _ in range(2):
         with pytest.raises(Unavailable):
             await second.authenticate(token)
+
+
+async def test_all_listeners_drop_what_they_know_of_a_user_also_if_one_fails() -> None:
+    def fail(user: str) -> None:
+        raise ZeroDivisionError
+
+    logins, forgotten = LocalLogins(), list[str]()
+    logins.on_forget(fail)
+    logins.on_forget(forgotten.append)
+    await logins.forget("ann")
+    assert forgotten == ["ann"]

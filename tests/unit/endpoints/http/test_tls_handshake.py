@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import cast
 
 import pytest
-import uvloop
 
 from endpoints.http import tls_handshake
 from endpoints.http.connection_table import ConnectionTable
@@ -28,14 +27,6 @@ class Echo(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         self.transport.write(data)
-
-
-pytestmark = pytest.mark.filterwarnings("ignore:Overriding the")
-
-
-@pytest.fixture(params=["asyncio", "uvloop"])
-def event_loop_policy(request: pytest.FixtureRequest) -> asyncio.AbstractEventLoopPolicy:
-    return asyncio.DefaultEventLoopPolicy() if request.param == "asyncio" else uvloop.EventLoopPolicy()
 
 
 @pytest.fixture

@@ -123,6 +123,21 @@ async def test_robots_of_a_user_exchange_messages(created: StillRobot, other: St
     assert [message["type"] for message in other.received()] == ["ST", "DM"]
 
 
+async def test_a_peer_that_fails_keeps_a_message_from_no_other(
+    created: StillRobot, other: StillRobot, place: ClonePlace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise ZeroDivisionError
+
+    await created.joined("drive", "Publisher", TWIST, "/cmd_vel")
+    await other.add("tb2", "hear", "PublisherConverter", TWIST)
+    await other.do("CX", connect=[{"tagA": "tb2/hear", "tagB": "c1/drive"}])
+    first = created.robot.interfaces["drive"]
+    monkeypatch.setattr(first, "deliver", fail)
+    place.publish_json("cmd_vel", HALF)
+    assert _data(other.received())["msg"] == HALF
+
+
 async def test_another_robot_uses_a_container(created: StillRobot, other: StillRobot, place: ClonePlace) -> None:
     await other.joined("goal", "Subscriber", STRING, "/goal")
     await other.send("goal", STRING, {"data": "from tb2"})

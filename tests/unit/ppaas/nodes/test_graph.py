@@ -285,3 +285,66 @@ def test_watcher_is_notified_of_declared_and_undeclared_topics():
     graph.declare(doubler, MORE)
     graph.undeclare(doubler, "more")
     assert events == [(doubler, "more", MORE), (doubler, "more", None)]
+
+
+class Faulty(Node):
+    """Fails on each message."""
+
+    name = "faulty"
+    subscribes = (IN, OUT)
+
+    def on_message(self, topic: str, message: Payload) -> None:
+        raise ZeroDivisionError
+
+
+def test_a_node_that_fails_starves_no_other_and_its_fault_is_logged_once(caplog: pytest.LogCaptureFixture) -> None:
+    graph, tapped = Graph(), list[Payload]()
+    for make in (Faulty, Doubler, Listener):
+        graph.add(make)
+    graph.tap("in", lambda _topic, message: tapped.append(message))
+    for number in (1.0, 2.0):
+        with pytest.raises(PPaaSError, match="internal error: ZeroDivisionError"):
+            graph.inject("in", std_msgs.Float64(number))
+    assert [value for topic, value in graph.nodes["listener"].heard if topic == "out"] == [2.0, 4.0]  # type: ignore[attr-defined]
+    assert tapped == [std_msgs.Float64(1.0), std_msgs.Float64(2.0)]
+    failed = [record.getMessage() for record in caplog.records if record.levelname == "ERROR"]
+    assert failed == [f"node 'faulty' on topic {topic!r} failed; the other listeners go on" for topic in ("in", "out")]
+
+
+def test_taps_and_watches_that_fail_reach_neither_nodes_nor_senders() -> None:
+    def fail(*_: object) -> None:
+        raise ZeroDivisionError
+
+    graph, heard = Graph(), list[object]()
+    doubler = graph.add(Doubler)
+    for topic in ("in", "out"):
+        graph.tap(topic, fail)
+        graph.tap(topic, lambda topic, _message: heard.append(topic))
+    graph.tap_published(fail)
+    graph.tap_published(lambda topic, _message: heard.append(f"all: {topic}"))
+    graph.watch(fail)
+    graph.watch(lambda _node, name, _topic: heard.append(f"watch: {name}"))
+    graph.inject("in", std_msgs.Float64(1.0))
+    assert heard == ["all: out", "out", "all: last", "in"]
+    doubler.context.declare(doubler, Topic("more", std_msgs.Float64))
+    doubler.context.undeclare(doubler, "more")
+    assert heard[4:] == ["watch: more", "watch: more"]
+
+
+def test_a_caller_that_fails_does_not_keep_others_from_the_end_of_a_node() -> None:
+    class Waiting(Node):
+        name = "waiting"
+        services = (Service("wait", std_srvs.EmptyService),)
+
+        def on_call(self, service: str, request: Message, reply: Reply) -> None:
+            """Never answer."""
+
+    def fail(_: object) -> None:
+        raise ZeroDivisionError
+
+    graph, ended = Graph(), list[object]()
+    graph.add(Waiting)
+    graph.call("wait", std_msgs.Empty(), fail)
+    graph.call("wait", std_msgs.Empty(), ended.append)
+    graph.remove("waiting")
+    assert [type(error).__name__ for error in ended] == ["Unavailable"]

@@ -1,6 +1,7 @@
 """Fleet of AGVs: which are taken, as which robots, and what is sent to them."""
 
 import asyncio
+from types import SimpleNamespace
 
 import pytest
 
@@ -22,6 +23,7 @@ from storage.names import is_name
 from tests.support.vda5050.fleet import FleetWithAgv
 from tests.support.vda5050.led_agv import path
 from tests.support.vda5050.messages import FACTSHEET
+from tests.support.waiting import until
 
 ONLINE = Connection(connection_state="ONLINE")
 
@@ -135,6 +137,30 @@ def test_an_invalid_message_is_logged_once(caplog):
     tested.fleet.receive("uagv/v2/state", b"{}", False)
     tested.fleet.receive(tested.address.topic("unknown"), b"{}", False)
     assert tested.robot._control.state is None
+
+
+async def test_a_fault_in_one_agv_concerns_no_other_and_is_logged_once(caplog, monkeypatch):
+    monkeypatch.setattr("robots.bridges.agv.fleet.TICK", 0.0)
+    tested, ticks = FleetWithAgv(), []
+    faulty, other = Address.of(Version.V2_1, "acme", "0"), tested.robot
+
+    def fail(*_, **__):
+        raise ZeroDivisionError
+
+    broken = SimpleNamespace(tick=fail, take=fail, broker_lost=fail)
+    tested.fleet.robots = {faulty: broken, tested.address: other}
+    monkeypatch.setattr(other, "tick", lambda: ticks.append(1))
+    ticking = asyncio.create_task(tested.fleet._tick())
+    await until(lambda: len(ticks) >= 3)
+    ticking.cancel()
+    for _ in range(3):
+        payload = tested.say(topics.CONNECTION, ONLINE)
+        tested.fleet.receive(faulty.topic(topics.CONNECTION), payload, False)
+    tested.fleet._broker_lost()
+    assert other._control.connection == "CONNECTION_BROKEN"
+    assert [record.getMessage() for record in caplog.records if record.levelname == "ERROR"] == [
+        "AGV acme/0 failed; the other listeners go on"
+    ]
 
 
 async def test_a_new_agv_is_found_by_its_first_message():

@@ -40,6 +40,21 @@ async def test_messages_pass_as_json(server: RosbridgeServer) -> None:
         assert (await server.heard("unsubscribe"))[0]["topic"] == "plan"
 
 
+async def test_a_part_of_the_bridge_that_fails_does_not_keep_messages_from_the_others(server: RosbridgeServer) -> None:
+    def fail(_: bytes) -> None:
+        raise ZeroDivisionError
+
+    heard: list[bytes] = []
+    async with link_of(server) as link:
+        await link.subscribe("plan", "nav_msgs/msg/Path", fail)
+        await link.subscribe("cmd_vel", "geometry_msgs/msg/Twist", heard.append)
+        await server.heard("subscribe", 2)
+        for topic in ("plan", "cmd_vel", "plan", "cmd_vel"):
+            await server.say(op="publish", topic=topic, msg={})
+        await until(lambda: len(heard) == 2)
+        assert link.connected
+
+
 async def test_calls_are_answered_or_fail_with_the_reason(server: RosbridgeServer) -> None:
     async with link_of(server) as link:
         call = asyncio.create_task(link.call("static_map", "nav_msgs/srv/GetMap", b"{}"))
