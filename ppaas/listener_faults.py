@@ -42,12 +42,24 @@ class ListenerFaults:
         """
         try:
             listener(*args, **kwargs)
-        except Exception as error:
-            return self.note(name, error)
+        except Exception as error:  # noqa: BLE001 - it is logged by `_note`
+            return self._note(name, error)
         return None
 
-    def note(self, name: str, error: Exception) -> PPaaSError:
-        """Log the exception that a listener has raised, and return it as an error to report."""
+    def deliver(self, name: str, listener: Callable[P, object], *args: P.args, **kwargs: P.kwargs) -> PPaaSError | None:
+        """Call a listener that may refuse by an error of the project, which is returned without a line in the log."""
+        refusals: list[PPaaSError] = []
+
+        def refusing() -> None:
+            try:
+                listener(*args, **kwargs)
+            except PPaaSError as refusal:
+                refusals.append(refusal)
+
+        fault = self.call(name, refusing)
+        return refusals[0] if refusals else fault
+
+    def _note(self, name: str, error: Exception) -> PPaaSError:
         known = (name, type(error)) in self._known
         self._known[name, type(error)] = None
         level = logging.DEBUG if known else logging.ERROR

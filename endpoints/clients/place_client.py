@@ -9,13 +9,16 @@ import itertools
 import logging
 from collections import defaultdict
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from functools import partial
+from typing import TypeAlias
 
 import msgspec
 
 from endpoints.rosbridge.attachment import Attachment
+from engine.links.open_calls import OpenCalls
 from engine.service.links.place_link import PlaceLink
-from ppaas.errors import Conflict, PPaaSError, QuotaExceeded, Unavailable
+from engine.sessions.calls import CALL_TIMEOUT
+from ppaas.errors import Conflict, MalformedMessage, PPaaSError, QuotaExceeded, Unavailable
 from ppaas.listener_faults import ListenerFaults
 from ppaas.wire import operations
 from ppaas.wire.refusals import error_of_text
@@ -37,6 +40,12 @@ Serve: TypeAlias = Callable[[bytes, Done], None]
 MAX_WAITING = 32
 """Largest number of calls without an answer; the session has the same limit."""
 
+PATIENCE = CALL_TIMEOUT + 5.0
+"""Time after which a call fails that the session has not answered [s], for example because no container has it."""
+
+_CALL = "call:"
+"""Beginning of the ids of calls."""
+
 
 class _Frame(msgspec.Struct):
     """Frame of rosbridge from the cloud: the fields of all kinds that are used here."""
@@ -53,6 +62,7 @@ class _Frame(msgspec.Struct):
 
 _decoder = msgspec.json.Decoder(_Frame)
 _encoder = msgspec.json.Encoder()
+_json = msgspec.json.Decoder(msgspec.Raw)
 
 
 class PlaceClient:
@@ -74,7 +84,7 @@ class PlaceClient:
         self._report = report
         self._ids = map(str, itertools.count(1))
         self._hearers: defaultdict[str, list[Hear]] = defaultdict(list)
-        self._calls: dict[str, Done] = {}
+        self._calls = OpenCalls()
         self._served: dict[str, Serve] = {}
         self._detached = False
         self._faults = ListenerFaults(logger)
@@ -89,9 +99,7 @@ class PlaceClient:
         """Take no further frames; calls without an answer fail."""
         self._detached = True
         self.attachment.session.connect(None)
-        calls, self._calls = self._calls, {}
-        for done in calls.values():
-            self._faults.call("a caller", done, Unavailable("the container was closed before it answered"))
+        self._calls.fail(Unavailable("the container was closed before it answered"))
 
     # -- topics --------------------------------------------------------------------------------------------------------
 
@@ -116,9 +124,9 @@ class PlaceClient:
         self._execute(operations.Unadvertise(topic, advertisement))
 
     def publish(self, topic: str, payload: bytes) -> None:
-        """Publish a message; raises ``NotPermitted`` if it may not be published."""
+        """Publish a message in JSON; raises ``NotPermitted`` or ``MalformedMessage``."""
         self.attachment.session.access.check_publish(topic)
-        self._execute(operations.Publish(topic, msgspec.Raw(payload), self._next()))
+        self._execute(operations.Publish(topic, _checked(topic, payload), self._next()))
 
     def subscribe(self, topic: str, kind: str, hear: Hear) -> None:
         """Pass the messages of a topic to ``hear``; called again, it gets the latched message again.
@@ -147,8 +155,13 @@ class PlaceClient:
 
     # -- services ------------------------------------------------------------------------------------------------------
 
-    def call(self, service: str, payload: bytes, done: Done) -> None:
-        """Call a service of the place.
+    def call(self, service: str, payload: bytes, done: Done) -> Callable[[], object]:
+        """Call a service of the place; ``done`` is called once with the outcome.
+
+        Returns
+        -------
+        callable
+            Gives the call up: ``done`` is not called any more.
 
         Raises
         ------
@@ -156,29 +169,33 @@ class PlaceClient:
             The client is detached.
         QuotaExceeded
             Too many calls have no answer yet.
+        MalformedMessage
+            The request is not JSON.
         """
         if self._detached:
             raise Unavailable("the container was closed")
         if len(self._calls) >= MAX_WAITING:
             raise QuotaExceeded(f"a container may have at most {MAX_WAITING} calls without an answer: wait for one")
-        number = self._next()
-        self._calls[number] = done
-        self._execute(operations.CallService(service, number, msgspec.Raw(payload)))
+        request = _checked(service, payload)
+        number = self._calls.open(service, PATIENCE, done)
+        self._execute(operations.CallService(service, f"{_CALL}{number}", request))
+        return partial(self._calls.give_up, number)
 
     async def ask(self, service: str, payload: bytes) -> bytes:
         """Call a service like `call`, wait, and return the response as JSON; raises the error of the call."""
         answered: asyncio.Future[bytes] = asyncio.get_running_loop().create_future()
 
         def done(outcome: Outcome) -> None:
-            if answered.done():
-                return
             if isinstance(outcome, PPaaSError):
                 answered.set_exception(outcome)
             else:
                 answered.set_result(outcome)
 
-        self.call(service, payload, done)
-        return await answered
+        give_up = self.call(service, payload, done)
+        try:
+            return await answered
+        finally:
+            give_up()
 
     def offer(self, service: str, kind: str, serve: Serve) -> None:
         """Offer a service; raises ``Conflict`` if the clone has it."""
@@ -217,30 +234,29 @@ class PlaceClient:
 
     def _heard(self, topic: str, payload: bytes) -> None:
         for hear in tuple(self._hearers.get(topic, ())):
-            try:
-                hear(payload)
-            except PPaaSError as error:  # of the other end: this session must go on
+            error = self._faults.deliver(f"a listener to topic {topic!r}", hear, payload)
+            if error is not None:  # of the other end: this session must go on
                 self._report(error)
-            except Exception as error:
-                self._report(self._faults.note(f"a listener to topic {topic!r}", error))
 
     def _answered(self, frame: _Frame) -> None:
-        done = self._calls.pop(str(frame.id), None)
-        if done is None:
-            return
         values = bytes(frame.values)
-        outcome = values if frame.result else error_of_text(str(msgspec.json.decode(values)), Unavailable)
-        self._faults.call("a caller", done, outcome)
+        self._end(frame.id, values if frame.result else error_of_text(_text(frame.values), Unavailable))
+
+    def _end(self, identity: str | int | None, outcome: Outcome) -> bool:
+        """End a call; return whether the id is that of a call."""
+        name, mark, number = str(identity).partition(_CALL)
+        if name or not mark or not number.isdecimal():
+            return False
+        self._calls.end(int(number), outcome)
+        return True
 
     def _requested(self, frame: _Frame) -> None:
         def done(outcome: Outcome) -> None:
             failed = isinstance(outcome, PPaaSError)
-            values: Any = outcome.public if isinstance(outcome, PPaaSError) else msgspec.Raw(outcome)
-            answer = operations.ServiceResponse(
-                frame.service, not failed, msgspec.Raw(_encoder.encode(values)), frame.id
-            )
             try:
-                self._execute(answer)
+                text = _encoder.encode(outcome.public) if isinstance(outcome, PPaaSError) else outcome
+                values = _checked(frame.service, text)
+                self._execute(operations.ServiceResponse(frame.service, not failed, values, frame.id))
             except PPaaSError as error:
                 self._report(error)
 
@@ -248,12 +264,24 @@ class PlaceClient:
         if serve is None:
             done(Unavailable(f"no interface serves {frame.service!r} now"))
             return
-        try:
-            serve(bytes(frame.args), done)
-        except PPaaSError as error:
+        error = self._faults.deliver(f"what serves {frame.service!r}", serve, bytes(frame.args), done)
+        if error is not None:
             done(error)
-        except Exception as error:
-            done(self._faults.note(f"what serves {frame.service!r}", error))
 
     def _failed(self, frame: _Frame) -> None:
-        self._report(error_of_text(str(msgspec.json.decode(bytes(frame.msg)))))
+        error = error_of_text(_text(frame.msg))
+        if not self._end(frame.id, error):
+            self._report(error)
+
+
+def _text(value: msgspec.Raw) -> str:
+    return str(msgspec.json.decode(value))
+
+
+def _checked(name: str, payload: bytes) -> msgspec.Raw:
+    """Return a message or a request to be put into an operation; raises ``MalformedMessage`` unless it is JSON."""
+    try:
+        payload.decode()
+        return _json.decode(payload)
+    except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
+        raise MalformedMessage(f"what is sent to {name!r} is not JSON: {error}") from error

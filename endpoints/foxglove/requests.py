@@ -9,11 +9,12 @@ from endpoints.foxglove.parameters import WatchedParameters, read_all, write_par
 from endpoints.foxglove.robot_view import RobotView
 from endpoints.foxglove.viewer import Viewer
 from engine.processes.background import Background, repeat
-from ppaas.errors import InvalidInput, NotFound, PPaaSError, QuotaExceeded
+from ppaas.errors import NotFound, PPaaSError, QuotaExceeded
+from ppaas.listener_faults import internal_error
 from ppaas.messages import service_type
 from ppaas.wire.foxglove import answers, requests
 from ppaas.wire.foxglove.answers import Graph
-from ppaas.wire.foxglove.conversion.incoming import check_encoding, read_published
+from ppaas.wire.foxglove.conversion.incoming import check_encoding, read_called, read_published
 from ppaas.wire.foxglove.conversion.schemas import json_of
 from ppaas.wire.names import ros1_type
 
@@ -61,6 +62,7 @@ class ViewerRequests:
             requests.SubscribeParameterUpdates: self._watch_parameters,
             requests.UnsubscribeParameterUpdates: lambda request: self._watched.remove(request.parameter_names),
             requests.ServiceCall: self._call,
+            requests.RefusedCall: lambda call: self._fail_call(call, call.error),
             requests.SubscribeConnectionGraph: self._watch_graph,
             requests.UnsubscribeConnectionGraph: self._ignore_graph,
             requests.FetchAsset: self._fetch_asset,
@@ -228,10 +230,9 @@ class ViewerRequests:
 
     def _call(self, call: requests.ServiceCall) -> None:
         try:
-            if call.encoding != "json":
-                raise InvalidInput(f"calls are JSON, not {call.encoding[:32]!r}")
             view, name = self._service_of(call.service_id)
-            self._start(self._answer_call(call, view, name))
+            request = read_called(call.encoding, name, call.data)
+            self._start(self._answer_call(call, view, name, request))
         except PPaaSError as error:
             self._fail_call(call, error)
 
@@ -241,15 +242,17 @@ class ViewerRequests:
             raise NotFound("service", str(number))
         return view, name
 
-    async def _answer_call(self, call: requests.ServiceCall, view: RobotView, name: str) -> None:
+    async def _answer_call(self, call: requests.ServiceCall, view: RobotView, name: str, request: bytes) -> None:
         try:
-            result = await view.client.ask(name, call.data)
-        except PPaaSError as error:
-            self._fail_call(call, error)
+            result = await view.client.ask(name, request)
+        except Exception as error:
+            self._fail_call(call, internal_error(error))
+            if not isinstance(error, PPaaSError):
+                raise
         else:
             self._viewer.answer(answers.service_response(call.service_id, call.call_id, "json", result))
 
-    def _fail_call(self, call: requests.ServiceCall, error: PPaaSError) -> None:
+    def _fail_call(self, call: requests.ServiceCall | requests.RefusedCall, error: PPaaSError) -> None:
         text = f"{error.slug}: {error.public}"
         self._viewer.answer(answers.service_failed(call.service_id, call.call_id, text))
 

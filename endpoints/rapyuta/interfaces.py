@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from typing import Final
 
 from endpoints.clients.place_client import Done
-from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded, Unavailable
+from ppaas.errors import Conflict, NotFound, QuotaExceeded, Unavailable
 from ppaas.listener_faults import ListenerFaults
 from ppaas.wire.rapyuta.interface_types import InterfaceType, check_joinable
 
@@ -68,14 +68,9 @@ class Source(Interface):
         errors = []
         for peer in tuple(self.peers):
             assert isinstance(peer, Sink)
-            try:
-                peer.deliver(payload, topic)
-            except PPaaSError as error:
-                errors.append(error)
-            except Exception as error:
-                errors.append(_faults.note(f"interface {peer.address!r}", error))
-        if errors:
-            raise errors[0]
+            errors.append(_faults.deliver(f"interface {peer.address!r}", peer.deliver, payload, topic))
+        for error in filter(None, errors):
+            raise error
 
 
 class Answerer(Interface, ABC):

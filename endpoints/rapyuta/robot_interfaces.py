@@ -6,8 +6,9 @@ from uuid import uuid4
 
 from endpoints.clients.place_client import MAX_WAITING, Done, Outcome
 from endpoints.rapyuta.interfaces import Answerer, Asker, Interface, Sink, Source
-from ppaas.bounded_dict import BoundedDict
-from ppaas.errors import InvalidInput, PPaaSError, Unavailable
+from engine.links.open_calls import OpenCalls
+from engine.sessions.calls import CALL_TIMEOUT
+from ppaas.errors import InvalidInput, PPaaSError, QuotaExceeded, Unavailable
 from ppaas.wire.rapyuta.answers import Frames, data_message, error_message, interface_status
 from ppaas.wire.rapyuta.interface_types import InterfaceRole, InterfaceType
 from ppaas.wire.rapyuta.message_codec import codecs_of
@@ -104,30 +105,42 @@ class RobotServiceClient(RobotInterface, Answerer):
 
     def __init__(self, robot: str, tag: str, kind: InterfaceType, class_name: str, send: Send) -> None:
         super().__init__(robot, tag, kind, class_name, send)
-        self._requests: BoundedDict[str, Done] = BoundedDict(MAX_WAITING)
+        self._calls = OpenCalls()
+        self._requests: dict[str, int] = {}
 
     def request(self, payload: bytes, done: Done) -> None:
-        """Send a request to the robot."""
+        """Send a request to the robot.
+
+        Raises
+        ------
+        QuotaExceeded
+            The robot has not answered too many requests.
+        """
+        if len(self._requests) >= MAX_WAITING:
+            raise QuotaExceeded(f"{MAX_WAITING} requests of interface {self.address!r} wait for the robot: try later")
         message_id = uuid4().hex
+
+        def ended(outcome: Outcome) -> None:
+            del self._requests[message_id]
+            done(outcome)
+
         self._put(payload, message_id)
-        self._requests[message_id] = done
+        self._requests[message_id] = self._calls.open(self.address, CALL_TIMEOUT, ended)
 
     def _taken(self, message: Any, message_id: str) -> None:
-        done = self._requests.pop(message_id, None)
-        if done is None:
+        number = self._requests.get(message_id)
+        if number is None:
             raise InvalidInput(f"Service Client does not wait for a response with message ID {message_id[:64]!r}.")
         try:
             outcome: Outcome = self._reads.read(message)
         except PPaaSError as error:
-            done(error)
+            self._calls.end(number, error)
             raise
-        done(outcome)
+        self._calls.end(number, outcome)
 
     def close(self) -> None:
         """Fail the requests that the robot has not answered."""
-        requests, self._requests = dict(self._requests), BoundedDict(MAX_WAITING)
-        for done in requests.values():
-            done(Unavailable(f"the interface {self.address!r} was removed before it answered"))
+        self._calls.fail(Unavailable(f"the interface {self.address!r} was removed before it answered"))
 
 
 ROBOT_INTERFACES: dict[InterfaceRole, type[RobotInterface]] = {

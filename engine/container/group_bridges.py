@@ -99,9 +99,6 @@ class GroupBridge:
             self._graph.inject(message.topic, content)
         except PPaaSError as error:
             self._log(message, str(error))
-        except Exception as error:
-            logger.debug("a message on %s caused an internal error in a node", message.topic, exc_info=True)
-            self._log(message, f"internal error: {type(error).__name__}: {error}")
         else:
             self._refused.discard(message.robot)
         self._home.attend()

@@ -40,6 +40,10 @@ class OpenCalls:
         """Return an open call; raises ``KeyError`` if there is no such call."""
         return self._calls[number]
 
+    def __len__(self) -> int:
+        """Return the number of open calls."""
+        return len(self._calls)
+
     def __iter__(self) -> Iterator[tuple[int, OpenCall]]:
         """Iterate over a copy of the calls, so that they may end meanwhile."""
         return iter(tuple(self._calls.items()))

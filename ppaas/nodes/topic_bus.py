@@ -225,21 +225,16 @@ class TopicBus:
         if known.latched:
             self._latch(known, message)
         for node in self._subscribers.get(topic, ()):
-            error = self._hand(node, topic, message)
+            error = self._faults.deliver(
+                f"node {node.name!r} on topic {topic!r}",
+                self.times.run,
+                node.name,
+                partial(node.on_message, topic, message),
+            )
             if error is not None:
                 refused(error)
         for tap in tuple(self._taps.get(topic, ())):
             self._faults.call(f"a tap of topic {topic!r}", tap, topic, message)
-
-    def _hand(self, node: Node, topic: str, message: Payload) -> PPaaSError | None:
-        """Deliver a message to one node; return why it refuses it, or its internal error, which is logged."""
-        try:
-            self.times.run(node.name, partial(node.on_message, topic, message))
-        except PPaaSError as error:
-            return error
-        except Exception as error:
-            return self._faults.note(f"node {node.name!r} on topic {topic!r}", error)
-        return None
 
     def _latch(self, topic: Topic, message: Payload) -> None:
         """Store the message for later subscribers."""

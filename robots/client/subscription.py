@@ -3,6 +3,7 @@
 import asyncio
 from collections import deque
 from collections.abc import Callable
+from contextlib import ExitStack
 from typing import Generic, TypeVar, cast
 
 import msgspec
@@ -106,16 +107,11 @@ class SubscriptionRegistry:
         MalformedMessage
             The message is not of the type of a subscription.
         Exception
-            The first exception of a callback.
+            The last exception of a callback.
         """
-        errors = []
-        for subscription in tuple(self._by_topic.get(normalise(topic), ())):
-            try:
-                subscription.deliver(payload)
-            except Exception as error:
-                errors.append(error)
-        if errors:
-            raise errors[0]
+        with ExitStack() as rest:  # it calls all, in the reverse order
+            for subscription in reversed(self._by_topic.get(normalise(topic), ())):
+                rest.callback(subscription.deliver, payload)
 
     def close(self, error: PPaaSError | None) -> None:
         """Close and remove all subscriptions; their readers get the error if there is one."""

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Final, TypeAlias, get_args
 
 import msgspec
 
-from ppaas.errors import MalformedMessage
+from ppaas.errors import MalformedMessage, PPaaSError
 
 MAX_LISTED = 10_000
 """Largest number of items in one list of a request."""
@@ -136,6 +136,14 @@ class ServiceCall(msgspec.Struct, frozen=True):
     data: bytes
 
 
+class RefusedCall(msgspec.Struct, frozen=True):
+    """Call that cannot be read, with the ids that its failure is sent by."""
+
+    service_id: int
+    call_id: int
+    error: PPaaSError
+
+
 Operation: TypeAlias = (
     Subscribe
     | Unsubscribe
@@ -163,8 +171,10 @@ class _Named(msgspec.Struct):
 _named = msgspec.json.Decoder(_Named)
 
 
-def read_request(frame: str | bytes) -> Operation | MessageData | ServiceCall | None:
+def read_request(frame: str | bytes) -> Operation | MessageData | ServiceCall | RefusedCall | None:
     """Return the request in a frame, ``bytes`` for a binary one; None for an operation that this version ignores.
+
+    A call that cannot be read is returned, too, as far as its ids can: its client waits for an answer.
 
     Raises
     ------
@@ -190,7 +200,7 @@ def _is_unknown(text: str) -> bool:
         return False
 
 
-def _read_binary(frame: bytes) -> MessageData | ServiceCall:
+def _read_binary(frame: bytes) -> MessageData | ServiceCall | RefusedCall:
     if not frame:
         raise MalformedMessage("an empty binary frame")
     try:
@@ -203,9 +213,14 @@ def _read_binary(frame: bytes) -> MessageData | ServiceCall:
     raise MalformedMessage(f"unknown binary operation {frame[0]}; known: {MESSAGE_DATA} message, {SERVICE_CALL} call")
 
 
-def _read_call(frame: bytes) -> ServiceCall:
+def _read_call(frame: bytes) -> ServiceCall | RefusedCall:
     service, call, length = _CALL.unpack_from(frame, 1)
     begin = 1 + _CALL.size
     if length > min(MAX_TEXT, len(frame) - begin):
-        raise MalformedMessage(f"the encoding of a call has {length} bytes, and {len(frame) - begin} follow")
-    return ServiceCall(service, call, frame[begin : begin + length].decode(), frame[begin + length :])
+        text = f"the encoding of a call has {length} bytes, and {len(frame) - begin} follow"
+        return RefusedCall(service, call, MalformedMessage(text))
+    try:
+        encoding = frame[begin : begin + length].decode()
+    except UnicodeDecodeError as error:
+        return RefusedCall(service, call, MalformedMessage(f"the encoding of a call is no text: {error}"))
+    return ServiceCall(service, call, encoding, frame[begin + length :])

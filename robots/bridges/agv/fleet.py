@@ -91,7 +91,10 @@ class Fleet:
             address, name = parse_topic(topic)
             robot = self.robots.get(address) or self._found(address)
             if robot is not None:
-                robot.take(name, *decode(name, payload, version_of(address.major)), retained=retained)
+                message = decode(name, payload, version_of(address.major))
+                error = self._faults.deliver(f"AGV {address.agv}", robot.take, name, *message, retained=retained)
+                if error is not None:
+                    raise error
         except PPaaSError as error:
             self._refuse(address, name, error)
 

@@ -15,7 +15,7 @@ from uuid import uuid4
 
 import msgspec
 
-from ppaas.errors import PPaaSError, Unavailable
+from ppaas.errors import Unavailable
 from ppaas.listener_faults import ListenerFaults
 from ppaas.wire.operations import (
     Advertise,
@@ -286,12 +286,9 @@ class CloudLink:
             self._report(str(msgspec.json.decode(frame.msg)))
 
     def _deliver(self, name: str, received: Json, message: msgspec.Raw) -> None:
-        try:
-            received(bytes(message))
-        except PPaaSError as error:
+        error = self._faults.deliver(f"the part of the bridge that takes {name!r}", received, bytes(message))
+        if error is not None:
             self._report(str(error))
-        except Exception as error:
-            self._faults.note(f"the part of the bridge that takes {name!r}", error)
 
     def _respond(self, frame: _Frame) -> None:
         future = self._calls.get(str(frame.id))

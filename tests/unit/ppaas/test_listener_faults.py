@@ -32,3 +32,13 @@ def test_each_listener_is_logged_once_for_each_kind_of_exception(caplog: pytest.
     logged = [record for record in caplog.records if record.levelno == logging.ERROR]
     assert [record.args for record in logged] == [("a",), ("a",), ("b",)]
     assert all(record.exc_info is not None for record in logged)
+
+
+def test_a_refusal_is_returned_without_a_line_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
+    faults = ListenerFaults(logger)
+    refusal = InvalidInput("negative")
+    assert faults.deliver("a", fail, refusal) is refusal
+    assert caplog.records == []
+    fault = faults.deliver("a", fail, KeyError("x"))
+    assert str(fault) == "internal error: KeyError" and len(caplog.records) == 1
+    assert faults.deliver("a", list[int]().append, 1) is None

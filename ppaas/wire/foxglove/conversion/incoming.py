@@ -35,12 +35,32 @@ def read_published(encoding: str, kind: str, data: bytes, frames: SharedFrames) 
     """
     check_encoding(encoding)
     if encoding == "json":
-        values = read_object(kind, data)
-        _respell_times(values)
+        values = _read_json(kind, data)
     else:
         values = (types_with(kind) if encoding == "cdr" else ros_types(ROS_1)).decode(kind, data)
     frames.own_all(values)
     return to_json(values)
+
+
+def read_called(encoding: str, service: str, data: bytes) -> bytes:
+    """Return the request of a call as JSON of rosbridge.
+
+    Raises
+    ------
+    InvalidInput
+        The encoding is not JSON.
+    MalformedMessage
+        The request is not an object of JSON.
+    """
+    if encoding != "json":
+        raise InvalidInput(f"calls are JSON, not {encoding[:32]!r}")
+    return to_json(_read_json(f"request of {service}", data))
+
+
+def _read_json(kind: str, data: bytes) -> dict[str, Any]:
+    values = read_object(kind, data)
+    _respell_times(values)
+    return values
 
 
 def _respell_times(values: Any) -> None:

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from endpoints.foxglove.requests import MAX_WORK
 from endpoints.services.services import Services
 from engine.protocols import robot_link
 from ppaas.errors import PPaaSError
@@ -222,6 +223,114 @@ async def test_services_are_called_with_json(viewer: StillViewer, parameters: Cl
         failure = viewer.answers.pop()
         assert (failure["op"], failure["callId"]) == ("serviceCallFailure", 9)
         assert why in failure["message"]
+
+
+async def _answer(viewer: StillViewer) -> dict[str, Any]:
+    """Wait for an answer to a call, and return it."""
+
+    def has_come() -> bool:
+        viewer.read()
+        return bool(viewer.answers)
+
+    await until(has_come)
+    [answer] = viewer.answers
+    viewer.answers.clear()
+    return answer
+
+
+NO_REQUESTS = [
+    b"", b"{", b"[]", b"null", b"7", b'"{}"', b"{}{}", b'{}, "op": "publish"', b'{"name": "x"}, "op": "publish"}',
+    b"\xff", b'{"name": "\xff"}', b"\x00", b"[" * 5000, b'{"a":' * 3000 + b"1" + b"}" * 3000,
+    b'{"name": 1e}', b'{"name": NaN}',
+]  # fmt: skip
+"""Bytes that are no request in JSON."""
+
+
+async def test_calls_that_are_no_json_fail_at_the_edge_and_free_their_slots(
+    viewer: StillViewer, parameters: ClonePlace
+) -> None:
+    for _ in range(3):  # more than may wait
+        for payload in NO_REQUESTS:
+            viewer.call("/tb1/rosapi/has_param", payload)
+            [failure] = viewer.answers
+            viewer.answers.clear()
+            assert (failure["op"], failure["callId"]) == ("serviceCallFailure", 9), payload[:40]
+            assert failure["message"].startswith("malformed-message: not a request of rosapi/has_param"), failure
+    assert parameters.called == [] and viewer.statuses == []
+    viewer.call("/tb1/rosapi/has_param", b'{"name": "/amcl/max_particles"}')
+    assert await _answer(viewer) == {"op": "serviceCallResponse", "data": {"exists": True}}
+
+
+async def test_calls_of_another_form_than_their_type_fail_with_the_reason_of_the_clone(
+    viewer: StillViewer, parameters: ClonePlace
+) -> None:
+    for _ in range(2 * MAX_WORK):
+        viewer.call("/tb1/rosapi/set_param", b'{"name": 7}')
+        failure = await _answer(viewer)
+        assert (failure["op"], failure["callId"]) == ("serviceCallFailure", 9)
+        assert "name" in failure["message"]
+
+
+@pytest.mark.parametrize(("length", "encoding"), [(99, b"json"), (2, b"\xff\xfe")])
+async def test_a_call_whose_head_cannot_be_read_fails_by_its_ids(
+    viewer: StillViewer, length: int, encoding: bytes
+) -> None:
+    viewer.send(struct.pack("<BIII", 2, 5, 9, length) + encoding + b"{}")
+    [failure] = viewer.answers
+    assert (failure["op"], failure["serviceId"], failure["callId"]) == ("serviceCallFailure", 5, 9)
+
+
+async def test_times_of_calls_have_the_spelling_of_the_clone(viewer: StillViewer, place: ClonePlace) -> None:
+    place.answers["make_plan"] = b"{}"
+    viewer.call("/tb1/make_plan", b'{"start": {"header": {"stamp": {"sec": 3, "nsec": 4}}}}')
+    await _answer(viewer)
+    [(_, request)] = place.called
+    assert request["start"]["header"]["stamp"] == {"secs": 3, "nsecs": 4}
+
+
+async def _waiting_calls(viewer: StillViewer, place: ClonePlace) -> None:
+    """Begin as many calls as may wait, and one more, which the clone does not answer."""
+    vars(place.far).pop("write", None)  # the one that lets the clone answer
+    for _ in range(MAX_WORK + 1):
+        viewer.call("/tb1/rosapi/has_param", b'{"name": "/a"}')
+    assert "at most 16 requests" in (await _answer(viewer))["message"]
+    await until(lambda: len(place.far.take(robot_link.ServiceCall)) == MAX_WORK)
+
+
+async def test_calls_without_an_answer_fail_in_time_and_free_their_slots(
+    viewer: StillViewer, parameters: ClonePlace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("endpoints.clients.place_client.PATIENCE", 0.05)
+    await _waiting_calls(viewer, parameters)
+
+    def have_failed() -> bool:
+        viewer.read()
+        return len(viewer.answers) == MAX_WORK
+
+    await until(have_failed)
+    assert {answer["op"] for answer in viewer.answers} == {"serviceCallFailure"}
+    assert all("did not answer within" in answer["message"] for answer in viewer.answers)
+    viewer.answers.clear()
+    await _waiting_calls(viewer, parameters)
+
+
+async def test_calls_fail_with_the_container_of_their_robot(
+    viewer: StillViewer, parameters: ClonePlace, cloud: FakeCloud
+) -> None:
+    await _waiting_calls(viewer, parameters)
+    cloud.running = []
+    await viewer.look()
+    failures = [answer for answer in viewer.answers if answer["op"] == "serviceCallFailure"]
+    assert len(failures) == MAX_WORK
+    assert all("the container was closed" in failure["message"] for failure in failures)
+
+
+async def test_calls_of_a_viewer_that_leaves_do_not_wait_on(viewer: StillViewer, parameters: ClonePlace) -> None:
+    await _waiting_calls(viewer, parameters)
+    [view] = viewer.viewer.views.values()
+    assert len(view.client._calls) == MAX_WORK
+    await viewer.requests._work.cancel()
+    assert len(view.client._calls) == 0
 
 
 async def test_the_graph_is_sent_once_and_then_its_changes(

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from ppaas.errors import MalformedMessage
 from ppaas.wire.foxglove import requests
-from ppaas.wire.foxglove.requests import read_request
+from ppaas.wire.foxglove.requests import RefusedCall, read_request
 
 IDS = st.integers(0, 2**32 - 1)
 OPERATIONS: list[dict[str, Any]] = [
@@ -64,8 +64,7 @@ def test_calls_are_read(service: int, call: int, encoding: str, data: bytes) -> 
         (b"", "empty"),
         (b"\x01\x00", "too short"),
         (b"\x09aaaa", "unknown binary operation 9"),
-        (struct.pack("<BIII", 2, 1, 1, 2**31), "encoding of a call"),
-        (struct.pack("<BIII", 2, 1, 1, 1) + b"\xff", "no text"),
+        (struct.pack("<BII", 2, 1, 1), "too short"),
         ("", "not an operation"),
         ("[]", "not an operation"),
         ('{"op": "subscribe", "subscriptions": [{"id": -1, "channelId": 1}]}', r"subscriptions\[0\]\.id|\$"),
@@ -101,3 +100,13 @@ def test_any_frame_is_read_or_refused(frame: str | bytes) -> None:
         read_request(frame)
     except MalformedMessage as error:
         assert str(error)
+
+
+@pytest.mark.parametrize(
+    ("length", "rest", "why"), [(2**31, b"", "encoding of a call"), (3, b"js", "2 follow"), (1, b"\xff", "no text")]
+)
+def test_a_call_that_cannot_be_read_keeps_its_ids(length: int, rest: bytes, why: str) -> None:
+    refused = read_request(struct.pack("<BIII", 2, 3, 4, length) + rest)
+    assert isinstance(refused, RefusedCall)
+    assert (refused.service_id, refused.call_id) == (3, 4)
+    assert isinstance(refused.error, MalformedMessage) and why in str(refused.error)
