@@ -149,7 +149,7 @@ async def test_the_round_trip_of_each_answered_ping_is_reported() -> None:
         connection.on_round_trip(round_trips.put_nowait)
         await client.send("x")
         async with asyncio.timeout(10):
-            assert all([await round_trips.get() > 0.0 for _ in range(2)])
+            assert all([await round_trips.get() >= 0.0 for _ in range(2)])  # uvloop counts milliseconds
             assert await connection.probe(10.0)
 
 
