@@ -15,6 +15,7 @@ from endpoints.rest.names import RobotAddress
 from endpoints.rest.paging import Paging
 from endpoints.services.services import Services
 from endpoints.sharing.shared_robots import ReachedRobot, reach, reads_itself, shows_map
+from endpoints.sharing.told_topics import check_told
 from ppaas.errors import InvalidParameter, NotFound, NotPermitted
 from storage.records import MapRecord, User
 from storage.sharing_records import ShareRole
@@ -110,6 +111,13 @@ async def owned_head(services: Services, user: User, map_id: str) -> MapRecord:
     return head
 
 
+async def looked_at(robot_id: RobotAddress, request: Request, services: Provided, user: AnyCaller) -> ReachedRobot:
+    """Return the robot of a path; ``NotPermitted`` unless the caller may read what the route tells of it (`TOLD`)."""
+    robot = await run_in_threadpool(reach, services.store, user, robot_id)
+    check_told(robot.access, request.scope["route"].name)
+    return robot
+
+
 def _robot_for(role: ShareRole) -> Callable[..., Awaitable[ReachedRobot]]:
     """Return a dependency that finds the robot of a path; `NotPermitted` unless the caller has a role on it."""
 
@@ -121,7 +129,7 @@ def _robot_for(role: ShareRole) -> Callable[..., Awaitable[ReachedRobot]]:
     return reached
 
 
-Looked = Annotated[ReachedRobot, Depends(_robot_for("look"))]
+Looked = Annotated[ReachedRobot, Depends(looked_at)]
 Driven = Annotated[ReachedRobot, Depends(_robot_for("drive"))]
 Administered = Annotated[ReachedRobot, Depends(_robot_for("administer"))]
 

@@ -14,7 +14,7 @@ from engine.rights.globs import split_address
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Conflict, NotFound, NotPermitted
 from storage.ports import RobotStore
-from storage.records import MapRecord, RobotRecord, User
+from storage.records import MapRecord, PlanRecord, RobotRecord, User
 from storage.sharing_records import Share, grantees_of
 from storage.store_cache import StoreCache
 
@@ -23,6 +23,9 @@ ATTEMPTS = 16
 
 MAP_TOPIC = "map"
 """Topic of the map: a caller who may subscribe to it may read the map of the robot by REST."""
+
+PLAN_TOPIC = "plan"
+"""Topic of the paths of a robot: a caller who may subscribe to it may read its stored plans."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +131,18 @@ def shows_map(store: RobotStore, caller: User, head: MapRecord) -> bool:
     return any(
         one.record.map == head.id and head.readable_by(one.user) and one.access.may_read(MAP_TOPIC) for one in reached
     )
+
+
+def plans_shown(store: RobotStore, caller: User, head: MapRecord) -> Callable[[PlanRecord], bool]:
+    """Return a function that returns whether a caller, who may read a map, may see a stored plan on it; may block.
+
+    A caller who reads the map itself sees all. One whom a robot shows the map sees the caller's own plans, and those of
+    robots whose plans they may subscribe to.
+    """
+    if reads_itself(caller, head):
+        return lambda _plan: True
+    heard = {(one.user, one.id) for one in robots_shared_with(store, caller) if one.access.may_read(PLAN_TOPIC)}
+    return lambda plan: plan.user == caller.id or (plan.user, plan.robot) in heard
 
 
 def changed_shares(

@@ -15,11 +15,13 @@ from endpoints.app import create_app
 from endpoints.rest.robots.robot_shares import MAX_SHARES
 from endpoints.rest.users.schemas import MAX_GROUPS, MAX_LIFETIME
 from endpoints.services.services import Services
+from endpoints.sharing.told_topics import DESCRIPTION, GOALS, LOCALIZATION, PARAMETERS, TOLD
 from engine.rights.globs import MAX_GLOBS
-from engine.rights.services import CONFIGURING
+from engine.rights.services import CONFIGURING, READING
 from engine.service import robot_navigation
 from ppaas.geometry import Pose2D
 from ppaas.mapping.serialization.mapping_file import pack_mapping
+from ppaas.nodes.topics import TOPICS
 from ppaas.tasks.records import Task
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
@@ -166,6 +168,86 @@ async def test_tokens_with_a_scope_may_do_what_the_table_says_and_nothing_else(
     granted = {caller: status not in (401, 403, 404) for caller, status in found.items()}
     assert granted == {caller: RIGHTS.get(operation.id, {}).get(caller, False) for caller in callers}, found
     assert 401 not in found.values()
+
+
+def told() -> dict[str, set[str]]:
+    """Return the names of topics and services that each operation needs, as the page lists them."""
+    rows: dict[str, set[str]] = {}
+    for operations, names in table(PAGE, "operations that read", "need the right to"):
+        for name in re.findall(r"\w+", operations):
+            assert name not in rows, f"{name} is in two rows"
+            rows[name] = set(re.findall(r"`([^`]+)`", names))
+    return rows
+
+
+READS = [one for one in ON_ROBOTS if RIGHTS[one.id]["share: look"]]
+
+
+def test_each_route_that_reads_a_robot_names_the_topics_that_it_tells() -> None:
+    assert {operation.id for operation in READS} | {"unshare_robot"} == TOLD.keys()
+    assert {operation.method for operation in READS} == {"get"}
+    others = [one.id for one in ON_ROBOTS if one.method == "get" and one not in READS]
+    assert others == ["list_shares"], "it needs the role administer"
+    assert told() == {name: set(names) for name, names in TOLD.items() if name != "unshare_robot"}
+
+
+def test_all_that_routes_tell_are_topics_or_services_that_only_read() -> None:
+    assert all(name in READING or name in TOPICS for names in TOLD.values() for name in names)
+
+
+async def _read(app: FastAPI, operation: Operation, subscribe: tuple[str, ...], *, token: bool) -> httpx.Response:
+    """Return the answer to one who has the role look, and some topics, by a share or by a token."""
+    services, names = world()
+    if token:
+        scope = TokenScope(("tb1",), "look", (), subscribe)
+        services.store.add_token(Token(token_id("some topics"), "ann", 1e12, scope=scope))
+    else:
+        record = services.store.robot("ann", "tb1")
+        services.store.change_shares(record, (Share("look", "look", (), subscribe),))
+        services.store.add_token(Token(token_id("some topics"), "look", 1e12))
+    app.state.services = services
+    transport = httpx.ASGITransport(app)
+    async with httpx.AsyncClient(transport=transport, base_url="http://cloud") as client:
+        answer = await client.get(
+            operation.path.format(**names),
+            headers={"Authorization": "Bearer some topics"},
+            params=QUERIES.get(operation.id, {}),
+        )
+    services.cloud.navigation.close()
+    services.accounts.close()
+    return answer
+
+
+@pytest.mark.parametrize("token", [False, True], ids=["share", "token"])
+@pytest.mark.parametrize("operation", READS, ids=lambda operation: operation.id)
+async def test_who_may_subscribe_to_some_topics_reads_by_rest_what_these_tell(
+    app: FastAPI, operation: Operation, monkeypatch: pytest.MonkeyPatch, token: bool
+) -> None:
+    monkeypatch.setattr(robot_navigation, "POSE_TIMEOUT", 0.01)
+    needed = TOLD[operation.id]
+    assert (await _read(app, operation, needed or ("nothing",), token=token)).status_code < 300
+    everything = sorted({name for names in TOLD.values() for name in names} | {"scan", "map", "cmd_vel"})
+    for lacking in needed:
+        answer = await _read(app, operation, tuple(name for name in everything if name != lacking), token=token)
+        assert answer.status_code == 403 and repr(lacking) in answer.json()["detail"], (lacking, answer.text)
+
+
+async def test_parts_of_an_answer_that_topics_do_not_tell_are_null(
+    app: FastAPI, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(robot_navigation, "POSE_TIMEOUT", 0.01)
+    by_id = {operation.id: operation for operation in READS}
+    state = by_id["show_state"]
+    little = (await _read(app, state, ("amcl_pose",), token=False)).json()
+    assert (little["connected"], little["goals"], little["localization"]) == (True, None, None)
+    more = (await _read(app, state, ("amcl_pose", *GOALS), token=True)).json()
+    assert len(more["goals"]) == 1 and more["localization"] is None
+    assert (await _read(app, state, ("amcl_pose", *LOCALIZATION), token=False)).json()["localization"] == ""
+    robot = by_id["show_robot"]
+    little = (await _read(app, robot, ("map",), token=True)).json()
+    assert (little["map"], little["urdf"], little["parameters"]) == ("house", None, None)
+    more = (await _read(app, robot, (*DESCRIPTION, *PARAMETERS), token=False)).json()
+    assert more["urdf"]["links"] > 0 and more["parameters"] == {}
 
 
 def test_limits_of_the_page_are_those_of_the_code() -> None:

@@ -26,6 +26,7 @@ from endpoints.rest.plans.schemas import (
 from endpoints.rest.plans.stored_plans import check_may_change, summary_of, visible_plan
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.services.services import Services
+from endpoints.sharing.shared_robots import plans_shown
 from ppaas.clock import epoch
 from ppaas.errors import NotFound
 from ppaas.geometry import yaw_of
@@ -35,6 +36,9 @@ from storage.plan_checks import array_of
 from storage.records import PlanPart, PlanRecord, PlanStatistics, User
 
 router = APIRouter(tags=["plans"], route_class=StrictRoute)
+
+MOST_SOUGHT = 256
+"""Largest number of stored paths that are looked at for those that the caller may see."""
 
 _NEW: Responses = {201: {"model": PlanSummary, "description": "The path was added"}}
 
@@ -48,7 +52,8 @@ async def find_plans(search: Annotated[PlanSearch, Query()], services: Provided,
 
     def find() -> list[PlanRecord]:
         sought = plan_query.PlanStoreQuery(head.id, head.version, start, goal, search.tolerance, search.planner)
-        return services.store.find_plans(sought, limit=search.limit)
+        is_shown = plans_shown(services.store, user, head)
+        return list(filter(is_shown, services.store.find_plans(sought, limit=MOST_SOUGHT)))[: search.limit]
 
     return {"items": [summary_of(record) for record in await run_in_threadpool(find)]}
 

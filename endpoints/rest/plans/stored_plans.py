@@ -9,19 +9,25 @@ from endpoints.rest.openapi import KNOWN, problems
 from endpoints.rest.paging import Page
 from endpoints.rest.plans.schemas import PlanSummary
 from endpoints.services.services import Services
+from endpoints.sharing.shared_robots import plans_shown
 from ppaas.errors import NotFound, NotPermitted
-from storage.records import PlanRecord, User
+from storage.ports import Store
+from storage.records import MapRecord, PlanRecord, User
 
 router = APIRouter(tags=["plans"])
 
 
 @router.get("/maps/{map_id}/plans", response_model=Page[PlanSummary], responses=KNOWN | problems(404))
 async def list_plans(map_id: MapId, services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
-    """List the stored paths of all users on a map that you may read, newest first and without their poses."""
-    await readable_head(services, user, map_id)
+    """List the stored paths of all users on a map that you may read, newest first and without their poses.
+
+    If only a robot that is shared with you shows you the map, these are yours, and those of robots whose topic `plan`
+    you may subscribe to.
+    """
+    head = await readable_head(services, user, map_id)
     before = paging.key(tuple[float, str], None)
     await services.plan_writer.settled()
-    found = await run_in_threadpool(services.store.plans, map_id, before=before, limit=paging.fetch_limit)
+    found = await run_in_threadpool(_page, services.store, user, head, before, paging.fetch_limit)
     return paging.page([summary_of(record) for record in found], lambda plan: (plan.created, plan.plan_id))
 
 
@@ -46,10 +52,26 @@ async def visible_plan(services: Services, user: User, plan_id: str) -> PlanReco
     record = await run_in_threadpool(services.store.plan, plan_id)
     if record.user != user.id:
         try:
-            await readable_head(services, user, record.map)
+            head = await readable_head(services, user, record.map)
         except NotFound as error:
             raise NotFound("plan", plan_id) from error
+        if not (await run_in_threadpool(plans_shown, services.store, user, head))(record):
+            raise NotFound("plan", plan_id)
     return record
+
+
+def _page(
+    store: Store, user: User, head: MapRecord, before: tuple[float, str] | None, limit: int | None
+) -> list[PlanRecord]:
+    """Return the first stored paths on a map that a user may see; blocks."""
+    is_shown, found = plans_shown(store, user, head), list[PlanRecord]()
+    while limit is None or len(found) < limit:
+        read = store.plans(head.id, before=before, limit=limit)
+        found += filter(is_shown, read)
+        if limit is None or len(read) < limit:
+            break
+        before = read[-1].created, read[-1].id
+    return found[:limit]
 
 
 def summary_of(record: PlanRecord) -> PlanSummary:

@@ -19,7 +19,6 @@ from ppaas.diagnosis.rules.absence import ABSENT, absence
 from ppaas.diagnosis.rules.finding import Finding, Level, error, worst
 from ppaas.errors import Unavailable
 from ppaas.nodes.diagnostics.node import LONGEST
-from ppaas.nodes.topics import DIAGNOSTICS
 from storage.records import RobotRecord
 
 router = APIRouter(prefix="/robots/{robot_id}", tags=["robots"], route_class=StrictRoute)
@@ -92,7 +91,6 @@ async def diagnose_robot(robot: Looked, services: Provided, seconds: Seconds = D
     The clone watches the robot for some seconds before the first answer, and until half a minute after the last one.
     For a robot that is not connected, the answer says what would stop it from connecting.
     """
-    robot.access.check_subscribe(DIAGNOSTICS.name)
     try:
         seen = await services.cloud.observe_robot(robot.user, robot.id, seconds)
     except Unavailable as reason:

@@ -11,9 +11,9 @@ from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.paging import Page
 from endpoints.rest.schemas import Pose, RequestBody, ResponseBody, Triple, triple
 from endpoints.rest.strict_json import StrictRoute
-from engine.service.views import GoalState, GoalView, RobotState
+from endpoints.sharing.told_topics import GOALS, LOCALIZATION, in_words, may_hear
+from engine.service.views import GoalState, GoalView
 from ppaas.geometry import Pose2D
-from ppaas.nodes.topics import AMCL_POSE
 
 router = APIRouter(prefix="/robots/{robot_id}", tags=["robots"], route_class=StrictRoute)
 
@@ -48,8 +48,13 @@ class StateAnswer(ResponseBody):
     )
     pose: Triple | None = Field(description="Estimated pose in the frame of the map; null before localization")
     pose_at: float | None = Field(description="Time at which the pose was received [s since the epoch]")
-    localization: str = Field(description="Reason why localization does not use the robot's scans; empty if it does")
-    goals: list[GoalAnswer] = Field(description="Goals that have not ended, oldest first")
+    localization: str | None = Field(
+        description="Reason why localization does not use the robot's scans; empty if it does; null if the caller may "
+        f"not read {in_words(LOCALIZATION)}"
+    )
+    goals: list[GoalAnswer] | None = Field(
+        description=f"Goals that have not ended, oldest first; null if the caller may not read {in_words(GOALS)}"
+    )
 
 
 class GoalRequest(RequestBody):
@@ -61,10 +66,11 @@ class GoalRequest(RequestBody):
 
 
 @router.get("/state", response_model=StateAnswer, responses=KNOWN | problems(403, 404))
-async def show_state(robot: Looked, services: Provided) -> RobotState:
+async def show_state(robot: Looked, services: Provided) -> StateAnswer:
     """Show the pose and the active goals of a robot."""
-    robot.access.check_subscribe(AMCL_POSE.name)
-    return await services.cloud.robot_state(robot.user, robot.id)
+    state = StateAnswer.model_validate(await services.cloud.robot_state(robot.user, robot.id))
+    hidden = {"goals": GOALS, "localization": LOCALIZATION}
+    return state.model_copy(update={part: None for part, names in hidden.items() if not may_hear(robot.access, names)})
 
 
 @router.post(

@@ -28,7 +28,7 @@ from endpoints.services.robot_files import whole_file
 from endpoints.services.services import Services
 from endpoints.services.thread_calls import callable_in_thread
 from endpoints.services.version_removal import follow_publication
-from endpoints.sharing.shared_robots import MAP_TOPIC, ReachedRobot
+from endpoints.sharing.shared_robots import ReachedRobot
 from ppaas.errors import Conflict, Unavailable
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse
@@ -109,7 +109,6 @@ async def show_robot_map(robot: Looked, services: Provided) -> RobotMapAnswer:
 )
 async def fetch_robot_posegraph(robot: Looked, services: Provided) -> Response:
     """Return the pose graph of the map that a connected robot makes."""
-    robot.access.check_subscribe(MAP_TOPIC)
     file, _ = await services.posegraphs.fetch(services.cloud, robot.user, robot.id)
     return Response(file, media_type="application/octet-stream", headers={"X-Content-Type-Options": "nosniff"})
 

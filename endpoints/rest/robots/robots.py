@@ -1,6 +1,6 @@
 """Routes of robots: the caller's own, and those that are shared with the caller."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import Annotated, Any, ClassVar
 
@@ -30,6 +30,7 @@ from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.services.services import Services
 from endpoints.sharing.access import access_of
 from endpoints.sharing.shared_robots import ReachedRobot, own_robots, reach, robots_shared_with
+from endpoints.sharing.told_topics import DESCRIPTION, PARAMETERS, may_hear
 from engine.rights.globs import split_address
 from engine.specs.filter_masks import mask_heads, no_mask
 from ppaas.errors import Conflict, InvalidParameter, NotFound
@@ -84,11 +85,10 @@ async def list_robots(
     if shared:
         last = paging.key(tuple[str, str], ("", ""))
         reached = await run_in_threadpool(robots_shared_with, services.store, user, after=last, limit=limit)
-        roles = {(one.user, one.id): _rights(one) for one in reached}
-        answers = await _listed(services, [one.record for one in reached], roles)
-        return paging.page(answers, lambda robot: (robot.user, robot.id))
+        return paging.page(await _listed(services, reached), lambda robot: (robot.user, robot.id))
     found = await run_in_threadpool(own_robots, services.store, user, after=paging.key(str, ""), limit=limit)
-    return paging.page(await _listed(services, found, {}), lambda robot: robot.id)
+    own = [ReachedRobot(record, access_of(user, user.id, record.id, ())) for record in found]
+    return paging.page(await _listed(services, own), lambda robot: robot.id)
 
 
 @router.get("/{robot_id}", response_model=RobotDetail, responses=KNOWN | problems(403, 404))
@@ -131,15 +131,12 @@ async def remove_robot(robot: Administered, services: Provided) -> None:
     await services.data_folder.remove_recordings(robot.user, robot.id)
 
 
-async def _listed(
-    services: Services, records: Sequence[RobotRecord], roles: Mapping[tuple[str, str], dict[str, Any]]
-) -> list[RobotListed]:
-    """Return robots for a list, with the caller's roles on those of others."""
-    names = [(record.user, record.id) for record in records]
-    connected = await services.cloud.connected(names)
+async def _listed(services: Services, robots: Sequence[ReachedRobot]) -> list[RobotListed]:
+    """Return robots for a list, as far as the caller may read them."""
+    connected = await services.cloud.connected([(robot.user, robot.id) for robot in robots])
     return [
-        RobotListed(**msgspec.structs.asdict(record), connected=here, **roles.get(name, {}))
-        for record, name, here in zip(records, names, connected, strict=True)
+        RobotListed(**msgspec.structs.asdict(robot.record) | {"connected": here} | _shown(robot))
+        for robot, here in zip(robots, connected, strict=True)
     ]
 
 
@@ -203,15 +200,17 @@ def _remove(services: Services, robot: ReachedRobot) -> None:
 
 
 def _detail(services: Services, robot: ReachedRobot) -> RobotDetail:
-    try:
-        urdf = UrdfAnswer.model_validate(describe(services.store.urdf(robot.user, robot.id)))
-    except NotFound:
-        urdf = None
-    return RobotDetail(**msgspec.structs.asdict(robot.record), urdf=urdf, **_rights(robot))
+    urdf = None
+    if may_hear(robot.access, DESCRIPTION):
+        with suppress(NotFound):
+            urdf = UrdfAnswer.model_validate(describe(services.store.urdf(robot.user, robot.id)))
+    return RobotDetail(**msgspec.structs.asdict(robot.record) | {"urdf": urdf} | _shown(robot))
 
 
-def _rights(robot: ReachedRobot) -> dict[str, Any]:
-    return {"role": robot.access.role}
+def _shown(robot: ReachedRobot) -> dict[str, Any]:
+    """Return the fields of an answer that depend on the caller's rights."""
+    hidden = {} if may_hear(robot.access, PARAMETERS) else {"parameters": None}
+    return {"role": robot.access.role} | hidden
 
 
 def _record(robot_id: str, user: str, file: RobotFile) -> RobotRecord:

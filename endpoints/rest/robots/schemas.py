@@ -17,6 +17,7 @@ from endpoints.rest.schemas import (
     Triple,
     plain_json,
 )
+from endpoints.sharing.told_topics import DESCRIPTION, PARAMETERS, in_words
 from engine.specs.machine_settings import MOST_LABELS
 from ppaas.traffic.taking_part import with_traffic
 from storage.sharing_records import ShareRole
@@ -95,7 +96,9 @@ class RobotAnswer(ResponseBody):
     cores: float
     base_global_planner: str
     base_local_planner: str
-    parameters: Stored
+    parameters: Stored | None = Field(
+        description=f"Null if the caller may not call {in_words(PARAMETERS)} on the robot"
+    )
     description: str
     properties: Stored
     labels: dict[str, str]
@@ -140,4 +143,6 @@ class UrdfAnswer(ResponseBody):
 class RobotDetail(RobotAnswer):
     """Robot, with the properties from its URDF."""
 
-    urdf: UrdfAnswer | None
+    urdf: UrdfAnswer | None = Field(
+        description=f"Null without a URDF, or if the caller may not subscribe to {in_words(DESCRIPTION)}"
+    )

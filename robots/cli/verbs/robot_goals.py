@@ -60,7 +60,7 @@ async def state(arguments: argparse.Namespace) -> None:
     """Show the pose and the goals of a robot."""
     found = await logged_in(arguments).get(path_of("robots", arguments.id, "state"))
     if not arguments.json:
-        found["goals"] = ", ".join(goal["id"] for goal in found["goals"])
+        found["goals"] = ", ".join(goal["id"] for goal in found["goals"] or ())
     show(found, STATE_COLUMNS, as_json=arguments.json)
 
 

@@ -12,6 +12,7 @@ from storage.sharing_records import Share
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.problems import problem_of
 from tests.support.endpoints.still_place import StillPlace
+from tests.support.storage import records
 from tests.unit.endpoints.conftest import LogIn, Publish
 
 SHARES = "/v1/robots/tb1/shares"
@@ -158,6 +159,35 @@ async def test_a_map_is_read_by_those_who_may_hear_it_from_a_robot(
     problem_of(await client.patch("/v1/maps/house", headers=bob, json={"readers": ["*"]}), 403, "not-permitted")
     await client.delete(f"{SHARES}/bob", headers=ann)
     assert {(await client.get(url, headers=bob)).status_code for url in reads} == {404}
+
+
+async def test_stored_paths_on_a_map_are_seen_by_those_who_may_hear_them_from_a_robot(
+    client: httpx.AsyncClient, ann: Header, bob: Header, services: Services
+) -> None:
+    version = services.map_store.map_head("house").version
+    for number, (user, robot) in enumerate([("ann", "tb1"), ("ann", "tb2"), ("ann", None), ("bob", None)]):
+        fields = {"user": user, "robot": robot, "created": float(number), "version": version}
+        services.store.add_plan(records.plan(f"p{number}", **fields))
+
+    async def seen(who: Header) -> tuple[list[str], list[str], list[int]]:
+        listed = await client.get("/v1/maps/house/plans", headers=who, params={"limit": 1})
+        ids = []
+        while True:
+            page = listed.json()
+            ids += [plan["plan_id"] for plan in page["items"]]
+            if page["next"] is None:
+                break
+            query = {"limit": 1, "cursor": page["next"]}
+            listed = await client.get("/v1/maps/house/plans", headers=who, params=query)
+        found = await client.get("/v1/plans", headers=who, params={"map": "house", "start": "0,0", "goal": "1,2"})
+        shown = [(await client.get(f"/v1/plans/p{number}", headers=who)).status_code for number in range(4)]
+        return ids, sorted(plan["plan_id"] for plan in found.json()["items"]), shown
+
+    await share(client, ann, role="look", subscribe=["map"])
+    assert await seen(bob) == (["p3"], ["p3"], [404, 404, 404, 200])
+    await share(client, ann, role="look", subscribe=["map", "plan"])
+    assert await seen(bob) == (["p3", "p0"], ["p0", "p3"], [200, 404, 404, 200])
+    assert await seen(ann) == (["p3", "p2", "p1", "p0"], ["p0", "p1", "p2", "p3"], [200] * 4)
 
 
 async def test_users_end_what_is_shared_with_them_and_not_with_others(
