@@ -112,7 +112,7 @@ async def owned_head(services: Services, user: User, map_id: str) -> MapRecord:
 
 
 async def looked_at(robot_id: RobotAddress, request: Request, services: Provided, user: AnyCaller) -> ReachedRobot:
-    """Return the robot of a path; ``NotPermitted`` unless the caller may read what the route tells of it (`TOLD`)."""
+    """Return the robot of a path; ``NotPermitted`` unless the caller may read what the route answers with (`TOLD`)."""
     robot = await run_in_threadpool(reach, services.store, user, robot_id)
     check_told(robot.access, request.scope["route"].name)
     return robot

@@ -32,7 +32,7 @@ TOLD: Final[Mapping[str, tuple[str, ...]]] = {
 
 
 def check_told(access: Access, route: str) -> None:
-    """Raise ``NotPermitted`` unless a caller may read all that a route tells of a robot."""
+    """Raise ``NotPermitted`` unless a caller may read all that a route answers with."""
     for name in TOLD[route]:
         if only_reads(name):
             access.check_call(name)

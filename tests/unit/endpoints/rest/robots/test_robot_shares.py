@@ -3,11 +3,13 @@
 from typing import Any
 
 import httpx
+import numpy as np
 import pytest
 
 from endpoints.audit.event import AuditQuery
 from endpoints.rest.robots.robot_shares import MAX_SHARES
 from endpoints.services.services import Services
+from ppaas.geometry import poses_along
 from storage.sharing_records import Share
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.problems import problem_of
@@ -16,6 +18,8 @@ from tests.support.storage import records
 from tests.unit.endpoints.conftest import LogIn, Publish
 
 SHARES = "/v1/robots/tb1/shares"
+POSES = poses_along(np.stack((np.arange(60) * 0.05, np.zeros(60)), axis=1), 0.0).tobytes()
+ENDS = {"map": "house", "start": "0,0", "goal": "2.95,0"}
 Header = dict[str, str]
 
 
@@ -166,7 +170,7 @@ async def test_stored_paths_on_a_map_are_seen_by_those_who_may_hear_them_from_a_
 ) -> None:
     version = services.map_store.map_head("house").version
     for number, (user, robot) in enumerate([("ann", "tb1"), ("ann", "tb2"), ("ann", None), ("bob", None)]):
-        fields = {"user": user, "robot": robot, "created": float(number), "version": version}
+        fields = {"user": user, "robot": robot, "created": float(number), "version": version, "poses": POSES}
         services.store.add_plan(records.plan(f"p{number}", **fields))
 
     async def seen(who: Header) -> tuple[list[str], list[str], list[int]]:
@@ -179,7 +183,7 @@ async def test_stored_paths_on_a_map_are_seen_by_those_who_may_hear_them_from_a_
                 break
             query = {"limit": 1, "cursor": page["next"]}
             listed = await client.get("/v1/maps/house/plans", headers=who, params=query)
-        found = await client.get("/v1/plans", headers=who, params={"map": "house", "start": "0,0", "goal": "1,2"})
+        found = await client.get("/v1/plans", headers=who, params=ENDS)
         shown = [(await client.get(f"/v1/plans/p{number}", headers=who)).status_code for number in range(4)]
         return ids, sorted(plan["plan_id"] for plan in found.json()["items"]), shown
 

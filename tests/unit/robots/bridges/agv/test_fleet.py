@@ -147,7 +147,7 @@ async def test_a_fault_in_one_agv_concerns_no_other_and_is_logged_once(caplog, m
     def fail(*_, **__):
         raise ZeroDivisionError
 
-    broken = SimpleNamespace(tick=fail, take=fail, broker_lost=fail)
+    broken = SimpleNamespace(tick=fail, take=fail, broker_lost=fail, refuse=lambda *_: None)
     tested.fleet.robots = {faulty: broken, tested.address: other}
     monkeypatch.setattr(other, "tick", lambda: ticks.append(1))
     ticking = asyncio.create_task(tested.fleet._tick())
