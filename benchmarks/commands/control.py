@@ -34,6 +34,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="largest number of threads (%(default)s)",
     )
+    parser.add_argument(
+        "--heavy", action="store_true", help="how far bases with slow brakes drive past a goal, instead of times"
+    )
     parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the times of all cycles")
 
 
@@ -42,6 +45,8 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     from benchmarks.harness.maps import read_map  # noqa: PLC0415
     from benchmarks.navigation import control_cycles as cycles  # noqa: PLC0415 - ``ppaas bench --help`` loads this
 
+    if arguments.heavy:
+        return _heavy(tuple(arguments.planner), progress)
     chosen = cycles.setups(tuple(arguments.planner))
     if arguments.plot is not None:
         from robots.pictures.figure_file import check_figure  # noqa: PLC0415
@@ -57,6 +62,14 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
     rows = cycles.summary(told)
     title = {"map": arguments.map, "window": cycles.WINDOW, "rate": cycles.RATE, "threads": arguments.threads}
     return Measured({**title, "planners": rows}, [{name: str(value) for name, value in row.items()} for row in rows])
+
+
+def _heavy(names: tuple[str, ...], progress: "Progress") -> Measured:
+    from benchmarks.navigation import heavy_bases  # noqa: PLC0415
+
+    task = progress.add_task("stop heavy bases", total=None)
+    rows = heavy_bases.measure(names, done=lambda: progress.advance(task))
+    return Measured({"bases": rows}, [{name: str(value) for name, value in row.items()} for row in rows])
 
 
 def _draw(path: Path, told: "list[Cycles]") -> None:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.navigation.heavy_bases import HeavyBase, stop
 from ppaas.controllers.base import Controller, ControlRequest, Velocity
 from ppaas.controllers.registry import controller_names, create
 from ppaas.errors import InvalidInput
@@ -54,6 +55,14 @@ def test_controller_reaches_the_goal_at_other_rates_and_limits(
     controller = made(**parameters)
     controller.set_plan(plan.poses)
     assert_arrived(drive(world, Unicycle(start), controller, 20.0 + 10.0 * plan.length, period), goal)
+
+
+@pytest.mark.parametrize("base", [HeavyBase(1.0, 0.15), HeavyBase(1.5, 0.5)])
+def test_a_base_with_slow_brakes_stops_at_the_goal(made: Make, base: HeavyBase, request: pytest.FixtureRequest) -> None:
+    """It stops from its fastest speed in more than two metres, farther than any rollout looks."""
+    ended = stop(request.node.callspec.params["made"], base)
+    assert ended.arrived
+    assert ended.past <= 0.05
 
 
 def test_commands_respect_the_limits_of_speed_and_acceleration(made: Make) -> None:

@@ -88,7 +88,7 @@ class PathIntegral(PathFollower):
         path.locate(request.pose)
         terrain = terrain_of(request, path, p)
         start = self._start(request, commanded)
-        self._improve(request, terrain, start)
+        self._improve(request, terrain, start, self._fastest(request, path, start))
         linear, angular = self._first(period)
         if self._stands(request.velocity, linear, angular):
             # Commands that are too slow for the base are optimal only near the goal, or if no path leads on.
@@ -98,6 +98,18 @@ class PathIntegral(PathFollower):
                 f"no command leads on from x={request.pose.x:.3f} y={request.pose.y:.3f}; plan again or recover"
             )
         return Velocity(linear, angular)
+
+    def _fastest(self, request: ControlRequest, path: FollowedPath, start: Floats) -> float:
+        """Return the speed above which the robot could not brake before the end of the plan [m/s].
+
+        Sequences are shorter than the way in which heavy bases stop, so their costs alone would brake too late.
+        """
+        p = self.parameters
+        x, y, theta = start[:3].tolist()
+        to_go = path.to_go(request.costmap.info.origin @ Pose2D(x, y, theta))
+        late = request.period + p.motor_lag
+        stoppable = p.acc_lim_x * (math.sqrt(late**2 + 2.0 * to_go / p.acc_lim_x) - late)
+        return max(min(request.speed_limit.of(p.max_vel_x, p.min_vel_trans), stoppable), p.min_vel_trans)
 
     def _stands(self, measured: Velocity, linear: float, angular: float) -> bool:
         """Return whether the robot stands still and would go on to: the commands are too slow for the base."""
@@ -136,9 +148,9 @@ class PathIntegral(PathFollower):
             pose, velocity = advance(pose, mean, dt), reached
         return pose, velocity
 
-    def _improve(self, request: ControlRequest, terrain: Terrain, start: Floats) -> None:
+    def _improve(self, request: ControlRequest, terrain: Terrain, start: Floats, fastest: float) -> None:
         p = self.parameters
-        base = self._base(request.speed_limit.of(p.max_vel_x, p.min_vel_trans))
+        base = self._base(fastest)
         x, y, theta = start[:3].tolist()
         free = clearance(terrain.distance, terrain.resolution, self._body, x, y, math.cos(theta), math.sin(theta))
         critics = Critics(

@@ -65,7 +65,7 @@ class LatticeParameters(Parameters, frozen=True, kw_only=True):
     """
 
     allow_unknown: bool = True
-    tolerance: float = 0.25
+    tolerance: float = 0.0
     max_iterations: int = 1_000_000
     max_planning_time: float = 5.0
     motion_model_for_search: str = DUBIN

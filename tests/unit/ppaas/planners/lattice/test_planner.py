@@ -197,10 +197,11 @@ def test_a_blocked_goal_is_replaced_within_the_tolerance():
     costs[:, 50:] = 254
     map_ = grids.of(costs, 0.05)
     ends = Pose2D(0.5, 1.0, EAST), Pose2D(2.62, 1.02, EAST)
-    result = create("lattice").plan(map_, PlanRequest(*ends))
-    assert result.cells[-1].tolist() == [20, 49]
-    with pytest.raises(GoalOccupied):
-        create("lattice", tolerance=0.1).plan(map_, PlanRequest(*ends))
+    for planner, tolerance in ((create("lattice", tolerance=0.25), 0.0), (create("lattice"), 0.25)):
+        assert planner.plan(map_, PlanRequest(*ends, tolerance)).cells[-1].tolist() == [20, 49]
+    for planner, tolerance in ((create("lattice", tolerance=0.1), 0.0), (create("lattice"), 0.0)):
+        with pytest.raises(GoalOccupied, match=f"tolerance of {max(tolerance, planner.parameters.tolerance)} m"):
+            planner.plan(map_, PlanRequest(*ends, tolerance))
 
 
 @pytest.mark.parametrize(
