@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from endpoints.cli import front_options
 from ppaas.bounded_numbers import whole
+from ppaas.distribution import BASE, check_versions
 
 if TYPE_CHECKING:
     from engine.remote.endpoint_processes import EndpointProcesses
@@ -54,6 +55,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Join the cloud, then replace this process by the machine's agent."""
+    check_versions(BASE, "cloud")
     # Imported here: ``ppaas --help`` loads this module.
     import asyncio  # noqa: PLC0415
 

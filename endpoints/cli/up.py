@@ -6,6 +6,7 @@ from pathlib import Path
 
 from endpoints.cli import front_options
 from ppaas.bounded_numbers import whole
+from ppaas.distribution import BASE, check_versions
 
 NAME = "up"
 HELP = "start the cloud on this machine"
@@ -186,7 +187,14 @@ def _quota(text: str) -> tuple[str, float]:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Serve until SIGINT or SIGTERM; return the exit status."""
+    """Serve until SIGINT or SIGTERM; return the exit status.
+
+    Raises
+    ------
+    Unavailable
+        A package of the cloud is older or newer than tried.
+    """
+    check_versions(BASE, "cloud")
     # Imported here, because the command line does not import the server.
     from engine.processes.imports import without_collection  # noqa: PLC0415
 

@@ -67,7 +67,7 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
         self._on_round_trip: Callable[[float], None] | None = None
         self.on_lost: Callable[[], None] | None = None
         self._pacer = FramePacer(turns_of(self.loop), self)
-        self._parts = bytearray()
+        self._parts: bytearray | None = None
         self._pong = b""
         self._dropped = True
         self._message_timer: asyncio.TimerHandle | None = None
@@ -99,7 +99,7 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
         """Send the pong of the turn, and watch whether the last message is completed in time."""
         if self._pong:
             self._send_pong()
-        if self._pacer.unfinished or self.conn.current_size is not None:
+        if self._pacer.unfinished or self._parts is not None:
             if self._message_timer is None:
                 self._message_timer = self.loop.call_later(MESSAGE_TIMEOUT, self._unfinished)
         elif self._message_timer is not None:
@@ -180,10 +180,12 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
 
     def handle_cont(self, event: Frame) -> None:
         """Handle a further frame of a message; the frames are joined as they arrive, since there may be millions."""
-        self._parts += event.data
+        parts = self._parts
+        assert parts is not None  # websockets refuses a continuation of no message
+        parts += event.data
         if event.fin:
-            message, self._parts = bytes(self._parts), bytearray()
-            self._complete(message)
+            self._parts = None
+            self._complete(bytes(parts))
 
     def _complete(self, message: bytes) -> None:
         """Pass a complete message on."""

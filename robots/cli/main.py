@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from importlib.metadata import EntryPoint, entry_points
 
 from ppaas import __version__
+from ppaas.distribution import BASE, install_hint, misfits, pip_command
 from ppaas.errors import PPaaSError
 from robots.cli.command_parser import CommandParser
 from robots.cli.event_loop import TERMINATED, Terminated
@@ -36,14 +37,11 @@ def main(argv: list[str] | None = None) -> int:
     except PPaaSError as error:
         sys.stderr.write(f"ppaas: {error.slug}: {error}\n")
         return 1
-    except ModuleNotFoundError as error:
-        extra = _extra_of(error.name or "")
-        if extra is None:
+    except ImportError as error:
+        words = _words_on(error)
+        if words is None:
             raise
-        sys.stderr.write(
-            f"ppaas: this command needs the extra {extra!r} ({error.name} is not installed); "
-            f"in a checkout of ppaas: pip install '.[{extra}]'\n"
-        )
+        sys.stderr.write(f"ppaas: {words}\n")
         return 1
     except Terminated:
         return TERMINATED
@@ -53,6 +51,18 @@ def main(argv: list[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     return status
+
+
+def _words_on(error: ImportError) -> str | None:
+    """Return why a package could not be imported and what to do; None if the error is a fault of ours."""
+    package = (error.name or "").partition(".")[0]
+    for unfit in misfits(BASE, *filter(None, [EXTRAS.get(package)])):  # an old version may lack what is imported
+        if unfit.requirement.package == package:
+            return f"this command does not work with {unfit}; run: {pip_command([unfit])}"
+    extra = _extra_of(error.name or "") if isinstance(error, ModuleNotFoundError) else None
+    if extra is None:
+        return None
+    return f"this command needs the extra {extra!r} ({error.name} is not installed): {install_hint(extra)}"
 
 
 def _extra_of(module: str) -> str | None:

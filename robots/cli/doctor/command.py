@@ -44,11 +44,12 @@ async def _run(arguments: argparse.Namespace) -> int:
 async def _examine(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return the diagnosis of the robot; that of the cloud if there is no robot, or the cloud is the trouble."""
     from robots.cli.doctor.examination import Examination  # noqa: PLC0415 - as above
+    from robots.cli.doctor.packages import with_packages  # noqa: PLC0415 - as above
 
     examination = Examination(arguments.url, arguments.token, arguments.seconds)
     if arguments.robot is None:
-        return await examination.cloud()
-    return await examination.robot(arguments.robot)
+        return with_packages(await examination.cloud())
+    return with_packages(await examination.robot(arguments.robot))
 
 
 def _print(report: dict[str, Any], arguments: argparse.Namespace) -> None:

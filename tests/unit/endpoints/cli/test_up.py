@@ -8,6 +8,7 @@ import pytest
 from endpoints.cli import up
 from endpoints.processes.server import cloud_config
 from engine.master.quotas import QUOTAS, Quota
+from ppaas import distribution
 from robots.cli.command_parser import CommandParser
 from robots.cli.main import main
 
@@ -39,6 +40,19 @@ def test_every_quota_can_be_set_for_all_users() -> None:
         **(dict(zip(QUOTAS, range(1, len(QUOTAS) + 1), strict=True)) | {"cores": 0.5})  # type: ignore[arg-type]
     )
     assert up.QUOTAS == QUOTAS
+
+
+@pytest.mark.parametrize("command", [["up"], ["machine", "join"]])
+def test_a_cloud_does_not_start_with_a_package_that_was_not_tried(
+    command: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    version = distribution.version
+    monkeypatch.setattr(distribution, "version", lambda name: "0.1" if name == "uvicorn" else version(name))
+    assert main([*command, "--data", str(tmp_path)]) == 1
+    error = capsys.readouterr().err
+    assert error.startswith("ppaas: unavailable: ") and "uvicorn 0.1 (needed: " in error
+    assert "run: pip install 'uvicorn>=" in error
+    assert not any(tmp_path.iterdir())
 
 
 def test_up_reports_a_port_in_use_and_the_option_to_change(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

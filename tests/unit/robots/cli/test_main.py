@@ -9,6 +9,7 @@ from types import ModuleType
 
 import pytest
 
+from ppaas import distribution
 from ppaas.errors import NotFound
 from robots.cli import main
 from tests.support.sources import pyproject
@@ -114,6 +115,26 @@ def test_missing_packages_are_reported_with_the_extra_to_install(install, capsys
     install(do=command(run=run))
     assert main.main(["do"]) == 1
     assert f"pip install '.[{extra}]'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        ModuleNotFoundError("No module named 'websockets.asyncio'", name="websockets.asyncio"),
+        ImportError("cannot import name 'connect' from 'websockets.client'", name="websockets.client"),
+    ],
+)
+def test_a_package_too_old_for_what_is_imported_is_named(install, capsys, monkeypatch, error):
+    def run(_arguments):
+        raise error
+
+    install(do=command(run=run))
+    with pytest.raises(ImportError):
+        main.main(["do"])
+    version = distribution.version
+    monkeypatch.setattr(distribution, "version", lambda name: "12.0" if name == "websockets" else version(name))
+    assert main.main(["do"]) == 1
+    assert "does not work with websockets 12.0 (needed: >=" in capsys.readouterr().err
 
 
 def test_a_command_that_cannot_be_loaded_is_listed_with_the_reason(install, capsys):

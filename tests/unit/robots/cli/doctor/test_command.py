@@ -1,10 +1,13 @@
 """Command ``ppaas doctor`` against a cloud."""
 
 import json
+import re
 
 import msgspec
 import pytest
 
+from ppaas import distribution
+from robots.cli.doctor import packages
 from robots.cli.doctor.examination import Examination
 from tests.support.cloud.command_line import CommandLine
 from tests.support.storage.records import house, put_map, robot
@@ -77,6 +80,32 @@ async def test_cloud_that_is_unreachable_and_tokens_that_are_of_no_use_are_told(
         assert kinds(await report("http://127.0.0.1:1", "x", robot_id)) == ["cloud-unreachable"]
         assert "token" in kinds(await report(fleet.url, None, robot_id))
         assert "token" in kinds(await report(fleet.url, "forged", robot_id))
+
+
+@pytest.mark.parametrize(("package", "of_a_cloud"), [("websockets", False), ("websockets", True), ("uvicorn", True)])
+@pytest.mark.parametrize("words", [["doctor"], ["doctor", "tb1"]], ids=" ".join)
+async def test_packages_of_this_computer_that_do_not_fit_come_first(
+    fleet: CommandLine, monkeypatch: pytest.MonkeyPatch, package: str, of_a_cloud: bool, words: list[str]
+) -> None:
+    fleet.cloud.observations = healthy()
+    version = distribution.version
+    monkeypatch.setattr(distribution, "version", lambda name: "0.1" if name == package else version(name))
+    monkeypatch.setattr(packages, "find_spec", lambda _name: object() if of_a_cloud else None)
+    ended = await fleet(*words)
+    assert ended.status == 1
+    out = " ".join(ended.out.split())  # lines are wrapped
+    heading, first = out.split("ERROR ", 1)
+    assert re.fullmatch(r"\S+( \S+)?: 1 error(, 1 warning)?( \(watched for .*)? ", heading)
+    assert re.match(rf"Packages on this computer .*? {package} 0\.1 \(needed: >=", first)
+    assert f"→ Run: pip install '{package}>=" in out
+
+
+async def test_packages_of_a_cloud_are_nothing_to_a_robot(fleet: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+    fleet.cloud.observations = healthy()
+    version = distribution.version
+    monkeypatch.setattr(distribution, "version", lambda name: "0.1" if name == "uvicorn" else version(name))
+    monkeypatch.setattr(packages, "find_spec", lambda _name: None)
+    assert (await fleet("doctor", "tb1")).status == 0
 
 
 async def report(url: str, token: str | None, robot_id: str | None) -> dict[str, list[dict[str, str]]]:
