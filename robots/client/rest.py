@@ -14,6 +14,7 @@ import msgspec
 from ppaas.errors import InvalidInput, PPaaSError, Unavailable
 from ppaas.wire.refusals import error_of_status
 from robots.client.cloud_url import CloudUrl, bearer, check_redirect
+from robots.client.early_answer import exchange
 from robots.client.multipart_form import BLOCK, Content, Form
 from robots.client.rest_paths import path_of
 from robots.client.robot_file import RobotFile
@@ -297,8 +298,7 @@ class RestClient:
         kind = http.client.HTTPSConnection if self._https else http.client.HTTPConnection
         connection = kind(self._netloc, timeout=self._timeout)
         try:
-            connection.request(method, self._path + path, body.data, self._headers(body) | headers)
-            response = connection.getresponse()
+            response = exchange(connection, method, self._path + path, body.data, self._headers(body) | headers)
             if into is None or response.status >= 300:
                 data = response.read()
             else:

@@ -108,7 +108,11 @@ ROWS = {
         zone.MOST_HOURS,
     ],
     ("image of a map", "header of PGM, PPM and PBM"): [size(netpbm.MAX_HEADER)],
-    ("image of a map", "pixels of PGM and PPM"): [MAX_CELLS],
+    ("image of a map", "pixels of PGM and PPM"): [
+        MAX_CELLS,
+        f"fewer than {SETTINGS.max_upload} in a binary PGM",
+        f"the form ends at {size(SETTINGS.max_upload)}",
+    ],
     ("image of a map", "pixels of PBM"): [pbm.MAX_BITS],
     ("image of a map", "pixels of PNG, BMP, JPEG and TIFF"): [pillow_rows.MAX_PIXELS],
     ("image of a map", "chunks of a PNG"): [png.MAX_CHUNKS, f"{png.MAX_OTHERS} without pixels"],
