@@ -4,6 +4,7 @@ from engine.container.current_map import CurrentMap
 from engine.specs.containers import RobotConfig
 from engine.specs.robot_frames import frame_names
 from ppaas.clone.assembly import DEPTH_CAMERA
+from ppaas.clone.follow_path import FOLLOW_PATH
 from ppaas.clone.robot_body import robot_body
 from ppaas.diagnosis.observations.traffic import Traffic
 from ppaas.diagnosis.observations.watched_robot import WatchedRobot
@@ -31,6 +32,7 @@ def add_diagnostics(graph: Graph, robot: RobotConfig, current: CurrentMap, traff
         layers=lambda: current.layers,
         makes_map=bool(robot.new_map),
         camera=DEPTH_CAMERA in robot.parameters,
+        follows_paths=FOLLOW_PATH in robot.parameters,
         radius=body.robot_radius if body.inner_radius is None else body.inner_radius,
     )
     graph.add(lambda context: DiagnosticsNode(context, graph, traffic, watched))

@@ -44,6 +44,9 @@ _STATES: dict[Status, GoalState] = {
     Status.LOST: "lost",
 }
 
+POSE_AGE = 5.0
+"""Age of the last pose from which the robot counts as not localized, whatever its clone says [s]."""
+
 LOCALIZATION_STATUS = (topics.AMCL_STATUS, topics.GRID_SLAM_STATUS)
 """Topics of which a clone has one, the second while it makes a map."""
 
@@ -114,9 +117,22 @@ class NavigationClient:
             container=self.place.container is not None,
             pose=self.pose,
             pose_at=self._pose_at,
-            localization=self._localization,
+            localization=self.localization,
             goals=tuple(self.active()),
         )
+
+    @property
+    def localization(self) -> str:
+        """Why the pose of the robot is not renewed; empty if it is, or if none has come yet."""
+        if self._localization or self._pose_at is None or self.place_now is not None:
+            return self._localization
+        return f"no pose has come for {self._clock() - self._pose_at:.0f} s"
+
+    @property
+    def place_now(self) -> tuple[float, float, float] | None:
+        """Last pose; None before the first, and if none has come for `POSE_AGE`: then it is not where the robot is."""
+        is_old = self._pose_at is None or self._clock() - self._pose_at > POSE_AGE
+        return None if is_old else self.pose
 
     def goals(self) -> list[GoalView]:
         """Return the known goals, oldest first."""

@@ -257,7 +257,7 @@ class RobotState(msgspec.Struct, frozen=True):
     pose_at : float, optional
         Time at which the pose was received [s since the epoch].
     localization : str
-        Reason why localization does not use the robot's scans; empty if it does.
+        Reason why the pose is not renewed, such as scans that are refused; empty if it is.
     goals : tuple of GoalView
         Goals that have not ended, oldest first.
     """

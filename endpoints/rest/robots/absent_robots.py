@@ -15,6 +15,7 @@ async def absence_facts(services: Services, owner: User, record: RobotRecord) ->
     refused = await RobotFacts(services).last_refusal(record.user, record.id)
     return AbsenceFacts(
         robot=record.id,
+        agv=_agv(record),
         refusal="" if refused is None else refused.reason,
         refused_ago=0.0 if refused is None else refused.ago,
         map_problem=await _map_problem(services, owner, record),
@@ -22,6 +23,12 @@ async def absence_facts(services: Services, owner: User, record: RobotRecord) ->
         cores=record.cores,
         free=tuple(machine.capacity - machine.given for machine in machines if machine.state == "ready"),
     )
+
+
+def _agv(record: RobotRecord) -> str:
+    """Return the AGV that a robot is by its file, as the bridge of AGVs writes it."""
+    named = record.properties.get("vda5050")
+    return f"{named.get('manufacturer', '?')}/{named.get('serialNumber', '?')}" if isinstance(named, dict) else ""
 
 
 async def _map_problem(services: Services, owner: User, record: RobotRecord) -> str:

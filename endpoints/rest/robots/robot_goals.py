@@ -49,7 +49,7 @@ class StateAnswer(ResponseBody):
     pose: Triple | None = Field(description="Estimated pose in the frame of the map; null before localization")
     pose_at: float | None = Field(description="Time at which the pose was received [s since the epoch]")
     localization: str | None = Field(
-        description="Reason why localization does not use the robot's scans; empty if it does; null if the caller may "
+        description="Reason why the pose is not renewed; empty if it is; null if the caller may "
         f"not read {in_words(LOCALIZATION)}"
     )
     goals: list[GoalAnswer] | None = Field(

@@ -57,7 +57,11 @@ class Navigator(Protocol):
 
     place: PlaceLink
     followed: frozenset[str] | None
-    pose: Place | None
+
+    @property
+    def place_now(self) -> Place | None:
+        """Pose of the robot; None if it is not known, or not any more."""
+        ...
 
     def send(self, pose: Pose2D, goal_id: str) -> object:
         """Send a goal in the frame ``map``, unless one of that id was sent already."""
@@ -151,11 +155,11 @@ class TaskRobots:
         return self._clients.get(robot_key(user, robot))
 
     def now(self, user: str, robot: str, labels: Mapping[str, str]) -> RobotNow:
-        """Return what is known of a robot that is followed; its place only once its goals are known, too."""
+        """Return what is known of a robot that is followed; its place only while it is renewed and its goals known."""
         client = self._clients[robot_key(user, robot)]
         if client.followed is None:
             return RobotNow(None, labels)
-        return RobotNow(client.pose, labels, client.followed)
+        return RobotNow(client.place_now, labels, client.followed)
 
     def _leave(self, key: str) -> None:
         client = self._clients.pop(key, None)

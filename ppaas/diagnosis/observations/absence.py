@@ -9,6 +9,8 @@ class AbsenceFacts(msgspec.Struct, kw_only=True, frozen=True):
     Parameters
     ----------
     robot : str
+    agv : str
+        Manufacturer and serial number of the AGV that the robot is by its file; empty for other robots.
     refusal : str
         Reason for which its last attempt to connect was refused; empty without one, or if it connected since.
     refused_ago : float
@@ -22,6 +24,7 @@ class AbsenceFacts(msgspec.Struct, kw_only=True, frozen=True):
     """
 
     robot: str
+    agv: str = ""
     refusal: str = ""
     refused_ago: float = 0.0
     map_problem: str = ""

@@ -264,6 +264,8 @@ class Observations(msgspec.Struct, kw_only=True):
         Whether the robot makes a new map.
     camera : bool
         Whether a depth camera makes its scans.
+    follows_paths : bool
+        Whether the robot localizes itself and follows paths itself, as an AGV does.
     link : LinkFacts, optional
         None in the container, which does not know the robot's connection.
     """
@@ -274,6 +276,7 @@ class Observations(msgspec.Struct, kw_only=True):
     prefix: str = ""
     makes_map: bool = False
     camera: bool = False
+    follows_paths: bool = False
     topics: list[TopicFacts] = []
     scans: list[ScanFacts] = []
     motion: MotionFacts = MotionFacts()

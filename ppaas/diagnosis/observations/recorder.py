@@ -92,6 +92,7 @@ class Recorder:
             prefix=robot.names.prefix,
             makes_map=robot.makes_map,
             camera=robot.camera,
+            follows_paths=robot.follows_paths,
             scans=[scan_facts(scan) for scan in scans],
             motion=self.motion.facts(now),
             frames=self.frames.facts(now),

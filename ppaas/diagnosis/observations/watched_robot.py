@@ -22,6 +22,8 @@ class WatchedRobot:
         Whether it makes a new map.
     camera : bool
         Whether a depth camera makes its scans.
+    follows_paths : bool
+        Whether it localizes itself and follows paths itself, as an AGV does.
     radius : float
         Largest radius around its centre within its footprint [m].
     """
@@ -31,4 +33,5 @@ class WatchedRobot:
     layers: Callable[[], MapLayers | None] = lambda: None
     makes_map: bool = False
     camera: bool = False
+    follows_paths: bool = False
     radius: float = 0.0

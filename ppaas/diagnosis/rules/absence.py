@@ -26,6 +26,12 @@ def absence(facts: AbsenceFacts) -> Iterator[Finding]:
     advice = (
         f"Start its program: it opens 'ws://HOST/?robot={facts.robot}' with its token, and sends scans and odometry."
     )
+    if facts.agv:
+        text = f"Robot '{facts.robot}', which is AGV {facts.agv}, is not connected."
+        advice = (
+            "Look whether 'ppaas bridge agv' runs; its log names AGVs that have been offline for more than 60 s, that "
+            "send no valid state with a position, or that are refused as this robot."
+        )
     yield error(ABSENT, text, advice)
 
 

@@ -27,6 +27,9 @@ def goals(seen: Observations) -> Iterator[Finding]:
     elif goal.text.startswith("recovering"):
         text = capital(f"move Base is {goal.text}")
         yield warn("goal-recovers", text, "It found no path or no velocity: look for obstacles.", CMD_VEL)
+    elif seen.follows_paths:
+        text = f"The robot is led along paths, which it follows itself ({goal.text or 'no text'})."
+        yield ok("goal-active", text, "", topics.FOLLOW_PATH_GOAL.name)
     elif not seen.motion.commands:
         text = f"A goal is active ({goal.text or 'no text'}), and no cmd_vel was sent while the robot was watched."
         yield ok("goal-plans", text, "Move Base plans; watch again in some seconds.", CMD_VEL)
@@ -51,7 +54,13 @@ def _without_goal(seen: Observations, goal: GoalFacts) -> Iterator[Finding]:
 
 def _subscriber(seen: Observations) -> Iterator[Finding]:
     link = seen.link
-    if link is None or link.robots == 0 or CMD_VEL in link.subscribed or seen.on_robot("move_base"):
+    heard = topics.FOLLOW_PATH_GOAL.name if seen.follows_paths else CMD_VEL
+    if link is None or link.robots == 0 or heard in link.subscribed or seen.on_robot("move_base"):
+        return
+    if seen.follows_paths:
+        text = f"The robot follows paths itself by its file, and does not subscribe to '{heard}': no path reaches it."
+        advice = "Subscribe to it in the role robot; or remove 'follow_path' from the parameters in its file."
+        yield error("paths-unheard", text, advice, heard)
         return
     text = "The robot does not subscribe to 'cmd_vel': no command of the cloud reaches it."
     advice = "Subscribe to 'cmd_vel' as geometry_msgs/Twist or geometry_msgs/TwistStamped, in the role robot."

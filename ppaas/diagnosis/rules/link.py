@@ -13,6 +13,9 @@ SLOW = 0.25
 REFUSED_SHARE = 0.5
 """Share of refused messages of a topic from which it counts as refused as a whole."""
 
+AGV = ": AGV"
+"""End of the name of the report of `ppaas bridge agv` on the AGV that the robot is, which is shown in any case."""
+
 SENSORS = (topics.SCAN.name, topics.ODOM.name, topics.TF.name, topics.TF_STATIC.name)
 
 
@@ -95,6 +98,10 @@ def nodes(seen: Observations) -> Iterator[Finding]:
 def reports(seen: Observations) -> Iterator[Finding]:
     """Yield what programs of the robot report on ``diagnostics``."""
     for report in seen.reports:
+        if report.name.endswith(AGV):
+            make = (ok, warn, error)[min(report.level, 2)]
+            yield make("agv", f"AGV {report.name.removesuffix(AGV)}: {report.text}.", "", topics.DIAGNOSTICS.name)
+            continue
         if report.level == 0:
             continue
         text = capital(f"the robot reports of {report.name}: {report.text or 'no text'}")

@@ -10,6 +10,9 @@ from ppaas.nodes import topics
 SILENT = 2.0
 """Time without an estimate from which localization has stopped [s]."""
 
+OWN_SILENT = 5.0
+"""Time without a pose of a robot that localizes itself after which Move Base stops it [s]."""
+
 UNSURE, LOST = 0.5, 1.5
 """Standard deviations of the pose from which it is doubtful, and from which the robot is lost [m]."""
 
@@ -22,6 +25,11 @@ SET_POSE = "Set its pose: 'Set pose' in the dashboard, or a message on 'initialp
 def place(seen: Observations) -> Iterator[Finding]:
     """Yield what is wrong with the localization of the robot, and where it is."""
     facts, topic = seen.place, topics.GRID_SLAM_STATUS.name if seen.makes_map else topics.AMCL_STATUS.name
+    if seen.follows_paths:
+        yield from _own_place(facts)
+        return
+    if facts.problem and _is_named(seen):
+        return
     if facts.problem and seen.topic(topics.SCAN.name).refused:
         return  # the rules on frames and refusals say the same
     if facts.problem:
@@ -36,6 +44,27 @@ def place(seen: Observations) -> Iterator[Finding]:
         return
     yield from _confidence(facts)
     yield from _on_map(facts)
+
+
+def _own_place(facts: PlaceFacts) -> Iterator[Finding]:
+    """Yield what is wrong with the place of a robot that localizes itself."""
+    advice = "No goal starts from the pose before. Mend what it names; it continues by itself."
+    if facts.problem:
+        text = capital(f"the robot, which localizes itself, is not localized: {facts.problem}")
+        yield error("not-localized", text, advice, topics.AMCL_STATUS.name)
+    elif facts.pose is None or facts.silence is None or facts.silence > OWN_SILENT:
+        since = "yet" if facts.silence is None else f"for {seconds(facts.silence)}"
+        text = f"The robot localizes itself, and has published no pose {since}."
+        yield error("not-localized", text, "Look at its program, such as 'ppaas bridge agv'.", topics.AMCL_POSE.name)
+    else:
+        yield from _confidence(facts)
+        yield from _on_map(facts)
+
+
+def _is_named(seen: Observations) -> bool:
+    """Return whether scans or odometry are silent, which the rules on sensors say with more words."""
+    silences = (seen.topic(name).silence for name in (topics.SCAN.name, topics.ODOM.name))
+    return any(silence is not None and silence > SILENT for silence in silences)
 
 
 def _without_pose(seen: Observations) -> Iterator[Finding]:

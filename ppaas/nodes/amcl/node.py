@@ -28,6 +28,7 @@ from ppaas.nodes.base import Context, Demands, Node, Payload, Reply, Service, To
 from ppaas.nodes.frames import MAP, FrameListener, FrameNames
 from ppaas.nodes.message_checks import expect
 from ppaas.nodes.robot_scans import RobotScan, ScanReader, WaitingScans
+from ppaas.nodes.scan_silence import SILENT, ScanSilence
 from ppaas.thread_budget import Threads, one_thread
 from ppaas.transforms.planar import transform_message
 
@@ -54,7 +55,8 @@ class AmclNode(Node):
 
     Scans wait until odometry has reached their stamps. A stamp of zero means the latest odometry. If the odometry is
     reset, the robot is assumed not to have moved; if it begins anew after a silence, the robot has restarted, maybe
-    elsewhere, and is searched on the whole map. While no scan can be used, ``amcl/status`` gives the reason.
+    elsewhere, and is searched on the whole map. While no scan can be used, or none comes, ``amcl/status`` gives
+    the reason.
 
     Parameters
     ----------
@@ -99,13 +101,17 @@ class AmclNode(Node):
         self._tracker = PoseTracker(layers, parameters)
         self._frames = FrameListener(names)
         self._scans = ScanReader(self._frames, warns=True)
-        self._waiting = WaitingScans()
+        self._waiting, self._silence = WaitingScans(), ScanSilence(self._frames)
         self._reported = ""
         self._map_to_odom: Pose2D | None = None
         self._continuity = Continuity()
         self._restored: AmclState | None = None
         self._update_asked = False
         self._search_runs = False
+
+    def start(self) -> None:
+        """Watch from now on whether scans are used."""
+        self.context.every(0.5 * SILENT, self._report_silence)
 
     def use_layers(self, layers: MapLayers) -> None:
         """Replace the map by another in the same frame, such as the next version, while the robot drives.
@@ -136,6 +142,9 @@ class AmclNode(Node):
         else:
             try:
                 self._frames.hear(topic, expect(message, TFMessage), self.context.elapsed(), self.context.now())
+            except PPaaSError as error:
+                self._silence.transform_refused(error)
+                raise
             finally:
                 self._process_waiting()
 
@@ -161,6 +170,7 @@ class AmclNode(Node):
     # -- scans ---------------------------------------------------------------------------------------------------------
 
     def _on_scan(self, message: LaserScan) -> None:
+        self._silence.scan_came(self.context.elapsed())
         try:
             self._waiting.add(self._checked(message), self._frames.newest())
             errors = self._process_waiting()
@@ -206,7 +216,14 @@ class AmclNode(Node):
             self._align(self._filter.sensor.hits(scan.scan, scan.laser, POINTS), odom)
         # The scan's own stamp to the nanosecond, as in ROS: a client finds the pose of a scan by it.
         self._publish_pose(odom, stamp, scan.scan.header.stamp if scan.stamp else Time.of(stamp))
+        self._silence.scan_used(self.context.elapsed())
         self._report("")
+
+    def _report_silence(self) -> None:
+        """Report why no scan is used, unless scans are refused, which is reported with the reason already."""
+        reason = self._silence.reason(self.context.elapsed())
+        if reason and not self._reported:
+            self._report(reason)
 
     def _report(self, text: str) -> None:
         """Publish the reason for which localization uses no scans, if it has changed; empty text while it uses them."""

@@ -12,6 +12,7 @@ from ppaas.nodes.grid_slam.laser import MappingLaser
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
 from ppaas.nodes.grid_slam.status import StatusPublisher
 from ppaas.nodes.robot_scans import RobotScan, ScanReader, WaitingScans
+from ppaas.nodes.scan_silence import ScanSilence
 
 
 class ScanIntake:
@@ -27,6 +28,11 @@ class ScanIntake:
         Those that say which scans are used.
     status : StatusPublisher
         Where the reason is reported for which scans wait.
+
+    Attributes
+    ----------
+    silence : ScanSilence
+        Watches whether scans come and are used.
     """
 
     def __init__(
@@ -34,6 +40,7 @@ class ScanIntake:
     ) -> None:
         self._context, self._frames, self._status = context, frames, status
         self._scans, self._waiting, self._continuity = ScanReader(frames, warns=True), WaitingScans(), Continuity()
+        self.silence = ScanSilence(frames)
         self._every, self._least_interval = parameters.throttle_scans, parameters.least_interval
         self._count, self._used_at = 0, float("-inf")
 
@@ -53,6 +60,7 @@ class ScanIntake:
         TransformError
             The frame of the scan is unknown.
         """
+        self.silence.scan_came(self._context.elapsed())
         scan, newest = self._scans.read(message, self._context.elapsed()), self._frames.newest()
         if laser is not None:
             laser.check(scan)
@@ -80,6 +88,7 @@ class ScanIntake:
             The time of the scan [s] is older than what tf keeps.
         """
         odom = self._frames.odometry(stamp)
+        self.silence.scan_used(self._context.elapsed())
         return odom, self._continuity.note(odom, stamp, self._context.elapsed(), scan.frame)
 
     def is_due(self, stamp: float) -> bool:

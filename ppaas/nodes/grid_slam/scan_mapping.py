@@ -22,6 +22,7 @@ from ppaas.nodes.grid_slam.status import StatusPublisher, lost_status
 from ppaas.nodes.jobs import LongWork
 from ppaas.nodes.key_frame_path import KeyFramePublisher
 from ppaas.nodes.robot_scans import RobotScan
+from ppaas.nodes.scan_silence import SILENT
 
 logger = logging.getLogger(__name__)
 
@@ -68,6 +69,7 @@ class ScanMappingNode(LoggedMapNode):
     def start(self) -> None:
         """Publish changes of the map from now on, and load the kernels that scans need."""
         self.context.every(MAP_PERIOD, self._publish_map)
+        self.context.every(0.5 * SILENT, self._report_silence)
         self._closures.watch()
         if (prepare := self._prepare) is not None:
             self.context.start(LongWork(lambda _cancelled: prepare()), self._on_prepared)
@@ -97,6 +99,12 @@ class ScanMappingNode(LoggedMapNode):
         except PPaaSError as error:
             self._status.report(f"scans are refused: {error}")
             raise
+
+    def _report_silence(self) -> None:
+        """Report why no scan is used, unless it is reported already why scans are refused or wait."""
+        reason = self._intake.silence.reason(self.context.elapsed())
+        if reason and self._is_ready and not self._status.reported:
+            self._status.report(reason)
 
     @property
     def _is_ready(self) -> bool:

@@ -13,15 +13,20 @@ class StatusPublisher:
     ----------
     context : Context
         Of the node.
+
+    Attributes
+    ----------
+    reported : str
+        The newest status.
     """
 
     def __init__(self, context: Context) -> None:
-        self._context, self._reported = context, ""
+        self._context, self.reported = context, ""
 
     def report(self, text: str) -> None:
         """Publish the reason for which scans or parts of the map are left out; empty if none is."""
-        if text != self._reported:
-            self._reported = text
+        if text != self.reported:
+            self.reported = text
             self._context.publish(topics.GRID_SLAM_STATUS.name, String(text))
 
 

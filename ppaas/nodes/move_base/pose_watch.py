@@ -33,7 +33,16 @@ class PoseWatch:
         self._tolerance = tolerance
         self.expects_scans = True
         self._scan_at = -math.inf
-        self._refused = ""
+        self._odometry_at = -math.inf
+        self._refused = self._refused_odometry = ""
+
+    def odometry_came(self, now: float, parent: str, child: str) -> None:
+        """Note odometry that can be used, with the frames that it names."""
+        self.moved_frame, self._odometry_at, self._refused_odometry = (parent, child), now, ""
+
+    def odometry_refused(self, error: PPaaSError) -> None:
+        """Note odometry that cannot be used."""
+        self._refused_odometry = f": odometry is refused: {error}"
 
     def scan_came(self, now: float) -> None:
         """Note a scan that can be used."""
@@ -48,6 +57,8 @@ class PoseWatch:
         if self.localization and not self.expects_scans:
             raise TransformError(f"not localized: {self.localization}")
         silence = self._frames.odometry_silence(now)
+        if self._refused_odometry:
+            silence = max(silence, now - self._odometry_at)
         if silence > self._tolerance:
             raise TransformError(self._without_odometry(silence))
         silence = self._frames.localization_silence(now)
@@ -58,8 +69,8 @@ class PoseWatch:
     def _without_odometry(self, silence: float) -> str:
         parent, child = self.moved_frame
         odom, base = self._frames.odom, self._frames.base
-        if math.isfinite(silence):
-            return f"no odometry for {silence:.1f} s"
+        if math.isfinite(silence) or self._refused_odometry:
+            return f"no odometry {_since(silence)}{self._refused_odometry}"
         if not child:
             return f"no odometry yet: publish nav_msgs/Odometry on 'odom', or the transform {odom!r} → {base!r} on 'tf'"
         return (

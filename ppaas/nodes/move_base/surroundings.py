@@ -12,7 +12,7 @@ from ppaas.costmap.moving_obstacles import Disc, MovingObstacle, swept_discs
 from ppaas.costmap.obstacle_layer import LaserReading
 from ppaas.costmap.obstacle_memory import ObstacleMemory
 from ppaas.costmap.social_layer import PersonNearby
-from ppaas.errors import PPaaSError, TransformError
+from ppaas.errors import InvalidInput, PPaaSError, TransformError
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.messages.base.std_msgs import String
 from ppaas.messages.nav_msgs import Odometry
@@ -22,6 +22,7 @@ from ppaas.messages.ppaas_msgs import RobotStates
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.frames import MAP, FrameListener, FrameNames
+from ppaas.nodes.message_checks import finite_pose
 from ppaas.nodes.move_base.people import SeenPeople
 from ppaas.nodes.move_base.pose_watch import PoseWatch
 from ppaas.nodes.other_robots import OTHERS_FRESH, OTHERS_MARGIN, others_of
@@ -133,9 +134,7 @@ class Surroundings:
             case LaserScan():
                 self._take_scan(message, now)
             case Odometry():
-                twist = message.twist.twist
-                self.velocity = Velocity(twist.linear.x, twist.angular.z)
-                self._watch.moved_frame = message.header.frame_id, message.child_frame_id
+                self._take_odometry(message, now)
             case TFMessage():
                 self.frames.hear(topic, message, now, stamp)
             case RobotStates():
@@ -146,6 +145,19 @@ class Surroundings:
                 self._people.take_state(message, now)
             case String():
                 self._watch.localization = message.data
+
+    def _take_odometry(self, odometry: Odometry, now: float) -> None:
+        """Take the velocity, if the message is valid."""
+        twist = odometry.twist.twist
+        try:
+            finite_pose(odometry.pose.pose, "odometry")
+            if not math.isfinite(twist.linear.x + twist.angular.z):
+                raise InvalidInput("the twist of odometry must be finite")
+        except PPaaSError as error:
+            self._watch.odometry_refused(error)
+            raise
+        self.velocity = Velocity(twist.linear.x, twist.angular.z)
+        self._watch.odometry_came(now, odometry.header.frame_id, odometry.child_frame_id)
 
     def _take_scan(self, scan: LaserScan, now: float) -> None:
         """Store a scan for the next update."""

@@ -1,6 +1,7 @@
 """Transforms that a robot sends itself: its static ones, and the frames that its ``tf`` moves."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
 
 import msgspec
 
@@ -27,19 +28,14 @@ class RobotTransforms:
 
     def note_static(self, transforms: Iterable[TransformStamped]) -> None:
         """Note static transforms; those that are not rigid are ignored."""
-        for each in transforms:
-            child = each.child_frame_id.lstrip("/")
+        for child, each, pose in _rigid(transforms):
             if child in self._static or len(self._static) < KEPT:
-                try:
-                    self._static[child] = each.header.frame_id.lstrip("/"), Rigid.of(each.transform)
-                except TransformError:
-                    continue
+                self._static[child] = each.header.frame_id.lstrip("/"), pose
         self._state = msgspec.json.encode([(child, *known) for child, known in self._static.items()])
 
     def note_moving(self, transforms: Iterable[TransformStamped], now: float) -> None:
-        """Note transforms that arrived at a time [s]."""
-        for each in transforms:
-            child = each.child_frame_id.lstrip("/")
+        """Note transforms that arrived at a time [s]; those that are not rigid move nothing."""
+        for child, _, _ in _rigid(transforms):
             if child in self._moved or len(self._moved) < MAX_FRAMES:
                 self._moved[child] = now
 
@@ -60,3 +56,10 @@ class RobotTransforms:
             TransformStamped(Header(frame_id=parent), child, pose.to_message())
             for child, (parent, pose) in self._static.items()
         ]
+
+
+def _rigid(transforms: Iterable[TransformStamped]) -> Iterator[tuple[str, TransformStamped, Rigid]]:
+    """Yield the transforms that are rigid, with the name of the child."""
+    for each in transforms:
+        with suppress(TransformError):
+            yield each.child_frame_id.lstrip("/"), each, Rigid.of(each.transform)

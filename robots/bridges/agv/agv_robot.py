@@ -92,7 +92,7 @@ class AgvRobot:
         self._position: Position | None = None
         self._velocity: Velocity | None = None
         self._pose_at = self._told_at = self._connection_at = self._state_at = -math.inf
-        self._complaint = ""
+        self._complaint, self._left_out_count = "", 0
         self._file: Mapping[str, Any] | None = None
         self._differences: tuple[str, ...] = ()
         self._notices = Notices(MAX_TEXTS)
@@ -128,6 +128,7 @@ class AgvRobot:
         self._leave_out(topic, LeftOut(str(error), is_loss=True))
 
     def _leave_out(self, topic: str, left_out: LeftOut) -> None:
+        self._left_out_count += 1
         self._notices.warn(f"AGV {self._agv.name}: a message is left out: {left_out.reason}")
         if topic == topics.STATE and left_out.is_loss:
             text = f"states of the AGV are left out: {left_out.reason}"
@@ -343,6 +344,16 @@ class AgvRobot:
         own, other = position.map_id[:60], self._map
         return f"the AGV is on map {own!r}, and its robot on {other!r}: say --map {own}={other} if they are one"
 
+    def _facts(self, now: float) -> dict[str, str]:
+        """Return what an operator wants to know of the AGV besides its state."""
+        age = now - self._state_at
+        return {
+            "connection": self._control.connection or "unknown",
+            "version": self._agv.version.value,
+            "newest state": f"{age:.0f} s ago" if math.isfinite(age) else "none",
+            "messages left out": str(self._left_out_count),
+        }
+
     def _tell(self, now: float) -> None:
         """Publish localization and diagnostics, when they change and from time to time."""
         if self._cloud is None:
@@ -356,6 +367,8 @@ class AgvRobot:
             self._cloud.localization(told[0])
         self._told, self._told_at = told, now
         stamp = Time.of(epoch())
-        self._cloud.diagnostics(
-            diagnostics(self._agv.name, state, told[0], stamp, complaint=self._complaint, notes=self._differences)
+        facts = self._facts(now)
+        message = diagnostics(
+            self._agv.name, state, told[0], stamp, facts=facts, complaint=self._complaint, notes=self._differences
         )
+        self._cloud.diagnostics(message)

@@ -1,7 +1,8 @@
 """Messages of ROS for the states of an AGV."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
+from ppaas.diagnosis.rules.link import AGV
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, Status
 from ppaas.messages.base.std_msgs import Header, Time
@@ -71,8 +72,9 @@ def result(end: PathEnded, stamp: Time) -> FollowPathActionResult:
 
 
 def diagnostics(
-    name: str, state: State | None, problem: str, stamp: Time, *, complaint: str = "", notes: Sequence[str] = ()
-) -> DiagnosticArray:
+    name: str, state: State | None, problem: str, stamp: Time, *,
+    facts: Mapping[str, str], complaint: str = "", notes: Sequence[str] = (),
+) -> DiagnosticArray:  # fmt: skip
     """Return how an AGV is: its errors, its last contradiction, and why it is not connected or localized.
 
     Parameters
@@ -84,14 +86,18 @@ def diagnostics(
     problem : str
         Why the AGV cannot be used; empty if it can.
     stamp : Time
+    facts : mapping of str to str
+        What is known of the AGV besides its state, such as its connection.
     complaint : str
         The last contradiction; empty if there was none.
     notes : sequence of str
         What is wrong with the robot's file.
     """
-    values = [] if state is None else _values(state)
-    statuses = [_status(DiagnosticLevel.ERROR if problem else DiagnosticLevel.OK, f"{name}: AGV", problem or "in use")]
-    statuses[0].values = values
+    told = {**facts, **({} if state is None else _values(state))}
+    words = ", ".join(f"{key} {value}" for key, value in told.items() if value)
+    level = DiagnosticLevel.ERROR if problem else DiagnosticLevel.OK
+    statuses = [_status(level, f"{name}{AGV}", f"{problem or 'in use'} ({words})")]
+    statuses[0].values = [KeyValue(key, value) for key, value in told.items()]
     if complaint:
         statuses.append(_status(DiagnosticLevel.WARN, f"{name}: order", complaint))
     statuses += [_status(DiagnosticLevel.WARN, f"{name}: file", note) for note in notes]
@@ -101,15 +107,17 @@ def diagnostics(
     return DiagnosticArray(Header(stamp=stamp), statuses)
 
 
-def _values(state: State) -> list[KeyValue]:
-    power = state.power_supply
-    return [
-        KeyValue("operating mode", state.operating_mode),
-        KeyValue("charge [%]", f"{power.state_of_charge:.0f}"),
-        KeyValue("charging", str(power.charging).lower()),
-        KeyValue("order", state.order_id[:100]),
-        KeyValue("stands because", standing(state)),
-    ]
+def _values(state: State) -> dict[str, str]:
+    power, position = state.power_supply, state.mobile_robot_position
+    return {
+        "operating mode": state.operating_mode,
+        "map": "" if position is None else position.map_id[:60],
+        "charge [%]": f"{power.state_of_charge:.0f}",
+        "charging": str(power.charging).lower(),
+        "errors": str(len(state.errors)),
+        "order": state.order_id[:100],
+        "stands because": standing(state),
+    }
 
 
 def _status(level: DiagnosticLevel, name: str, text: str) -> DiagnosticStatus:

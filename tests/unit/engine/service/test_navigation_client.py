@@ -8,7 +8,7 @@ import pytest
 from engine.protocols import robot_link
 from engine.protocols.refusals import Refusal
 from engine.service.links.presence import Presence
-from engine.service.navigation_client import MAX_ACTIVE, MAX_ENDED, NavigationClient
+from engine.service.navigation_client import MAX_ACTIVE, MAX_ENDED, POSE_AGE, NavigationClient
 from ppaas.clock import ManualClock
 from ppaas.errors import Conflict, NotFound, QuotaExceeded, Unavailable
 from ppaas.geometry import Pose2D
@@ -166,6 +166,23 @@ async def test_the_state_has_the_last_pose_and_why_there_is_none(
     state = client.state(HERE)
     assert client.localized.is_set()
     assert (state.pose, state.pose_at, state.localization, state.goals) == ((1.0, 2.0, 0.0), 1000.0, "", (goal,))
+
+
+async def test_a_pose_that_is_not_renewed_is_not_where_the_robot_is(
+    place: StillPlace, client: NavigationClient, clock: ManualClock
+) -> None:
+    assert client.place_now is None and client.localization == ""
+    place.publish_json("amcl_pose", {"header": HEADER, "pose": {"pose": POSE}})
+    clock.advance(POSE_AGE)
+    assert client.place_now == (1.0, 2.0, 0.0) and client.state(HERE).localization == ""
+    clock.advance(2.0)
+    assert client.place_now is None
+    assert client.state(HERE).localization == f"no pose has come for {POSE_AGE + 2.0:.0f} s"
+    place.publish_json("amcl/status", {"data": "no scan comes any more"})
+    assert client.state(HERE).localization == "no scan comes any more"
+    place.publish_json("amcl/status", {"data": ""})
+    place.publish_json("amcl_pose", {"header": HEADER, "pose": {"pose": POSE}})
+    assert client.state(HERE).localization == ""
 
 
 async def test_a_closed_place_ends_its_goals(place: StillPlace, client: NavigationClient) -> None:

@@ -23,3 +23,9 @@ def test_what_would_stop_a_robot_from_connecting_is_named(changed: dict[str, obj
     found = list(absence(AbsenceFacts(**FREE | changed)))
     assert [finding.kind for finding in found] == [*kinds, "robot-not-connected"]
     assert all(finding.level == "error" and finding.advice for finding in found)
+
+
+def test_a_robot_that_is_an_agv_is_looked_for_at_its_bridge() -> None:
+    *_, finding = absence(AbsenceFacts(robot="fork-7", agv="acme/fork-7", free=(4.0,)))
+    assert "which is AGV acme/fork-7" in finding.text
+    assert "ppaas bridge agv" in finding.advice

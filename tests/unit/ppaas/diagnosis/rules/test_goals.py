@@ -37,3 +37,14 @@ def test_robot_that_does_not_hear_cmd_vel_is_found_first() -> None:
     assert [finding.kind for finding in goals(healthy(link=link))] == ["cmd-vel-unheard", "no-goal"]
     at_home = [NodeFacts(name="move_base", home="robot")]
     assert [finding.kind for finding in goals(healthy(link=link, nodes=at_home))] == ["no-goal"]
+
+
+def test_a_robot_that_follows_paths_itself_hears_paths_instead_of_velocities() -> None:
+    paths = msgspec.structs.replace(LINK, subscribed=("follow_path/goal",))
+    assert "cmd-vel-unheard" not in {one.kind for one in goals(healthy(follows_paths=True, link=paths))}
+    found = [one.kind for one in goals(healthy(follows_paths=True, link=LINK))]
+    assert found[0] == "paths-unheard"
+    driving = healthy(follows_paths=True, link=paths, goal=GoalFacts(name="g", status=1, text="controlling"))
+    assert [one.text for one in goals(driving)] == [
+        "The robot is led along paths, which it follows itself (controlling)."
+    ]

@@ -4,7 +4,7 @@ import msgspec
 import pytest
 
 from ppaas.diagnosis.observations.facts import LinkFacts, NodeFacts, ReportFacts, ScanFacts, TopicFacts
-from ppaas.diagnosis.rules.link import link, nodes, refusals, reports
+from ppaas.diagnosis.rules.link import AGV, link, nodes, refusals, reports
 from tests.support.world.diagnosed_robot import LINK, healthy, kinds, with_topic
 
 
@@ -86,3 +86,10 @@ def test_reports_of_the_robots_own_programs_are_repeated() -> None:
     assert [finding.level for finding in found] == ["error", "warn", "warn"]
     assert kinds(found) == ["robot-reports"] * 3
     assert "battery: 9.8 V" in found[0].text
+
+
+@pytest.mark.parametrize(("level", "word"), [(0, "ok"), (1, "warn"), (2, "error"), (3, "error")])
+def test_the_agv_that_a_robot_is_is_shown_in_any_case(level: int, word: str) -> None:
+    report = ReportFacts(name=f"acme/7{AGV}", level=level, text="in use (connection ONLINE)")
+    [finding] = reports(healthy(reports=[report]))
+    assert (finding.kind, finding.level, finding.text) == ("agv", word, "AGV acme/7: in use (connection ONLINE).")

@@ -74,3 +74,7 @@ def test_robot_with_a_depth_camera_is_asked_for_images_first() -> None:
 
 def test_refused_messages_are_left_to_the_rule_on_refusals() -> None:
     assert list(sensors(with_topic("scan", silence=None, refused=9))) == []
+
+
+def test_a_robot_that_localizes_itself_needs_neither_scans_nor_frequent_odometry() -> None:
+    assert list(sensors(healthy(topics=[], follows_paths=True))) == []

@@ -49,12 +49,26 @@ def test_missing_odometry_is_named_with_what_to_publish():
 def test_odometry_of_other_frames_than_those_of_the_file_is_named():
     watched = Watched(FrameNames(odom="odom_combined"))
     watched.hear("odom", "base_link", 5.0)
-    watched.watch.moved_frame = "odom", "base_link"
+    watched.watch.odometry_came(5.0, "odom", "base_link")
     assert watched.reason(5.0) == (
         "no odometry yet: no transform connects 'odom_combined' with 'base_link', but the odometry moves 'base_link' "
         "in 'odom': set odom_frame_id and base_frame_id of amcl (or odom_frame and base_frame of grid_slam) to "
         "these, or leave them out"
     )
+
+
+def test_odometry_that_is_refused_is_missing_although_tf_moves_the_robot():
+    watched = Watched()
+    watched.hear("map", "odom", 5.0)
+    watched.hear("odom", "base_link", 5.0)
+    watched.watch.odometry_came(5.0, "odom", "base_link")
+    watched.watch.odometry_refused(PPaaSError("the twist of odometry must be finite"))
+    watched.hear("odom", "base_link", 6.5)
+    assert watched.reason(6.0) == ""
+    assert watched.reason(6.5) == "no odometry for 1.5 s: odometry is refused: the twist of odometry must be finite"
+    watched.hear("map", "odom", 6.5)
+    watched.watch.odometry_came(6.5, "odom", "base_link")
+    assert watched.reason(6.5) == ""
 
 
 def test_missing_localization_is_explained_by_the_scans():

@@ -140,7 +140,11 @@ def test_an_agv_whose_states_are_refused_is_not_localized_and_gets_no_order(
     assert caplog.text.count("is left out") == 1
     assert orders(tested) == 0
     (first, *_) = decode(DiagnosticArray, published.newest["diagnostics"]).status
-    assert (first.level, first.message) == (2, told)
+    assert (first.name, first.level) == ("acme/fork-7: AGV", 2)
+    assert first.message.startswith(
+        f"{told} (connection ONLINE, version 2.1.0, newest state 0 s ago, messages left out 1"
+    )
+    assert ", operating mode AUTOMATIC, map hall, " in first.message
     state(tested)
     asyncio.run(tested.obey())
     assert localization(tested, published) == ""
