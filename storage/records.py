@@ -34,7 +34,9 @@ class User(msgspec.Struct, frozen=True):
 
     ``password_hash`` is a string in the format of argon2id. ``groups`` are the names of the groups of users that it is
     in; a group exists while a user is in it. ``rapyuta_hash`` is the argon2id hash of the SHA-256 hash of a password by
-    which robots of Rapyuta log in; empty if none may.
+    which robots of Rapyuta log in; empty if none may. ``since`` is the time at which the user was created [s since the
+    epoch]: what is older is of a former user of the id. A user who is ``leaving`` has no rights any more, and the id is
+    free once all that names the user is removed.
     """
 
     id: str
@@ -43,6 +45,8 @@ class User(msgspec.Struct, frozen=True):
     limits: Limits = Limits()
     groups: tuple[str, ...] = ()
     rapyuta_hash: str = ""
+    since: float = 0.0
+    leaving: bool = False
 
 
 class Token(msgspec.Struct, frozen=True):

@@ -1,6 +1,7 @@
 """Accounts: users, their passwords and their tokens."""
 
 import logging
+import secrets
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -27,6 +28,9 @@ logger = logging.getLogger(__name__)
 ADMIN = "admin"
 ME = "me"
 """Alias of the calling user; no user may have this id."""
+
+LEFT = "left:"
+"""Prefix of the password hash of a user who is to be removed: no password has it."""
 
 MIN_PASSWORD = 8
 MAX_PASSWORD = 1024
@@ -75,7 +79,7 @@ class Accounts:
         logins: SharedLogins | None = None,
         turns: UserTurns | None = None,
     ) -> None:
-        self._store = store
+        self._store, self._clock = store, clock
         self._passwords = passwords or Passwords()
         self._logins = logins or LocalLogins()
         self._turns = turns or LocalTurns()
@@ -103,7 +107,7 @@ class Accounts:
         if check_name("user", user_id) == ME:
             raise InvalidInput(f"{ME!r} is reserved for the calling user: choose another id")
         _check_password(password)
-        user = User(user_id, await self._passwords.hash(password), role, groups=groups)
+        user = User(user_id, await self._passwords.hash(password), role, groups=groups, since=self._clock())
         await run_in_threadpool(self._store.add_user, user)
         return user
 
@@ -143,7 +147,8 @@ class Accounts:
             Too many passwords are being hashed.
         """
         origin = await self._logins.admit(counted_name(user_id), address)
-        user = await find_user(self._store, user_id)
+        found = await find_user(self._store, user_id)
+        user = None if found is None or found.leaving else found
         if not await self._matches(user, password, origin) or user is None:
             raise NotAuthenticated("wrong user or password")
         try:
@@ -254,6 +259,21 @@ class Accounts:
         """Revoke all tokens of a user; ``NotFound`` if the user does not exist."""
         await run_in_threadpool(self._store.user, user_id)
         await self._tokens.revoke_all(user_id)
+
+    async def begin_removal(self, user_id: str) -> None:
+        """Take all rights from a user who is to be removed, and all tokens; the id stays taken until `remove`.
+
+        Raises
+        ------
+        NotFound
+            The user does not exist.
+        """
+        gone = {"leaving": True, "password_hash": f"{LEFT}{secrets.token_hex(16)}", "rapyuta_hash": ""}
+        try:
+            await self._tokens.drop_kept(user_id)
+            await in_turn(self._turns, user_id, lambda _: self._change(user_id, gone, {}, None, None))
+        finally:
+            await self._tokens.forget(user_id)
 
     async def remove(self, user_id: str) -> None:
         """Remove a user with tokens and robots; ``NotFound`` if the user does not exist."""

@@ -163,7 +163,7 @@ class Tokens:
                 user = await run_in_threadpool(self._store.user, token.user)
         except NotFound as error:
             raise _unknown_token() from error
-        if token.expires <= now:
+        if token.expires <= now or user.leaving:
             raise _unknown_token()
         return user_of_token(user, token), token.expires
 

@@ -7,7 +7,7 @@ from typing import ParamSpec, Protocol, TypeVar
 from endpoints.accounts.stored_bytes import MapContent, StoredBytes
 from endpoints.accounts.user_turns import LocalTurns, Turn, UserTurns, in_turn
 from engine.master.quotas import Quotas, check_quota
-from ppaas.errors import NotFound
+from ppaas.errors import NotAuthenticated, NotFound
 from storage.ports import MapStore, Store
 from storage.records import MapFile
 from storage.staged_uploads import StagedUpload
@@ -96,10 +96,13 @@ class Usage:
         ------
         QuotaExceeded
             The robot is new and the user already has the maximum.
+        NotAuthenticated
+            The user was removed meanwhile.
         """
         try:
             store.robot(user, robot)
         except NotFound:
+            _check_present(store, user)
             check_quota(user, "robots", quotas.of(user).robots, robot_count(store, user))
         yield
 
@@ -112,6 +115,8 @@ class Usage:
         QuotaExceeded
             The map is new and the user already has the maximum, the version is new and the map has the maximum, or
             the user would have too many bytes.
+        NotAuthenticated
+            The map is new, and the user was removed meanwhile.
         """
         quota = stores.cloud.quotas.of(user)
         current: Mapping[str, MapFile] = {}
@@ -119,6 +124,7 @@ class Usage:
             head = stores.map_store.map_head(map_id)
             known, current = self.stored.of_map(stores.map_store, head), head.present.files
         except NotFound:
+            _check_present(stores.store, user)
             check_quota(user, "maps", quota.maps, len(owned_maps(stores.map_store, user)))
             known = MapContent()
         if map_version(upload.files_after(current)) not in known.versions:
@@ -160,6 +166,16 @@ class Usage:
         if more > 0:
             has = self.stored.of_user(stores.store, stores.map_store, user)
             check_quota(user, "stored_bytes", stores.cloud.quotas.of(user).stored_bytes, has, more)
+
+
+def _check_present(store: Store, user: str) -> None:
+    """Raise ``NotAuthenticated`` if a user was removed: what such a user stores now would be a later one's."""
+    try:
+        leaving = store.user(user).leaving
+    except NotFound:
+        leaving = True
+    if leaving:
+        raise NotAuthenticated("this user was removed")
 
 
 def robot_count(store: Store, user: str) -> int:

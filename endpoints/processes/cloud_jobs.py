@@ -4,6 +4,7 @@ from endpoints.merging.coordinator import JointMapCoordinator
 from endpoints.people.counting import PeopleCounting
 from endpoints.processes.map_rights_watch import MapRightsWatch
 from endpoints.proposals.change_watch import ChangeWatch
+from endpoints.removal.users import RemovedUsers
 from endpoints.services.disk_watch import DiskWatch
 from endpoints.services.services import Services
 from engine.processes.background import Background
@@ -33,6 +34,7 @@ class CloudJobs:
             MapRightsWatch(robots, services),
             DiskWatch.of(services.disk, services.store),
             ChangeWatch(services),
+            RemovedUsers(services),
             PeopleCounting(services),
             JointMapCoordinator(services),
             tasks,

@@ -9,6 +9,7 @@ from fastapi.exceptions import RequestValidationError
 from pydantic import ValidationError
 from starlette.concurrency import run_in_threadpool
 
+from endpoints.accounts.user_lookup import find_user
 from endpoints.rest.dependencies import Caller, Provided, readable_head
 from endpoints.rest.merge_patch import merge
 from endpoints.rest.names import MapId, PlanId
@@ -26,7 +27,7 @@ from endpoints.rest.plans.schemas import (
 from endpoints.rest.plans.stored_plans import check_may_change, summary_of, visible_plan
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.services.services import Services
-from endpoints.sharing.shared_robots import plans_shown
+from endpoints.sharing.shared_robots import is_author, plans_shown
 from ppaas.clock import epoch
 from ppaas.errors import NotFound
 from ppaas.geometry import yaw_of
@@ -121,7 +122,7 @@ async def _record(
     start, goal = ((row[0], row[1], yaw_of(*row[3:])) for row in poses[[0, -1]].tolist())
     return PlanRecord(
         id=plan_id,
-        user=user.id if before is None else before.user,
+        user=user.id if before is None else await _author(services, before) or user.id,
         map=head.id,
         version=head.version,
         planner=file.planner,
@@ -145,3 +146,9 @@ def _changed(record: PlanRecord, change: dict[str, Any]) -> PlanPut:
         return PlanPut.model_validate(merge(present, change))
     except ValidationError as error:
         raise RequestValidationError([{**fault, "loc": ("body", *fault["loc"])} for fault in error.errors()]) from error
+
+
+async def _author(services: Services, record: PlanRecord) -> str:
+    """Return the user who requested a stored path; empty if that user was removed, also if another has the id now."""
+    author = await find_user(services.store, record.user)
+    return record.user if author is not None and is_author(author, record) else ""

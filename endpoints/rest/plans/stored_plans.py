@@ -9,7 +9,7 @@ from endpoints.rest.openapi import KNOWN, problems
 from endpoints.rest.paging import Page
 from endpoints.rest.plans.schemas import PlanSummary
 from endpoints.services.services import Services
-from endpoints.sharing.shared_robots import plans_shown
+from endpoints.sharing.shared_robots import is_author, plans_shown
 from ppaas.errors import NotFound, NotPermitted
 from storage.ports import Store
 from storage.records import MapRecord, PlanRecord, User
@@ -40,7 +40,7 @@ async def remove_plan(plan_id: PlanId, services: Provided, user: Caller) -> None
 
 async def check_may_change(services: Services, user: User, record: PlanRecord) -> None:
     """Raise ``NotPermitted`` unless the user requested this path, owns its map, or is an administrator."""
-    if user.role != "admin" and user.id != record.user:
+    if user.role != "admin" and not is_author(user, record):
         head = await readable_head(services, user, record.map)
         if user.id != head.owner:
             raise NotPermitted(f"plan {record.id!r} may be changed or removed only by its user or the owner of its map")
@@ -50,7 +50,7 @@ async def visible_plan(services: Services, user: User, plan_id: str) -> PlanReco
     """Return a stored path; ``NotFound`` unless it is the user's own or on a map that the user may read."""
     await services.plan_writer.settled()
     record = await run_in_threadpool(services.store.plan, plan_id)
-    if record.user != user.id:
+    if not is_author(user, record):
         try:
             head = await readable_head(services, user, record.map)
         except NotFound as error:

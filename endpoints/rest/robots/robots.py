@@ -11,6 +11,7 @@ from msgspec.structs import replace
 from pydantic import ValidationError
 from starlette.concurrency import run_in_threadpool
 
+from endpoints.removal import robots as removal
 from endpoints.rest.dependencies import Administered, AnyCaller, Looked, Provided
 from endpoints.rest.merge_patch import merge
 from endpoints.rest.names import RobotAddress
@@ -65,6 +66,8 @@ async def put_robot(
     await _check_map(services, user, owner, file)
     await _check_masks(services, user, owner, file, {} if before is None else before.parameters)
     record = _record(name, owner, file)
+    if before is None:
+        await removal.make_free(services, owner, name)
     if await services.usage.in_turn(owner, _put, services, record):
         response.status_code = 201
     services.shares.forget_robot(owner, name)
@@ -118,17 +121,15 @@ async def change_robot(
 
 @router.delete("/{robot_id}", status_code=204, responses=KNOWN | problems(403, 404, 409))
 async def remove_robot(robot: Administered, services: Provided) -> None:
-    """Remove a robot with its URDF, recordings and checkpoints; refused (409) while it is connected.
+    """Remove a robot with its URDF, recordings, checkpoints, shares, and the owner's tokens for it alone.
 
-    A container that waits for it to come back ends first, and with it the sockets of its operators.
+    It is refused (409) while the robot is connected. A container that waits for it to come back ends first, and with it the sockets of its operators.
     """
     [connected] = await services.cloud.connected([(robot.user, robot.id)])
     if connected:
         raise Conflict(f"robot {robot.id!r} is connected: disconnect it first")
     await services.cloud.end_places(robot.user, NotFound("robot", robot.id), robot.id)
-    await services.usage.in_turn(robot.user, _remove, services, robot)
-    services.shares.forget_robot(robot.user, robot.id)
-    await services.data_folder.remove_recordings(robot.user, robot.id)
+    await removal.remove_robot(services, robot.user, robot.id)
 
 
 async def _listed(services: Services, robots: Sequence[ReachedRobot]) -> list[RobotListed]:
@@ -192,11 +193,6 @@ def _put(services: Services, record: RobotRecord) -> bool:
                 return services.store.put_robot(record)
             with suppress(Conflict):  # it was changed meanwhile
                 return services.store.put_robot(replace(record, shares=before.shares), instead_of=before)
-
-
-def _remove(services: Services, robot: ReachedRobot) -> None:
-    services.store.remove_robot(robot.user, robot.id)
-    services.usage.stored.forget_urdf(robot.user, robot.id)
 
 
 def _detail(services: Services, robot: ReachedRobot) -> RobotDetail:

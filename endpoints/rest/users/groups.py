@@ -105,7 +105,7 @@ def _groups(services: Services) -> dict[str, list[str]]:
     """Return the members of each group, sorted."""
     found: defaultdict[str, list[str]] = defaultdict(list)
     for user in services.store.users():
-        for group in user.groups:
+        for group in () if user.leaving else user.groups:
             found[group].append(user.id)
     return found
 

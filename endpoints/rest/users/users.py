@@ -9,6 +9,7 @@ from endpoints.accounts.accounts import ME, Regroup
 from endpoints.accounts.authentication import address_of
 from endpoints.accounts.usage import owned_maps, robot_count
 from endpoints.audit.notes import note_object
+from endpoints.removal import users as removal
 from endpoints.rest.dependencies import Admin, Caller, Paged, Provided, used_token
 from endpoints.rest.names import UserId
 from endpoints.rest.openapi import ADMIN, BODY, KNOWN, problems
@@ -24,8 +25,7 @@ from endpoints.rest.users.schemas import (
     distinct,
 )
 from endpoints.services.services import Services
-from endpoints.sharing.shared_robots import end_shares
-from engine.master.quotas import NO_LIMITS, QUOTAS
+from engine.master.quotas import QUOTAS
 from engine.service.views import UserUsage
 from ppaas.errors import Conflict, InvalidParameter, NotAuthenticated, NotPermitted
 from storage.records import User
@@ -37,6 +37,7 @@ router = APIRouter(prefix="/users", tags=["users"], route_class=StrictRoute)
 async def create_user(new: NewUser, request: Request, services: Provided, _admin: Admin) -> User:
     """Create a user."""
     note_object(request.scope, f"users/{new.id}")
+    await removal.make_free(services, new.id)
     return await services.accounts.register(new.id, new.password, new.role, groups=distinct(new.groups))
 
 
@@ -72,6 +73,8 @@ async def change_user(
     target = _target_user(user_id, user)
     await _check_may_change(services, user, target, change, address_of(request))
     used = used_token(request)
+    if "groups" in change.model_fields_set:
+        await removal.end_groups(services, target, distinct(change.groups or []))
     changed = await services.accounts.change(
         target,
         role=change.role,
@@ -103,7 +106,9 @@ async def remove_user(
 ) -> None:
     """Remove a user with all tokens and robots; refused (409) if the user owns maps or has a connected robot.
 
-    With `force`, connected robots are disconnected first.
+    With `force`, connected robots are disconnected first. Maps that the user may read, robots that are shared with the
+    user, and groups of which the user is the only member end too: a later user of the same id gets nothing of them.
+    A removal that is interrupted is finished later; until then the id is taken.
     """
     if user_id in (admin.id, ME):
         raise Conflict("you cannot remove yourself: ask another administrator")
@@ -116,16 +121,7 @@ async def remove_user(
             f"user {user_id!r} has connected robots; disconnect them first, or force the removal: "
             f"{', '.join(connected)}"
         )
-    removed = NotAuthenticated("this user was removed")
-    await services.cloud.end_places(user_id, removed)  # containers that run on would store their checkpoints again
-    ended = await run_in_threadpool(end_shares, services.store, user_id)  # a later user of this id must not get them
-    await services.accounts.remove(user_id)
-    for robot in ended:
-        services.shares.forget_robot(robot.user, robot.id)
-    services.usage.stored.forget_user(user_id)
-    await services.cloud.end_places(user_id, removed)  # of robots that connected meanwhile
-    await services.data_folder.remove_recordings(user_id, None)
-    services.cloud.set_limits(user_id, NO_LIMITS)
+    await removal.remove_user(services, user_id)
 
 
 async def _detail(services: Services, user: User) -> UserDetail:

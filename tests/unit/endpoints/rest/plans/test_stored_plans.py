@@ -14,7 +14,7 @@ async def test_a_plan_is_removed_by_its_user_map_owner_or_administrators(
     headers = {name: await log_in(name) for name in ("ann", "bob", "carl", "dora", "admin")}
     await publish(headers["ann"], readers="bob,carl")
     for plan_id in ("p1", "p2", "p3"):
-        services.store.add_plan(plan(plan_id, user="bob"))
+        services.store.add_plan(plan(plan_id, user="bob", created=2e6))  # later than the users
     problem_of(await client.delete("/v1/plans/p1", headers=headers["carl"]), 403, "not-permitted")
     problem_of(await client.delete("/v1/plans/p1", headers=headers["dora"]), 404, "not-found")
     for user, plan_id in (("bob", "p1"), ("ann", "p2"), ("admin", "p3")):
