@@ -123,7 +123,8 @@ async def change_robot(
 async def remove_robot(robot: Administered, services: Provided) -> None:
     """Remove a robot with its URDF, recordings, checkpoints, shares, and the owner's tokens for it alone.
 
-    It is refused (409) while the robot is connected. A container that waits for it to come back ends first, and with it the sockets of its operators.
+    It is refused (409) while the robot is connected. A container that waits for it to come back ends first, and with it
+    the sockets of its operators.
     """
     [connected] = await services.cloud.connected([(robot.user, robot.id)])
     if connected:

@@ -94,7 +94,7 @@ def decode(topic: str, payload: bytes, version: Version) -> tuple[Header, Any]:
         tree = spelling.from_version_2(topic, tree)
         tree = {**NO_HEADER, **tree} if topic in HEADLESS_2 else tree
     else:
-        tree = spelling.from_version_3(tree)
+        tree = spelling.from_version_3(topic, tree)
     try:
         header = msgspec.convert(tree, Header)
         decoded = msgspec.convert(tree, body)

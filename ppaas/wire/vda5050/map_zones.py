@@ -23,7 +23,7 @@ from typing import Any
 import msgspec
 
 from ppaas.errors import InvalidInput
-from ppaas.wire.vda5050 import topics
+from ppaas.wire.vda5050 import spelling, topics
 from ppaas.wire.vda5050 import zones as wire
 from ppaas.wire.vda5050.codec import encode
 from ppaas.wire.vda5050.fields import Point
@@ -35,6 +35,11 @@ from ppaas.zones.zone import Capacity, KeepOut, Lane, NoStop, OneWay, SpeedZone,
 
 RELEASED = 1
 """Number of robots in a zone of type RELEASE, whose message has none: access is granted to one after the other."""
+
+REQUIRED = {"SPEED_LIMIT": ("maximum_speed",), "DIRECTED": ("direction", "directed_limitation")}
+"""Fields that a zone of a type needs."""
+
+_WIRE_NAMES = {one.name: one.encode_name for one in msgspec.structs.fields(wire.Zone)}
 
 Part = tuple[Ring, float | None]
 """Vertices of a polygon, and the direction in it [rad]; None if it has none."""
@@ -57,6 +62,7 @@ def zones_of_vda5050(payload: bytes) -> ZoneSet:
         tree = msgspec.json.decode(payload)
         if isinstance(tree, dict):
             tree = tree.get(topics.ZONE_SET, tree)
+        spelling.name_limitations(tree)
         zones = msgspec.convert(tree, wire.Zones)
     except msgspec.ValidationError as error:
         raise InvalidInput(f"not a zoneSet of VDA 5050 3.0: {error}") from error
@@ -76,6 +82,12 @@ def _feature(zone: wire.Zone) -> dict[str, Any]:
 
 
 def _properties(zone: wire.Zone) -> dict[str, Any]:
+    for name in REQUIRED.get(zone.zone_type, ()):
+        if getattr(zone, name) is None:
+            also = " (limitation in the schema of 3.0.0)" if name == "directed_limitation" else ""
+            raise InvalidInput(
+                f"zone {zone.zone_id!r} is {zone.zone_type} without the field {_WIRE_NAMES[name]}{also}: add it"
+            )
     match zone.zone_type:
         case "BLOCKED":
             return {"kind": "keep_out"}

@@ -3,7 +3,7 @@
 Messages are trees of dicts and lists here, as JSON has them. Values of action parameters are left alone.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from ppaas.wire.vda5050 import topics
@@ -105,6 +105,15 @@ ONLY_3: dict[str, Names] = {
 }
 """Values that 2.x lacks, with the nearest that it has."""
 
+LIMITATION, LIMITATIONS = (
+    "limitation",
+    {"DIRECTED": "directedLimitation", "BIDIRECTED": "bidirectedLimitation"},
+)
+"""Name of the limitation of a zone in the schema of 3.0.0; those by type are of its text, and of 3.0.1."""
+
+KINEMATIC, KINEMATICS = "mobileRobotKinematic", "mobileRobotKinematics"
+"""Name of the kinematics that the schema of 3.0.0 requires, and the one that it describes, as 3.0.1 does."""
+
 WHOLE = frozenset({"headerId", "sequenceId", "orderUpdateId", "lastNodeSequenceId", "degree", "referenceStateHeaderId"})
 """Fields with whole numbers, which some peers write as ``1.0``."""
 
@@ -130,10 +139,31 @@ def name_in_version_2(topic: str, field: str) -> str:
     return _REVERSED.get(topic, {}).get(field, field)
 
 
-def from_version_3(message: Tree) -> Tree:
-    """Return a message of 3.0 with whole numbers that are ints."""
+def from_version_3(topic: str, message: Tree) -> Tree:
+    """Return a message of 3.0 with whole numbers that are ints, and the names of 3.0.1."""
     spelled: Tree = _spelled(message, {}, _WHOLE_ONLY, frozenset())
+    if topic == topics.ZONE_SET:
+        name_limitations(spelled.get(topic))
+    elif topic == topics.FACTSHEET:
+        specification = spelled.get("typeSpecification")
+        if isinstance(specification, dict) and KINEMATIC in specification:
+            specification.setdefault(KINEMATICS, specification[KINEMATIC])
     return spelled
+
+
+def name_limitations(zone_set: Any) -> None:
+    """Give the limitations of zones the names of the text of 3.0 if they follow the schema of 3.0.0, in place."""
+    for zone, name in _limited(zone_set):
+        if zone.get(LIMITATION) is not None:
+            zone.setdefault(name, zone[LIMITATION])
+
+
+def _limited(zone_set: Any) -> Iterator[tuple[Tree, str]]:
+    """Yield the zones whose type has a limitation, with its name in the text of 3.0."""
+    zones = zone_set.get("zones") if isinstance(zone_set, dict) else None
+    for zone in zones if isinstance(zones, list) else ():
+        if isinstance(zone, dict) and (name := LIMITATIONS.get(str(zone.get("zoneType")))):
+            yield zone, name
 
 
 def to_version_2(topic: str, message: Tree) -> Tree:
@@ -146,7 +176,17 @@ def to_version_2(topic: str, message: Tree) -> Tree:
 
 
 def to_version_3(topic: str, message: Tree) -> Tree:
-    """Return a message without the fields that 2.x alone has."""
+    """Return a message without the fields that 2.x alone has.
+
+    Fields whose names differ between the schemas of 3.0.0 and 3.0.1 have both.
+    """
+    if topic == topics.ZONE_SET:
+        for zone, name in _limited(message[topic]):
+            if name in zone:
+                zone[LIMITATION] = zone[name]
+    elif topic == topics.FACTSHEET:
+        specification = message["typeSpecification"]
+        specification[KINEMATIC] = specification[KINEMATICS]
     dropped = _ONLY_2_FIELDS.get(topic)
     return message if dropped is None else _spelled(message, {}, {}, dropped)
 

@@ -10,11 +10,14 @@ from ppaas.wire.vda5050.versions import Version
 
 SCHEMAS = Path(__file__).parent / "schemas"
 
+FOLDERS = {Version.V3_0: "3.0.1-draft"}
+"""Folders that are not named as the version is spelled."""
+
 
 @cache
 def validator(version: Version, topic: str) -> Draft202012Validator:
     """Return the validator of the messages of a topic."""
-    schema = json.loads((SCHEMAS / version.value / f"{topic}.schema").read_text())
+    schema = json.loads((SCHEMAS / FOLDERS.get(version, version.value) / f"{topic}.schema").read_text())
     return Draft202012Validator(schema, format_checker=FormatChecker())
 
 

@@ -186,3 +186,18 @@ def test_a_state_with_null_for_what_it_leaves_out_is_read(version: Version) -> N
     payload = changed(version, topics.STATE, **dict.fromkeys(spelled))
     state = decode(topics.STATE, payload, version)[1]
     assert state.information is None and state.velocity is None and state.mobile_robot_position is None
+
+
+def test_kinematics_have_the_names_of_the_schemas_of_3_0_0_and_3_0_1() -> None:
+    sent = json.loads(payload_of(Version.V3_0, topics.FACTSHEET))
+    own = sent["typeSpecification"]
+    assert own["mobileRobotKinematic"] == own["mobileRobotKinematics"] == "DIFFERENTIAL"
+    del own["mobileRobotKinematics"]
+    read = decode(topics.FACTSHEET, json.dumps(sent).encode(), Version.V3_0)[1]
+    assert read.type_specification.mobile_robot_kinematics == "DIFFERENTIAL"
+
+
+@pytest.mark.parametrize("zone_set", [None, [], {}, {"zones": 7}, {"zones": [None, {"zoneType": ["DIRECTED"]}]}])
+def test_a_set_of_zones_that_is_none_is_refused(zone_set: object) -> None:
+    with pytest.raises(MalformedMessage):
+        decode(topics.ZONE_SET, changed(Version.V3_0, topics.ZONE_SET, zoneSet=zone_set), Version.V3_0)

@@ -17,7 +17,7 @@ from ppaas.wire.vda5050.map_zones import expressed_zones, vda5050_of, zones_of_v
 from ppaas.wire.vda5050.versions import Version
 from ppaas.wire.vda5050.zones import Zone, Zones
 from ppaas.zones.reading import zones_of
-from ppaas.zones.zone import ZoneSet
+from ppaas.zones.zone import OneWay, ZoneSet
 from tests.support.vda5050.schemas import problems
 
 NOW = 1_790_000_000.0  # a Monday, 13:33 UTC
@@ -191,3 +191,45 @@ def test_one_robot_at_a_time_is_released() -> None:
 def test_what_is_no_set_of_zones_is_refused_with_a_text(payload: bytes, text: str) -> None:
     with pytest.raises(InvalidInput, match=text):
         zones_of_vda5050(payload)
+
+
+def zone_set(**fields: object) -> bytes:
+    square = [{"x": 1.0, "y": 1.0}, {"x": 3.0, "y": 1.0}, {"x": 3.0, "y": 2.0}]
+    zone = {"zoneId": "a", "zoneType": "DIRECTED", "vertices": square, "direction": 0.0, **fields}
+    return json.dumps({"zoneSet": {"mapId": "office", "zoneSetId": "z", "zones": [zone]}}).encode()
+
+
+@pytest.mark.parametrize("limits", [("RESTRICTED", False), ("STRICT", True)])
+@pytest.mark.parametrize("name", ["limitation", "directedLimitation"])
+def test_a_limitation_has_the_name_of_the_schema_of_3_0_0_or_that_of_the_text(
+    name: str, limits: tuple[str, bool]
+) -> None:
+    (zone,) = zones_of_vda5050(zone_set(**{name: limits[0]})).zones
+    assert isinstance(zone.rule, OneWay)
+    assert zone.rule.strict is limits[1]
+
+
+def test_the_name_of_the_text_counts_if_both_are_there() -> None:
+    (zone,) = zones_of_vda5050(zone_set(limitation="RESTRICTED", directedLimitation="STRICT")).zones
+    assert isinstance(zone.rule, OneWay)
+    assert zone.rule.strict
+
+
+@pytest.mark.parametrize(
+    ("fields", "named"),
+    [
+        ({}, "without the field directedLimitation"),
+        ({"limitation": None}, "without the field directedLimitation"),
+        ({"limitation": "STRICT", "direction": None}, "without the field direction"),
+        ({"zoneType": "SPEED_LIMIT"}, "without the field maximumSpeed"),
+    ],
+)
+def test_a_field_that_is_missing_is_named_with_its_zone(fields: dict[str, object], named: str) -> None:
+    with pytest.raises(InvalidInput, match=f"zone 'a' is .* {named}"):
+        zones_of_vda5050(zone_set(**fields))
+
+
+def test_a_set_is_written_with_the_names_of_both_schemas() -> None:
+    zones = zones_of_vda5050(zone_set(limitation="STRICT"))
+    (zone,) = json.loads(vda5050_of(zones, "office", "z", 0.0))["zoneSet"]["zones"]
+    assert zone["limitation"] == zone["directedLimitation"] == "STRICT"
