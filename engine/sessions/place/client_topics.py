@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from engine.links.topic_types import check_type
 from ppaas.errors import MalformedMessage, NotFound, QuotaExceeded
+from ppaas.wire.own_topics import OWN_TOPICS
 
 MAX_TOPICS = 200
 """Largest number of topics that the clients of one place may advertise."""
@@ -58,7 +59,7 @@ class ClientTopics:
         """
         known = self._topics.get(topic)
         if known is None:
-            if len(self._topics) >= MAX_TOPICS:
+            if len(self._topics.keys() - OWN_TOPICS.keys()) >= MAX_TOPICS:
                 raise QuotaExceeded(
                     f"the clients of a robot may advertise at most {MAX_TOPICS} topics: unadvertise one first"
                 )

@@ -11,6 +11,7 @@ import pytest
 from engine.master.balancers.first_fit import FirstFit
 from engine.master.master import Master
 from engine.master.quotas import Quota, Quotas
+from engine.protocols import robot_link
 from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import MasterDriver
 from engine.service.robot_sessions import RobotSessions
@@ -408,6 +409,41 @@ async def test_adopted_place_lingers_until_its_robot_joins(
     adopted = service.open_place(robot_request("tb2"))
     sessions.await_back(adopted.key)
     await until(lambda: not is_open(service, adopted))
+    await sessions.close()
+
+
+async def test_the_robot_is_present_with_its_own_socket_and_not_with_its_place(
+    service: MasterDriver, sessions: RobotSessions
+) -> None:
+    operated = await sessions.join("ann", "tb1", as_robot=False)
+    assert not service.presence.is_here(operated.key)
+    place = await sessions.join("ann", "tb1", as_robot=True)
+    assert service.presence.is_here(place.key)
+    sessions.leave(place.key, as_robot=True)
+    assert is_open(service, place)
+    assert not service.presence.is_here(place.key)
+    await sessions.join("ann", "tb1", as_robot=True)
+    assert service.presence.is_here(place.key)
+
+
+async def test_a_robot_that_was_refused_is_not_present(service: MasterDriver, sessions: RobotSessions) -> None:
+    for robot in ("tb1", "tb2"):
+        await sessions.join("ann", robot, as_robot=True)
+    with pytest.raises(QuotaExceeded):
+        await sessions.join("ann", "tb3", as_robot=True)
+    assert not service.presence.is_here("robot:ann/tb3")
+
+
+async def test_the_robot_of_an_adopted_place_is_present_by_its_container_until_the_place_is_given_up(
+    service: MasterDriver, store: MemoryStore, map_store: MemoryMapStore
+) -> None:
+    sessions = RobotSessions(service, store, map_store, SHORT)
+    adopted = service.open_place(robot_request("tb1"))
+    sessions.await_back(adopted.key)
+    adopted.take(robot_link.ContainerBeat(busy=False, sockets=1, robot=True))
+    assert service.presence.is_here(adopted.key)
+    await until(lambda: not is_open(service, adopted))
+    assert service.presence.of(adopted.key).disconnected_since is not None
     await sessions.close()
 
 
