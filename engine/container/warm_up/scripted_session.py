@@ -19,6 +19,8 @@ from engine.processes.run_dir import make_run_dir
 from engine.protocols import machine_link, robot_link
 from engine.protocols.framing import FrameStream
 from engine.protocols.refusals import error_of
+from engine.protocols.session_frames import Attach, SessionClient, SessionOptions
+from engine.rights.access import Access
 from engine.specs.containers import ContainerSpec, Launch, MapVersion, RobotConfig
 from engine.specs.layer_files import write_layers
 from ppaas.costmap.build_layers import build_layers
@@ -56,6 +58,11 @@ _ANOTHER = RobotState(
     Header(frame_id="map"), PoseWithCovariance(Pose.of(Pose2D(-1.5, 0.0))), Twist(Vector3(x=0.2)), radius=0.2
 )
 """Another robot on the same map, which drives: a clone computes less for one that stands still."""
+
+_ATTACHED = Attach(
+    1, SessionClient("warm-up", "warm-up", ROBOT.id, "robot"), SessionOptions(), Access.of_owner(ROBOT.id), "warm-up"
+)
+"""Socket of the robot: without it, the clone shares nothing with others."""
 
 _LONGEST_NAME = len("planning-link")
 _CLIENT = 1
@@ -164,6 +171,7 @@ async def _drive(stream: Stream, heard: set[str]) -> None:
     if isinstance(hello, robot_link.Hello):
         for topic in hello.topics:
             stream.write(robot_link.Subscribe(topic.name, _CLIENT))
+        stream.write(_ATTACHED)
     robot = SensingRobot()
     sensing = asyncio.create_task(_sense(stream, robot))
     try:

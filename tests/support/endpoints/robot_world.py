@@ -93,7 +93,7 @@ async def robot_world(folder: Path, services: Services) -> AsyncIterator[World]:
     assert made.machine.away == 0
     assert made.clients._attachments == set()
     assert made.sessions._clients == {}
-    assert made.sessions._robots == set()
+    assert not made.service.presence.is_here(KEY)
 
 
 async def say(client: ClientConnection, **operation: Any) -> None:

@@ -309,7 +309,7 @@ async def test_a_robot_reconnects_at_once_after_an_aborted_connection(world: Wor
     world.linger(1000.0)
     async with world.robot() as (robot, container):
         robot.transport.abort()
-        await until(lambda: not world.sessions._robots)
+        await until(lambda: not world.service.presence.is_here(KEY))
         async with world.connected() as again:
             await say(again, op="publish", topic="/goal", msg={"data": "x"})
             assert (await next_of(container, robot_link.Deliver)).topic == "goal"
