@@ -13,6 +13,7 @@ from endpoints.rest.robots.absent_robots import absence_facts
 from endpoints.rest.schemas import ResponseBody
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.services.services import Services
+from endpoints.sharing.shared_robots import ReachedRobot
 from ppaas.diagnosis.diagnose import diagnose
 from ppaas.diagnosis.observations.facts import Observations
 from ppaas.diagnosis.rules.absence import ABSENT, absence
@@ -76,7 +77,7 @@ class DiagnosisAnswer(ResponseBody):
     """Diagnosis of a robot."""
 
     robot: str
-    connected: bool = Field(description="Whether a client is connected in the role robot")
+    connected: bool = Field(description="Whether the robot's own socket is open at an endpoint")
     level: Level = Field(description="Highest level of the findings")
     seconds: float = Field(description="Time for which the robot was watched [s]")
     findings: list[FindingAnswer] = Field(description="Worst first, and causes before their effects")
@@ -91,22 +92,30 @@ async def diagnose_robot(robot: Looked, services: Provided, seconds: Seconds = D
     The clone watches the robot for some seconds before the first answer, and until half a minute after the last one.
     For a robot that is not connected, the answer says what would stop it from connecting.
     """
+    findings, seen = await _diagnosis(services, robot, seconds)
+    [connected] = await services.cloud.connected([(robot.user, robot.id)])
+    if connected is None:  # no master answers: the robot's container knows, too
+        connected = seen.link is not None and seen.link.robots > 0
+    return _answer(robot.id, findings, seen, connected=connected)
+
+
+async def _diagnosis(services: Services, robot: ReachedRobot, seconds: float) -> tuple[list[Finding], Observations]:
     try:
         seen = await services.cloud.observe_robot(robot.user, robot.id, seconds)
     except Unavailable as reason:
-        return await _without_clone(services, robot.record, reason)
+        return await _without_clone(services, robot.record, reason), Observations(seconds=0.0)
     if seen.link is not None and not seen.link.robots:
         obstacles = [each for each in await _absence(services, robot.record) if each.kind != ABSENT]
-        return _answer(robot.id, [*obstacles, *diagnose(seen)], seen)
-    return _answer(robot.id, diagnose(seen), seen)
+        return [*obstacles, *diagnose(seen)], seen
+    return diagnose(seen), seen
 
 
-async def _without_clone(services: Services, record: RobotRecord, reason: Unavailable) -> dict[str, object]:
-    """Return the diagnosis of a robot without a container: it waits for one, or is not connected at all."""
+async def _without_clone(services: Services, record: RobotRecord, reason: Unavailable) -> list[Finding]:
+    """Return the findings about a robot without a container: it waits for one, or is not connected at all."""
     findings = await _absence(services, record)
     if any(one.robot == record.id and one.user == record.user for one in await services.cloud.containers(record.user)):
         findings = [error("clone-not-ready", f"The clone of the robot does not answer: {reason}", "Try again.")]
-    return _answer(record.id, findings, Observations(seconds=0.0))
+    return findings
 
 
 async def _absence(services: Services, record: RobotRecord) -> list[Finding]:
@@ -114,10 +123,10 @@ async def _absence(services: Services, record: RobotRecord) -> list[Finding]:
     return list(absence(await absence_facts(services, owner, record)))
 
 
-def _answer(robot: str, findings: list[Finding], seen: Observations) -> dict[str, object]:
+def _answer(robot: str, findings: list[Finding], seen: Observations, *, connected: bool) -> dict[str, object]:
     return {
         "robot": robot,
-        "connected": seen.link is not None and seen.link.robots > 0,
+        "connected": connected,
         "level": worst(findings),
         "seconds": seen.seconds,
         "findings": msgspec.to_builtins(findings),

@@ -5,6 +5,7 @@ import msgspec
 import pytest
 
 from endpoints.services.services import Services
+from engine.master.places import robot_key
 from engine.master.quotas import Quota
 from ppaas.diagnosis.observations.facts import FrameFacts, LinkFacts
 from ppaas.errors import Conflict
@@ -33,6 +34,7 @@ async def test_findings_topics_and_frames_of_a_connected_robot(
     client: httpx.AsyncClient, cloud: FakeCloud, ann: dict[str, str]
 ) -> None:
     link = msgspec.structs.replace(LINK, subscribed=())
+    cloud.presence.came(robot_key("ann", "tb1"))
     cloud.observations = healthy(link=link, frames=[FrameFacts(name="laser", parents=("base_link",), static=True)])
     answer = await client.get(DIAGNOSIS, headers=ann, params={"seconds": 1.5})
     said = answer.json()
@@ -64,7 +66,9 @@ async def test_clone_that_does_not_answer_is_no_robot_that_is_not_connected(
     client: httpx.AsyncClient, cloud: FakeCloud, ann: dict[str, str]
 ) -> None:
     cloud.running = [container("c1")]
-    assert kinds((await client.get(DIAGNOSIS, headers=ann)).json()) == ["clone-not-ready"]
+    cloud.presence.came(robot_key("ann", "tb1"))
+    said = (await client.get(DIAGNOSIS, headers=ann)).json()
+    assert (said["connected"], kinds(said)) == (True, ["clone-not-ready"])
 
 
 async def test_place_with_operators_only_has_no_robot(
