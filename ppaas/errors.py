@@ -38,8 +38,13 @@ Each class has a stable, machine-readable ``slug``. It is the problem type in HT
 the text of a rosbridge ``status``.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import ClassVar, NamedTuple
+
+
+def listed(names: Iterable[str]) -> str:
+    """Return names as a list in an error text; one that could be taken for something else is quoted."""
+    return ", ".join(name if name.isprintable() and not {",", " "} & set(name) else repr(name) for name in names)
 
 
 class PPaaSError(Exception):
@@ -155,7 +160,7 @@ class NotFound(PPaaSError):
     def __init__(self, kind: str, name: str, known: "tuple[str, ...] | list[str]" = ()) -> None:
         self.kind = kind
         self.name = name
-        hint = f"; known: {', '.join(sorted(known))}" if known else ""
+        hint = f"; known: {listed(sorted(known))}" if known else ""
         super().__init__(f"unknown {kind} {name!r}{hint}")
 
 

@@ -45,6 +45,7 @@ from engine.remote.endpoint_processes import EndpointProcesses
 from engine.remote.replica import MACHINES
 from engine.service.endpoints.server import Extra
 from ppaas.errors import InvalidInput
+from ppaas.log_lines import log_lines
 from ppaas.plugins import permit_only
 from ppaas.wire.foxglove.installed import check_installed
 from storage.urls.opening import local_path
@@ -95,9 +96,8 @@ def run_server(arguments: argparse.Namespace) -> int:
         Listening on the address failed, or another cloud uses the data folder or the store.
     """
     keep_new_files_private()
-    logging.basicConfig(
-        level=arguments.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s", datefmt="%H:%M:%S"
-    )
+    level = arguments.log_level.upper()
+    log_lines("%(asctime)s %(levelname)s %(name)s: %(message)s", level=level, dates="%H:%M:%S")
     permit_only(arguments.allow)
     if arguments.foxglove is not None:
         check_installed()

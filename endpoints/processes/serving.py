@@ -13,6 +13,7 @@ from endpoints.processes.config import Config
 from engine.processes.imports import without_collection
 from engine.processes.private_files import keep_new_files_private
 from ppaas.errors import PPaaSError
+from ppaas.log_lines import log_lines
 
 logger = logging.getLogger(__name__)
 
@@ -32,11 +33,8 @@ def main() -> int:
     if not settings:  # its keeper was killed, or does not need it
         return NO_SETTINGS
     config = msgspec.json.decode(settings, type=Config)
-    logging.basicConfig(
-        level=config.front.log_level.upper(),
-        format=f"%(asctime)s %(levelname)s {config.name} %(name)s: %(message)s",
-        datefmt="%H:%M:%S",
-    )
+    form = f"%(asctime)s %(levelname)s {config.name} %(name)s: %(message)s"
+    log_lines(form, level=config.front.log_level.upper(), dates="%H:%M:%S")
     try:
         run(config)
     except PPaaSError as error:

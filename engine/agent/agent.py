@@ -34,6 +34,7 @@ from engine.protocols import control_link
 from engine.runtimes.fork_server import early_start
 from ppaas import __version__
 from ppaas.errors import Conflict, PPaaSError
+from ppaas.log_lines import log_lines
 
 logger = logging.getLogger(__name__)
 
@@ -243,7 +244,7 @@ def until_terminated(terminated: asyncio.Event) -> Iterator[None]:
 
 def run_agent(config_json: bytes) -> None:
     """Run the agent that an ``AgentConfig`` as JSON describes; SIGINT is ignored, since the master handles Ctrl-C."""
-    logging.basicConfig(level=logging.INFO, format="%(levelname)s agent %(name)s: %(message)s")
+    log_lines("%(levelname)s agent %(name)s: %(message)s", level=logging.INFO)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     config = msgspec.json.decode(config_json, type=AgentConfig)
     try:

@@ -30,6 +30,7 @@ from engine.runtimes.compilation.threads import KernelThreads, use_threads
 from engine.specs.containers import Launch
 from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.listener_faults import ListenerFaults
+from ppaas.log_lines import log_lines
 from ppaas.nodes.base import Checkpoint
 from ppaas.nodes.graph import Graph
 from ppaas.plans.reuse.measured_times import Times
@@ -127,8 +128,8 @@ def _bridges(
 
 
 def _shared(outside: FleetBridge, groups: Sequence[GroupBridge], message: machine_link.Shared) -> None:
-    for bridge in (outside, *groups):
-        _faults.call(f"{type(bridge).__name__} on {message.topic}", bridge.shared, message)
+    for take in (outside.shared, *(bridge.shared for bridge in groups)):
+        _faults.call(f"{take.__qualname__} on {message.topic}", take, message)
 
 
 def _resize(threads: KernelThreads, count: int) -> None:
@@ -156,5 +157,5 @@ async def _until_first(*works: Coroutine[Any, Any, None]) -> None:
 def main(launch: Launch) -> None:
     """Run a container in this process until it ends."""
     permit_only(launch.allowed)
-    logging.basicConfig(format=f"%(levelname)s {launch.spec.id} %(name)s: %(message)s")
+    log_lines(f"%(levelname)s {launch.spec.id} %(name)s: %(message)s")
     uvloop.run(run(launch))

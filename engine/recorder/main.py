@@ -19,6 +19,7 @@ from engine.recorder.frames import Left, Told, ToRecorder
 from engine.recorder.robot_recorder import RobotRecorder
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
+from ppaas.log_lines import log_lines
 from ppaas.recording.batches import batch_of
 from ppaas.recording.mcap_library import mcap_modules
 from ppaas.wire.ros.own_types import types_with
@@ -145,7 +146,7 @@ async def run(folder: Path, reserve: Path | None, connection: socket.socket) -> 
 
 def main() -> None:
     """Run the recorder with the settings in the first argument, JSON with ``folder`` and ``reserve``."""
-    logging.basicConfig(level=logging.INFO, format="%(levelname)s recorder %(name)s: %(message)s")
+    log_lines("%(levelname)s recorder %(name)s: %(message)s", level=logging.INFO)
     for number in (signal.SIGINT, signal.SIGTERM):  # the agent ends it by closing its connection, after the containers
         signal.signal(number, signal.SIG_IGN)
     os.nice(NICE)

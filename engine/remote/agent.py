@@ -34,6 +34,7 @@ from engine.remote.membership import Membership, membership_in
 from engine.remote.settings_check import check_settings
 from ppaas.clock import monotonic
 from ppaas.errors import Conflict, PPaaSError, Unavailable
+from ppaas.log_lines import log_lines
 
 logger = logging.getLogger(__name__)
 
@@ -200,7 +201,7 @@ def _without_addresses(config: AgentConfig) -> AgentConfig:
 def main() -> None:
     """Run until SIGTERM or Ctrl-C."""
     keep_new_files_private()
-    logging.basicConfig(level=logging.INFO, format="%(levelname)s agent %(name)s: %(message)s")
+    log_lines("%(levelname)s agent %(name)s: %(message)s", level=logging.INFO)
     signal.signal(signal.SIGINT, lambda *_: os.kill(os.getpid(), signal.SIGTERM))
     options = msgspec.json.decode(sys.stdin.buffer.read(), type=MachineOptions)
     folder = Path(sys.argv[1])

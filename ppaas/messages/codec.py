@@ -133,6 +133,9 @@ def _velocity(cls: type[Message], value: object) -> object:
 def _explained(text: str) -> str:
     if "got `null`" in text:
         return f"{text}; a number is needed here, and NaN and infinity are none"
+    if "matching regex" in text or "length <= 255" in text:
+        place = text.rpartition(" at ")[2]
+        return f"the name of a frame has at most 255 characters, and no control characters - at {place}"
     return text
 
 

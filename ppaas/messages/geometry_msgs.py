@@ -8,7 +8,7 @@ from msgspec import field
 from ppaas import geometry
 from ppaas.geometry import quaternion_of, yaw_of
 from ppaas.messages.base.message import Covariance, Float32, Message
-from ppaas.messages.base.std_msgs import Header
+from ppaas.messages.base.std_msgs import FrameId, Header
 
 
 class Point(Message):
@@ -143,5 +143,5 @@ class TransformStamped(Message):
     """``geometry_msgs/TransformStamped``: the pose of ``child_frame_id`` in ``header.frame_id``."""
 
     header: Header
-    child_frame_id: str
+    child_frame_id: FrameId
     transform: Transform

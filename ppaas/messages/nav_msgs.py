@@ -5,7 +5,7 @@ from typing import ClassVar
 from msgspec import Raw, field
 
 from ppaas.messages.base.message import Empty, Float32, Int8, Message, ServiceType, UInt32
-from ppaas.messages.base.std_msgs import Header, Time
+from ppaas.messages.base.std_msgs import FrameId, Header, Time
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovariance, TwistWithCovariance
 
 
@@ -36,7 +36,7 @@ class Odometry(Message):
     """``nav_msgs/Odometry``: pose in ``header.frame_id``, twist in ``child_frame_id``."""
 
     header: Header
-    child_frame_id: str
+    child_frame_id: FrameId
     pose: PoseWithCovariance
     twist: TwistWithCovariance
 

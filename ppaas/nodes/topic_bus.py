@@ -39,6 +39,7 @@ class TopicBus:
         self._queue: deque[tuple[str, Payload]] = deque()
         self._draining = False
         self._faults = ListenerFaults(logger)
+        self._refusals: set[tuple[str, str]] = set()
 
     # -- declarations, subscribers and taps ----------------------------------------------------------------------------
 
@@ -214,9 +215,15 @@ class TopicBus:
                 topic, message = self._queue.popleft()
                 for hear in tuple(self._published_taps):
                     self._faults.call("a tap of all topics", hear, topic, message)
-                self._deliver(topic, message, lambda error: logger.warning("%s", error))
+                self._deliver(topic, message, partial(self._note_refusal, topic))
         finally:
             self._draining = False
+
+    def _note_refusal(self, topic: str, error: PPaaSError) -> None:
+        """Log a refusal of a message between nodes: the first of each kind and topic as a warning."""
+        level = logging.DEBUG if (topic, error.slug) in self._refusals else logging.WARNING
+        self._refusals.add((topic, error.slug))
+        logger.log(level, "a message on %s is refused: %s", topic, error)
 
     def _deliver(self, topic: str, message: Payload, refused: Callable[[PPaaSError], None]) -> None:
         known = self.topics.get(topic)

@@ -10,6 +10,7 @@ from ppaas.distribution import BASE, install_hint, misfits, pip_command
 from ppaas.errors import PPaaSError
 from robots.cli.command_parser import CommandParser
 from robots.cli.event_loop import TERMINATED, Terminated
+from robots.cli.output import printable_lines
 from robots.cli.plugins import installed
 
 GROUP = "ppaas.commands"
@@ -35,7 +36,7 @@ def main(argv: list[str] | None = None) -> int:
         status: int = parsed.run(parsed)
         sys.stdout.flush()
     except PPaaSError as error:
-        sys.stderr.write(f"ppaas: {error.slug}: {error}\n")
+        sys.stderr.write(f"ppaas: {error.slug}: {printable_lines(str(error))}\n")
         return 1
     except ImportError as error:
         words = _words_on(error)

@@ -78,6 +78,11 @@ def printable(text: str) -> str:
     return "".join(character if character.isprintable() else "\N{REPLACEMENT CHARACTER}" for character in text)
 
 
+def printable_lines(text: str) -> str:
+    """Return a text of several lines with its other control characters replaced."""
+    return "\n".join(map(printable, text.split("\n")))
+
+
 def _date(value: float) -> str:
     return time.strftime("%Y-%m-%d %H:%M", time.localtime(value)) if value else "-"
 

@@ -18,6 +18,7 @@ from engine.remote.agent import MachineOptions, stay
 from engine.remote.membership import join
 from engine.remote.ray.config import DONE, NodeConfig
 from ppaas.errors import PPaaSError, Unavailable
+from ppaas.log_lines import log_lines
 
 logger = logging.getLogger(__name__)
 
@@ -44,7 +45,7 @@ async def run(config: NodeConfig) -> int:
 
 def main() -> None:
     """Run the agent; remove the folder of the actor if that has died."""
-    logging.basicConfig(level=logging.INFO, format="%(levelname)s agent %(name)s: %(message)s")
+    log_lines("%(levelname)s agent %(name)s: %(message)s", level=logging.INFO)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     config = msgspec.json.decode(sys.stdin.buffer.read(), type=NodeConfig)
     end_with(config.keeper)

@@ -18,6 +18,7 @@ from engine.remote.ray.cluster import RayCluster
 from engine.remote.ray.config import WatchAnswer, WatchConfig, WatchRefused, WatchStarted
 from engine.remote.ray.supervisor import Supervisor
 from ppaas.errors import PPaaSError
+from ppaas.log_lines import log_lines
 
 PERIOD = 0.25
 """Time between two checks of the cluster [s]; Ray itself reports a new node after a second or two."""
@@ -51,7 +52,7 @@ def _read_line(file: int) -> bytes:
 
 def main() -> None:
     """Run the watcher, with standard input and output as described above."""
-    logging.basicConfig(level=logging.INFO, format="%(levelname)s ray %(name)s: %(message)s")
+    log_lines("%(levelname)s ray %(name)s: %(message)s", level=logging.INFO)
     answers = os.dup(sys.stdout.fileno())
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # keeps Ray's output out of the answers
     config = msgspec.json.decode(_read_line(sys.stdin.fileno()), type=WatchConfig)

@@ -239,7 +239,9 @@ class DockerContainer:
         log = await self._engine.remove(self.id)
         self._last_log.set_result(log)
         if status > 0 and log:
-            logger.warning("container %s ended with status %d; its last log lines:\n%s", self.id[:12], status, log)
+            logger.warning("container %s ended with status %d; its last log lines:", self.id[:12], status)
+            for line in log.splitlines():
+                logger.warning("container %s: %s", self.id[:12], line)
 
     def release(self) -> None:
         """Close its connection, which ends it, and remove its folders."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from engine.links.topic_types import check_type
 from ppaas.errors import MalformedMessage, NotFound, QuotaExceeded
+from ppaas.messages.completion import Complete, completion_of
 from ppaas.wire.own_topics import OWN_TOPICS
 
 MAX_TOPICS = 200
@@ -23,6 +24,7 @@ Advertiser = tuple[int, str | int | None]
 @dataclass(slots=True)
 class _Topic:
     type: str
+    complete: Complete | None
     latched: dict[Advertiser, bool] = field(default_factory=dict)
     last: bytes | None = None
 
@@ -63,7 +65,7 @@ class ClientTopics:
                 raise QuotaExceeded(
                     f"the clients of a robot may advertise at most {MAX_TOPICS} topics: unadvertise one first"
                 )
-            known = self._topics[topic] = _Topic(kind)
+            known = self._topics[topic] = _Topic(kind, completion_of(kind))
         check_type(topic, known.type, kind)
         known.latched[advertiser] = latch
 
@@ -97,21 +99,29 @@ class ClientTopics:
         if known is not None:
             self._keep(known, None)
 
-    def take(self, topic: str, payload: bytes, *, latch: bool) -> None:
+    def take(self, topic: str, payload: bytes, *, latch: bool) -> bytes:
         """Take a message; latch it if the message itself or an advertiser of the topic requests that.
+
+        Returns
+        -------
+        bytes
+            The message, complete if the cloud knows its type.
 
         Raises
         ------
         MalformedMessage
-            It is not a JSON object.
+            It is not a JSON object, or not a message of the topic's type.
         QuotaExceeded
             The latched messages of this place are too large.
         """
         if not payload.startswith(b"{"):
             raise MalformedMessage(f"the message on topic {topic!r} is not a JSON object")
         known = self._topics[topic]
+        if known.complete is not None:
+            payload = known.complete(payload)
         if latch or any(known.latched.values()):
             self._keep(known, payload)
+        return payload
 
     def _keep(self, topic: _Topic, payload: bytes | None) -> None:
         size = self._latched_bytes - len(topic.last or b"") + len(payload or b"")

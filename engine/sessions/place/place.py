@@ -130,12 +130,13 @@ class Place(SharedLink):
         ------
         NotFound
             There is no such topic.
+        MalformedMessage
+            The topic is one of a client, and the message is not of its type.
         QuotaExceeded
             Too many messages are unacknowledged, or the latched messages are too large.
         """
         if topic in self.client_topics:
-            self.client_topics.take(topic, payload, latch=latch)
-            self._published(topic, payload)
+            self._published(topic, self.client_topics.take(topic, payload, latch=latch))
             return 0
         if self.topics and topic not in self.topics:
             raise NotFound("topic", topic, self._topic_list())

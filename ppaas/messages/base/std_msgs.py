@@ -1,12 +1,16 @@
 """``std_msgs``, and the time types of ROS."""
 
 import math
+from typing import Annotated
 
-from msgspec import field
+from msgspec import Meta, field
 
 from ppaas.messages.base.message import Empty, Message, UInt32
 
-__all__ = ["Bool", "Duration", "Empty", "Float64", "Header", "String", "Time"]
+__all__ = ["Bool", "Duration", "Empty", "Float64", "FrameId", "Header", "String", "Time"]
+
+FrameId = Annotated[str, Meta(pattern=r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029]*\Z", max_length=255)]
+"""Name of a frame. tf2 takes any text; here it has no control characters, which logs and terminals would execute."""
 
 
 class Time(Message):
@@ -48,7 +52,7 @@ class Header(Message):
 
     seq: UInt32 = 0
     stamp: Time = field(default_factory=Time)
-    frame_id: str = ""
+    frame_id: FrameId = ""
 
 
 class String(Message):

@@ -10,7 +10,7 @@ from typing import Any
 
 import msgspec
 
-from ppaas.errors import InvalidParameter, NotFound, QuotaExceeded
+from ppaas.errors import InvalidParameter, NotFound, QuotaExceeded, listed
 
 MAX_NAME = 255
 """Longest name [characters]."""
@@ -191,7 +191,7 @@ class ParameterTree:
             known = [_shown(own) for own in self._own if own[0] == path[0]]
             if path[:2] in self._own or path in self._large or len(path) == 1:
                 raise InvalidParameter(_fixed(path))
-            raise InvalidParameter(f"{path[0]!r} has no parameter {_shown(path)}; known: {', '.join(sorted(known))}")
+            raise InvalidParameter(f"{path[0]!r} has no parameter {_shown(path)}; known: {listed(sorted(known))}")
 
     def delete(self, name: str) -> None:
         """Delete a free parameter, or all in a namespace.

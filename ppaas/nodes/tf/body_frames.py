@@ -50,6 +50,7 @@ class BodyFrames:
         self._frames = LatestFrames()
         self._moved: set[str] = set()
         self._prefix = ""
+        self._warned = False
         self._refusing: tuple[str, float] = "", 0.0
 
     def hear(self, transforms: Iterable[TransformStamped], *, static: bool) -> None:
@@ -126,7 +127,9 @@ class BodyFrames:
         upper, lower = self._model.get(unprefixed(child)), self._model.get(unprefixed(frame))
         pose = upper.inverse() @ lower if upper is not None and lower is not None else Rigid()
         if unprefixed(child) not in BASES:
-            logger.warning(
+            level, self._warned = logging.DEBUG if self._warned else logging.WARNING, True
+            logger.log(
+                level,
                 "the odometry moves frame %r, which no transform connects with %r: both are taken as the same frame",
                 child, frame,
             )  # fmt: skip

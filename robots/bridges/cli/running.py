@@ -2,10 +2,10 @@
 
 import argparse
 import logging
-import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from ppaas.log_lines import log_lines
 from robots.cli import event_loop
 from robots.cli.session import token_of
 
@@ -26,7 +26,7 @@ def run_bridge(arguments: argparse.Namespace, opened: Opened) -> int:
     opened : callable
         Called once the log is there.
     """
-    logging.basicConfig(level=logging.INFO, format="%(levelname)s %(message)s", stream=sys.stderr)
+    log_lines("%(levelname)s %(message)s", level=logging.INFO)
     event_loop.run(_run(arguments, opened))
     return 0
 

@@ -2,10 +2,10 @@
 
 import argparse
 import logging
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ppaas.log_lines import log_lines
 from robots.cli import event_loop
 from robots.cli.session import add_cloud_arguments, rest_client, token_of
 
@@ -89,7 +89,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def run_logged(bridge: "Coroutine[Any, Any, None]") -> int:
     """Run a bridge of many AGVs until interrupted, with its log on standard error; return the exit status."""
-    logging.basicConfig(level=logging.INFO, format="%(levelname)s %(message)s", stream=sys.stderr)
+    log_lines("%(levelname)s %(message)s", level=logging.INFO)
     event_loop.run(bridge, _loop_factory())
     return 0
 

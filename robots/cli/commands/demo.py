@@ -1,13 +1,13 @@
 """Command ``ppaas demo``: a cloud and simulated robots on this machine, scored by their true poses."""
 
 import argparse
-import logging
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ppaas.bounded_numbers import whole
 from ppaas.errors import InvalidInput, InvalidParameter
+from ppaas.log_lines import log_lines
 from robots.cli import event_loop
 from robots.cli.session import seconds
 
@@ -103,7 +103,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise InvalidParameter(f"--explorers goes with --explore, and must be 1 to {MOST_EXPLORERS}")
     if arguments.seed < 0:
         raise InvalidParameter(f"--seed must be 0 or more, not {arguments.seed}")
-    logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(message)s", stream=sys.stderr)
+    log_lines("%(levelname)s %(message)s")
     if (arguments.cloud is None) != (arguments.admin_password_file is None):
         raise InvalidParameter("--cloud and --admin-password-file must be given together")
     return event_loop.run(_run(arguments))

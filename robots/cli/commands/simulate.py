@@ -2,9 +2,9 @@
 
 import argparse
 import logging
-import sys
 from pathlib import Path
 
+from ppaas.log_lines import log_lines
 from robots.cli import event_loop
 from robots.cli.session import add_cloud_arguments, logged_in, token_of
 
@@ -31,7 +31,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Drive until interrupted; return the exit status."""
-    logging.basicConfig(level=logging.INFO, format="%(levelname)s %(message)s", stream=sys.stderr)
+    log_lines("%(levelname)s %(message)s", level=logging.INFO)
     event_loop.run(_run(arguments))
     return 0
 

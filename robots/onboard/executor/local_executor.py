@@ -21,6 +21,7 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
+from ppaas.log_lines import log_lines
 from ppaas.maps.occupancy import from_message
 from ppaas.messages import decode, encode, type_name
 from ppaas.messages.base.message import Message
@@ -230,6 +231,6 @@ def main() -> None:
     """Serve on the standard input and output; output of other code goes to the standard error."""
     output = os.dup(1)
     os.dup2(2, 1)
-    logging.basicConfig(format="%(levelname)s local node: %(message)s", stream=sys.stderr)
+    log_lines("%(levelname)s local node: %(message)s")
     asyncio.run(serve(output))
     os._exit(0)  # do not wait for a job that still runs in the thread

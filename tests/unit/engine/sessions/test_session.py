@@ -1,9 +1,12 @@
 """Operations of a client, and what it and other clients receive, without sockets."""
 
 import asyncio
+import json
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+import cbor2
 import pytest
 
 from engine.master.quotas import Quota, Quotas
@@ -16,7 +19,7 @@ from ppaas.messages.nav_msgs import GetPlan
 from ppaas.messages.ppaas_msgs import ComputePath
 from ppaas.nodes.move_base.node import MoveBaseNode
 from ppaas.wire.names import NameScope
-from tests.support.endpoints.still_place import StillClient, StillPlace, answers
+from tests.support.endpoints.still_place import StillClient, StillPlace, answers, error_of
 
 
 def test_path_services_are_the_planning_services_of_move_base() -> None:
@@ -50,10 +53,42 @@ async def test_a_client_topic_reaches_each_subscriber_in_its_spelling(
     client.say(op="advertise", topic="chatter", type="std_msgs/Header", latch=True)
     client.say(op="publish", topic="chatter", msg={"stamp": {"secs": 1, "nsecs": 2}})
     assert client.received() == []
-    assert other.received() == [{"op": "publish", "topic": "/chatter", "msg": {"stamp": {"sec": 1, "nanosec": 2}}}]
+    rest = {"seq": 0, "frame_id": ""}
+    message = {"stamp": {"sec": 1, "nanosec": 2}} | rest
+    assert other.received() == [{"op": "publish", "topic": "/chatter", "msg": message}]
     client.say(op="subscribe", topic="chatter")
-    assert client.received() == [{"op": "publish", "topic": "chatter", "msg": {"stamp": {"secs": 1, "nsecs": 2}}}]
+    message = {"stamp": {"secs": 1, "nsecs": 2}} | rest
+    assert client.received() == [{"op": "publish", "topic": "chatter", "msg": message}]
     assert place.far.take(robot_link.Deliver) == []
+
+
+ZERO = {"x": 0.0, "y": 0.0, "z": 0.0}
+
+
+@pytest.mark.parametrize("kind", ["geometry_msgs/Twist", "geometry_msgs/msg/Twist"])
+@pytest.mark.parametrize("encoded", [json.dumps, cbor2.dumps])
+@pytest.mark.parametrize("compression", ["none", "cbor"])
+async def test_a_message_between_clients_is_complete_and_of_its_type(
+    client: StillClient, other: StillClient, kind: str, encoded: Callable[[Any], Any], compression: str
+) -> None:
+    client.say(op="advertise", topic="joystick", type=kind)
+    other.say(op="subscribe", topic="joystick", compression=compression)
+    client.send(encoded({"op": "publish", "topic": "joystick", "msg": {"linear": {"x": 0.5}}}))
+    [frame] = other.received()
+    assert frame["msg"] == {"linear": ZERO | {"x": 0.5}, "angular": ZERO}
+    client.send(encoded({"op": "publish", "topic": "joystick", "id": "p", "msg": {"linear": "fast"}}))
+    refused = error_of(client.received())
+    assert refused["id"] == "p" and "$.linear" in refused["msg"]
+    assert other.received() == [] and not client.session.over.done()
+
+
+async def test_a_message_between_clients_of_an_unknown_type_passes_as_it_is(
+    client: StillClient, other: StillClient
+) -> None:
+    client.say(op="advertise", topic="chat", type="my_msgs/Chat")
+    other.say(op="subscribe", topic="chat", type="my_msgs/msg/Chat")
+    client.say(op="publish", topic="chat", msg={"linear": "fast"})
+    assert other.received()[-1]["msg"] == {"linear": "fast"}
 
 
 async def test_a_topic_is_removed_with_its_last_advertiser(client: StillClient, other: StillClient) -> None:

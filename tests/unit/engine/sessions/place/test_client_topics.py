@@ -1,12 +1,14 @@
 """Tests of topics that clients advertise to each other."""
 
+import json
+
 import pytest
 
 from engine.sessions.place.client_topics import MAX_LATCHED_BYTES, MAX_TOPICS, ClientTopics
 from ppaas.errors import Conflict, MalformedMessage, NotFound, QuotaExceeded
 from ppaas.wire.own_topics import PRESENCE
 
-STRING = "std_msgs/String"
+STRING = "my_msgs/Text"
 
 
 def test_topic_exists_while_a_client_advertises_it() -> None:
@@ -25,7 +27,7 @@ def test_topic_exists_while_a_client_advertises_it() -> None:
 def test_a_topic_keeps_its_type() -> None:
     topics = ClientTopics()
     topics.advertise("chatter", STRING, (1, None), latch=False)
-    with pytest.raises(Conflict, match=r"has type std_msgs/String, not std_msgs/Bool"):
+    with pytest.raises(Conflict, match=r"has type my_msgs/Text, not std_msgs/Bool"):
         topics.advertise("chatter", "std_msgs/Bool", (2, None), latch=False)
     topics.leave(1)
     topics.advertise("chatter", "std_msgs/Bool", (2, None), latch=False)
@@ -75,3 +77,15 @@ def test_message_must_be_an_object(message: bytes) -> None:
     topics.advertise("chatter", STRING, (1, None), latch=True)
     with pytest.raises(MalformedMessage):
         topics.take("chatter", message, latch=False)
+
+
+def test_messages_of_types_that_the_cloud_knows_are_completed_or_refused() -> None:
+    topics = ClientTopics()
+    topics.advertise("joystick", "geometry_msgs/Twist", (1, None), latch=True)
+    whole = topics.take("joystick", b'{"linear": {"x": 0.5}}', latch=False)
+    zero = {"x": 0.0, "y": 0.0, "z": 0.0}
+    assert json.loads(whole) == {"linear": zero | {"x": 0.5}, "angular": zero}
+    assert topics.latched("joystick") == whole
+    with pytest.raises(MalformedMessage, match=r"\$\.linear"):
+        topics.take("joystick", b'{"linear": "fast"}', latch=False)
+    assert topics.latched("joystick") == whole

@@ -1,0 +1,96 @@
+"""Lines of the log, in which text from outside writes nothing of its own."""
+
+import io
+import logging
+import re
+import subprocess
+import sys
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ppaas.log_lines import LineFormatter, escaped
+from tests.support.sources import ROOT
+
+FORGED = "x\n17:00:00 INFO cloud: all is well\x1b[31m\r\x9b2J\u2028\u202e"
+
+
+def logged(text: str, *arguments: object, error: Exception | None = None) -> str:
+    """Return what is written to the log."""
+    stream = io.StringIO()
+    handler = logging.StreamHandler(stream)
+    handler.setFormatter(LineFormatter("%(levelname)s %(name)s: %(message)s"))
+    record = logging.LogRecord("name", logging.WARNING, "file", 1, text, arguments, None)
+    if error is not None:
+        record.exc_info = (type(error), error, error.__traceback__)
+    handler.emit(record)
+    return stream.getvalue()
+
+
+def test_text_from_outside_writes_no_lines_and_no_codes() -> None:
+    line = logged("unknown frame %s", FORGED)
+    assert line == (
+        "WARNING name: unknown frame x\\n17:00:00 INFO cloud: all is well\\x1b[31m\\r\\x9b2J\\u2028\\u202e\n"
+    )
+
+
+def test_a_traceback_is_indented_so_that_no_line_of_it_looks_like_a_record() -> None:
+    try:
+        raise ValueError(FORGED)
+    except ValueError as error:
+        lines = logged("failed", error=error).splitlines()
+    assert lines[0] == "WARNING name: failed"
+    assert lines[1] == "  Traceback (most recent call last):"
+    assert all(line.startswith("  ") for line in lines[1:])
+    assert not re.search(r"[^\x20-\x7e]", "".join(lines))
+
+
+@given(st.text())
+def test_any_text_takes_one_line_that_can_be_printed(text: str) -> None:
+    line = logged("%s", text)
+    assert line.endswith("\n") and line[:-1].isprintable()
+    line.encode()  # also half a surrogate pair
+
+
+def test_text_that_can_be_printed_is_unchanged() -> None:
+    for text in ("", "unknown frame 'base link'", "Größe 1 m²", "目标"):
+        assert escaped(text) == text
+
+
+PROCESSES = [
+    "engine/agent/agent.py", "engine/container/entry.py", "engine/recorder/main.py", "engine/remote/agent.py",
+    "engine/remote/ray/agent.py", "engine/remote/ray/watcher.py", "endpoints/processes/server.py",
+    "endpoints/processes/serving.py", "robots/bridges/cli/running.py", "robots/bridges/cli/vda5050.py",
+    "robots/cli/commands/demo.py", "robots/cli/commands/simulate.py", "robots/onboard/executor/local_executor.py",
+]  # fmt: skip
+
+
+def test_all_processes_write_their_log_so() -> None:
+    sources = {
+        path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8")
+        for room in ("ppaas", "storage", "engine", "endpoints", "robots")
+        for path in (ROOT / room).rglob("*.py")
+    }
+    assert sorted(name for name, text in sources.items() if "log_lines(" in text and name != "ppaas/log_lines.py") == (
+        sorted(PROCESSES)
+    )
+    assert [name for name, text in sources.items() if "basicConfig(" in text] == ["ppaas/log_lines.py"]
+    assert [name for name, text in sources.items() if "Formatter(" in text and "logging" in text] == [
+        "ppaas/log_lines.py"
+    ]
+
+
+def test_loggers_of_libraries_write_so_too() -> None:
+    code = (
+        "import logging; from ppaas.log_lines import log_lines; log_lines('%(levelname)s %(message)s');"
+        "logging.getLogger('uvicorn.error').warning('from %s', 'a\\n\\x1b[1m')"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stderr == "WARNING from a\\n\\x1b[1m\n"
+
+
+def test_a_command_prints_no_codes_of_an_error(capsys: pytest.CaptureFixture[str]) -> None:
+    from robots.cli.output import printable_lines
+
+    assert printable_lines("a\x1b[31m\nb") == "a\N{REPLACEMENT CHARACTER}[31m\nb"
