@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
+from engine.sessions.place.message_completion import completion_of
 from ppaas.errors import MalformedMessage
 from ppaas.messages import decode, encode
-from ppaas.messages.completion import completion_of
 from ppaas.messages.registry import message_type, message_types
 
 
