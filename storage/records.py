@@ -234,7 +234,8 @@ class RobotRecord(msgspec.Struct, frozen=True):
 
     ``initial_pose`` is x [m], y [m], yaw [rad] in the map frame; ``cores`` is the decimal size of its container;
     ``properties`` is any JSON object, stored unread; ``labels`` are required of the machine of its container;
-    ``shares`` are not part of the file. The URDF is stored separately.
+    ``shares`` are not part of the file, nor is ``since``, the time at which the robot was registered [s since the
+    epoch]: what is older is of a former robot of the id. The URDF is stored separately.
     """
 
     id: str
@@ -250,6 +251,7 @@ class RobotRecord(msgspec.Struct, frozen=True):
     properties: dict[str, Any] = {}
     labels: dict[str, str] = {}
     shares: tuple[Share, ...] = ()
+    since: float = 0.0
 
 
 class PlanRecord(msgspec.Struct, frozen=True):

@@ -13,7 +13,7 @@ from engine.rights.access import Access
 from engine.rights.globs import split_address
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Conflict, NotFound, NotPermitted
-from storage.ports import RobotStore, Store
+from storage.ports import RobotStore
 from storage.records import MapRecord, PlanRecord, RobotRecord, User
 from storage.sharing_records import Share, grantees_of
 from storage.store_cache import StoreCache
@@ -133,7 +133,7 @@ def shows_map(store: RobotStore, caller: User, head: MapRecord) -> bool:
     )
 
 
-def plans_shown(store: Store, caller: User, head: MapRecord) -> Callable[[PlanRecord], bool]:
+def plans_shown(store: RobotStore, caller: User, head: MapRecord) -> Callable[[PlanRecord], bool]:
     """Return a function that returns whether a caller, who may read a map, may see a stored plan on it; may block.
 
     A caller who reads the map itself sees all. One whom a robot shows the map sees the caller's own plans, and those of
@@ -141,15 +141,11 @@ def plans_shown(store: Store, caller: User, head: MapRecord) -> Callable[[PlanRe
     """
     if reads_itself(caller, head):
         return lambda _plan: True
-    heard: dict[tuple[str, str], User] = {}
-    for one in robots_shared_with(store, caller):
-        if one.access.may_read(PLAN_TOPIC):
-            with suppress(NotFound):  # removed meanwhile
-                heard[one.user, one.id] = store.user(one.user)
+    reached = [one.record for one in robots_shared_with(store, caller) if one.access.may_read(PLAN_TOPIC)]
+    heard = {(record.user, record.id): record.since for record in reached}
 
     def is_shown(plan: PlanRecord) -> bool:
-        owner = heard.get((plan.user, plan.robot or ""))
-        return is_author(caller, plan) or (owner is not None and is_author(owner, plan))
+        return is_author(caller, plan) or heard.get((plan.user, plan.robot or ""), math.inf) <= plan.created
 
     return is_shown
 

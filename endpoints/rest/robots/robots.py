@@ -34,6 +34,7 @@ from endpoints.sharing.shared_robots import ReachedRobot, own_robots, reach, rob
 from endpoints.sharing.told_topics import DESCRIPTION, PARAMETERS, may_hear
 from engine.rights.globs import split_address
 from engine.specs.filter_masks import mask_heads, no_mask
+from ppaas.clock import epoch
 from ppaas.errors import Conflict, InvalidParameter, NotFound
 from ppaas.maps.new_map import new_map_id
 from ppaas.nodes.map_server.costmap_filters import check_no_masks, filter_masks
@@ -114,7 +115,7 @@ async def change_robot(
         await _check_map(services, user, robot.user, file)
     if (file.map, file.parameters) != (before.map, before.parameters):
         await _check_masks(services, user, robot.user, file, before.parameters)
-    record = replace(_record(robot.id, robot.user, file), shares=before.shares)
+    record = replace(_record(robot.id, robot.user, file), shares=before.shares, since=before.since)
     await run_in_threadpool(services.store.put_robot, record, instead_of=before)
     return record
 
@@ -191,9 +192,11 @@ def _put(services: Services, record: RobotRecord) -> bool:
             try:
                 before = services.store.robot(record.user, record.id)
             except NotFound:
-                return services.store.put_robot(record)
+                return services.store.put_robot(replace(record, since=epoch()))
             with suppress(Conflict):  # it was changed meanwhile
-                return services.store.put_robot(replace(record, shares=before.shares), instead_of=before)
+                return services.store.put_robot(
+                    replace(record, shares=before.shares, since=before.since), instead_of=before
+                )
 
 
 def _detail(services: Services, robot: ReachedRobot) -> RobotDetail:

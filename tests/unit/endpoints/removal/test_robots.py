@@ -7,10 +7,12 @@ import httpx
 import pytest
 
 from endpoints.services.services import Services
+from ppaas.clock import epoch
 from ppaas.errors import NotAuthenticated, NotFound
 from storage.recordings.folder import RecordingsFolder
 from storage.sharing_records import Share, TokenScope
-from tests.support.storage.records import clone, robot
+from tests.support.endpoints.problems import problem_of
+from tests.support.storage.records import clone, plan, robot
 from tests.unit.endpoints.conftest import LogIn, Publish
 
 
@@ -73,3 +75,20 @@ async def test_the_file_of_a_robot_is_replaced_without_a_loss(
     assert (await client.put("/v1/robots/tb1", headers=ann, json={"map": "house", "cores": 2})).status_code == 200
     assert folder.exists()
     assert services.store.clone("ann", "tb1") == clone("tb1", user="ann")
+
+
+async def test_the_plans_of_a_former_robot_are_not_shown_with_a_later_one_of_its_id(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, services: Services
+) -> None:
+    ann, eve = await log_in("ann"), await log_in("eve")
+    await publish(ann)
+    share = {"role": "look", "subscribe": ["*"]}
+    services.store.add_plan(plan("old", user="ann", map="house", robot="tb1", created=epoch() - 60.0))
+    for _ in range(2):
+        assert (await client.put("/v1/robots/tb1", headers=ann, json={"map": "house"})).status_code in (200, 201)
+    await client.patch("/v1/robots/tb1", headers=ann, json={"description": "with a lamp"})
+    await client.put("/v1/robots/tb1/shares/eve", headers=ann, json=share)
+    services.store.add_plan(plan("new", user="ann", map="house", robot="tb1", created=epoch() + 60.0))
+    listed = await client.get("/v1/maps/house/plans", headers=eve)
+    assert [one["plan_id"] for one in listed.json()["items"]] == ["new"]
+    problem_of(await client.get("/v1/plans/old", headers=eve), 404, "not-found")

@@ -9,6 +9,7 @@ import pytest
 from endpoints.audit.event import AuditQuery
 from endpoints.rest.robots.robot_shares import MAX_SHARES
 from endpoints.services.services import Services
+from ppaas.clock import epoch
 from ppaas.geometry import poses_along
 from storage.sharing_records import Share
 from tests.support.endpoints.fake_cloud import FakeCloud, container
@@ -170,7 +171,8 @@ async def test_stored_paths_on_a_map_are_seen_by_those_who_may_hear_them_from_a_
 ) -> None:
     version = services.map_store.map_head("house").version
     for number, (user, robot) in enumerate([("ann", "tb1"), ("ann", "tb2"), ("ann", None), ("bob", None)]):
-        fields = {"user": user, "robot": robot, "created": float(number), "version": version, "poses": POSES}
+        created = epoch() + 60.0 + number  # later than users and robots
+        fields = {"user": user, "robot": robot, "created": created, "version": version, "poses": POSES}
         services.store.add_plan(records.plan(f"p{number}", **fields))
 
     async def seen(who: Header) -> tuple[list[str], list[str], list[int]]:
