@@ -26,13 +26,19 @@ PROTOCOL = 5
 """Version of the native protocol, supported by Cassandra 4.0 and later."""
 
 
-def connect(address: CassandraAddress) -> Session:
-    """Connect and return a session with the keyspace; create the keyspace and its tables if they are missing.
+def connect(address: CassandraAddress, *, create: bool = True) -> Session:
+    """Connect and return a session with the keyspace; create the tables that are missing.
+
+    Parameters
+    ----------
+    address : CassandraAddress
+    create : bool
+        Whether to create the keyspace if it is missing.
 
     Raises
     ------
     Unavailable
-        The keyspace was written by a newer release, or before the first release.
+        The keyspace was written by a newer release, or before the first release; or it is missing, and is not created.
     Exception
         Errors of the driver.
     """
@@ -40,6 +46,8 @@ def connect(address: CassandraAddress) -> Session:
     try:
         session = cluster.connect()
         session.use_client_timestamp = False  # conditional writes use the server's, and all must use one clock
+        if not create and address.keyspace not in cluster.metadata.keyspaces:
+            raise unusable(address, "the keyspace does not exist: correct the URL, or restore it from a backup")
         _make_keyspace(cluster, session, address)
         _check_version(session, address)
     except BaseException:

@@ -8,6 +8,7 @@ from cassandra import (
     DriverException,
     InvalidRequest,
     OperationTimedOut,
+    ReadFailure,
     ReadTimeout,
     Unauthorized,
     WriteTimeout,
@@ -20,6 +21,13 @@ from cassandra.protocol import ErrorMessage
 from storage.store_errors import unusable
 
 _REFUSED = "user or password is wrong: correct them in the URL"
+_TOMBSTONES = 1
+"""Code of a read that met more deleted rows than ``tombstone_failure_threshold`` (native protocol 5, error 0x1300)."""
+
+_DELETED_ROWS = (
+    "a query met too many deleted rows: run nodetool repair, then ALTER TABLE … WITH gc_grace_seconds = 3600 for the "
+    "table that the log of Cassandra names, then nodetool compact for it on each node; afterwards set the former value"
+)
 _LATE = "timeout: check whether nodes are overloaded; a write may or may not have been applied"
 
 _ADVICE: tuple[tuple[type[Exception] | tuple[type[Exception], ...], str], ...] = (
@@ -40,9 +48,16 @@ def driver_errors(place: object) -> Iterator[None]:
         raise unusable(place, _advice(error)) from error
 
 
+def is_silence(error: BaseException | None) -> bool:
+    """Return whether an error means that no node responded, rather than that one responded with an error."""
+    return isinstance(error, (NoHostAvailable, OperationTimedOut, ConnectionException, OSError))
+
+
 def _advice(error: Exception) -> str:
     if isinstance(error, NoHostAvailable):
         return _no_host(error)
+    if isinstance(error, ReadFailure) and _TOMBSTONES in (error.error_code_map or {}).values():
+        return f"{_DELETED_ROWS} ({error})"
     advice = next((text for kinds, text in _ADVICE if isinstance(error, kinds)), type(error).__name__)
     return f"{advice} ({error})"
 

@@ -1,9 +1,9 @@
 """Session with a Cassandra keyspace: prepared statements, batches, and errors as ``Unavailable``."""
 
 import itertools
-import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 from cassandra import ConsistencyLevel
@@ -11,12 +11,11 @@ from cassandra.cluster import ResponseFuture, ResultSet, Session
 from cassandra.concurrent import execute_concurrent_with_args
 from cassandra.query import BatchStatement, BatchType, PreparedStatement
 
-from ppaas.clock import monotonic
 from ppaas.errors import Unavailable
 from storage.cassandra.connection.address import CassandraAddress
-from storage.cassandra.connection.cluster import RECONNECT, connect, is_applied
-from storage.cassandra.connection.errors import driver_errors
-from storage.store_errors import unusable
+from storage.cassandra.connection.cluster import is_applied
+from storage.cassandra.connection.errors import driver_errors, is_silence
+from storage.cassandra.connection.link import ClusterLink
 
 AT_ONCE = 128
 """Largest number of concurrent queries."""
@@ -42,28 +41,27 @@ Write = tuple[str, Sequence[Any]]
 class CassandraSession:
     """A session with the keyspace of an address. Thread-safe.
 
-    It connects with the first request. Requests fail while all nodes are down, and succeed again once one is back.
+    It connects with the first request. Requests fail while all nodes are down, and succeed again once one is back, also
+    under another address (``storage.cassandra.connection.link``).
+
+    Parameters
+    ----------
+    address : CassandraAddress
+    create : bool
+        Whether to create the keyspace if it is missing.
     """
 
-    def __init__(self, address: CassandraAddress) -> None:
+    def __init__(self, address: CassandraAddress, *, create: bool = True) -> None:
         self._address = address
-        self._opening = threading.Lock()
-        self._opened: Session | None = None
-        self._closed = False
-        self._failed: tuple[float, Unavailable] | None = None
-        self._preparing = threading.Lock()
-        self._prepared: dict[str, PreparedStatement] = {}
+        self._link = ClusterLink(address, create=create)
 
     def close(self) -> None:
         """Close the connections."""
-        self._closed = True
-        with self._opening:
-            if self._opened is not None:
-                self._opened.cluster.shutdown()
+        self._link.close()
 
     def rows(self, cql: str, *values: Any) -> Iterator[Any]:
         """Yield the rows of a query, fetched page by page."""
-        with driver_errors(self._address):
+        with self._asking():
             yield from self._execute(cql, values)
 
     def rows_up_to(self, limit: int | None, cql: str, *values: Any) -> Iterator[Any]:
@@ -73,37 +71,37 @@ class CassandraSession:
 
     def row(self, cql: str, *values: Any) -> Any:
         """Return the first row of a query, or None."""
-        with driver_errors(self._address):
+        with self._asking():
             return self._execute(cql, values).one()
 
     def write(self, cql: str, *values: Any) -> None:
         """Execute an unconditional write."""
-        with driver_errors(self._address):
+        with self._asking():
             self._execute(cql, values)
 
     def write_if(self, cql: str, *values: Any) -> bool:
         """Execute a lightweight transaction (compare-and-set); return whether it was applied."""
-        with driver_errors(self._address):
+        with self._asking():
             return is_applied(self._execute(cql, values))
 
     def serial_row(self, cql: str, *values: Any) -> Any:
         """Return the first row of a query, or None; it sees every conditional write of all data centres."""
-        with driver_errors(self._address):
+        with self._asking():
             return self._execute_serial(cql, values, ConsistencyLevel.SERIAL).one()
 
     def serial_write_if(self, cql: str, *values: Any) -> bool:
         """Execute a lightweight transaction that all data centres agree on; return whether it was applied."""
-        with driver_errors(self._address):
+        with self._asking():
             return is_applied(self._execute_serial(cql, values))
 
     def write_batch(self, writes: Iterable[Write]) -> None:
         """Execute a logged batch: eventually all writes or none are applied; readers may see a part meanwhile."""
-        with driver_errors(self._address):
+        with self._asking():
             self._execute_batch(writes)
 
     def write_batch_if(self, writes: Iterable[Write]) -> bool:
         """Execute a conditional batch in one partition; return whether all conditions held and it was applied."""
-        with driver_errors(self._address):
+        with self._asking():
             return is_applied(self._execute_batch(writes))
 
     def write_each(self, cql: str, rows: Iterable[Sequence[Any]]) -> None:
@@ -112,7 +110,7 @@ class CassandraSession:
 
     def write_batches(self, groups: Iterable[Sequence[Write]], rows: Iterable[Write] = ()) -> None:
         """Write each group as a logged batch, and the rows independently; stop at the first error."""
-        with driver_errors(self._address):
+        with self._asking():
             self._send(itertools.chain(map(self._batch, groups), map(self._unlogged_batch, _small_groups(rows))))
 
     def write_unlogged(self, groups: Iterable[Sequence[Write]], rows: Iterable[Write] = ()) -> None:
@@ -120,24 +118,27 @@ class CassandraSession:
 
         The writes of a group to one partition are applied together.
         """
-        with driver_errors(self._address):
+        with self._asking():
             self._send(map(self._unlogged_batch, itertools.chain(groups, _small_groups(rows))))
 
     def rows_each(self, cql: str, keys: Iterable[Sequence[Any]]) -> list[list[Any]]:
         """Return the rows of a query for each of many keys; the queries run concurrently."""
-        with driver_errors(self._address):
+        with self._asking():
             session, statement = self._session(), self._statement(cql)
             results = execute_concurrent_with_args(session, statement, list(keys), AT_ONCE, raise_on_first_error=True)
-            return [list(result.result_or_exc) for result in results]
+            found = [list(result.result_or_exc) for result in results]
+        if found:
+            self._link.responded()
+        return found
 
     def query_async(self, cql: str, *values: Any) -> Callable[[], list[Any]]:
         """Start a query; return a function that waits for its rows."""
-        with driver_errors(self._address):
+        with self._asking():
             future = self._session().execute_async(self._statement(cql), values)
 
         def answer() -> list[Any]:
-            with driver_errors(self._address):
-                return list(future.result())
+            with self._asking():
+                return list(self._result(future))
 
         return answer
 
@@ -150,27 +151,32 @@ class CassandraSession:
     # -- internals -----------------------------------------------------------------------------------------------------
 
     def _execute(self, cql: str, values: Sequence[Any]) -> ResultSet:
-        return self._session().execute(self._statement(cql), values)
+        return self._result(self._session().execute_async(self._statement(cql), values))
 
     def _execute_serial(self, cql: str, values: Sequence[Any], level: int | None = None) -> ResultSet:
         statement = self._statement(cql).bind(values)
         statement.serial_consistency_level = ConsistencyLevel.SERIAL
         if level is not None:
             statement.consistency_level = level
-        return self._session().execute(statement)
+        return self._result(self._session().execute_async(statement))
 
     def _execute_batch(self, writes: Iterable[Write]) -> ResultSet:
-        return self._session().execute(self._batch(writes))
+        return self._result(self._session().execute_async(self._batch(writes)))
+
+    def _result(self, future: ResponseFuture) -> ResultSet:
+        result = future.result()
+        self._link.responded()
+        return result
 
     def _send(self, batches: Iterable[BatchStatement]) -> None:
         """Execute batches, up to `GROUPS_AT_ONCE` of them concurrently."""
         under_way: deque[ResponseFuture] = deque()
         for batch in batches:
             if len(under_way) == GROUPS_AT_ONCE:
-                under_way.popleft().result()
+                self._result(under_way.popleft())
             under_way.append(self._session().execute_async(batch))
         for future in under_way:
-            future.result()
+            self._result(future)
 
     def _batch(self, writes: Iterable[Write], kind: BatchType = BatchType.LOGGED) -> BatchStatement:
         batch = BatchStatement(kind)
@@ -182,33 +188,19 @@ class CassandraSession:
         return self._batch(writes, BatchType.UNLOGGED)
 
     def _statement(self, cql: str) -> PreparedStatement:
-        session = self._session()
-        if cql not in self._prepared:
-            with self._preparing:
-                statement = session.prepare(cql)
-                # Writes may be retried by the driver, except conditional ones.
-                statement.is_idempotent = " IF " not in cql
-                self._prepared[cql] = statement
-        return self._prepared[cql]
+        return self._link.statement(cql)
 
     def _session(self) -> Session:
-        if self._closed:
-            raise unusable(self._address, "the store is closed")
-        if self._opened is None:
-            with self._opening:
-                if self._opened is None:
-                    self._opened = self._open()
-        return self._opened
+        return self._link.session()
 
-    def _open(self) -> Session:
-        """Connect. Within `RECONNECT` of a failure, raise the same error again without another attempt."""
-        if self._failed is not None and monotonic() < self._failed[0]:
-            raise self._failed[1]
+    @contextmanager
+    def _asking(self) -> Iterator[None]:
+        """Turn errors of the driver in the block into ``Unavailable``; note whether they came from a node."""
         try:
             with driver_errors(self._address):
-                return connect(self._address)
+                yield
         except Unavailable as error:
-            self._failed = monotonic() + RECONNECT, error
+            (self._link.unanswered if is_silence(error.__cause__) else self._link.responded)()
             raise
 
 
