@@ -4,21 +4,23 @@ from typing import Any
 
 from ppaas.errors import Conflict, NotFound
 from storage.cassandra.connection.session import CassandraSession, Write
+from storage.cassandra.sorted_rows import SortedRows
 from storage.encoding import decode, decode_readable, encode
 from storage.names import check_name
 from storage.records import Token, User
 
 _USER = "SELECT record, generation, epoch, kept_token FROM users WHERE shard = 0 AND id = ?"
-_TOKEN = "SELECT user, epoch, expires, record FROM tokens WHERE hash = ?"
+_TOKEN = "SELECT user, epoch, expires, record, WRITETIME(user) AS written FROM tokens WHERE hash = ?"
 
 _NOT_OF_USER = "DELETE FROM tokens_by_user WHERE user = ? AND hash = ?"
 _NOT_EXPIRING = "DELETE FROM tokens_by_expiry WHERE shard = 0 AND expires = ? AND hash = ?"
+_OF_USER = SortedRows("tokens_by_user", "user = ?", "hash", "hash DESC")
 
 
 class CassandraAccounts:
     """A ``UserStore`` in Cassandra, without ``remove_user``.
 
-    The row of a removed user stays, without a record: its numbers keep the user's old rows invalid.
+    The row of a removed user stays, with an empty record: its numbers keep the user's old rows invalid.
     """
 
     _session: CassandraSession
@@ -28,9 +30,11 @@ class CassandraAccounts:
     def add_user(self, user: User) -> None:
         """Add a user; ``Conflict`` if the id is taken."""
         check_name("user", user.id)
-        insert = "UPDATE users SET record = ? WHERE shard = 0 AND id = ? IF record = NULL"
-        if not self._session.write_if(insert, encode(user), user.id):
-            raise Conflict(f"user {user.id!r} already exists: choose another id")
+        insert, data = "UPDATE users SET record = ? WHERE shard = 0 AND id = ? IF record = ?", encode(user)
+        while not (row := self._session.row(_USER, user.id)) or not row.record:
+            if self._session.write_if(insert, data, user.id, row and row.record):
+                return
+        raise Conflict(f"user {user.id!r} already exists: choose another id")
 
     def user(self, user_id: str) -> User:
         """Return a user; ``NotFound`` if it does not exist."""
@@ -50,7 +54,7 @@ class CassandraAccounts:
         data = encode(user)
         while True:
             row = self._known_user(user.id)
-            epoch, kept = row.epoch, row.kept_token
+            epoch, kept = row.epoch, row.kept_token or ""
             renewed = decode(row.record, User).password_hash != user.password_hash
             if renewed:
                 epoch, kept = (epoch or 0) + 1, self._token_to_keep(user.id, keep_token)
@@ -101,24 +105,27 @@ class CassandraAccounts:
 
     def remove_tokens(self, *, expired_before: float) -> int:
         """Remove the tokens that expired before a time [s since the epoch]; return their number."""
-        query = "SELECT hash FROM tokens_by_expiry WHERE shard = 0 AND expires < ?"
-        expired = [row.hash for row in self._session.rows(query, expired_before + 0.0)]
-        for token_hash in expired:
-            self._session.write_batch(self._token_deletions(token_hash))
+        query = "SELECT expires, hash FROM tokens_by_expiry WHERE shard = 0 AND expires < ?"
+        expired = list(self._session.rows(query, expired_before + 0.0))
+        for row in expired:
+            self._session.write_batch(self._token_deletions(row.hash)[:-1])
+        if expired:  # by one range, which covers those of earlier calls
+            delete = "DELETE FROM tokens_by_expiry WHERE shard = 0 AND expires <= ?"
+            self._session.write(delete, expired[-1].expires)
         return len(expired)
 
     # -- internals -----------------------------------------------------------------------------------------------------
 
     def _known_user(self, user_id: str) -> Any:
         row = self._session.row(_USER, user_id)
-        if row is None or row.record is None:
+        if row is None or not row.record:
             raise NotFound("user", user_id)
         return row
 
     def _end_generation(self, user_id: str) -> int:
         """Remove a user and invalidate all its rows in one write; return the generation of these rows."""
         check_name("user", user_id)
-        remove = """UPDATE users SET record = NULL, kept_token = NULL, generation = ?, epoch = ?
+        remove = """UPDATE users SET record = 0x, kept_token = '', generation = ?, epoch = ?
                     WHERE shard = 0 AND id = ? IF record = ? AND generation = ? AND epoch = ?"""
         while True:
             row = self._known_user(user_id)
@@ -134,12 +141,12 @@ class CassandraAccounts:
             if token and token.user == user_id and not _is_valid(row.hash, token, user):
                 self._session.write_batch(self._token_deletions(row.hash))
 
-    def _token_to_keep(self, user_id: str, token_hash: str | None) -> str | None:
+    def _token_to_keep(self, user_id: str, token_hash: str | None) -> str:
         """Return the hash if it is a valid token of the user: a removed token must not become valid again."""
         row = None if token_hash is None else self._session.row(_TOKEN, token_hash)
         if row is None or token_hash is None or row.user != user_id:
-            return None
-        return token_hash if _is_valid(token_hash, row, self._session.row(_USER, user_id)) else None
+            return ""
+        return token_hash if _is_valid(token_hash, row, self._session.row(_USER, user_id)) else ""
 
     def _stale_index_deletions(self, token: Token) -> list[Write]:
         """Return deletions of index rows of an earlier token with this hash that the new token does not overwrite."""
@@ -152,19 +159,22 @@ class CassandraAccounts:
         return writes
 
     def _token_deletions(self, token_hash: str) -> list[Write]:
-        """Return the deletions of a token and its index rows; an empty list if it does not exist."""
+        """Return the deletions of a token and its index rows, the last of them in the list by expiry.
+
+        The list is empty if there is no such token. A token and its index rows are written in one batch, at one time.
+        """
         row = self._session.row(_TOKEN, token_hash)
         if row is None:
             return []
         return [
             ("DELETE FROM tokens WHERE hash = ?", (token_hash,)),
-            (_NOT_OF_USER, (row.user, token_hash)),
+            _OF_USER.deletion(self._session, (row.user,), token_hash, row.written),
             (_NOT_EXPIRING, (row.expires, token_hash)),
         ]
 
 
 def _is_valid(token_hash: str, token: Any, user: Any) -> bool:
     """Return whether a token belongs to its user's current epoch, or was kept when that epoch began."""
-    if user is None or user.record is None:
+    if user is None or not user.record:
         return False
     return bool(token.epoch == (user.epoch or 0) or token_hash == user.kept_token)

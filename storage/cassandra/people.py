@@ -117,7 +117,8 @@ class CassandraPeople:
     def _sweep_people(self, user: str, generation: int) -> None:
         """Remove the rows of an old generation of a user."""
         for map_id in self.people_maps():
-            self._drop_people((map_id, user, generation))
+            if self._people_record((map_id, user, generation)) is not None:
+                self._drop_people((map_id, user, generation))
 
     def _drop_people(self, key: Key) -> None:
         self._session.write(f"DELETE FROM people_counts WHERE {_KEY}", *key)

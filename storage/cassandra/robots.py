@@ -1,13 +1,15 @@
 """Robots, their URDFs and the checkpoints of their clones in Cassandra."""
 
 import uuid
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from itertools import islice
 from typing import Any
 
 from ppaas.errors import Conflict, NotFound
 from storage.cassandra.connection.session import CassandraSession
+from storage.cassandra.entry_ranges import entry_runs, joined
 from storage.cassandra.generations import generation_of
+from storage.cassandra.sorted_rows import SortedRows, remove_marked
 from storage.encoding import decode, decode_readable, encode
 from storage.names import check_name, check_robot_map
 from storage.records import CloneCheckpoint, CloneLogChange, RobotRecord
@@ -16,6 +18,10 @@ from storage.sharing_records import check_grantee
 
 _KEY = "user = ? AND generation = ? AND id = ?"
 _PART = "user = ? AND generation = ? AND robot = ?"
+_OWN = "user = ? AND generation = ?"
+_ROBOTS = SortedRows("robots", _OWN, "id", "id DESC", "record")
+_CLONES = SortedRows("clones", _OWN, "robot", "robot DESC")
+_LOG = f"{_PART} AND log = ?"
 
 Key = tuple[str, int, str]
 """User, the user's generation (``storage.cassandra.connection.schema``), robot."""
@@ -40,12 +46,12 @@ class CassandraRobots(RobotShares):
         while True:
             row = self._robot_row(key)
             before = row.record if row else None
-            if instead_of is not None and (before is None or decode(before, RobotRecord) != instead_of):
+            if instead_of is not None and (not before or decode(before, RobotRecord) != instead_of):
                 raise Conflict(f"robot {record.id!r} has been changed meanwhile: read it again and retry")
             self._list_shares(record.user, record.id, _grantees(record))
             if self._session.write_if(f"UPDATE robots SET record = ? WHERE {_KEY} IF record = ?", data, *key, before):
                 self._unlist_shares(record.user, record.id, before)
-                return before is None
+                return not before
 
     def robot(self, user: str, robot_id: str) -> RobotRecord:
         """Return a robot; ``NotFound`` if it does not exist."""
@@ -56,7 +62,7 @@ class CassandraRobots(RobotShares):
         check_name("user", user)
         query = "SELECT record FROM robots WHERE user = ? AND generation = ? AND id > ?"
         rows = self._session.rows(query, user, generation_of(self._session, user), after)
-        return decode_readable((row.record for row in rows), RobotRecord, limit)
+        return decode_readable((row.record for row in rows if row.record), RobotRecord, limit)
 
     def robots_shared_with(
         self, grantee: str, *, after: tuple[str, str] = ("", ""), limit: int | None = None
@@ -65,17 +71,20 @@ class CassandraRobots(RobotShares):
         query = "SELECT user, robot FROM robots_by_grantee WHERE grantee = ? AND (user, robot) > (?, ?)"
         listed = self._session.rows(query, check_grantee(grantee), *after)
         rows = (self._robot_row(self._key(row.user, row.robot)) for row in listed)
-        records = (_record(row.record) for row in rows if row is not None and row.record is not None)
+        records = (_record(row.record) for row in rows if row is not None and row.record)
         shared = (record for record in records if record is not None and grantee in _grantees(record))
         return list(islice(shared, limit))
 
     def remove_robot(self, user: str, robot_id: str) -> None:
         """Remove a robot, its URDF and its clone's checkpoint; ``NotFound`` if it does not exist."""
         key = self._key(user, robot_id)
-        row = self._known_robot(key)
+        self._known_robot(key)
         self._remove_clone(key)  # first, so that a new robot does not find it
-        if not self._session.write_if(f"DELETE FROM robots WHERE {_KEY} IF record != NULL", *key):
-            raise NotFound("robot", robot_id)
+        empty = f"UPDATE robots SET record = 0x, urdf = NULL WHERE {_KEY} IF record = ? AND urdf = ?"
+        while row := self._known_robot(key):
+            if self._session.write_if(empty, *key, row.record, row.urdf):
+                break
+        remove_marked(self._session, _ROBOTS, key[:2], robot_id)
         self._unlist_shares(user, robot_id, row.record)
         self._drop_urdf(key, row.urdf)
 
@@ -120,8 +129,7 @@ class CassandraRobots(RobotShares):
         insert = "INSERT INTO clones (user, generation, robot, record) VALUES (?, ?, ?, ?)"
         self._session.write(insert, *key, encode(checkpoint))
         if change is not None:
-            remove = f"DELETE FROM clone_logs WHERE {_PART} AND log = ? AND number = ?"
-            self._session.write_each(remove, ((*key, change.log, number) for number in change.obsolete))
+            self._drop_entries((*key, change.log), change.obsolete)
 
     def clone_log(
         self, user: str, robot: str, log: str, *, after: int = -1, limit: int | None = None
@@ -150,8 +158,23 @@ class CassandraRobots(RobotShares):
     # -- internals -----------------------------------------------------------------------------------------------------
 
     def _remove_clone(self, key: Key) -> None:
-        for table in ("clones", "clone_logs"):
-            self._session.write(f"DELETE FROM {table} WHERE {_PART}", *key)
+        query = f"SELECT WRITETIME(record) AS written FROM clones WHERE {_PART}"
+        for row in self._session.rows(query, *key):
+            statement, values = _CLONES.deletion(self._session, key[:2], key[2], row.written)
+            self._session.write(statement, *values)
+        self._session.write(f"DELETE FROM clone_logs WHERE {_PART}", *key)
+
+    def _drop_entries(self, log: tuple[str, int, str, str], obsolete: Iterable[int]) -> None:
+        """Remove entries of a log by ranges, which cover those of earlier removals. A log has one writer at a time."""
+        runs = entry_runs(obsolete)
+        below = f"SELECT number FROM clone_logs WHERE {_LOG} AND number < ? ORDER BY log DESC, number DESC LIMIT 1"
+        above = f"SELECT number FROM clone_logs WHERE {_LOG} AND number > ? LIMIT 1"
+        before = self._session.rows_each(below, [(*log, first) for first, _ in runs])
+        after = self._session.rows_each(above, [(*log, last) for _, last in runs])
+        ends = zip(runs, before, after, strict=True)
+        beside = [(_number(low, -1), _number(high, last + 1)) for (_, last), low, high in ends]
+        remove = f"DELETE FROM clone_logs WHERE {_LOG} AND number > ? AND number < ?"
+        self._session.write_each(remove, [(*log, *bounds) for bounds in joined(runs, beside)])
 
     def _sweep_robots(self, user: str, generation: int) -> None:
         """Remove the rows of an old generation of a user."""
@@ -171,7 +194,7 @@ class CassandraRobots(RobotShares):
 
     def _unlist_shares(self, user: str, robot_id: str, before: bytes | None) -> None:
         """List a robot no more for those with whom it was shared by an earlier record, and is not now."""
-        earlier = None if before is None else _record(before)
+        earlier = _record(before) if before else None
         if earlier is None or not earlier.shares:
             return
         gone = _grantees(earlier) - self._grantees_now(user, robot_id)
@@ -183,7 +206,7 @@ class CassandraRobots(RobotShares):
 
     def _grantees_now(self, user: str, robot_id: str) -> set[str]:
         row = self._robot_row(self._key(user, robot_id))
-        record = None if row is None or row.record is None else _record(row.record)
+        record = None if row is None or not row.record else _record(row.record)
         return set() if record is None else _grantees(record)
 
     def _key(self, user: str, robot_id: str) -> Key:
@@ -196,16 +219,17 @@ class CassandraRobots(RobotShares):
 
     def _known_robot(self, key: Key) -> Any:
         row = self._robot_row(key)
-        if row is None or row.record is None:
+        if row is None or not row.record:
             raise NotFound("robot", key[2])
         return row
 
     def _name_urdf(self, key: Key, number: uuid.UUID | None) -> uuid.UUID | None:
         """Make the robot's row refer to another URDF, or to none; return the id of the previous one."""
-        name = f"UPDATE robots SET urdf = ? WHERE {_KEY} IF record != NULL AND urdf = ?"
+        name = f"UPDATE robots SET urdf = ? WHERE {_KEY} IF record = ? AND urdf = ?"
         while True:
-            before: uuid.UUID | None = self._known_robot(key).urdf
-            if self._session.write_if(name, number, *key, before):
+            row = self._known_robot(key)
+            before: uuid.UUID | None = row.urdf
+            if self._session.write_if(name, number, *key, row.record, before):
                 self._drop_urdf(key, before)
                 return before
 
@@ -217,6 +241,11 @@ class CassandraRobots(RobotShares):
 def _record(data: bytes) -> RobotRecord | None:
     """Return a record; None if it is damaged, which is logged."""
     return next(iter(decode_readable([data], RobotRecord)), None)
+
+
+def _number(rows: Sequence[Any], otherwise: int) -> int:
+    """Return the number in the only row, if there is one."""
+    return next((int(row.number) for row in rows), otherwise)
 
 
 def _grantees(record: RobotRecord) -> set[str]:

@@ -30,6 +30,8 @@ class CassandraStore(
     url : str
         URL of the keyspace (``storage.cassandra.connection.address``). The keyspace and its tables are created if they
         are missing.
+    create : bool
+        Whether to create the keyspace if it is missing; otherwise requests raise ``Unavailable``.
 
     Raises
     ------
@@ -37,9 +39,9 @@ class CassandraStore(
         The URL is not valid.
     """
 
-    def __init__(self, url: str) -> None:
+    def __init__(self, url: str, *, create: bool = True) -> None:
         address = parse_address(url)
-        self._session = CassandraSession(address)
+        self._session = CassandraSession(address, create=create)
         self._granularity = inner_granularity(address.granularity)
 
     def close(self) -> None:

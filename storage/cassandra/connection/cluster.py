@@ -7,17 +7,19 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
-from cassandra import ConsistencyLevel
+from cassandra import ConsistencyLevel, Unauthorized
 from cassandra.auth import PlainTextAuthProvider
 from cassandra.cluster import EXEC_PROFILE_DEFAULT, Cluster, ExecutionProfile, ResultSet, Session
 from cassandra.policies import ConstantReconnectionPolicy, DCAwareRoundRobinPolicy, TokenAwarePolicy
 
 from ppaas.errors import InvalidInput
 from storage.cassandra.connection.address import CassandraAddress, Tls
-from storage.cassandra.connection.schema import VERSION, statements
+from storage.cassandra.connection.schema import LIST_GRACE, LISTS, VERSION, statements
 from storage.store_errors import unusable
 
 logging.getLogger("cassandra").setLevel(logging.CRITICAL)  # its errors are raised, too
+
+logger = logging.getLogger(__name__)
 
 RECONNECT = 0.5
 """Time between two attempts to reach a node that is down [s]."""
@@ -126,6 +128,17 @@ def _make_keyspace(cluster: Cluster, session: Session, address: CassandraAddress
     for table, statement in statements().items():
         if known is None or table not in known.tables:
             session.execute(statement)
+    for table in LISTS if known is not None else ():
+        if table in known.tables and known.tables[table].options.get("gc_grace_seconds") != LIST_GRACE:
+            _shorten_grace(session, table)
+
+
+def _shorten_grace(session: Session, table: str) -> None:
+    """Change a table of an earlier release; a user without the permission is told what to grant."""
+    try:
+        session.execute(f"ALTER TABLE {table} WITH gc_grace_seconds = {LIST_GRACE}")
+    except Unauthorized as error:
+        logger.warning("grant ALTER, or run ALTER TABLE %s WITH gc_grace_seconds = %d: %s", table, LIST_GRACE, error)
 
 
 def _check_version(session: Session, address: CassandraAddress) -> None:

@@ -11,6 +11,10 @@ epoch, in one conditional write. Rows of old numbers are deleted afterwards.
 The rows of ``robots_by_grantee`` are written before the record of a robot that is shared, and removed after it, so
 they may name a robot that is not shared any more.
 
+Deleted rows stay as tombstones for a while, and a query that meets too many of them fails. So what comes and goes is
+removed by ranges or by partitions (``storage.cassandra.sorted_rows``), or is in one of the ``LISTS``, whose tombstones
+are kept for hours only.
+
 The whole plan is a row of ``plans_at_spots``, and exists if that row exists. The rows that name it, in ``plans`` (by
 id) and ``plans_by_map``, are written before it and deleted after it, so they may name a plan that does not exist. Only
 a plan that was replaced is also stored whole in ``plans``, so that a conditional write decides between concurrent
@@ -56,7 +60,23 @@ _TABLES = {
     "links": "shard tinyint, link text, record blob, PRIMARY KEY (shard, link)",
 }
 
+LISTS = (
+    *("tokens_by_user", "tokens_by_expiry", "robots_by_grantee"),
+    *("plans_by_map", "plans_at_spots", "plan_fronts", "plans_by_square"),
+)
+"""Tables whose rows name something that is stored elsewhere. A row that comes back is skipped, or swept, since what it
+names is gone. So their deleted rows need not be kept for ten days, in which too many for a query could gather."""
+
+LIST_GRACE = 6 * 3600
+"""Time for which deleted rows of these tables are kept [s]: twice the time for which Cassandra keeps hints."""
+
 
 def statements() -> dict[str, str]:
     """Return the CREATE TABLE statement of each table, by its name."""
-    return {name: f"CREATE TABLE IF NOT EXISTS {name} ({columns})" for name, columns in _TABLES.items()}
+    return {name: f"CREATE TABLE IF NOT EXISTS {name} ({columns}){_options(name)}" for name, columns in _TABLES.items()}
+
+
+def _options(table: str) -> str:
+    if table not in LISTS:
+        return ""
+    return f" {'AND' if ' WITH ' in _TABLES[table] else 'WITH'} gc_grace_seconds = {LIST_GRACE}"

@@ -84,6 +84,11 @@ class CassandraSession:
         with self._asking():
             return is_applied(self._execute(cql, values))
 
+    def serial_rows(self, cql: str, *values: Any) -> Iterator[Any]:
+        """Yield the rows of a query of one partition; it sees every conditional write of this data centre."""
+        with self._asking():
+            yield from self._execute_serial(cql, values, ConsistencyLevel.LOCAL_SERIAL)
+
     def serial_row(self, cql: str, *values: Any) -> Any:
         """Return the first row of a query, or None; it sees every conditional write of all data centres."""
         with self._asking():

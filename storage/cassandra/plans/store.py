@@ -17,7 +17,15 @@ from storage.cassandra.plans.passage_index import PassageIndex
 from storage.cassandra.plans.representatives import Representatives
 from storage.cassandra.plans.rows import PlanRow, plan_rows, unshared_in
 from storage.cassandra.plans.statistics import PlanStatisticsSums, Sums, add
-from storage.cassandra.plans.writes import delete_from_map, index_deletions, index_writes, insert_names, insert_plans
+from storage.cassandra.plans.writes import (
+    delete_bucket,
+    delete_listed,
+    index_deletions,
+    index_writes,
+    insert_names,
+    insert_plans,
+    remove_stored,
+)
 from storage.names import check_name
 from storage.plan_checks import check_plan, check_replacement
 from storage.plan_entry import context_of, head_of, record_of
@@ -129,10 +137,15 @@ class CassandraPlans:
 
     def remove_plans(self, map_id: str) -> int:
         """Remove the plans of a map, page by page; return their number."""
-        removed = 0
+        removed, newest, buckets = 0, None, set[bytes]()
         for page in self._listed(check_name("map", map_id)):
+            newest = newest or page[0]
             kept = kept_plans(self._session, [row.id for row in page])
-            removed += self._remove_all(map_id, page, [each for each in kept if each is not None])
+            records = self._remove_all(map_id, [each for each in kept if each is not None])
+            self._session.write_unlogged([[delete_listed(map_id, newest, page[-1])]])
+            buckets.update(cell_key(record)[0] for record in records)
+            removed += len(records)
+        self._session.write_unlogged((), map(delete_bucket, buckets))
         return removed
 
     # -- internals -----------------------------------------------------------------------------------------------------
@@ -148,23 +161,20 @@ class CassandraPlans:
             self._plan_sums.writes_for(change, -1)
             raise
 
-    def _remove_all(self, map_id: str, page: Sequence[Any], kept: Sequence[KeptPlan]) -> int:
-        """Remove the plans of a page of a map's list, and the page itself; return the number of plans."""
+    def _remove_all(self, map_id: str, kept: Sequence[KeptPlan]) -> list[PlanRecord]:
+        """Remove plans of a map, but not from its list; return those that are on this map."""
         records = [
             record for record in self._wholes(kept) if record.map == map_id
         ]  # a replacement may be on another map
         mine = {record.id for record in records}
-        groups = [[*index_deletions(record), (_REMOVE, (record.id,))] for record in records]
         self._passage_index.clear(plan_rows(records, self._granularity))
         representatives = self._representatives.removing(map(cell_key, records))
-        self._session.write_batches(
-            groups, [*representatives, *(delete_from_map(map_id, row) for row in page if row.id not in mine)]
-        )
+        self._session.write_batches(map(remove_stored, records), representatives)
         removed = PlanStatistics()
         for each in kept:
             removed = add(removed, own_statistics(each.body, each.recipe)) if each.id in mine else removed
         self._session.write_batches((), self._plan_sums.writes_for({map_id: removed}, -1))
-        return len(records)
+        return records
 
     def _write_referenced(self, rows: Sequence[PlanRow]) -> set[bytes]:
         """Write the entries that plans refer to; return the ids of new ones."""

@@ -69,9 +69,20 @@ def index_deletions(record: PlanRecord, but: PlanRecord | None = None) -> list[W
     ]
 
 
-def delete_from_map(map_id: str, row: Any) -> Write:
-    """Return the deletion of a row from the list of a map."""
-    return _DELETE_FROM_MAP, (map_id, row.created, row.id)
+def delete_listed(map_id: str, newest: Any, oldest: Any) -> Write:
+    """Return the deletion of the rows of the list of a map from one to another: by a range, one tombstone for all."""
+    delete = "DELETE FROM plans_by_map WHERE map = ? AND (created, id) <= (?, ?) AND (created, id) >= (?, ?)"
+    return delete, (map_id, newest.created, newest.id, oldest.created, oldest.id)
+
+
+def delete_bucket(bucket: bytes) -> Write:
+    """Return the deletion of all plans in a bucket of the index, which covers the deletions of each."""
+    return "DELETE FROM plans_at_spots WHERE bucket = ?", (bucket,)
+
+
+def remove_stored(record: PlanRecord) -> list[Write]:
+    """Return the deletions of a plan, except from the list of its map."""
+    return [(_DELETE, cell_key(record)), ("DELETE FROM plans WHERE id = ?", (record.id,))]
 
 
 def rewrite_plan(row: Any) -> Write:
