@@ -2,7 +2,6 @@
 
 import mmap
 import os
-import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from pathlib import Path
@@ -139,12 +138,3 @@ def mapped(path: Path) -> Buffer:
 def blocks(data: Buffer, size: int = BLOCK) -> Iterator[bytes]:
     """Yield the content of a file in blocks of ``size`` bytes."""
     return (data[start : start + size] for start in range(0, len(data), size))
-
-
-@contextmanager
-def temporary_folder() -> Iterator[Path]:
-    """Create a folder among this machine's temporary files, and remove it at the end of the block."""
-    with disk_errors(Path(tempfile.gettempdir())):
-        folder = tempfile.TemporaryDirectory(prefix="ppaas-map-")
-    with folder as name:
-        yield Path(name)

@@ -5,6 +5,8 @@ import re
 import shutil
 from pathlib import Path
 
+from storage.own_files import is_own_folder
+
 SHARED_MEMORY = Path("/dev/shm")
 
 _NAME = re.compile(r"(\d+)-(\d+)-(\d+)")
@@ -35,11 +37,12 @@ def folder_of(instance: str, base: Path = SHARED_MEMORY) -> Path:
 
 
 def sweep_stale(base: Path = SHARED_MEMORY) -> list[Path]:
-    """Remove the folders of dead instances, and return their paths.
+    """Remove the folders of dead instances of this user, and return their paths.
 
     Folders of another PID namespace are left alone, since their processes may still run.
     """
-    stale = [folder for folder in sorted(base.glob("ppaas-*")) if is_dead(folder.name.removeprefix("ppaas-"))]
+    named = [folder for folder in sorted(base.glob("ppaas-*")) if is_dead(folder.name.removeprefix("ppaas-"))]
+    stale = [folder for folder in named if is_own_folder(folder)]
     for folder in stale:
         shutil.rmtree(folder, ignore_errors=True)  # another process may remove it at the same time
     return stale

@@ -9,6 +9,8 @@ from pathlib import Path
 
 from engine.processes.instances import instance_name, is_dead
 from ppaas.errors import InvalidInput
+from storage.own_files import is_own_folder, read_own
+from storage.temporary_folders import sweep_temporary_folders
 
 LONGEST_PATH = 107
 """Longest path of a Unix socket without the terminating zero [bytes] (``sun_path`` in unix(7))."""
@@ -18,6 +20,9 @@ LONGEST_NAME = len("pymp-12345678/listener-12345678")
 
 OWNER = "owner"
 """File with the owners of the folder, one process per line: the folder can be removed when all of them are dead."""
+
+MOST_OWNERS = 1 << 16
+"""Bytes of that file that are read; a line has some tens."""
 
 AFTER_ALL_OTHERS = -1000
 """Priority of a clean-up at exit that runs last: those of the standard library go down to -100."""
@@ -39,6 +44,7 @@ def make_run_dir(longest: int = LONGEST_NAME) -> Path:
         The folder could not be created.
     """
     sweep_dead(Path(tempfile.gettempdir()))
+    sweep_temporary_folders(Path(tempfile.gettempdir()))
     folder = Path(tempfile.mkdtemp(prefix="ppaas-"))
     if len(bytes(folder)) + 1 + longest > LONGEST_PATH:
         shutil.rmtree(folder)
@@ -49,17 +55,31 @@ def make_run_dir(longest: int = LONGEST_NAME) -> Path:
 
 def add_owner(folder: Path) -> None:
     """Add this process to the owners of a folder; it is kept until all of them have exited."""
-    with (folder / OWNER).open("a") as owners:
+    handle = os.open(folder / OWNER, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW, 0o600)
+    with os.fdopen(handle, "w") as owners:
         owners.write(f"{instance_name()}\n")
 
 
 def sweep_dead(base: Path) -> None:
     """Remove the folders of processes that were killed."""
-    for owner in base.glob(f"ppaas-*/{OWNER}"):
-        with contextlib.suppress(OSError):  # another process removes it, or it belongs to another user
-            owners = owner.read_text().split()
+    for folder in base.glob("ppaas-*"):
+        with contextlib.suppress(OSError):  # another process removes it
+            owners = owners_of(folder)
             if owners and all(map(is_dead, owners)):
-                shutil.rmtree(owner.parent, ignore_errors=True)
+                shutil.rmtree(folder, ignore_errors=True)
+
+
+def owners_of(folder: Path) -> list[str]:
+    """Return the owners of a folder; none of a folder of another user, who may have put anything there.
+
+    Raises
+    ------
+    OSError
+        The folder, or its list of owners, is missing or cannot be read.
+    """
+    if not is_own_folder(folder):
+        return []
+    return read_own(folder / OWNER, MOST_OWNERS).decode(errors="replace").split()
 
 
 def keep_temporary_files_in(folder: Path) -> None:
@@ -70,7 +90,7 @@ def keep_temporary_files_in(folder: Path) -> None:
 def remove_unless_owned(folder: Path) -> None:
     """Remove a folder, as ``remove_folder`` does, unless another running process owns it."""
     try:
-        owners = (folder / OWNER).read_text().split()
+        owners = owners_of(folder)
     except FileNotFoundError:
         owners = []
     if all(owner == instance_name() or is_dead(owner) for owner in owners):

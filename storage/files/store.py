@@ -15,6 +15,7 @@ from pathlib import Path
 
 from storage.disk_errors import disk_errors
 from storage.files.reviewed_maps import ReviewedMapStore
+from storage.temporary_folders import locked, remove_unless_locked
 
 _INCOMING = ".incoming"
 
@@ -129,27 +130,9 @@ class LocalDisk:
         with (self._root / ".lock").open("rb") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             for left in self._incoming.iterdir():
-                _sweep(left)
+                remove_unless_locked(left)
             folder.mkdir()
-            handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-            fcntl.flock(handle, fcntl.LOCK_EX)
-            return handle
-
-
-def _sweep(folder: Path) -> None:
-    """Remove a folder of ``.incoming`` unless its writer is alive and holds the lock."""
-    try:
-        handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    except FileNotFoundError:  # its writer has just removed it
-        return
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return
-    else:
-        shutil.rmtree(folder, ignore_errors=True)
-    finally:
-        os.close(handle)
+            return locked(folder)
 
 
 def _make_folder(folder: Path) -> None:

@@ -5,6 +5,7 @@ file: so no file under its final name is incomplete, and of several writers of t
 and no lock is held. Files that a killed writer left in ``.incoming`` are removed after a day.
 """
 
+import logging
 import posixpath
 import uuid
 from collections.abc import Iterable, Iterator
@@ -13,16 +14,20 @@ from pathlib import Path
 from threading import Lock
 
 from hdfs import HdfsError
+from requests import RequestException
 
 from ppaas.bounded_dict import BoundedDict
 from ppaas.clock import epoch
-from ppaas.errors import Unavailable
+from ppaas.errors import NotFound, Unavailable
 from storage.disk_errors import disk_errors
 from storage.files.reviewed_maps import ReviewedMapStore
 from storage.hdfs.address import HdfsAddress
 from storage.hdfs.errors import hdfs_errors
 from storage.records import MapRecord
-from storage.staged_uploads import BLOCK, blocks, mapped, temporary_folder
+from storage.staged_uploads import BLOCK, blocks, mapped
+from storage.temporary_folders import temporary_folder
+
+logger = logging.getLogger(__name__)
 
 _INCOMING = ".incoming"
 _STALE = 24 * 3600.0
@@ -43,15 +48,22 @@ class HdfsMapStore(ReviewedMapStore):
     ----------
     url : str
         ``hdfs://host[:port]/path[?user=name]``; the port is that of the NameNode's HTTP server, 9870 by default.
+    create : bool
+        Whether the folder is created if it is missing, when a map is stored. Otherwise it must exist.
 
     Raises
     ------
     InvalidInput
         The URL is not valid.
+    NotFound, Unavailable
+        The folder must exist, and does not; or HDFS cannot be asked for it.
     """
 
-    def __init__(self, url: str) -> None:
-        super().__init__(HdfsDisk(HdfsAddress.parse(url)))
+    def __init__(self, url: str, *, create: bool = True) -> None:
+        disk = HdfsDisk(HdfsAddress.parse(url))
+        super().__init__(disk)
+        if not create and not disk.exists():
+            raise NotFound("store", url)
         self._heads: BoundedDict[str, MapRecord] = BoundedDict(_MAX_HEADS)
         self._lock = Lock()
 
@@ -81,6 +93,12 @@ class HdfsDisk:
     def __init__(self, address: HdfsAddress) -> None:
         self._address = address
         self._client = address.client()
+        self._left: set[str] = set()
+
+    def exists(self) -> bool:
+        """Return whether the folder exists."""
+        with self._errors():
+            return self._client.status(self._path(""), strict=False) is not None
 
     def folders(self) -> list[str]:
         """Return the names of the top-level folders."""
@@ -148,6 +166,8 @@ class HdfsDisk:
             yield folder
 
     def _sweep(self) -> None:
+        for path in list(self._left):
+            self._discard(path)
         before = 1e3 * (epoch() - _STALE)
         with suppress(FileNotFoundError), self._errors():
             for name, status in self._client.list(self._path(_INCOMING), status=True):
@@ -157,8 +177,22 @@ class HdfsDisk:
     def _write_temporary(self, data: Iterable[bytes]) -> str:
         """Write a file under a unique name in ``.incoming``; return its path."""
         path = self._path(f"{_INCOMING}/{uuid.uuid4().hex}")
-        self._client.write(path, data=iter(data))
+        try:
+            self._client.write(path, data=iter(data))
+        except BaseException:  # a quota stops it in the middle, and what is written already counts
+            self._discard(path)
+            raise
         return path
+
+    def _discard(self, path: str) -> None:
+        """Delete a temporary file of this process; one that cannot be deleted now is deleted with the next upload."""
+        try:
+            self._client.delete(path)
+        except (HdfsError, RequestException) as error:
+            logger.warning("a part of a file stays in HDFS for now: %s: %s", path, error)
+            self._left.add(path)
+        else:
+            self._left.discard(path)
 
     def _rename_to(self, written: str, path: str) -> bool:
         """Rename a temporary file to its final path; if that exists, delete the temporary file and return False."""
@@ -171,10 +205,10 @@ class HdfsDisk:
                 self._client.makedirs(posixpath.dirname(self._path(path)))
             else:
                 raise HdfsError(f"no file can be renamed to {path}")
-        except HdfsError:
-            self._client.delete(written)
+        except (HdfsError, RequestException):
+            self._discard(written)
             raise
-        self._client.delete(written)
+        self._discard(written)
         return False
 
     def _rename(self, source: str, target: str) -> bool:

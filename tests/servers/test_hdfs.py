@@ -1,5 +1,6 @@
 """The map store in HDFS beyond the contract of map stores: durability, and repair of interrupted writes."""
 
+import getpass
 import hashlib
 import http.client
 import signal
@@ -10,6 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import requests
 
 from engine.agent.layer_builder import LayerBuilder
 from engine.agent.map_cache import MapCache
@@ -157,3 +159,49 @@ def test_files_of_a_killed_writer_are_removed_after_a_day(hdfs_server: HdfsServe
         client.set_times(f"{folder}/{name}", modification_time=int(1e3 * (time.time() - age)))
     put_map(hdfs_store, NEW)
     assert client.list(folder) == ["new"]
+
+
+def test_a_write_that_a_quota_stops_leaves_no_part(hdfs_server: HdfsServer, hdfs_store: HdfsMapStore) -> None:
+    put_map(hdfs_store, OLD)
+    folder = hdfs_store._disk._address.path  # type: ignore[attr-defined]
+    incoming = f"{folder}/.incoming"
+    set_quota(hdfs_server, folder, 1000)
+    with pytest.raises(Unavailable, match="quota of the folder is used up"):
+        put_map(hdfs_store, NEW)
+    assert hdfs_server.client().list(incoming) == []
+    set_quota(hdfs_server, folder, -1)
+    put_map(hdfs_store, NEW)
+    assert found_map(hdfs_store) == NEW
+
+
+def test_a_part_that_cannot_be_removed_at_once_is_removed_with_the_next_upload(
+    hdfs_server: HdfsServer, hdfs_store: HdfsMapStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    put_map(hdfs_store, OLD)
+    disk = hdfs_store._disk
+    incoming, delete = f"{disk._address.path}/.incoming", disk._client.delete  # type: ignore[attr-defined]
+    cut = iter([b"part"])
+
+    def fail(path: str, **options: object) -> bool:
+        if incoming in path:
+            raise requests.ConnectionError("cut off")
+        return bool(delete(path, **options))
+
+    def broken(path: str, data: object) -> None:
+        hdfs_server.client().write(path, data=next(cut))
+        raise requests.ConnectionError("cut off")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(disk._client, "delete", fail)  # type: ignore[attr-defined]
+        patch.setattr(disk._client, "write", broken)  # type: ignore[attr-defined]
+        with pytest.raises(Unavailable, match="cannot reach"):
+            put_map(hdfs_store, NEW)
+    assert len(hdfs_server.client().list(incoming)) == 1
+    put_map(hdfs_store, NEW)
+    assert hdfs_server.client().list(incoming) == []
+
+
+def set_quota(server: HdfsServer, folder: str, size: int) -> None:
+    """Set the largest size of the files in a folder [bytes]; -1 for no limit."""
+    user = {"op": "SETQUOTA", "storagespacequota": size, "user.name": getpass.getuser()}
+    requests.put(f"http://127.0.0.1:{server.port}/webhdfs/v1{folder}", params=user, timeout=20).raise_for_status()

@@ -34,7 +34,8 @@ from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileRes
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse
 from storage.disk_errors import disk_errors
 from storage.records import MapRecord, User
-from storage.staged_uploads import StagedUpload, blocks, mapped, temporary_folder
+from storage.staged_uploads import StagedUpload, blocks, mapped
+from storage.temporary_folders import temporary_folder
 from storage.versions import IMAGE, OCTOMAP, POSEGRAPH, YAML
 
 if TYPE_CHECKING:

@@ -1,3 +1,4 @@
+import contextlib
 import os
 import signal
 import socket
@@ -105,3 +106,49 @@ def test_other_folder_is_removed_at_once(short_path):
     (short_path / "other" / "in it").mkdir(parents=True)
     remove_folder(short_path / "other")
     assert not (short_path / "other").exists()
+
+
+@pytest.mark.parametrize("kind", ["fifo", "device", "link", "folder", "huge"])
+def test_nothing_but_a_regular_file_is_read_as_the_list_of_owners(short_path, kind):
+    owner = short_path / "ppaas-x" / OWNER
+    owner.parent.mkdir()
+    dead = short_path / "dead"
+    dead.write_text(f"{instance_name()}0\n")
+    if kind == "fifo":
+        os.mkfifo(owner)
+    elif kind == "device":
+        owner.symlink_to("/dev/zero")
+    elif kind == "link":
+        owner.symlink_to(dead)
+    elif kind == "folder":
+        owner.mkdir()
+    else:
+        owner.write_bytes(dead.read_bytes())
+        os.truncate(owner, 1 << 40)
+    sweep_dead(short_path)
+    remove_unless_owned_or_report(owner.parent)
+    assert owner.parent.exists()
+
+
+def remove_unless_owned_or_report(folder):
+    with contextlib.suppress(OSError):
+        remove_unless_owned(folder)
+
+
+def test_a_link_to_a_folder_of_a_dead_process_stays(short_path):
+    real = short_path / "real"
+    real.mkdir()
+    (real / OWNER).write_text(f"{instance_name()}0\n")
+    (short_path / "ppaas-link").symlink_to(real)
+    sweep_dead(short_path)
+    assert (real / OWNER).exists()
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root gives files away")
+def test_folders_of_other_users_are_not_looked_into(short_path):
+    folder = short_path / "ppaas-x"
+    folder.mkdir()
+    (folder / OWNER).write_text(f"{instance_name()}0\n")
+    os.chown(folder, 65534, 65534)
+    sweep_dead(short_path)
+    assert folder.exists()
