@@ -53,6 +53,7 @@ _EXAMPLES = {
         "Unsupported Media Type",
         "send JSON with the header 'Content-Type: application/json'",
     ),
+    416: ("range-not-satisfiable", "Range not satisfiable", "the file has 1048576 bytes: ask for a range within it"),
     422: ("invalid-request", "Invalid request", "body.cores: Input should be greater than 0"),
     429: ("quota-exceeded", "Quota exceeded", "user 'ann' may have 64 containers"),
     500: ("internal-error", "Internal error", "the cloud failed: see its log"),

@@ -38,6 +38,8 @@ class Services:
     usage: Usage = field(default_factory=Usage)
     planners: InstalledPlanners = field(default_factory=InstalledPlanners)
     heavy_work: HeavyWork = field(default_factory=HeavyWork)
+    copies: HeavyWork = field(default_factory=HeavyWork)
+    """Turns of requests that hold a large temporary file until their response has been sent."""
     joint_maps: JointMaps = field(default_factory=JointMaps)
     publications: Publications = field(default_factory=Publications)
     posegraphs: PosegraphReader = field(default_factory=PosegraphReader)

@@ -10,7 +10,7 @@ import os
 import resource
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import Any
 
 from ppaas.errors import PPaaSError, Unavailable, rebuild
@@ -33,7 +33,9 @@ _MOST_LOGGED = 2000
 """Length of the part of a program's standard error that is logged [characters]."""
 
 
-def run_program(module: str, arguments: Sequence[str], failure: str, seconds: float) -> Any:
+def run_program(
+    module: str, arguments: Sequence[str], failure: str, seconds: float, *, inherited: Collection[int] = ()
+) -> Any:
     """Run a program; return its result. Blocks.
 
     Parameters
@@ -45,6 +47,8 @@ def run_program(module: str, arguments: Sequence[str], failure: str, seconds: fl
         Begin of the error if the program itself fails.
     seconds : float
         Time limit [s].
+    inherited : collection of int
+        Descriptors of open files that the program uses, too.
 
     Raises
     ------
@@ -55,7 +59,9 @@ def run_program(module: str, arguments: Sequence[str], failure: str, seconds: fl
     """
     command = [sys.executable, "-m", module, *arguments]
     try:
-        process = subprocess.run(command, capture_output=True, text=True, check=False, timeout=seconds)
+        process = subprocess.run(
+            command, capture_output=True, text=True, check=False, timeout=seconds, pass_fds=inherited
+        )
     except subprocess.TimeoutExpired as error:
         raise Unavailable(f"{failure} within {seconds:g} s: try again later, or with a smaller map") from error
     if process.returncode:

@@ -1,11 +1,11 @@
 """Files of recordings for callers: as they are, or put together in a process of its own."""
 
 import json
-import os
 import tempfile
-from collections.abc import Sequence
+from collections.abc import AsyncIterator, Sequence
+from contextlib import asynccontextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, BinaryIO
 
 from starlette.concurrency import run_in_threadpool
 
@@ -52,13 +52,18 @@ def last_segments(segments: Sequence[Segment], minutes: float | None) -> list[Pa
     return [segment.path for segment, end in zip(segments, ends, strict=True) if end > since]
 
 
-async def assembled(services: Services, caller: str, robot: ReachedRobot, sources: list[Path]) -> Path:
+@asynccontextmanager
+async def assembled(
+    services: Services, caller: str, robot: ReachedRobot, sources: list[Path]
+) -> AsyncIterator[BinaryIO]:
     """Put files together, with the topics that the caller may subscribe to.
 
-    Returns
-    -------
-    Path
-        A temporary file, which the caller of this function removes.
+    A caller has a few of these copies at once, because each may have a gigabyte.
+
+    Yields
+    ------
+    BinaryIO
+        A temporary file without a name: no copy is left, whatever becomes of this process.
 
     Raises
     ------
@@ -70,18 +75,16 @@ async def assembled(services: Services, caller: str, robot: ReachedRobot, source
     if not sources:
         raise NotFound("recording", RING)
     readable = [list(globs) for globs in robot.access.readable]
-    async with services.heavy_work.turn(caller):
-        return await run_in_threadpool(_put_together, sources, readable)
+    async with services.copies.turn_of_user(caller):
+        with disk_errors(Path(tempfile.gettempdir())):
+            whole = tempfile.TemporaryFile()  # noqa: SIM115 - closed below
+        with whole:
+            async with services.heavy_work.turn(caller):
+                await run_in_threadpool(_put_together, sources, readable, whole.fileno())
+            yield whole
 
 
-def _put_together(sources: list[Path], readable: list[list[str]]) -> Path:
-    with disk_errors(Path(tempfile.gettempdir())):
-        descriptor, name = tempfile.mkstemp(prefix="ppaas-recording-", suffix=".mcap")
-        os.close(descriptor)
-    arguments = {"sources": [str(source) for source in sources], "target": name, "readable": readable}
-    try:
-        run_program(_ASSEMBLY, [json.dumps(arguments)], "the recording could not be put together", SECONDS)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
-    return Path(name)
+def _put_together(sources: list[Path], readable: list[list[str]], target: int) -> None:
+    arguments = {"sources": [str(source) for source in sources], "target": target, "readable": readable}
+    failure = "the recording could not be put together"
+    run_program(_ASSEMBLY, [json.dumps(arguments)], failure, SECONDS, inherited=(target,))

@@ -1,18 +1,19 @@
 """Routes of the recordings of a robot, and of the ring of its last minutes."""
 
 import asyncio
+from contextlib import AsyncExitStack
+from pathlib import Path as FilePath
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Path, Query
 from pydantic import ConfigDict, Field
-from starlette.background import BackgroundTask
 from starlette.concurrency import run_in_threadpool
-from starlette.responses import FileResponse
 
 from endpoints.rest.dependencies import Administered, AnyCaller, Driven, Looked, Paged, Provided
 from endpoints.rest.names import Name
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.paging import Page
+from endpoints.rest.recordings.file_response import OpenFileResponse
 from endpoints.rest.recordings.files import RING, assembled, folder_of, last_segments
 from endpoints.rest.schemas import RequestBody, ResponseBody, TopicGlobs
 from endpoints.rest.strict_json import StrictRoute
@@ -23,6 +24,7 @@ from ppaas.messages.base.message import Empty
 from ppaas.messages.health.recorder import RecorderState, StartRecordingRequest
 from ppaas.nodes.recorder.node import MOST_SECONDS
 from ppaas.recording.parameters import MOST_MINUTES
+from storage.disk_errors import disk_errors
 from storage.recordings.folder import RecordingsFolder, StoredRecording
 
 router = APIRouter(prefix="/robots/{robot_id}", tags=["robots"], route_class=StrictRoute)
@@ -140,12 +142,12 @@ async def delete_recording(recording_id: RecordingId, robot: Administered, servi
 
 @router.get(
     "/recordings/{recording_id}/file",
-    response_class=FileResponse,
-    responses=KNOWN | problems(403, 404, 503) | {200: {"content": {MEDIA_TYPE: {}}}},
+    response_class=OpenFileResponse,
+    responses=KNOWN | problems(403, 404, 416, 503) | {200: {"content": {MEDIA_TYPE: {}}}},
 )
 async def fetch_recording(
     recording_id: RecordingId, robot: Looked, services: Provided, user: AnyCaller, minutes: Minutes = None
-) -> FileResponse:
+) -> OpenFileResponse:
     """Return a recording, or the last minutes of the ring, as a file of MCAP.
 
     A caller who may subscribe to some topics only gets these. What is in progress or was cut off is put together as far
@@ -158,13 +160,20 @@ async def fetch_recording(
     else:
         stored = await run_in_threadpool(folder.recording, robot.user, robot.id, recording_id)
         sources, finished = [stored.path], stored.finished
-    headers = {"X-Content-Type-Options": "nosniff"}
     name = f"{robot.id}-{recording_id}.mcap"
     if finished and robot.access.is_full:
-        return FileResponse(sources[0], media_type=MEDIA_TYPE, filename=name, headers=headers)
-    whole = await assembled(services, user.id, robot, sources)
-    removal = BackgroundTask(whole.unlink, missing_ok=True)
-    return FileResponse(whole, media_type=MEDIA_TYPE, filename=name, headers=headers, background=removal)
+        return await run_in_threadpool(_opened, sources[0], name, recording_id)
+    async with AsyncExitStack() as stack:
+        whole = await stack.enter_async_context(assembled(services, user.id, robot, sources))
+        return OpenFileResponse(whole, name, MEDIA_TYPE, stack.pop_all().aclose)
+
+
+def _opened(path: FilePath, name: str, recording_id: str) -> OpenFileResponse:
+    with disk_errors(path, but=FileNotFoundError):
+        try:
+            return OpenFileResponse(path.open("rb"), name, MEDIA_TYPE)
+        except FileNotFoundError as error:  # removed a moment ago
+            raise NotFound("recording", recording_id) from error
 
 
 def _stored(folder: RecordingsFolder, robot: ReachedRobot, recording_id: str) -> StoredRecording:

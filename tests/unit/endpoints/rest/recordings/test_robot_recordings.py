@@ -1,6 +1,10 @@
 """Recordings of a robot over REST: rights, files with the topics that a caller may have, and faults."""
 
 import asyncio
+import contextlib
+import gc
+import stat
+import tempfile
 from pathlib import Path
 
 import httpx
@@ -13,6 +17,7 @@ from storage.recordings.folder import RecordingsFolder
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.problems import problem_of
 from tests.support.recordings.entries import entry, mcap, read, scan, text, twist
+from tests.support.waiting import until
 from tests.unit.endpoints.conftest import LogIn, Publish
 
 ID = "20261126T224142Z"
@@ -112,6 +117,56 @@ async def test_file_and_a_range_of_it(client: httpx.AsyncClient, ann: dict[str, 
     assert whole.headers["content-disposition"] == f'attachment; filename="tb1-{ID}.mcap"'
     part = await client.get(f"{RECORDINGS}/{ID}/file", headers=ann | {"Range": "bytes=0-7"})
     assert (part.status_code, part.content) == (206, content[:8])
+
+
+@pytest.mark.parametrize("finished", [True, False], ids=["the file itself", "a copy"])
+@pytest.mark.parametrize("wanted", ["bytes=999999999-", "bytes=-0", "bytes=abc", "items=0-3", "bytes=5-2", "bytes=0-3"])
+async def test_no_range_leaves_a_file(
+    client: httpx.AsyncClient,
+    ann: dict[str, str],
+    folder: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    wanted: str,
+    finished: bool,
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "tmp"))
+    (tmp_path / "tmp").mkdir()
+    (folder / f"{ID}.{'mcap' if finished else 'partial'}").write_bytes(mcap(*DRIVE, finish=finished))
+    before = open_files()
+    whole = await client.get(f"{RECORDINGS}/{ID}/file", headers=ann)
+    answer = await client.get(f"{RECORDINGS}/{ID}/file", headers=ann | {"Range": wanted})
+    if wanted in ("bytes=999999999-", "bytes=-0"):
+        problem_of(answer, 416, "range-not-satisfiable")
+        assert answer.headers["content-range"] == f"bytes */{len(whole.content)}"
+    elif wanted == "bytes=0-3":
+        assert (answer.status_code, answer.content) == (206, whole.content[:4])
+    else:
+        assert (answer.status_code, answer.content) == (200, whole.content)
+    assert await asyncio.to_thread(lambda: list((tmp_path / "tmp").iterdir())) == []
+    assert open_files() == before
+
+
+def open_files() -> int:
+    """Return the number of regular files that this process has open."""
+    gc.collect()
+    found = 0
+    for descriptor in Path("/proc/self/fd").iterdir():
+        with contextlib.suppress(OSError):
+            found += stat.S_ISREG(descriptor.stat().st_mode)
+    return found
+
+
+async def test_a_copy_keeps_its_turn_until_it_has_been_sent(
+    client: httpx.AsyncClient, services: Services, ann: dict[str, str], folder: Path
+) -> None:
+    (folder / f"{ID}.partial").write_bytes(mcap(*DRIVE, finish=False))
+    async with services.copies.turn_of_user("ann"), services.copies.turn_of_user("ann"):
+        third = asyncio.create_task(client.get(f"{RECORDINGS}/{ID}/file", headers=ann))
+        await until(lambda: services.copies._users["ann"].waiting == 3)
+        assert not third.done()
+    assert (await third).status_code == 200
+    assert services.copies._users == {}
 
 
 async def test_recording_that_was_cut_off_is_put_together(
