@@ -50,7 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
         return _sweep(arguments.store)
     for name, url in (("FROM", arguments.source), ("TO", arguments.target)):
         warn_if_visible(url, name)
-    kinds, source, target = _open(arguments.source, arguments.target)
+    kinds, source, target = _open(arguments.source, arguments.target, create=arguments.verb == "migrate")
     rows = []
     with _closing(source), _closing(target), _progress(arguments, source) as progress:
         copied = {}
@@ -66,9 +66,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _sweep(url: str) -> int:
-    from storage.urls.opening import open_store  # noqa: PLC0415
+    from storage.urls.opening import open_existing_store  # noqa: PLC0415
 
-    with closing(open_store(url)) as store:
+    with closing(open_existing_store(url)) as store:
         sweep = getattr(store, "sweep_entries", None)
         if sweep is None:
             raise InvalidInput(f"{url.partition(':')[0]}: stores need no sweep: they remove unused segments at once")
@@ -76,22 +76,26 @@ def _sweep(url: str) -> int:
     return 0
 
 
-def _open(source: str, target: str) -> "tuple[Sequence[RecordKind[Any]], Any, Any]":
-    """Return the kinds of records of two stores, and the stores."""
+def _open(source: str, target: str, *, create: bool) -> "tuple[Sequence[RecordKind[Any]], Any, Any]":
+    """Return the kinds of records of two stores, and the stores; only the target of a migration may be created."""
     from storage.migration.map_records import MAP_KINDS  # noqa: PLC0415
     from storage.migration.store_records import KINDS  # noqa: PLC0415
     from storage.urls.backends import MAP_STORES, STORES  # noqa: PLC0415
-    from storage.urls.opening import check_exists, open_map_store, open_store  # noqa: PLC0415
+    from storage.urls.opening import (  # noqa: PLC0415
+        open_existing_map_store,
+        open_existing_store,
+        open_map_store,
+        open_store,
+    )
 
     if source == target:
         raise InvalidInput("FROM and TO are the same store: give two different stores")
     schemes = {url.partition(":")[0] for url in (source, target)}
     if schemes <= set(STORES):
-        check_exists(source)
-        return KINDS, open_store(source), open_store(target)
+        return KINDS, open_existing_store(source), (open_store if create else open_existing_store)(target)
     if schemes <= set(MAP_STORES):
-        check_exists(source)
-        return MAP_KINDS, open_map_store(source), open_map_store(target)
+        opened = open_existing_map_store(source)
+        return MAP_KINDS, opened, (open_map_store if create else open_existing_map_store)(target)
     known = f"both {', '.join(f'{name}:' for name in STORES)} or both {', '.join(f'{name}:' for name in MAP_STORES)}"
     given = " and ".join(f"{url.partition(':')[0]}:" for url in (source, target))  # without passwords
     raise InvalidInput(f"stores {given} do not store the same kind of data: give {known}")

@@ -109,7 +109,7 @@ class Compared:
 
 
 def copy(kind: RecordKind[S], source: S, target: S, *, overwrite: bool = False) -> Iterator[Copied]:
-    """Copy the records that the target lacks; yield the progress after each page.
+    """Copy the records that the target lacks; yield the progress at the begin and after each page.
 
     Parameters
     ----------
@@ -125,6 +125,7 @@ def copy(kind: RecordKind[S], source: S, target: S, *, overwrite: bool = False) 
         Errors of the stores; records copied until then stay in the target.
     """
     done = Copied(kind.name)
+    yield done
     for keys in kind.pages(source):
         ours, theirs = kind.read(source, keys), kind.read(target, keys)
         missing = [record for key, record in ours.items() if key not in theirs]

@@ -30,7 +30,8 @@ class Backend(Generic[S]):
     extra : str, optional
         Extra of ``ppaas`` that installs its driver.
     remote : bool
-        Whether a server stores the data, which may be unreachable while this process runs.
+        Whether a server stores the data, which may be unreachable while this process runs. Its class takes
+        ``create=False`` to raise an error for a store that does not exist.
     """
 
     load: Callable[[], Callable[..., S]]

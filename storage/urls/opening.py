@@ -56,6 +56,26 @@ def open_map_store(url: str, *, reserve: Path | None = None) -> MapStore:
     return _guarded(_open(url, MAP_STORES), url, reserve)
 
 
+def open_existing_store(url: str) -> Store:
+    """Open a store of everything but maps that exists: nothing is created where a URL is mistyped.
+
+    Raises
+    ------
+    NotFound
+        There is no such store. One in Cassandra is looked for with the first request, which raises ``Unavailable``.
+    InvalidInput, Unavailable
+        Those of ``open_store``.
+    """
+    check_exists(url)
+    return _open(with_password(url), STORES, create=False)
+
+
+def open_existing_map_store(url: str) -> MapStore:
+    """Open a store of maps that exists; errors are those of ``open_existing_store``."""
+    check_exists(url)
+    return _open(with_password(url), MAP_STORES, create=False)
+
+
 def local_path(url: str) -> Path | None:
     """Return the file or folder of a store on this machine, or None if a URL is not of such a store."""
     scheme = url.partition(":")[0]
@@ -87,7 +107,7 @@ def check_exists(url: str) -> None:
         raise NotFound("store", url)
 
 
-def _open(url: str, backends: Mapping[str, Backend[S]]) -> S:
+def _open(url: str, backends: Mapping[str, Backend[S]], *, create: bool = True) -> S:
     scheme, colon, _ = url.partition(":")
     backend = backends.get(scheme) if colon else None
     if backend is None:
@@ -99,4 +119,4 @@ def _open(url: str, backends: Mapping[str, Backend[S]]) -> S:
         if backend.extra is None:
             raise
         raise InvalidInput(f"{scheme}: stores need an extra: pip install '.[{backend.extra}]'") from error
-    return kind(*arguments)
+    return kind(*arguments) if create or not backend.remote else kind(*arguments, create=False)

@@ -8,7 +8,7 @@ import pytest
 from robots.cli import main
 from storage.urls.opening import open_map_store, open_store
 from tests.support.storage.full_store import KINDS, fill, fill_maps
-from tests.support.storage.records import robot
+from tests.support.storage.records import robot, user
 
 
 @pytest.fixture
@@ -39,6 +39,7 @@ def test_store_migrate_copies_compares_and_reports_all_records(
 def test_store_check_names_differences_and_exits_with_status_1(
     stores: tuple[str, str], capsys: pytest.CaptureFixture[str]
 ) -> None:
+    open_store(stores[1]).close()
     assert main.main(["store", "check", *stores, "--json"]) == 1
     assert not json.loads(capsys.readouterr().out)["good"]
     main.main(["store", "migrate", *stores])
@@ -49,6 +50,51 @@ def test_store_check_names_differences_and_exits_with_status_1(
     assert capsys.readouterr().out.endswith("differs or is missing: robots ann/tb2\n")
     assert main.main(["store", "migrate", *stores]) == 1
     assert main.main(["store", "migrate", *stores, "--overwrite"]) == 0
+
+
+@pytest.mark.parametrize("as_json", [[], ["--json"]], ids=["table", "JSON"])
+@pytest.mark.parametrize("content", ["nothing", "a user", "a user and a robot"])
+def test_store_migrate_copies_a_store_without_records_of_most_kinds(
+    tmp_path: Path, content: str, as_json: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    urls = [f"sqlite://{tmp_path / name}" for name in ("from.db", "to.db")]
+    source = open_store(urls[0])
+    if content != "nothing":
+        source.add_user(user("ann"))
+    if content == "a user and a robot":
+        source.put_robot(robot("tb1"))
+    source.close()
+    for verb in ("migrate", "migrate", "check"):
+        assert main.main(["store", verb, *urls, *as_json]) == 0
+    assert "robots" in capsys.readouterr().out
+    target = open_store(urls[1])
+    assert [one.id for one in target.users()] == (["ann"] if content != "nothing" else [])
+    target.close()
+
+
+def test_store_migrate_copies_an_empty_map_store(tmp_path: Path) -> None:
+    urls = [f"file://{tmp_path / name}" for name in ("from", "to")]
+    open_map_store(urls[0])
+    for verb in ("migrate", "check"):
+        assert main.main(["store", verb, *urls]) == 0
+
+
+@pytest.mark.parametrize("kind", ["sqlite", "file"])
+def test_nothing_is_created_but_the_target_of_a_migration(
+    kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    there, missing = (f"{kind}://{tmp_path / name}" for name in ("there", "missing"))
+    opened = open_store(there) if kind == "sqlite" else open_map_store(there)
+    if kind == "sqlite":
+        opened.close()  # type: ignore[union-attr]
+    before = sorted(tmp_path.iterdir())
+    for command in (["check", there, missing], ["check", missing, there], ["migrate", missing, there]):
+        assert main.main(["store", *command]) == 1
+        assert f"unknown store '{missing}'" in capsys.readouterr().err
+    assert sorted(tmp_path.iterdir()) == before
+    assert main.main(["store", "sweep", f"sqlite://{tmp_path / 'missing'}"]) == 1
+    assert sorted(tmp_path.iterdir()) == before
+    assert main.main(["store", "migrate", there, missing]) == 0
 
 
 def test_store_migrate_copies_map_stores(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
