@@ -89,8 +89,9 @@ class Accounts:
         )
 
     def close(self) -> None:
-        """End the threads that hash passwords."""
+        """End the threads that hash passwords, and the removal of revoked tokens."""
         self._passwords.close()
+        self._tokens.close()
 
     async def register(self, user_id: str, password: str, role: Role = "user", groups: tuple[str, ...] = ()) -> User:
         """Create a user.

@@ -8,11 +8,15 @@ from endpoints.accounts.fair_queue import LoginKind, Origin
 from endpoints.accounts.login_throttle import LoginThrottle
 from endpoints.accounts.socket_tickets import SocketTickets
 from endpoints.accounts.unsaved_tokens import UnsavedTokens
+from ppaas.bounded_dict import BoundedDict
 from ppaas.clock import Clock, monotonic
 from ppaas.listener_faults import ListenerFaults
 from storage.records import Token
 
 logger = logging.getLogger(__name__)
+
+MOST_REFUSED = 65_536
+"""Largest number of revoked tokens that wait to be removed from the store."""
 
 
 class SharedLogins(Protocol):
@@ -65,6 +69,18 @@ class SharedLogins(Protocol):
         """Drop the tokens of a user that are kept, except the one with the hash ``keep``."""
         ...
 
+    async def refuse_token(self, user: str, token_hash: str) -> None:
+        """Refuse a token of a user that was revoked and cannot be removed from the store yet."""
+        ...
+
+    async def is_refused(self, user: str, token_hash: str) -> bool:
+        """Return whether a token of a user is refused."""
+        ...
+
+    async def removed_token(self, user: str, token_hash: str) -> None:
+        """Forget a refused token, because it was removed from the store."""
+        ...
+
 
 class LocalLogins:
     """Logins in the memory of this process, which is the only endpoint, or keeps them for all endpoints.
@@ -82,6 +98,7 @@ class LocalLogins:
         }
         self._tickets = SocketTickets(clock)
         self._unsaved = UnsavedTokens()
+        self._refused: BoundedDict[tuple[str, str], None] = BoundedDict(MOST_REFUSED)
         self._listeners: list[Callable[[str], None]] = []
         self._faults = ListenerFaults(logger)
 
@@ -129,3 +146,15 @@ class LocalLogins:
     async def drop_tokens(self, user: str, keep: str | None) -> None:
         """Drop the tokens of a user that are kept, except one."""
         self._unsaved.remove_all(user, keep=keep)
+
+    async def refuse_token(self, user: str, token_hash: str) -> None:
+        """Refuse a token of a user that cannot be removed from the store yet."""
+        self._refused[user, token_hash] = None
+
+    async def is_refused(self, user: str, token_hash: str) -> bool:
+        """Return whether a token of a user is refused."""
+        return (user, token_hash) in self._refused
+
+    async def removed_token(self, user: str, token_hash: str) -> None:
+        """Forget a refused token, because it was removed from the store."""
+        self._refused.pop((user, token_hash), None)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from starlette.concurrency import run_in_threadpool
 
+from endpoints.accounts.revocations import Revocations
 from endpoints.accounts.scoped_user import user_of_token
 from endpoints.accounts.shared_logins import SharedLogins
 from endpoints.accounts.token_cache import TokenCache
@@ -66,6 +67,11 @@ class Tokens:
         self._lifetime = lifetime
         self._cache = cache
         self._logins = logins
+        self._revocations = Revocations(store, logins)
+
+    def close(self) -> None:
+        """Stop to remove revoked tokens from the store."""
+        self._revocations.close()
 
     async def issue(self, user_id: str) -> IssuedToken:
         """Return a new token, stored, or kept in memory for a while if the store takes nothing, as on a full disk."""
@@ -91,19 +97,15 @@ class Tokens:
         return await self._cache.read(token_hash, now, lambda: self._user_and_expiry(token_hash, now))
 
     async def revoke(self, user_id: str, token_hash: str) -> None:
-        """Revoke a token of a user; ``NotFound`` if the user has no such token."""
-        kept = None
+        """Revoke a token of a user; ``NotFound`` if the user has no such token.
+
+        All endpoints refuse it from now on, also if it cannot be removed from the store yet, as on a full disk.
+        """
         try:
-            token = await run_in_threadpool(self._store.token, token_hash)
+            await self._revocations.remove(user_id, token_hash)
         except NotFound:
-            token = kept = await self._kept(token_hash)
-        if token.user != user_id:
-            raise NotFound("token", token_hash)
-        try:
-            if kept is None:
-                await run_in_threadpool(self._store.remove_token, token_hash)
-            elif not await self._logins.drop_token(token_hash):
-                raise NotFound("token", token_hash)
+            if (await self._kept(token_hash)).user != user_id or not await self._logins.drop_token(token_hash):
+                raise
         finally:
             await self.forget(user_id)
 
@@ -111,7 +113,9 @@ class Tokens:
         """Revoke all tokens of a user."""
         try:
             await self._logins.drop_tokens(user_id, None)
-            await run_in_threadpool(self._remove_all, user_id)
+            for token in await run_in_threadpool(self._store.tokens, user_id):
+                with contextlib.suppress(NotFound):  # revoked or expired meanwhile
+                    await self._revocations.remove(user_id, token.hash)
         finally:
             await self.forget(user_id)
 
@@ -148,11 +152,6 @@ class Tokens:
             self._store.remove_tokens(expired_before=now)
         return login
 
-    def _remove_all(self, user_id: str) -> None:
-        for token in self._store.tokens(user_id):
-            with contextlib.suppress(NotFound):  # revoked or expired meanwhile
-                self._store.remove_token(token.hash)
-
     async def _user_and_expiry(self, token_hash: str, now: float) -> tuple[User, float]:
         try:
             try:
@@ -163,7 +162,7 @@ class Tokens:
                 user = await run_in_threadpool(self._store.user, token.user)
         except NotFound as error:
             raise _unknown_token() from error
-        if token.expires <= now or user.leaving:
+        if token.expires <= now or user.leaving or await self._revocations.is_refused(token.user, token_hash):
             raise _unknown_token()
         return user_of_token(user, token), token.expires
 

@@ -169,7 +169,7 @@ async def _services(
         audit=await _audit(config, far_folder, stack),
         endpoint=config.name,
     )
-    stack.push_async_callback(services.plan_writer.settled)
+    stack.push_async_callback(services.plan_writer.close)
     caches = Caches(services)
     endpoint.connect_caches(caches.hear, caches.drop_all)
     endpoint.answer_by(RobotFacts(services).here)

@@ -56,3 +56,15 @@ class MasterLogins:
     async def drop_tokens(self, user: str, keep: str | None) -> None:
         """Drop the tokens of a user that are kept, except one."""
         await self._master.call(SharedLogins.drop_tokens, user, keep)
+
+    async def refuse_token(self, user: str, token_hash: str) -> None:
+        """Refuse a token of a user that cannot be removed from the store yet."""
+        await self._master.call(SharedLogins.refuse_token, user, token_hash)
+
+    async def is_refused(self, user: str, token_hash: str) -> bool:
+        """Return whether a token of a user is refused."""
+        return await self._master.call(SharedLogins.is_refused, user, token_hash)
+
+    async def removed_token(self, user: str, token_hash: str) -> None:
+        """Forget a refused token, because it was removed from the store."""
+        await self._master.call(SharedLogins.removed_token, user, token_hash)

@@ -112,6 +112,18 @@ async def test_of_many_kept_tokens_the_oldest_are_forgotten(logins: SharedLogins
     assert await logins.kept_token("t1") is not None
 
 
+async def test_a_refused_token_is_one_of_a_user(logins: SharedLogins) -> None:
+    await logins.refuse_token("ann", "t1")
+    assert [await logins.is_refused(*key) for key in (("ann", "t1"), ("bob", "t1"), ("ann", "t2"))] == [
+        True,
+        False,
+        False,
+    ]
+    await logins.removed_token("ann", "t1")
+    await logins.removed_token("ann", "t1")
+    assert not await logins.is_refused("ann", "t1")
+
+
 async def test_all_listeners_hear_of_a_changed_user(clock: ManualClock) -> None:
     local, heard = LocalLogins(clock), list[str]()
     local.on_forget(heard.append)

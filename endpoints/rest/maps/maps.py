@@ -142,6 +142,7 @@ async def remove_map(map_id: MapId, services: Provided, user: Caller) -> None:
             "it ends"
         )
     await services.plan_writer.settled()
+    await services.plan_writer.forget(lambda record: record.map == map_id)
     await services.cloud.end_groups(map_id)
     with invalidated(services, map_id):
         # What belongs to the map, the map, then what was added meanwhile: it can be repeated if it is interrupted.

@@ -35,6 +35,9 @@ class QueueAnswer(BaseModel):
     detail: str
 
 
+_UNSTORED: Responses = {
+    200: {"model": NewPlanAnswer, "description": "The path is not stored, and has no id: the store takes none now"}
+}
 _QUEUED: Responses = {202: {"model": QueueAnswer, "description": "The request waits in the queue, as requested"}}
 
 
@@ -42,7 +45,7 @@ _QUEUED: Responses = {202: {"model": QueueAnswer, "description": "The request wa
     "/maps/{map_id}/plans",
     status_code=201,
     response_model=NewPlanAnswer,
-    responses=_QUEUED | KNOWN | BODY | problems(404, 409, 429),
+    responses=_UNSTORED | _QUEUED | KNOWN | BODY | problems(404, 409, 429),
 )
 async def make_plan(map_id: MapId, file: PlanFile, services: Provided, user: Caller) -> Response:
     """Plan a path on a map and store it. With `queue`, wait in the queue if no container is available now (202)."""
@@ -52,6 +55,8 @@ async def make_plan(map_id: MapId, file: PlanFile, services: Provided, user: Cal
 
 async def plan_and_store(services: Services, user: User, map_id: str, request: PathRequest) -> "PlanResponse":
     """Return the response with the path that a container plans; the path is stored after it was sent.
+
+    While too many paths wait for a store that takes none, the response has status 200 and no id instead of 201.
 
     Raises
     ------
@@ -68,9 +73,11 @@ async def plan_and_store(services: Services, user: User, map_id: str, request: P
     await services.cloud.count_paths(user.id, 1)
     head = await readable_head(services, user, map_id)
     answer = await services.cloud.compute_path(user, MapVersion(head.id, head.version), request)
-    store = None
-    if answer.plan_id != answer.reused:  # otherwise it is stored already
-        store = partial(services.plan_writer.write, services.store, partial(_record, user, request, answer))
+    if answer.plan_id == answer.reused:  # it is stored already
+        return PlanResponse(msgspec.json.encode(answer), None)
+    if not services.plan_writer.accepts:
+        return PlanResponse(msgspec.json.encode(msgspec.structs.replace(answer, plan_id="")), None, status=200)
+    store = partial(services.plan_writer.write, services.store, partial(_record, user, request, answer))
     return PlanResponse(msgspec.json.encode(answer), store)
 
 
@@ -83,10 +90,12 @@ class PlanResponse(Response):
         JSON.
     store : callable, optional
         Stores the path. It runs after the response was sent, and before the next request of the connection is read.
+    status : int
+        HTTP status.
     """
 
-    def __init__(self, body: bytes, store: Callable[[], Awaitable[None]] | None) -> None:
-        super().__init__(status_code=201, headers={})
+    def __init__(self, body: bytes, store: Callable[[], Awaitable[None]] | None, status: int = 201) -> None:
+        super().__init__(status_code=status, headers={})
         self.body = body
         # Encoded headers: Starlette takes longer to build them from a dict than msgspec takes to encode the body.
         self.raw_headers = [(b"content-length", b"%d" % len(body)), (b"content-type", b"application/json")]

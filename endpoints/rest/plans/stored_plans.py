@@ -35,7 +35,8 @@ async def list_plans(map_id: MapId, services: Provided, user: Caller, paging: Pa
 async def remove_plan(plan_id: PlanId, services: Provided, user: Caller) -> None:
     """Remove a stored path. The user who requested it, the owner of its map and an administrator may."""
     await check_may_change(services, user, await visible_plan(services, user, plan_id))
-    await run_in_threadpool(services.store.remove_plan, plan_id)
+    if not await services.plan_writer.forget(lambda record: record.id == plan_id):
+        await run_in_threadpool(services.store.remove_plan, plan_id)
 
 
 async def check_may_change(services: Services, user: User, record: PlanRecord) -> None:
@@ -49,7 +50,8 @@ async def check_may_change(services: Services, user: User, record: PlanRecord) -
 async def visible_plan(services: Services, user: User, plan_id: str) -> PlanRecord:
     """Return a stored path; ``NotFound`` unless it is the user's own or on a map that the user may read."""
     await services.plan_writer.settled()
-    record = await run_in_threadpool(services.store.plan, plan_id)
+    waiting = services.plan_writer.unstored(plan_id)
+    record = waiting or await run_in_threadpool(services.store.plan, plan_id)
     if not is_author(user, record):
         try:
             head = await readable_head(services, user, record.map)

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Path, Query
 from pydantic import ConfigDict, Field
 from starlette.concurrency import run_in_threadpool
+from starlette.responses import FileResponse
 
 from endpoints.rest.dependencies import Administered, AnyCaller, Driven, Looked, Paged, Provided
 from endpoints.rest.names import Name
@@ -142,7 +143,7 @@ async def delete_recording(recording_id: RecordingId, robot: Administered, servi
 
 @router.get(
     "/recordings/{recording_id}/file",
-    response_class=OpenFileResponse,
+    response_class=FileResponse,  # describes it: FastAPI looks for its argument status_code
     responses=KNOWN | problems(403, 404, 416, 503) | {200: {"content": {MEDIA_TYPE: {}}}},
 )
 async def fetch_recording(

@@ -22,6 +22,7 @@ from ppaas.clock import ManualClock
 from ppaas.errors import NotAuthenticated, TooManyAttempts, Unavailable
 from storage.memory.store import MemoryStore
 from storage.records import Token, User
+from tests.support.waiting import until
 
 PASSWORD = "correct horse"
 LIFETIME = 30.0
@@ -45,6 +46,12 @@ class FullStore(MemoryStore):
     """A store that takes no token while it is full, and takes its time, so that two changes overlap if they can."""
 
     is_full = False
+    keeps_tokens = False
+
+    def remove_token(self, token_hash: str) -> None:
+        if self.keeps_tokens:
+            raise Unavailable("the disk is full: free space")
+        super().remove_token(token_hash)
 
     def user(self, user_id: str) -> User:
         found = super().user(user_id)
@@ -272,3 +279,77 @@ async def test_all_listeners_drop_what_they_know_of_a_user_also_if_one_fails() -
     logins.on_forget(forgotten.append)
     await logins.forget("ann")
     assert forgotten == ["ann"]
+
+
+REVOCATIONS = {name: CHANGES[name] for name in ("a revoked token", "the end of all sessions")}
+
+
+@pytest.mark.parametrize("change", REVOCATIONS)
+async def test_a_token_that_cannot_be_removed_yet_is_refused_everywhere_and_removed_later(
+    both: list[Accounts], store: FullStore, change: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first, second = both
+    first._tokens._revocations._retry = 0.01
+    token, other = await first.login("ann", PASSWORD), await first.login("ann", PASSWORD)
+    for accounts in both:
+        await accounts.authenticate(token)
+    store.keeps_tokens = True
+    await REVOCATIONS[change](first, token)
+    for accounts in both:
+        with pytest.raises(NotAuthenticated):
+            await accounts.authenticate(token)
+    if change == "a revoked token":
+        assert (await second.authenticate(other)).id == "ann"
+    assert token_id(token) in [one.hash for one in store.tokens("ann")]
+    store.keeps_tokens = False
+    await until(lambda: token_id(token) not in [one.hash for one in store.tokens("ann")])
+    await until(lambda: not first._tokens._revocations._refused)
+    with pytest.raises(NotAuthenticated):
+        await second.authenticate(token)
+
+
+async def test_a_token_is_refused_also_while_the_store_cannot_even_be_read(
+    both: list[Accounts], store: FullStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def unreachable(_hash: str) -> NoReturn:
+        raise Unavailable("no node answers")
+
+    first, second = both
+    token = await first.login("ann", PASSWORD)
+    await second.authenticate(token)
+    with monkeypatch.context() as patch:
+        patch.setattr(store, "token", unreachable)
+        await first.revoke("ann", token_id(token))
+        for accounts in both:
+            with pytest.raises(Unavailable):
+                await accounts.authenticate(token)
+    for accounts in both:
+        with pytest.raises(NotAuthenticated):
+            await accounts.authenticate(token)
+
+
+async def test_only_the_own_tokens_of_a_user_are_refused(
+    both: list[Accounts], store: FullStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def unreachable(_hash: str) -> NoReturn:
+        raise Unavailable("no node answers")
+
+    first = both[0]
+    await first.register("bob", PASSWORD)
+    token = await first.login("ann", PASSWORD)
+    with monkeypatch.context() as patch:
+        patch.setattr(store, "token", unreachable)
+        await first.revoke("bob", token_id(token))
+    assert (await first.authenticate(token)).id == "ann"
+
+
+async def test_a_revocation_that_neither_the_store_nor_the_others_learn_of_fails(
+    both: list[Accounts], store: FullStore, link: Link
+) -> None:
+    first = both[0]
+    token = await first.login("ann", PASSWORD)
+    store.keeps_tokens = link.is_cut = True
+    with pytest.raises(Unavailable):
+        await first.revoke("ann", token_id(token))
+    with pytest.raises(NotAuthenticated):
+        await first.authenticate(token)

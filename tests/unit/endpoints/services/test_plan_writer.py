@@ -7,10 +7,12 @@ from functools import partial
 
 import pytest
 
+from endpoints.services import plan_writer
 from endpoints.services.plan_writer import MAX_WAITING, PlanWriter
 from ppaas.errors import InvalidInput, NotFound, Unavailable
 from storage.memory.store import MemoryStore
 from storage.records import PlanRecord
+from tests.support.waiting import until
 
 
 def plan(name: str) -> PlanRecord:
@@ -52,16 +54,58 @@ async def test_write_waits_while_the_queue_is_full() -> None:
     assert store.plan("more").id == "more"
 
 
-async def test_a_failed_plan_is_logged_and_leaves_the_queue(caplog: pytest.LogCaptureFixture) -> None:
-    class Broken(MemoryStore):
-        def add_plans(self, records: Iterable[PlanRecord]) -> int:
-            raise Unavailable("the disk is full")
+class FullStore(MemoryStore):
+    """Takes nothing while it is full."""
 
-    writer = PlanWriter()
-    for number in range(2 * MAX_WAITING):
-        await writer.write(Broken(), partial(plan, f"p{number}"))
+    def __init__(self) -> None:
+        super().__init__()
+        self.is_full = True
+
+    def add_plans(self, records: Iterable[PlanRecord]) -> int:
+        if self.is_full:
+            raise Unavailable("the disk is full")
+        return super().add_plans(records)
+
+
+async def test_plans_that_the_store_cannot_take_wait_and_are_stored_when_it_can(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    store, writer = FullStore(), PlanWriter(retry=0.01)
+    names = [f"p{number:03}" for number in range(2 * MAX_WAITING)]
+    for name in names:
+        await writer.write(store, partial(plan, name))
     await writer.settled()
     assert "the disk is full" in caplog.text
+    assert (writer.unstored("p001"), writer.unstored("other")) == (plan("p001"), None)
+    assert await writer.forget(lambda record: record.id == "p002") == 1
+    store.is_full = False
+    await until(lambda: writer.unstored(names[-1]) is None)
+    assert sorted(head.id for head in store.plans("house")) == [name for name in names if name != "p002"]
+    store.is_full = True
+    await writer.write(store, partial(plan, "again"))
+    await writer.settled()
+    assert writer.unstored("again") is not None
+    store.is_full = False
+    await writer.close()
+    assert store.plan("again") == plan("again")
+
+
+async def test_no_more_plans_are_accepted_than_can_wait(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(plan_writer, "MOST_UNSTORED", 3)
+    store, writer = FullStore(), PlanWriter(retry=60.0)
+    for number in range(3):
+        assert writer.accepts
+        await writer.write(store, partial(plan, f"p{number}"))
+        await writer.settled()
+    assert not writer.accepts
+    await writer.forget(lambda record: record.id == "p1")
+    assert writer.accepts
+    monkeypatch.setattr(plan_writer, "MOST_UNSTORED_BYTES", 2 * 56)
+    assert not writer.accepts
+    await writer.close()
+    assert "2 plans are lost" in caplog.text
 
 
 async def test_plans_written_close_together_are_stored_together() -> None:
