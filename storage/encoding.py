@@ -1,9 +1,12 @@
 """Records as bytes.
 
-The format is MessagePack with field names, so a new field with a default can be read from older records.
+The format is MessagePack with field names, so a new field with a default can be read from older records. The last field
+of a record is its checksum, so that a damaged byte is found even if the record can still be read. Releases that know no
+checksums skip the field; records that they wrote have none, and are read as they are.
 """
 
 import logging
+import zlib
 from collections.abc import Iterable
 from typing import TypeVar
 
@@ -15,14 +18,38 @@ logger = logging.getLogger(__name__)
 
 R = TypeVar("R", bound=msgspec.Struct)
 
+Placed = tuple[bytes, str]
+"""A record as bytes, and its place: the table and the key."""
+
+_FIELD = msgspec.msgpack.encode("crc")
+_UINT32 = b"\xce"
+_TAIL = len(_FIELD) + 5
+
+_FIX, _MOST_FIX, _MAP16 = 0x80, 15, 0xDE
+"""Headers of maps in MessagePack: one byte with up to 15 fields, or one byte and a 16-bit number."""
+
 
 def encode(record: msgspec.Struct) -> bytes:
-    """Return a record as bytes.
+    """Return a record as bytes, with a checksum.
 
     Raises
     ------
     InvalidInput
         A free-form part of it, such as a robot's parameters, contains a value that MessagePack cannot encode.
+    """
+    data = encode_plain(record)
+    fields, begin = _header(data)
+    checksum = _UINT32 + zlib.crc32(data).to_bytes(4)
+    return b"".join((_header_of(fields + 1), memoryview(data)[begin:], _FIELD, checksum))
+
+
+def encode_plain(record: msgspec.Struct) -> bytes:
+    """Return a record as bytes without a checksum, for hashes and for data that is found by its content.
+
+    Raises
+    ------
+    InvalidInput
+        As ``encode``.
     """
     try:
         return msgspec.msgpack.encode(record)
@@ -30,8 +57,15 @@ def encode(record: msgspec.Struct) -> bytes:
         raise InvalidInput(f"cannot store this {type(record).__name__}: {error}") from error
 
 
-def decode(data: bytes, kind: type[R]) -> R:
+def decode(data: bytes, kind: type[R], place: str = "") -> R:
     """Return the record that was encoded.
+
+    Parameters
+    ----------
+    data : bytes
+    kind : type
+    place : str
+        Table and key of the record, for the error.
 
     Raises
     ------
@@ -39,19 +73,45 @@ def decode(data: bytes, kind: type[R]) -> R:
         The bytes are damaged, or were written by a release with another format.
     """
     try:
-        return msgspec.msgpack.decode(data, type=kind)
-    except msgspec.MsgspecError as error:
-        raise Unavailable(f"a stored {kind.__name__} cannot be read ({error}): restore it from a backup") from error
+        if is_intact(data):
+            return msgspec.msgpack.decode(data, type=kind)
+        reason = "its checksum differs"
+    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError, InvalidInput) as error:
+        reason = str(error)
+    raise Unavailable(f"{place or f'a stored {kind.__name__}'} is damaged ({reason}): restore it from a backup")
 
 
-def decode_readable(rows: Iterable[bytes], kind: type[R], limit: int | None = None) -> list[R]:
+def is_intact(data: bytes) -> bool:
+    """Return whether a record has its checksum, or none."""
+    tail = bytes(data[-_TAIL:])
+    if not tail.startswith(_FIELD + _UINT32):
+        return True
+    fields, begin = _header(data)
+    if fields < 1:
+        return False
+    plain = zlib.crc32(memoryview(data)[begin:-_TAIL], zlib.crc32(_header_of(fields - 1)))
+    return plain == int.from_bytes(tail[-4:])
+
+
+def decode_readable(rows: Iterable[Placed], kind: type[R], limit: int | None = None) -> list[R]:
     """Return the records that can be read, at most ``limit``; damaged ones are left out and logged."""
     found: list[R] = []
-    for data in rows:
+    for data, place in rows:
         if limit is not None and len(found) >= limit:
             break
         try:
-            found.append(decode(data, kind))
+            found.append(decode(data, kind, place))
         except Unavailable as error:
             logger.error("a record is left out of a list: %s", error)
     return found
+
+
+def _header(data: bytes) -> tuple[int, int]:
+    """Return the number of fields of a record, and where the first of them begins."""
+    if data[0] == _MAP16:
+        return int.from_bytes(data[1:3]), 3
+    return data[0] - _FIX, 1
+
+
+def _header_of(fields: int) -> bytes:
+    return bytes((_FIX | fields,)) if fields <= _MOST_FIX else bytes((_MAP16,)) + fields.to_bytes(2)

@@ -14,7 +14,7 @@ from ppaas.plans.encoding.chunks import ENDS_AFTER, ENDS_BEFORE, cut_plans, word
 from ppaas.plans.encoding.codes import codes_of
 from ppaas.plans.encoding.end_buckets import index_keys_of
 from ppaas.plans.encoding.index_cells import scope_of
-from storage.encoding import decode, encode
+from storage.encoding import decode, encode_plain
 from storage.plan_checks import POSE_BYTES, check_plans
 from storage.records import PlanOrigin, PlanRecord
 
@@ -120,7 +120,7 @@ def _decode_cached(data: bytes) -> PlanContext:
 
 def _entries(records: list[PlanRecord], granularity: int) -> Iterator[PlanEntry]:
     poses = check_plans(records)
-    contexts = [encode(_context(record)) for record in records]
+    contexts = [encode_plain(_context(record)) for record in records]
     counts = [len(record.poses) // POSE_BYTES for record in records]
     words, stops = words_of(poses), np.array(list(itertools.accumulate(counts)), np.int64)
     # Cut all plans at once, and encode the segments; `codes_by_plan` has the segments of each plan.

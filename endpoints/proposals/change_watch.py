@@ -28,7 +28,7 @@ from ppaas.messages.slam_toolbox import GetPoseGraphResponse
 from storage.disk_errors import disk_errors
 from storage.records import ConfirmedPlaces, MapRecord, MapReview, Publication, User
 from storage.staged_uploads import StagedUpload, blocks, mapped
-from storage.temporary_folders import temporary_folder
+from storage.temporary.folders import temporary_folder
 from storage.versions import ONLY_ZONES, POSEGRAPH, ZONES
 
 if TYPE_CHECKING:

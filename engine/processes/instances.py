@@ -5,7 +5,7 @@ import re
 import shutil
 from pathlib import Path
 
-from storage.own_files import is_own_folder
+from storage.temporary.own_files import is_own_folder
 
 SHARED_MEMORY = Path("/dev/shm")
 

@@ -39,12 +39,12 @@ class CassandraAccounts:
     def user(self, user_id: str) -> User:
         """Return a user; ``NotFound`` if it does not exist."""
         check_name("user", user_id)
-        return decode(self._known_user(user_id).record, User)
+        return decode(self._known_user(user_id).record, User, f"users/{user_id}")
 
     def users(self, *, after: str = "", limit: int | None = None) -> list[User]:
         """Return users, sorted by id."""
-        rows = self._session.rows("SELECT record FROM users WHERE shard = 0 AND id > ?", after)
-        return decode_readable((row.record for row in rows if row.record), User, limit)
+        rows = self._session.rows("SELECT id, record FROM users WHERE shard = 0 AND id > ?", after)
+        return decode_readable(((row.record, f"users/{row.id}") for row in rows if row.record), User, limit)
 
     def change_user(self, user: User, *, keep_token: str | None = None) -> None:
         """Replace a user; a new password removes all of the user's tokens but one."""
@@ -55,7 +55,7 @@ class CassandraAccounts:
         while True:
             row = self._known_user(user.id)
             epoch, kept = row.epoch, row.kept_token or ""
-            renewed = decode(row.record, User).password_hash != user.password_hash
+            renewed = decode(row.record, User, f"users/{user.id}").password_hash != user.password_hash
             if renewed:
                 epoch, kept = (epoch or 0) + 1, self._token_to_keep(user.id, keep_token)
             if self._session.write_if(change, data, epoch, kept, user.id, row.record, row.epoch):
@@ -87,7 +87,7 @@ class CassandraAccounts:
         row = self._session.row(_TOKEN, token_hash)
         if row is None or not _is_valid(token_hash, row, self._session.row(_USER, row.user)):
             raise NotFound("token", token_hash)
-        return decode(row.record, Token)
+        return decode(row.record, Token, f"tokens/{token_hash}")
 
     def tokens(self, user_id: str, *, after: str = "", limit: int | None = None) -> list[Token]:
         """Return the tokens of a user, sorted by hash."""
@@ -95,8 +95,8 @@ class CassandraAccounts:
         user = self._session.row(_USER, user_id)
         found = self._session.rows("SELECT hash FROM tokens_by_user WHERE user = ? AND hash > ?", user_id, after)
         rows = ((row.hash, self._session.row(_TOKEN, row.hash)) for row in found)
-        mine = (row for key, row in rows if row and row.user == user_id and _is_valid(key, row, user))
-        return decode_readable((row.record for row in mine), Token, limit)
+        mine = ((key, row) for key, row in rows if row and row.user == user_id and _is_valid(key, row, user))
+        return decode_readable(((row.record, f"tokens/{key}") for key, row in mine), Token, limit)
 
     def remove_token(self, token_hash: str) -> None:
         """Remove a token; ``NotFound`` if it does not exist."""

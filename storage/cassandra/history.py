@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 
 from ppaas.plans.history import LinkHistory, PlannerHistory
 from storage.cassandra.connection.session import CassandraSession, Write
-from storage.encoding import decode, encode
+from storage.encoding import decode_readable, encode
 from storage.history_checks import check_history, check_link
 from storage.names import check_name
 
@@ -33,10 +33,12 @@ class CassandraHistory:
     def history(self, map_id: str, version: str | None = None) -> list[PlannerHistory]:
         """Return the rows of a map, or of one of its versions, sorted by key."""
         check_name("map", map_id)
-        query, values = "SELECT record FROM history WHERE map = ?", [map_id]
+        query, values = "SELECT version, planner, bucket, record FROM history WHERE map = ?", [map_id]
         if version is not None:
             query, values = f"{query} AND version = ?", [map_id, version]
-        return [decode(row.record, PlannerHistory) for row in self._session.rows(query, *values)]
+        rows = self._session.rows(query, *values)
+        placed = ((row.record, _place((map_id, row.version, row.planner, row.bucket))) for row in rows)
+        return decode_readable(placed, PlannerHistory)
 
     def history_maps(self) -> list[str]:
         """Return the ids of the maps that have rows, sorted."""
@@ -53,8 +55,8 @@ class CassandraHistory:
 
     def links(self) -> list[LinkHistory]:
         """Return the measurements of all links, sorted by name."""
-        rows = self._session.rows("SELECT record FROM links WHERE shard = 0")
-        return [decode(row.record, LinkHistory) for row in rows]
+        rows = self._session.rows("SELECT link, record FROM links WHERE shard = 0")
+        return decode_readable(((row.record, f"links/{row.link}") for row in rows), LinkHistory)
 
     def _sums(self, rows: Sequence[PlannerHistory]) -> list[Write]:
         """Return conditional writes that add rows of one map to the stored sums, if these have not changed."""
@@ -63,6 +65,12 @@ class CassandraHistory:
         for row in rows:
             kept = self._session.row(f"SELECT record FROM history WHERE {_ROW}", *row.key)
             before = None if kept is None else kept.record
-            after = row if before is None else decode(before, PlannerHistory).plus(row)
+            # Sums that are damaged begin again.
+            known = decode_readable([] if before is None else [(before, _place(row.key))], PlannerHistory)
+            after = known[0].plus(row) if known else row
             writes.append((write, (encode(after), *row.key, before)))
         return writes
+
+
+def _place(key: tuple[str, str, str, int]) -> str:
+    return f"history/{'/'.join(map(str, key))}"

@@ -53,7 +53,7 @@ class CassandraPeople:
         query = "SELECT user, generation, record FROM people WHERE map = ?"
         rows = list(self._session.rows(query, check_name("map", map_id)))
         mine = [row for row in rows if row.record and row.generation == generation_of(self._session, row.user)]
-        return decode_readable((row.record for row in mine), MapPeople)
+        return decode_readable(((row.record, f"people/{map_id}/{row.user}") for row in mine), MapPeople)
 
     def people_maps(self) -> list[str]:
         """Return the ids of the maps that have settings, sorted."""
@@ -134,4 +134,4 @@ class CassandraPeople:
 
 
 def _record(stored: bytes | None, key: Key) -> MapPeople:
-    return MapPeople(key[1], key[0]) if stored is None else decode(stored, MapPeople)
+    return MapPeople(key[1], key[0]) if stored is None else decode(stored, MapPeople, f"people/{key[0]}/{key[1]}")

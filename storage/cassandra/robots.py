@@ -46,7 +46,7 @@ class CassandraRobots(RobotShares):
         while True:
             row = self._robot_row(key)
             before = row.record if row else None
-            if instead_of is not None and (not before or decode(before, RobotRecord) != instead_of):
+            if instead_of is not None and (not before or decode(before, RobotRecord, _place(key)) != instead_of):
                 raise Conflict(f"robot {record.id!r} has been changed meanwhile: read it again and retry")
             self._list_shares(record.user, record.id, _grantees(record))
             if self._session.write_if(f"UPDATE robots SET record = ? WHERE {_KEY} IF record = ?", data, *key, before):
@@ -55,14 +55,17 @@ class CassandraRobots(RobotShares):
 
     def robot(self, user: str, robot_id: str) -> RobotRecord:
         """Return a robot; ``NotFound`` if it does not exist."""
-        return decode(self._known_robot(self._key(user, robot_id)).record, RobotRecord)
+        key = self._key(user, robot_id)
+        return decode(self._known_robot(key).record, RobotRecord, _place(key))
 
     def robots(self, user: str, *, after: str = "", limit: int | None = None) -> list[RobotRecord]:
         """Return the robots of a user, sorted by id."""
         check_name("user", user)
-        query = "SELECT record FROM robots WHERE user = ? AND generation = ? AND id > ?"
-        rows = self._session.rows(query, user, generation_of(self._session, user), after)
-        return decode_readable((row.record for row in rows if row.record), RobotRecord, limit)
+        query = "SELECT id, record FROM robots WHERE user = ? AND generation = ? AND id > ?"
+        generation = generation_of(self._session, user)
+        rows = (row for row in self._session.rows(query, user, generation, after) if row.record)
+        placed = ((row.record, _place((user, generation, row.id))) for row in rows)
+        return decode_readable(placed, RobotRecord, limit)
 
     def robots_shared_with(
         self, grantee: str, *, after: tuple[str, str] = ("", ""), limit: int | None = None
@@ -70,8 +73,9 @@ class CassandraRobots(RobotShares):
         """Return the robots that are shared with a user or a group, sorted by their user and id."""
         query = "SELECT user, robot FROM robots_by_grantee WHERE grantee = ? AND (user, robot) > (?, ?)"
         listed = self._session.rows(query, check_grantee(grantee), *after)
-        rows = (self._robot_row(self._key(row.user, row.robot)) for row in listed)
-        records = (_record(row.record) for row in rows if row is not None and row.record)
+        keys = (self._key(row.user, row.robot) for row in listed)
+        rows = ((key, self._robot_row(key)) for key in keys)
+        records = (_record(row.record, key) for key, row in rows if row is not None and row.record)
         shared = (record for record in records if record is not None and grantee in _grantees(record))
         return list(islice(shared, limit))
 
@@ -146,10 +150,11 @@ class CassandraRobots(RobotShares):
 
     def clone(self, user: str, robot: str) -> CloneCheckpoint:
         """Return the last checkpoint of a clone; ``NotFound`` if there is none."""
-        row = self._session.row(f"SELECT record FROM clones WHERE {_PART}", *self._key(user, robot))
+        key = self._key(user, robot)
+        row = self._session.row(f"SELECT record FROM clones WHERE {_PART}", *key)
         if row is None:
             raise NotFound("checkpoint of robot", robot)
-        return decode(row.record, CloneCheckpoint)
+        return decode(row.record, CloneCheckpoint, f"clones/{user}/{robot}")
 
     def remove_clone(self, user: str, robot: str) -> None:
         """Remove the checkpoint and the logs of a clone, if there are any."""
@@ -194,7 +199,7 @@ class CassandraRobots(RobotShares):
 
     def _unlist_shares(self, user: str, robot_id: str, before: bytes | None) -> None:
         """List a robot no more for those with whom it was shared by an earlier record, and is not now."""
-        earlier = _record(before) if before else None
+        earlier = _record(before, self._key(user, robot_id)) if before else None
         if earlier is None or not earlier.shares:
             return
         gone = _grantees(earlier) - self._grantees_now(user, robot_id)
@@ -205,8 +210,9 @@ class CassandraRobots(RobotShares):
         self._list_shares(user, robot_id, back)
 
     def _grantees_now(self, user: str, robot_id: str) -> set[str]:
-        row = self._robot_row(self._key(user, robot_id))
-        record = None if row is None or not row.record else _record(row.record)
+        key = self._key(user, robot_id)
+        row = self._robot_row(key)
+        record = None if row is None or not row.record else _record(row.record, key)
         return set() if record is None else _grantees(record)
 
     def _key(self, user: str, robot_id: str) -> Key:
@@ -238,9 +244,13 @@ class CassandraRobots(RobotShares):
             self._session.write(f"DELETE FROM urdfs WHERE {_PART} AND id = ?", *key, number)
 
 
-def _record(data: bytes) -> RobotRecord | None:
+def _record(data: bytes, key: Key) -> RobotRecord | None:
     """Return a record; None if it is damaged, which is logged."""
-    return next(iter(decode_readable([data], RobotRecord)), None)
+    return next(iter(decode_readable([(data, _place(key))], RobotRecord)), None)
+
+
+def _place(key: Key) -> str:
+    return f"robots/{key[0]}/{key[2]}"
 
 
 def _number(rows: Sequence[Any], otherwise: int) -> int:

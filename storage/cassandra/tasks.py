@@ -33,7 +33,7 @@ class CassandraTasks:
         key, data = (*self._task_group(record.user, record.map), record.task.id), encode(record)
         while True:
             before = self._task_record(key)
-            if instead_of is not None and (not before or decode(before, MapTask) != instead_of):
+            if instead_of is not None and (not before or decode(before, MapTask, _place(key)) != instead_of):
                 raise record.changed_meanwhile()
             if self._session.write_if(_PUT, data, *key, before):
                 return
@@ -41,16 +41,17 @@ class CassandraTasks:
     def task(self, user: str, map_id: str, task_id: str) -> MapTask:
         """Return a task; ``NotFound`` if it does not exist."""
         check_task_key(user, map_id, task_id)
-        data = self._task_record((*self._task_group(user, map_id), task_id))
+        key = *self._task_group(user, map_id), task_id
+        data = self._task_record(key)
         if not data:
             raise NotFound("task", task_id)
-        return decode(data, MapTask)
+        return decode(data, MapTask, _place(key))
 
     def tasks(self, user: str, map_id: str, *, after: str = "", limit: int | None = None) -> list[MapTask]:
         """Return the tasks of a user on a map, sorted by id."""
-        query = f"SELECT record FROM tasks WHERE {_GROUP} AND id > ?"
-        rows = self._session.rows(query, *self._task_group(user, map_id), after)
-        return decode_readable((row.record for row in rows if row.record), MapTask, limit)
+        query, group = f"SELECT id, record FROM tasks WHERE {_GROUP} AND id > ?", self._task_group(user, map_id)
+        rows = (row for row in self._session.rows(query, *group, after) if row.record)
+        return decode_readable(((row.record, _place((*group, row.id))) for row in rows), MapTask, limit)
 
     def task_groups(self) -> list[Group]:
         """Return the users and maps that have tasks, sorted."""
@@ -93,3 +94,8 @@ class CassandraTasks:
     def _task_record(self, key: Key) -> bytes | None:
         row = self._session.row(f"SELECT record FROM tasks WHERE {_GROUP} AND id = ?", *key)
         return None if row is None else row.record
+
+
+def _place(key: Key) -> str:
+    map_id, user, _, task_id = key
+    return f"tasks/{user}/{map_id}/{task_id}"

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from storage.disk_errors import disk_errors
 from storage.files.reviewed_maps import ReviewedMapStore
-from storage.temporary_folders import locked, remove_unless_locked
+from storage.temporary.folders import locked, remove_unless_locked
 
 _INCOMING = ".incoming"
 

@@ -25,7 +25,7 @@ from storage.hdfs.address import HdfsAddress
 from storage.hdfs.errors import hdfs_errors
 from storage.records import MapRecord
 from storage.staged_uploads import BLOCK, blocks, mapped
-from storage.temporary_folders import temporary_folder
+from storage.temporary.folders import temporary_folder
 
 logger = logging.getLogger(__name__)
 

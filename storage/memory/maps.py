@@ -7,7 +7,7 @@ from pathlib import Path
 
 from storage.disk_errors import disk_errors
 from storage.files.reviewed_maps import ReviewedMapStore
-from storage.temporary_folders import temporary_folder
+from storage.temporary.folders import temporary_folder
 
 
 class MemoryMapStore(ReviewedMapStore):

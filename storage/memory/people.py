@@ -3,7 +3,7 @@
 import threading
 from collections.abc import Callable, Iterable
 
-from storage.encoding import decode, decode_readable, encode
+from storage.encoding import decode, encode
 from storage.names import check_name
 from storage.people_records import BEFORE_ALL, MapPeople, PeopleCount, changed_meanwhile, check_count, check_people
 
@@ -36,7 +36,7 @@ class MemoryPeople:
         check_name("map", map_id)
         with self._people_lock:
             records = [data for key, data in sorted(self._people.items()) if key[1] == map_id]
-        return decode_readable(records, MapPeople)
+        return [decode(data, MapPeople) for data in records]
 
     def people_maps(self) -> list[str]:
         """Return the ids of the maps that have settings, sorted."""

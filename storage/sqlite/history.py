@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from ppaas.plans.history import COUNTS, LinkHistory, PlannerHistory
-from storage.encoding import decode, encode
+from storage.encoding import decode_readable, encode
 from storage.history_checks import check_history, check_link
 from storage.names import check_name
 from storage.sqlite.connections import SqliteConnections
@@ -59,5 +59,5 @@ class SqliteHistory:
     def links(self) -> list[LinkHistory]:
         """Return the measurements of all links, sorted by name."""
         with self._history_connections.reading() as connection:
-            rows = connection.execute("SELECT record FROM links ORDER BY link").fetchall()
-        return [decode(row[0], LinkHistory) for row in rows]
+            rows = connection.execute("SELECT record, 'links/' || link FROM links ORDER BY link").fetchall()
+        return decode_readable(rows, LinkHistory)

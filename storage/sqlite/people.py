@@ -15,7 +15,8 @@ from storage.people_records import (
 )
 from storage.sqlite.connections import SqliteConnections
 
-_RECORD = "SELECT record FROM people WHERE user = ? AND map = ?"
+_PLACE = "'people/' || map || '/' || user"
+_RECORD = f"SELECT record, {_PLACE} FROM people WHERE user = ? AND map = ?"
 
 _ADD = """INSERT INTO people_counts SELECT user, map, ?, ?, ? FROM people WHERE user = ? AND map = ?
           ON CONFLICT DO UPDATE SET people = max(people, excluded.people)"""
@@ -50,9 +51,10 @@ class SqlitePeople:
     def people_of_map(self, map_id: str) -> list[MapPeople]:
         """Return the settings of all users on a map, sorted by user."""
         check_name("map", map_id)
+        query = f"SELECT record, {_PLACE} FROM people WHERE map = ? ORDER BY user"
         with self._people_connections.reading() as connection:
-            rows = connection.execute("SELECT record FROM people WHERE map = ? ORDER BY user", (map_id,)).fetchall()
-        return decode_readable((row[0] for row in rows), MapPeople)
+            rows = connection.execute(query, (map_id,)).fetchall()
+        return decode_readable(rows, MapPeople)
 
     def people_maps(self) -> list[str]:
         """Return the ids of the maps that have settings, sorted."""
@@ -91,4 +93,4 @@ class SqlitePeople:
 
 def _record(connection: sqlite3.Connection, key: tuple[str, str]) -> MapPeople:
     row = connection.execute(_RECORD, key).fetchone()
-    return MapPeople(*key) if row is None else decode(row[0], MapPeople)
+    return MapPeople(*key) if row is None else decode(row[0], MapPeople, row[1])

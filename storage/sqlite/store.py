@@ -26,6 +26,9 @@ from storage.sqlite.tasks import SqliteTasks
 _OF_USER = ("robots", "robot_shares", "urdfs", "clones", "clone_logs", "people", "people_counts", "tasks")
 """Tables of what belongs to a user, beside the tokens."""
 
+_ROBOT = "'robots/' || robots.user || '/' || id"
+"""Place of a robot's record."""
+
 _NOT_SHARED = "DELETE FROM robot_shares WHERE user = ? AND robot = ?"
 
 
@@ -74,11 +77,13 @@ class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople, SqliteTasks, SqliteL
     def user(self, user_id: str) -> User:
         """Return a user; ``NotFound`` if it does not exist."""
         check_name("user", user_id)
-        return self._one(User, ("user", user_id), "SELECT record FROM users WHERE id = ?", user_id)
+        query = "SELECT record, 'users/' || id FROM users WHERE id = ?"
+        return self._one(User, ("user", user_id), query, user_id)
 
     def users(self, *, after: str = "", limit: int | None = None) -> list[User]:
         """Return users, sorted by id."""
-        return self._all(User, "SELECT record FROM users WHERE id > ? ORDER BY id", after, limit=limit)
+        query = "SELECT record, 'users/' || id FROM users WHERE id > ? ORDER BY id"
+        return self._all(User, query, after, limit=limit)
 
     def change_user(self, user: User, *, keep_token: str | None = None) -> None:
         """Replace a user; a new password removes all of the user's tokens but one."""
@@ -88,7 +93,7 @@ class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople, SqliteTasks, SqliteL
             if row is None:
                 raise NotFound("user", user.id)
             connection.execute("UPDATE users SET record = ? WHERE id = ?", (encode(user), user.id))
-            if decode(row[0], User).password_hash != user.password_hash:
+            if decode(row[0], User, f"users/{user.id}").password_hash != user.password_hash:
                 others = "DELETE FROM tokens WHERE user = ? AND hash IS NOT ?"
                 connection.execute(others, (user.id, keep_token))
 
@@ -112,12 +117,13 @@ class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople, SqliteTasks, SqliteL
     def token(self, token_hash: str) -> Token:
         """Return a token, expired or not; ``NotFound`` if it does not exist."""
         check_name("token", token_hash)
-        return self._one(Token, ("token", token_hash), "SELECT record FROM tokens WHERE hash = ?", token_hash)
+        query = "SELECT record, 'tokens/' || hash FROM tokens WHERE hash = ?"
+        return self._one(Token, ("token", token_hash), query, token_hash)
 
     def tokens(self, user_id: str, *, after: str = "", limit: int | None = None) -> list[Token]:
         """Return the tokens of a user, sorted by hash."""
         check_name("user", user_id)
-        query = "SELECT record FROM tokens WHERE user = ? AND hash > ? ORDER BY hash"
+        query = "SELECT record, 'tokens/' || hash FROM tokens WHERE user = ? AND hash > ? ORDER BY hash"
         return self._all(Token, query, user_id, after, limit=limit)
 
     def remove_token(self, token_hash: str) -> None:
@@ -139,9 +145,9 @@ class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople, SqliteTasks, SqliteL
         check_robot_map(record.map)
         data = encode(record)
         with self._connections.writing() as connection:
-            query = "SELECT record FROM robots WHERE user = ? AND id = ?"
+            query = f"SELECT record, {_ROBOT} FROM robots WHERE user = ? AND id = ?"
             row = connection.execute(query, (record.user, record.id)).fetchone()
-            if instead_of is not None and (row is None or decode(row[0], RobotRecord) != instead_of):
+            if instead_of is not None and (row is None or decode(row[0], RobotRecord, row[1]) != instead_of):
                 raise Conflict(f"robot {record.id!r} has been changed meanwhile: read it again and retry")
             connection.execute("INSERT OR REPLACE INTO robots VALUES (?, ?, ?)", (record.user, record.id, data))
             connection.execute(_NOT_SHARED, (record.user, record.id))
@@ -152,20 +158,21 @@ class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople, SqliteTasks, SqliteL
     def robot(self, user: str, robot_id: str) -> RobotRecord:
         """Return a robot; ``NotFound`` if it does not exist."""
         key = _robot_key(user, robot_id)
-        query = "SELECT record FROM robots WHERE user = ? AND id = ?"
+        query = f"SELECT record, {_ROBOT} FROM robots WHERE user = ? AND id = ?"
         return self._one(RobotRecord, ("robot", robot_id), query, *key)
 
     def robots(self, user: str, *, after: str = "", limit: int | None = None) -> list[RobotRecord]:
         """Return the robots of a user, sorted by id."""
         check_name("user", user)
-        query = "SELECT record FROM robots WHERE user = ? AND id > ? ORDER BY id"
+        query = f"SELECT record, {_ROBOT} FROM robots WHERE user = ? AND id > ? ORDER BY id"
         return self._all(RobotRecord, query, user, after, limit=limit)
 
     def robots_shared_with(
         self, grantee: str, *, after: tuple[str, str] = ("", ""), limit: int | None = None
     ) -> list[RobotRecord]:
         """Return the robots that are shared with a user or a group, sorted by their user and id."""
-        query = """SELECT record FROM robot_shares AS shares JOIN robots ON robots.user = shares.user AND id = robot
+        query = f"""SELECT record, {_ROBOT}
+                   FROM robot_shares AS shares JOIN robots ON robots.user = shares.user AND id = robot
                    WHERE grantee = ? AND (shares.user, robot) > (?, ?) ORDER BY shares.user, robot"""
         return self._all(RobotRecord, query, check_grantee(grantee), *after, limit=limit)
 
@@ -237,7 +244,7 @@ class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople, SqliteTasks, SqliteL
     def clone(self, user: str, robot: str) -> CloneCheckpoint:
         """Return the last checkpoint of a clone; ``NotFound`` if there is none."""
         key = _robot_key(user, robot)
-        query = "SELECT record FROM clones WHERE user = ? AND robot = ?"
+        query = "SELECT record, 'clones/' || user || '/' || robot FROM clones WHERE user = ? AND robot = ?"
         return self._one(CloneCheckpoint, ("checkpoint of robot", robot), query, *key)
 
     def remove_clone(self, user: str, robot: str) -> None:
@@ -256,12 +263,12 @@ class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople, SqliteTasks, SqliteL
             row = connection.execute(query, values).fetchone()
         if row is None:
             raise NotFound(*sought)
-        return decode(row[0], kind)
+        return decode(row[0], kind, row[1])
 
     def _all(self, kind: type[R], query: str, *values: Any, limit: int | None) -> list[R]:
-        """Return at most ``limit`` records that can be read."""
+        """Return at most ``limit`` records that can be read, from rows of a record and its place."""
         with self._connections.reading() as connection, closing(connection.execute(query, values)) as rows:
-            return decode_readable((row[0] for row in rows), kind, limit)
+            return decode_readable(rows, kind, limit)
 
 
 def _remove_clone(connection: Connection, key: tuple[str, str]) -> None:

@@ -7,7 +7,8 @@ from storage.names import Group, check_group, check_name, check_task_key
 from storage.records import MapTask
 from storage.sqlite.connections import SqliteConnections
 
-_RECORD = "SELECT record FROM tasks WHERE user = ? AND map = ? AND id = ?"
+_PLACE = "'tasks/' || user || '/' || map || '/' || id"
+_RECORD = f"SELECT record, {_PLACE} FROM tasks WHERE user = ? AND map = ? AND id = ?"
 
 
 class SqliteTasks:
@@ -28,7 +29,7 @@ class SqliteTasks:
         key, data = check_task_key(*record.key), encode(record)
         with self._task_connections.writing() as connection:
             row = connection.execute(_RECORD, key).fetchone()
-            if instead_of is not None and (row is None or decode(row[0], MapTask) != instead_of):
+            if instead_of is not None and (row is None or decode(row[0], MapTask, row[1]) != instead_of):
                 raise record.changed_meanwhile()
             connection.execute("INSERT OR REPLACE INTO tasks VALUES (?, ?, ?, ?)", (*key, data))
 
@@ -39,14 +40,14 @@ class SqliteTasks:
             row = connection.execute(_RECORD, key).fetchone()
         if row is None:
             raise NotFound("task", task_id)
-        return decode(row[0], MapTask)
+        return decode(row[0], MapTask, row[1])
 
     def tasks(self, user: str, map_id: str, *, after: str = "", limit: int | None = None) -> list[MapTask]:
         """Return the tasks of a user on a map, sorted by id."""
-        query = "SELECT record FROM tasks WHERE user = ? AND map = ? AND id > ? ORDER BY id"
+        query = f"SELECT record, {_PLACE} FROM tasks WHERE user = ? AND map = ? AND id > ? ORDER BY id"
         with self._task_connections.reading() as connection:
             rows = connection.execute(query, (*check_group(user, map_id), after))
-            return decode_readable((row[0] for row in rows), MapTask, limit)
+            return decode_readable(rows, MapTask, limit)
 
     def task_groups(self) -> list[Group]:
         """Return the users and maps that have tasks, sorted."""

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from storage.disk_errors import disk_errors
-from storage.encoding import decode, encode
+from storage.encoding import decode, decode_readable, encode
 from storage.records import PlanRecord
 from storage.sqlite.connections import Schema, SqliteConnections
 from storage.store_errors import unusable
@@ -89,10 +89,14 @@ class PlanOutbox:
             return connection.executemany(insert, rows).rowcount
 
     def oldest(self, count: int) -> dict[int, PlanRecord]:
-        """Return the oldest queued plans by sequence number, in order."""
+        """Return the oldest queued plans by sequence number, in order; damaged ones are dropped, which is logged."""
         with self._connections.reading() as connection:
-            query = "SELECT sequence, record FROM plans ORDER BY sequence LIMIT ?"
-            return {row[0]: decode(row[1], PlanRecord) for row in connection.execute(query, (count,))}
+            query = "SELECT sequence, record, 'outbox/' || id FROM plans ORDER BY sequence LIMIT ?"
+            rows = connection.execute(query, (count,)).fetchall()
+        read = {sequence: decode_readable([(data, place)], PlanRecord) for sequence, data, place in rows}
+        if damaged := [sequence for sequence, found in read.items() if not found]:
+            self.remove(damaged)  # they would block the queue for ever
+        return {sequence: found[0] for sequence, found in read.items() if found}
 
     def remove(self, sequences: Sequence[int]) -> None:
         """Remove sent plans from the queue."""
@@ -103,7 +107,7 @@ class PlanOutbox:
         """Return a queued plan, or None."""
         with self._connections.reading() as connection:
             row = connection.execute("SELECT record FROM plans WHERE id = ?", (plan_id,)).fetchone()
-        return None if row is None else decode(row[0], PlanRecord)
+        return None if row is None else decode(row[0], PlanRecord, f"outbox/{plan_id}")
 
     def forget(self, plan_id: str) -> bool:
         """Remove a plan without sending it; return whether it was queued."""
@@ -113,8 +117,9 @@ class PlanOutbox:
     def forget_plans(self, map_id: str) -> int:
         """Remove the plans of a map without sending them; return their number."""
         with self._connections.writing() as connection:
-            waiting = connection.execute("SELECT sequence, record FROM plans")
-            mine = [(sequence,) for sequence, record in waiting if decode(record, PlanRecord).map == map_id]
+            waiting = connection.execute("SELECT sequence, record, 'outbox/' || id FROM plans")
+            read = ((sequence, decode_readable([placed], PlanRecord)) for sequence, *placed in waiting)
+            mine = [(sequence,) for sequence, found in read if found and found[0].map == map_id]
             connection.executemany("DELETE FROM plans WHERE sequence = ?", mine)
         return len(mine)
 

@@ -26,7 +26,7 @@ from ppaas.maps.formats.map_files import read_info
 from storage.opened_maps import OpenMap
 from storage.records import MapRecord, User
 from storage.staged_uploads import StagedUpload, blocks, mapped
-from storage.temporary_folders import temporary_folder
+from storage.temporary.folders import temporary_folder
 from storage.versions import IMAGE, POSEGRAPH, YAML
 
 if TYPE_CHECKING:

@@ -35,7 +35,7 @@ from ppaas.messages.slam_toolbox import GetPoseGraphResponse
 from storage.disk_errors import disk_errors
 from storage.records import MapRecord, User
 from storage.staged_uploads import StagedUpload, blocks, mapped
-from storage.temporary_folders import temporary_folder
+from storage.temporary.folders import temporary_folder
 from storage.versions import IMAGE, OCTOMAP, POSEGRAPH, YAML
 
 if TYPE_CHECKING:

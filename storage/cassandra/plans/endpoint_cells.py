@@ -18,7 +18,7 @@ import numpy as np
 
 from ppaas.plans.encoding.index_cells import Position, scope_of
 from ppaas.plans.encoding.kernels.end_buckets import LENGTH_BITS, PER_METRE
-from storage.encoding import encode
+from storage.encoding import encode_plain
 from storage.plan_query import PlanStoreQuery
 from storage.records import PlanRecord
 
@@ -108,7 +108,7 @@ class _Kind(msgspec.Struct, frozen=True, array_like=True):
 
 def _kind(record: PlanRecord) -> int:
     """Return a hash of planner and parameters, so that plans of different kinds are in different cells."""
-    kind = encode(_Kind(record.planner, record.parameters))
+    kind = encode_plain(_Kind(record.planner, record.parameters))
     return int.from_bytes(hashlib.blake2b(kind, digest_size=_KIND_BYTES).digest())
 
 

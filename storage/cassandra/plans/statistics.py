@@ -3,10 +3,11 @@
 import threading
 import uuid
 from collections.abc import Mapping
+from typing import Any
 
 from ppaas.clock import Clock, epoch
 from storage.cassandra.connection.session import CassandraSession, Write
-from storage.encoding import decode, encode
+from storage.encoding import decode_readable, encode
 from storage.records import PlanStatistics
 
 IDLE = 12 * 3600.0
@@ -65,14 +66,16 @@ class PlanStatisticsSums:
         """Return the size of the plans of a map, or of all plans."""
         where, values = ("", ()) if map_id is None else (" WHERE map = ?", (map_id,))
         total = PlanStatistics()
-        for row in self._session.rows(f"SELECT record FROM plan_sums{where}", *values):
-            total = add(total, decode(row.record, PlanStatistics))
+        rows = self._session.rows(f"SELECT map, writer, record FROM plan_sums{where}", *values)
+        for sums in decode_readable(((row.record, _place(row)) for row in rows), PlanStatistics):
+            total = add(total, sums)
         return total if total.plans > 0 else PlanStatistics()
 
     def by_writer(self) -> dict[tuple[str, uuid.UUID], tuple[PlanStatistics, float]]:
         """Return the sums and the time of their last write [s since the epoch], by map and writer."""
         rows = self._session.rows("SELECT map, writer, record, WRITETIME(record) AS written FROM plan_sums")
-        return {(row.map, row.writer): (decode(row.record, PlanStatistics), row.written / 1e6) for row in rows}
+        read = ((row, decode_readable([(row.record, _place(row))], PlanStatistics)) for row in rows)
+        return {(row.map, row.writer): (sums[0] if sums else PlanStatistics(), row.written / 1e6) for row, sums in read}
 
     def recount(
         self, counted: Sums, before: Mapping[tuple[str, uuid.UUID], tuple[PlanStatistics, float]], began: float
@@ -99,3 +102,7 @@ class PlanStatisticsSums:
         stamp = int(began * 1e6)
         self._session.write_each(_WRITE, [(stamp, encode(sums), map_id, RECOUNTED) for map_id, sums in bases.items()])
         self._session.write_each("DELETE FROM plan_sums WHERE map = ? AND writer = ?", ended)
+
+
+def _place(row: Any) -> str:
+    return f"plan_sums/{row.map}/{row.writer}"

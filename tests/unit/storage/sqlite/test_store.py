@@ -193,7 +193,7 @@ def test_a_record_that_cannot_be_read_is_unavailable(store: SqliteStore) -> None
     store.add_user(user("ann"))
     with store._connections.writing() as connection:
         connection.execute("UPDATE users SET record = x'c1'")
-    with pytest.raises(Unavailable, match="User cannot be read"):
+    with pytest.raises(Unavailable, match="users/ann is damaged"):
         store.user("ann")
 
 

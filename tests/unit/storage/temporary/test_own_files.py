@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from storage.own_files import is_own_folder, read_own
+from storage.temporary.own_files import is_own_folder, read_own
 
 
 def test_a_regular_file_is_read_up_to_the_limit(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from storage.temporary_folders import PREFIX, YOUNG, sweep_temporary_folders, temporary_folder
+from storage.temporary.folders import PREFIX, YOUNG, sweep_temporary_folders, temporary_folder
 
 
 def age(folder: Path) -> None:
@@ -31,7 +31,7 @@ def test_a_folder_lasts_as_long_as_its_block(tmp_path: Path, monkeypatch: pytest
 
 def test_the_folder_of_a_killed_process_is_swept(tmp_path: Path) -> None:
     code = (
-        "import os\nfrom storage.temporary_folders import temporary_folder\n"
+        "import os\nfrom storage.temporary.folders import temporary_folder\n"
         "with temporary_folder() as folder:\n    (folder / 'file').touch()\n    os.kill(os.getpid(), 9)"
     )
     killed = subprocess.run([sys.executable, "-c", code], env=os.environ | {"TMPDIR": str(tmp_path)}, check=False)
