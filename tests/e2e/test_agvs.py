@@ -10,23 +10,34 @@ from contextlib import asynccontextmanager, contextmanager
 from pathlib import Path
 
 import pytest
+from aiomqtt import Client
 
-from ppaas.errors import PPaaSError
+from ppaas.clock import epoch
+from ppaas.errors import NotFound, PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
+from ppaas.wire.vda5050 import topics
+from ppaas.wire.vda5050.codec import encode
+from ppaas.wire.vda5050.fields import Fields
+from ppaas.wire.vda5050.headers import HeaderCounter
+from ppaas.wire.vda5050.states import Connection, ConnectionState
+from ppaas.wire.vda5050.topics import Address
+from ppaas.wire.vda5050.versions import Version
 from robots import cli
 from robots.client.move_base import MoveBaseClient
 from robots.client.rest_paths import path_of
 from robots.client.robot_client import RobotClient
 from tests.support.cloud.cloud import RunningCloud, publish_map
 from tests.support.vda5050.mosquitto import Mosquitto
+from tests.support.vda5050.simple_agv import SimpleAgv
 from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = pytest.mark.journey
 
 FOLDER = Path(__file__).parent / "vda5050"
 LOGIN = "hall", "a secret of the hall"
+AWAY: tuple[ConnectionState, ...] = ("OFFLINE", "HIBERNATING", "CONNECTION_BROKEN")
 AGV = {"manufacturer": "acme", "serialNumber": "fork-7"}
 
 
@@ -167,3 +178,38 @@ async def test_the_virtual_agv_of_vda_5050_lib_obeys_the_cloud(
             assert bridge.count("update 0,") == 4, "no order was sent twice"
             assert bridge.count("cancelOrder") == 1
             assert "contradicts" not in bridge.log.read_text()
+
+
+async def test_the_robot_of_an_agv_is_connected_while_its_agv_is(
+    cloud: RunningCloud, office_map: GridMap, broker: Mosquitto, bridge: Bridge
+) -> None:
+    rest = await cloud.admin()
+    await publish_map(rest, "agv_hall", office_map)
+    bridge.start()
+    agv = SimpleAgv(free_pose(office_map, seed=61), map_id="hall-1")
+    address = Address.of(Version.V3_0, AGV["manufacturer"], "truck-1")
+    headers = HeaderCounter(Version.V3_0, address)
+
+    async def connected() -> bool:
+        try:
+            return bool((await rest.get(path_of("robots", "truck-1", "state")))["connected"])
+        except NotFound:
+            return False
+
+    async with Client("127.0.0.1", broker.port, username=LOGIN[0], password=LOGIN[1]) as client:
+
+        async def say(topic: str, body: Fields) -> None:
+            payload = encode(topic, headers.next(topic, epoch()), body, Version.V3_0)
+            await client.publish(address.topic(topic), payload, qos=1)
+
+        async def becomes(wanted: ConnectionState, *, here: bool) -> None:
+            async with asyncio.timeout(60.0):
+                await say(topics.CONNECTION, Connection(connection_state=wanted))
+                while await connected() != here:
+                    if wanted == "ONLINE":
+                        await say(topics.STATE, agv.state())
+                    await asyncio.sleep(0.3)
+
+        for away in AWAY:
+            await becomes("ONLINE", here=True)
+            await becomes(away, here=False)
