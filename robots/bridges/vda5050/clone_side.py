@@ -10,7 +10,7 @@ from ppaas.clock import monotonic
 from ppaas.errors import MalformedMessage, PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.messages import decode, encode
-from ppaas.messages.base.std_msgs import Bool, Header
+from ppaas.messages.base.std_msgs import Bool, Header, String
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovariance, PoseWithCovarianceStamped
 from ppaas.messages.nav2_msgs import SpeedLimit
 from ppaas.messages.nav_msgs import Odometry, Path
@@ -98,6 +98,7 @@ class CloneSide:
         link = self._link
         await self._subscribe_poses()
         await link.subscribe(PRESENCE, OWN_TOPICS[PRESENCE], self._presence_received)
+        await link.subscribe("amcl/status", "std_msgs/String", self._status_received)
         await link.subscribe("odom", "nav_msgs/Odometry", self._odometry_received, period=SLOW_PERIOD)
         await link.subscribe(
             "battery_state", "sensor_msgs/msg/BatteryState", self._battery_received, period=SLOW_PERIOD
@@ -123,6 +124,8 @@ class CloneSide:
         if self._agv.pose is not None and monotonic() - self._located > POSE_AGE:
             self._agv.robot_at(None)
             self._telemetry.velocity = None
+            if not self._agv.why_lost:
+                self._agv.why_lost = f"no pose of the robot has come for {POSE_AGE:g} s"
             self._agv.robot_moves(moving=False)
             self._changed()
 
@@ -139,8 +142,12 @@ class CloneSide:
         located = decode(PoseWithCovarianceStamped, message).pose
         pose, covariance = located.pose.planar(), located.covariance
         deviation = math.sqrt(max(0.0, covariance[0] + covariance[7])) if len(covariance) == 36 else 0.0
-        self._located = monotonic()
+        self._located, self._agv.why_lost = monotonic(), ""
         self._agv.robot_at(RobotPose(*pose, deviation))
+        self._changed()
+
+    def _status_received(self, message: bytes) -> None:
+        self._agv.why_lost = decode(String, message).data
         self._changed()
 
     def _odometry_received(self, message: bytes) -> None:

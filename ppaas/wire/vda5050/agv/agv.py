@@ -62,6 +62,8 @@ class Agv:
         Orders, actions and zones that the AGV was given.
     pose : RobotPose or None
         Pose of the robot; None if it is not localized.
+    why_lost : str
+        Why the robot is not localized; empty if that is not known.
     paused, connected : bool
         Whether the AGV was paused, and whether its robot is connected to the cloud.
     moving : bool
@@ -74,6 +76,7 @@ class Agv:
         self._instant_types = instant.INSTANT_3 if version.major >= 3 else instant.INSTANT_2
         self.orders, self.actions, self.instants = OrderBook(), ActionBook(), InstantBook()
         self.zones = ZoneBook(abilities.map_id, abilities.zones)
+        self.why_lost = ""
         self.pose: RobotPose | None = None
         self.paused, self.connected, self.moving = False, False, False
         self._entered = 0
@@ -130,7 +133,8 @@ class Agv:
             text = "the robot is not connected to the cloud"
             errors.append(fault(faults.MOBILE_ROBOT_NOT_AVAILABLE, "WARNING", text, {}))
         elif self.pose is None:
-            errors.append(fault(faults.LOCALIZATION_ERROR, "FATAL", "the robot is not localized", {}))
+            text = f"the robot is not localized{': ' if self.why_lost else ''}{self.why_lost}"
+            errors.append(fault(faults.LOCALIZATION_ERROR, "FATAL", text, {}))
         return errors
 
     # -- orders --------------------------------------------------------------------------------------------------------
@@ -163,7 +167,8 @@ class Agv:
             return
         ids = order_ids(order.order_id, order.order_update_id)
         if not self.connected or self.pose is None:
-            raise Refusal(faults.MOBILE_ROBOT_NOT_AVAILABLE, "the robot is not connected, or not localized", ids)
+            text = f"the robot is not connected, or not localized{': ' if self.why_lost else ''}{self.why_lost}"
+            raise Refusal(faults.MOBILE_ROBOT_NOT_AVAILABLE, text, ids)
         if order.order_update_id and self._strict:
             raise Refusal(faults.VALIDATION_FAILURE, "the orderUpdateId of a new order is 0", ids)
         self.orders.begin(order, self.pose, idle=self.idle and not self._cancelling)

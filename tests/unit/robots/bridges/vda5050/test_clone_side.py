@@ -13,10 +13,11 @@ from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovariance, 
 from ppaas.messages.nav_msgs import Path
 from ppaas.wire.own_topics import PRESENCE
 from ppaas.wire.vda5050.agv.agv import Abilities, Agv
-from ppaas.wire.vda5050.agv.report import Telemetry
+from ppaas.wire.vda5050.agv.report import Telemetry, state_of
 from ppaas.wire.vda5050.states import PowerSupply
 from ppaas.wire.vda5050.versions import Version
 from robots.bridges.core.cloud_link import CloudLink
+from robots.bridges.vda5050 import clone_side
 from robots.bridges.vda5050.agv_options import AgvOptions
 from robots.bridges.vda5050.clone_side import CloneSide
 from tests.support.vda5050.orders import MAP
@@ -81,3 +82,30 @@ async def test_a_message_that_is_not_of_its_type_is_left_out(topic: str, message
     clone.say(topic, message)
     assert clone.agv.pose is None and clone.telemetry.path == ()
     assert clone.telemetry.power.state_of_charge == 50.0
+
+
+async def test_a_robot_whose_pose_is_not_renewed_is_not_localized_and_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    clone = Clone()
+    await clone.side.subscribe()
+    clone._link._keeper.connected.set()
+    header, pose = Header(frame_id="map"), PoseWithCovariance(Pose.of(Pose2D(1.0, 2.0, 0.5)))
+    located = json.loads(encode(PoseWithCovarianceStamped(header, pose)))
+
+    def errors() -> list[tuple[str, str | None]]:
+        state = state_of(clone.agv, MAP, clone.telemetry)
+        assert state.mobile_robot_position is not None
+        assert state.mobile_robot_position.localized is (not state.errors)
+        return [(error.error_type, error.error_description) for error in state.errors]
+
+    clone.side.check()
+    clone.say("amcl_pose", located)
+    assert errors() == []
+    now = clone_side.monotonic()
+    with monkeypatch.context() as later:
+        later.setattr(clone_side, "monotonic", lambda: now + 9.0)
+        clone.side.check()
+    assert errors() == [("LOCALIZATION_ERROR", "the robot is not localized: no pose of the robot has come for 3 s")]
+    clone.say("amcl/status", {"data": "no scan comes any more"})
+    assert errors() == [("LOCALIZATION_ERROR", "the robot is not localized: no scan comes any more")]
+    clone.say("amcl_pose", located)
+    assert errors() == []
