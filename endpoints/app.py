@@ -1,6 +1,5 @@
 """FastAPI application of the REST service, without the robot WebSocket."""
 
-from importlib.metadata import version
 from typing import Any, Final
 
 from fastapi import APIRouter, Depends, FastAPI
@@ -46,6 +45,7 @@ from endpoints.rest.traffic import traffic
 from endpoints.rest.users import groups, scoped_tokens, tickets, tokens, users
 from endpoints.rest.viewer import add_viewer
 from endpoints.services.services import Services
+from ppaas import __version__
 
 PREFIX = "/v1"
 """Prefix of the paths of the REST service."""
@@ -151,7 +151,7 @@ def create_app(services: Services, settings: FrontSettings | None = None) -> Fas
         title="PPaaS",
         summary="Path Planning as a Service",
         description=DESCRIPTION,
-        version=version("ppaas"),
+        version=__version__,
         routes=list(ROUTES),
         openapi_tags=TAGS,
         servers=[{"url": "."}],  # relative to the document, so also below a path of a proxy

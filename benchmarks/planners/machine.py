@@ -6,6 +6,7 @@ from importlib.metadata import version
 from typing import Any
 
 from benchmarks.planners.timing import cpus
+from ppaas import __version__
 
 
 def describe() -> dict[str, Any]:
@@ -22,5 +23,5 @@ def describe() -> dict[str, Any]:
         "python": platform.python_version(),
         "numba": version("numba"),
         "numpy": version("numpy"),
-        "ppaas": version("ppaas"),
+        "ppaas": __version__,
     }

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from benchmarks.planners.graph import digraph_of, graph_of
 from benchmarks.planners.timing import timed
 from ppaas.costmap.costmap import Costmap
+from ppaas.distribution import install_hint
 from ppaas.errors import NotFound
 from ppaas.planners.ends import Cell
 from ppaas.planners.grid import navigation_function
@@ -92,7 +93,7 @@ class Peer:
     def why_not(self, cells: int) -> str | None:
         """Return why it cannot be measured on a grid of that many cells; None if it can."""
         if not self.installed:
-            return "not installed: pip install '.[bench]'"
+            return f"not installed: {install_hint('bench')}"
         return "the grid is too large" if self.most is not None and cells > self.most else None
 
     def call(self, problem: PeerProblem) -> tuple[float, Callable[[], Any]]:

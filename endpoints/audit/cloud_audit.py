@@ -5,7 +5,6 @@ import getpass
 import logging
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from importlib.metadata import version
 from pathlib import Path
 
 import msgspec
@@ -13,6 +12,7 @@ import msgspec
 from endpoints.audit.event import AuditEvent
 from endpoints.audit.file_log import FileAuditLog
 from endpoints.audit.files import AuditFiles
+from ppaas import __version__
 
 logger = logging.getLogger(__name__)
 
@@ -33,7 +33,7 @@ async def cloud_audit(data: Path, *, is_cloud: bool = True) -> AsyncIterator[Fil
     """
     log = await asyncio.to_thread(FileAuditLog, data / AUDIT)
     if is_cloud:
-        log.record(AuditEvent(action="start_cloud", user=host_user(), details={"version": version("ppaas")}))
+        log.record(AuditEvent(action="start_cloud", user=host_user(), details={"version": __version__}))
     try:
         yield log
     finally:

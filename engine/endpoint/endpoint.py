@@ -6,7 +6,6 @@ import logging
 import os
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 
 import psutil
@@ -26,6 +25,7 @@ from engine.protocols.refusals import Refusal, error_of
 from engine.service.endpoints.interface import EndpointState, MasterCalls, Registration
 from engine.service.news.news import Hear, NewsKind
 from engine.service.news.robot_facts import AskFact, FactKind
+from ppaas import __version__
 from ppaas.errors import Unavailable
 
 logger = logging.getLogger(__name__)
@@ -127,7 +127,7 @@ class Endpoint:
         return Registration(
             endpoint=self._here.name,
             secret=self._access.secret,
-            release=version("ppaas"),
+            release=__version__,
             pid=os.getpid(),
             at=self._listener.address,
             container_secret=self._listener.secret,

@@ -19,6 +19,7 @@ from engine.protocols.machine_link import RecorderTold
 from engine.recorder import main as recorder_main
 from engine.recorder.frames import Left, Recorded, Told
 from engine.specs.containers import ContainerSpec
+from ppaas.distribution import install_hint
 from ppaas.errors import InvalidInput
 
 logger = logging.getLogger(__name__)
@@ -38,7 +39,7 @@ MOST_TOLD = 1 << 16
 NOT_HERE = (
     "this machine keeps no recordings: robots are recorded on the machine of the cloud itself, which has a data folder"
 )
-MISSING = "recordings need the extra recording on the machine of the cloud: pip install 'ppaas[recording]'"
+MISSING = f"recordings need the extra recording on the machine of the cloud: {install_hint('recording')}"
 
 Tell = Callable[[RecorderTold], None]
 

@@ -2,6 +2,7 @@
 
 from types import ModuleType
 
+from ppaas.distribution import install_hint
 from ppaas.errors import InvalidInput
 
 
@@ -16,5 +17,5 @@ def mcap_modules() -> tuple[ModuleType, ModuleType]:
     try:
         from mcap import records, writer  # noqa: PLC0415 - of the extra recording
     except ImportError as error:
-        raise InvalidInput("recordings need the extra recording: pip install 'ppaas[recording]'") from error
+        raise InvalidInput(f"recordings need the extra recording: {install_hint('recording')}") from error
     return writer, records

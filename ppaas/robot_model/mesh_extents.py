@@ -11,6 +11,7 @@ from xml.etree.ElementTree import Element, ParseError
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.distribution import install_hint
 from ppaas.errors import InvalidInput
 
 Points = NDArray[np.float64]
@@ -92,7 +93,7 @@ def _dae(data: bytes) -> Points:
         from defusedxml.common import DefusedXmlException  # noqa: PLC0415 - of the extra plan
         from defusedxml.ElementTree import fromstring  # noqa: PLC0415
     except ModuleNotFoundError as error:
-        raise InvalidInput("reading COLLADA meshes needs the extra plan: pip install '.[plan]'") from error
+        raise InvalidInput(f"reading COLLADA meshes needs the extra plan: {install_hint('plan')}") from error
     try:
         root = fromstring(data, forbid_dtd=True)
     except DefusedXmlException as error:

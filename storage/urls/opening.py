@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TypeVar, cast
 
+from ppaas.distribution import install_hint
 from ppaas.errors import InvalidInput, NotFound
 from storage.disk_space.guarded import GuardedStore
 from storage.disk_space.reserve import DiskReserve
@@ -118,5 +119,5 @@ def _open(url: str, backends: Mapping[str, Backend[S]], *, create: bool = True) 
     except ModuleNotFoundError as error:
         if backend.extra is None:
             raise
-        raise InvalidInput(f"{scheme}: stores need an extra: pip install '.[{backend.extra}]'") from error
+        raise InvalidInput(f"{scheme}: stores need an extra: {install_hint(backend.extra)}") from error
     return kind(*arguments) if create or not backend.remote else kind(*arguments, create=False)

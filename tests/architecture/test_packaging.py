@@ -123,6 +123,25 @@ def test_lock_pins_the_projects_requirements(requirement):
         assert requirement.specifier.contains(here[canonicalize_name(requirement.name)]), "run make lock"
 
 
+MESSAGES = [
+    path
+    for package in (*PACKAGES, "benchmarks")
+    for path in sorted((ROOT / package).rglob("*.py"))
+    if path != ROOT / "ppaas" / "distribution.py"
+]
+
+
+def test_one_place_tells_how_to_install_an_extra():
+    assert [path for path in MESSAGES if re.search(r"pip install [^\n]*\[", path.read_text(encoding="utf-8"))] == []
+
+
+@pytest.mark.parametrize(
+    "page", ["README.md", "CHANGELOG.md", *sorted(p.relative_to(ROOT) for p in ROOT.glob("docs/**/*.md"))], ids=str
+)
+def test_no_page_tells_to_install_what_an_index_has_under_a_name_like_ours(page):
+    assert not re.search(r"pip install (-\S+ )*'?ppaas(?![\w-]*\.whl|[_-])", (ROOT / page).read_text(encoding="utf-8"))
+
+
 def test_makefile_installs_from_the_locks():
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     assert all(f"--require-hashes -r {path}" in makefile for path in LOCKS)

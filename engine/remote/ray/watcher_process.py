@@ -16,6 +16,7 @@ import msgspec
 from engine.processes.child_process import end
 from engine.protocols.refusals import error_of
 from engine.remote.ray.config import WatchAnswer, WatchConfig, WatchRefused
+from ppaas.distribution import install_hint
 from ppaas.errors import InvalidInput, Unavailable
 
 if TYPE_CHECKING:
@@ -60,7 +61,7 @@ class WatcherProcess:
 
     def __init__(self, config: WatchConfig, command: Sequence[str] = COMMAND) -> None:
         if importlib.util.find_spec("ray") is None:
-            raise InvalidInput("machines on Ray need the extra 'ray': pip install '.[ray]'")
+            raise InvalidInput(f"machines on Ray need the extra ray: {install_hint('ray')}")
         self._config = config
         self._command = command
         self._endpoint = read_address(config.address)

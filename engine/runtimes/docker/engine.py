@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from engine.processes.instances import is_dead
+from ppaas.distribution import install_hint
 from ppaas.errors import Unavailable
 
 try:
@@ -20,7 +21,7 @@ try:
     from docker.types import LogConfig, Mount
     from requests import RequestException
 except ImportError as error:
-    raise Unavailable("the docker runtime needs the extra 'docker': pip install '.[docker]'") from error
+    raise Unavailable(f"the docker runtime needs the extra docker: {install_hint('docker')}") from error
 
 logger = logging.getLogger(__name__)
 

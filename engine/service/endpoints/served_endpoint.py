@@ -6,7 +6,6 @@ import re
 from collections import Counter
 from collections.abc import Callable
 from functools import partial
-from importlib.metadata import version as release_of
 
 from engine.calls.caller import Caller
 from engine.protocols.pending_handshakes import is_same
@@ -21,6 +20,7 @@ from engine.service.news.news import NewsKind
 from engine.service.news.robot_facts import FactKind
 from engine.service.robot_sessions import RobotSessions
 from engine.specs.containers import MapVersion
+from ppaas import __version__
 from ppaas.errors import Conflict, NotPermitted, PPaaSError, Unavailable
 from storage.records import Limits, MapRecord
 
@@ -90,9 +90,8 @@ class ServedEndpoint:
             It is none of this cloud, its name is not one of its machine, or its machine was removed.
         """
         self._check_origin(registration)
-        here = release_of("ppaas")
-        if registration.release != here:
-            raise Conflict(f"the endpoint is of release {registration.release[:32]}, and the master of {here}")
+        if registration.release != __version__:
+            raise Conflict(f"the endpoint is of release {registration.release[:32]}, and the master of {__version__}")
         self._neighbours.hang_up(registration.endpoint)  # of an earlier process, if the network was down
         self.registration = registration
         self.registered()

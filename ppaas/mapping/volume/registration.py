@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.distribution import install_hint
 from ppaas.errors import Unavailable
 from ppaas.thread_budget import Threads, one_thread
 
@@ -109,8 +110,7 @@ def library() -> Any:
         import small_gicp  # noqa: PLC0415  # of the extra mapping
     except ImportError as error:
         raise Unavailable(
-            "registration of point clouds needs the library small_gicp: install it where containers run, by "
-            "pip install '.[mapping]'"
+            "registration of point clouds needs the library small_gicp where containers run: " + install_hint("mapping")
         ) from error
     return small_gicp
 

@@ -3,6 +3,7 @@
 from importlib.util import find_spec
 from typing import Final
 
+from ppaas.distribution import install_hint
 from ppaas.errors import InvalidInput
 
 PACKAGES: Final = ("foxglove", "rosbags")
@@ -11,4 +12,4 @@ PACKAGES: Final = ("foxglove", "rosbags")
 def check_installed() -> None:
     """Raise ``InvalidInput`` unless the packages of the extra ``foxglove`` are installed."""
     if not all(find_spec(package) for package in PACKAGES):
-        raise InvalidInput("viewers of Foxglove need the extra foxglove: pip install 'ppaas[cloud,foxglove]'")
+        raise InvalidInput(f"viewers of Foxglove need the extra foxglove: {install_hint('cloud', 'foxglove')}")

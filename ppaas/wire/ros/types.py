@@ -10,6 +10,7 @@ from typing import Any, Final
 
 import msgspec
 
+from ppaas.distribution import install_hint
 from ppaas.errors import InvalidInput, MalformedMessage, MessageTooLarge, UnknownType
 from ppaas.wire.ros.definitions import DEFINITIONS
 from ppaas.wire.ros.interfaces import NAME, SEQUENCE, parsed
@@ -264,7 +265,7 @@ def _rosbags() -> tuple[ModuleType, tuple[type[Exception], ...]]:
         from rosbags import typesys  # noqa: PLC0415 - of the extras ros2 and bags
         from rosbags.serde import SerdeError  # noqa: PLC0415
     except ImportError as error:
-        raise InvalidInput("messages of ROS need the extra ros2: pip install 'ppaas[ros2]'") from error
+        raise InvalidInput(f"messages of ROS need the extra ros2: {install_hint('ros2')}") from error
     return typesys, (SerdeError, struct.error, ValueError, IndexError, OverflowError)
 
 

@@ -4,6 +4,7 @@ import re
 from types import SimpleNamespace
 from typing import Any
 
+from ppaas.distribution import install_hint
 from ppaas.errors import InvalidInput, MalformedMessage
 from ppaas.wire.ros.graph import Entity, Kind, Qos
 from ppaas.wire.ros.rmw_zenoh import ros_type
@@ -25,7 +26,7 @@ def imported() -> Any:
     try:
         from cyclonedds import _clayer, builtin, core, domain, pub, sub, topic, util  # noqa: PLC0415 - of the extra ros2
     except ImportError as error:
-        raise InvalidInput("robots with DDS need the extra ros2: pip install 'ppaas[ros2]'") from error
+        raise InvalidInput(f"robots with DDS need the extra ros2: {install_hint('ros2')}") from error
     return SimpleNamespace(
         write=_clayer.ddspy_write,
         take=_clayer.ddspy_take,

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 from urllib.parse import urlsplit
 
+from ppaas.distribution import install_hint
 from ppaas.errors import InvalidInput, MessageTooLarge, PPaaSError, Unavailable
 from ppaas.wire.ros.xml_rpc import (
     ERROR,
@@ -20,7 +21,7 @@ from ppaas.wire.ros.xml_rpc import (
 try:
     import h11
 except ImportError as error:
-    raise InvalidInput("robots with ROS 1 need the extra ros1: pip install 'ppaas[ros1]'") from error
+    raise InvalidInput(f"robots with ROS 1 need the extra ros1: {install_hint('ros1')}") from error
 
 CALL_TIMEOUT = 3.0
 """Time limit of a call [s]."""

@@ -5,6 +5,7 @@ from collections.abc import Awaitable, Callable, Mapping
 from typing import Any
 
 from ppaas.clock import monotonic
+from ppaas.distribution import install_hint
 from ppaas.errors import Conflict, InvalidInput, NotFound, Unavailable
 from ppaas.maps.grid import GridMap
 from ppaas.maps.occupancy import from_message
@@ -108,7 +109,7 @@ class ZoneMasks:
             # Images and YAML are for zones alone.
             from ppaas.maps.formats.map_files import save_map  # noqa: PLC0415
         except ModuleNotFoundError as error:
-            raise InvalidInput(f"zones need {error.name}: in a checkout of ppaas, pip install '.[vda5050]'") from error
+            raise InvalidInput(f"zones need {error.name}: {install_hint('vda5050')}") from error
         yaml, image = save_map(mask, f"{map_id}.pgm")
         await self._rest.upload_map(map_id, yaml, image, message="zones of a master control")
 

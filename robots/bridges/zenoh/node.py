@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from ppaas.clock import epoch
+from ppaas.distribution import install_hint
 from ppaas.errors import InvalidInput, MalformedMessage, Unavailable
 from ppaas.wire.ros import ros_types
 from ppaas.wire.ros.graph import Entity, Kind, Qos, release_of
@@ -307,5 +308,5 @@ def _imported() -> Any:
         import zenoh  # noqa: PLC0415 - of the extra ros2
         import zenoh.ext  # noqa: PLC0415
     except ImportError as error:
-        raise InvalidInput("robots with rmw_zenoh need the extra ros2: pip install 'ppaas[ros2]'") from error
+        raise InvalidInput(f"robots with rmw_zenoh need the extra ros2: {install_hint('ros2')}") from error
     return zenoh

@@ -4,6 +4,7 @@ import struct
 from collections import Counter
 from typing import Any
 
+from ppaas.distribution import install_hint
 from ppaas.errors import InvalidInput
 from ppaas.recording.reader import Channel, Message
 
@@ -33,7 +34,7 @@ class BagObjects:
             from rosbags import typesys  # noqa: PLC0415 - of the extra bags
             from rosbags.serde import SerdeError  # noqa: PLC0415
         except ModuleNotFoundError as error:
-            raise InvalidInput("reading bags of ROS needs the extra bags: pip install '.[bags]'") from error
+            raise InvalidInput(f"reading bags of ROS needs the extra bags: {install_hint('bags')}") from error
         self._typesys = typesys
         self._errors = (SerdeError, struct.error, ValueError, LookupError, OverflowError, AssertionError)
         self._stores: dict[tuple[str, str, bytes], Any] = {}

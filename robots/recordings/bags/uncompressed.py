@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import IO, Any
 
+from ppaas.distribution import install_hint
 from ppaas.errors import InvalidInput
 
 SUFFIXES = ("zst", "zstd", "gz", "bz2", "xz", "lz4")
@@ -89,7 +90,7 @@ def _zstd(file: IO[bytes]) -> Any:
     try:
         import zstandard  # noqa: PLC0415 - of the extras bags and recording
     except ModuleNotFoundError as error:
-        raise InvalidInput("files compressed by zstd need the extra bags: pip install '.[bags]'") from error
+        raise InvalidInput(f"files compressed by zstd need the extra bags: {install_hint('bags')}") from error
     return zstandard.ZstdDecompressor(max_window_size=1 << 27).stream_reader(file, read_across_frames=True)
 
 
@@ -97,7 +98,7 @@ def _lz4(file: IO[bytes]) -> Any:
     try:
         import lz4.frame  # noqa: PLC0415 - likewise
     except ModuleNotFoundError as error:
-        raise InvalidInput("files compressed by lz4 need the extra bags: pip install '.[bags]'") from error
+        raise InvalidInput(f"files compressed by lz4 need the extra bags: {install_hint('bags')}") from error
     return lz4.frame.LZ4FrameFile(file)
 
 

@@ -5,7 +5,6 @@ import contextlib
 from collections.abc import AsyncIterator, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
 from functools import partial
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +24,7 @@ from engine.service.endpoints.cloud_calls import CloudCalls
 from engine.service.endpoints.interface import EndpointCalls, EndpointState, MasterCalls, Registration
 from engine.service.endpoints.server import EndpointServer
 from engine.service.views import EndpointView
+from ppaas import __version__
 from ppaas.clock import ManualClock
 from ppaas.errors import Conflict, NotPermitted, PPaaSError, Unavailable
 from tests.support.endpoints.fake_cloud import FakeCloud
@@ -68,7 +68,7 @@ async def server(tmp_path: Path, clock: ManualClock, cloud: MasterCloud) -> Asyn
 
 @asynccontextmanager
 async def linked(server: EndpointServer, clock: Callable[[], float]) -> AsyncIterator[MasterLink]:
-    url, release = "http://h:8500", version("ppaas")
+    url, release = "http://h:8500", __version__
     here = Registration("hall-1", SECRET, release, 77, EndpointAddress("hall", "unix:/e"), "own", url)
     access = OwnMaster(UnixAddress(server.path), SECRET, never)
     link = MasterLink(access, lambda: here, NoCalls(), nothing, clock)  # type: ignore[arg-type]
@@ -85,7 +85,7 @@ async def test_an_endpoint_is_ready_while_it_reports_its_load(server: EndpointSe
     async with linked(server, clock) as link:
         await until(lambda: bool(server.endpoints.views()))
         known: dict[str, Any] = {"id": "hall-1", "machine": "hall", "pid": 77, "url": "http://h:8500"}
-        known |= {"release": version("ppaas")}
+        known |= {"release": __version__}
         silent = EndpointView(**known, sockets=0, frames=0.0, cpu=0.0, memory=0, state="ready")
         assert server.endpoints.views() == [silent]
         await link.call(MasterCalls.report, EndpointState(3, 60.0, 0.25, 90 << 20))
@@ -168,7 +168,7 @@ async def test_silent_strangers_are_closed_in_time_and_make_room_before(
 
 @pytest.mark.parametrize(
     ("secret", "release", "expected"),
-    [("guessed", version("ppaas"), NotPermitted), (SECRET, "0.0.9", Conflict)],
+    [("guessed", __version__, NotPermitted), (SECRET, "0.0.9", Conflict)],
     ids=["secret", "release"],
 )
 async def test_endpoints_of_another_cloud_or_release_are_refused(
@@ -185,7 +185,7 @@ async def test_endpoints_of_another_cloud_or_release_are_refused(
 def registration(name: str = "hall-1", machine: str = "hall", advertised: str = "") -> Registration:
     """Return the registration of an endpoint of another host."""
     here = EndpointAddress(machine, "unix:/e", "tls://hall:7000", "f1")
-    return Registration(name, "", version("ppaas"), 1, here, "s", "http://hall:8500", advertised)
+    return Registration(name, "", __version__, 1, here, "s", "http://hall:8500", advertised)
 
 
 @asynccontextmanager

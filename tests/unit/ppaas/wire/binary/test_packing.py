@@ -150,7 +150,7 @@ def test_without_the_extra_json_is_sent_and_the_extra_is_named(monkeypatch: pyte
     serialize.cache_clear()
     ros_types.cache_clear()
     packer = Packer(serialize=serialize)
-    assert "pip install 'ppaas[ros2]'" in str(packer.objection("scan", "cbor-raw"))
+    assert "pip install '.[ros2]'" in str(packer.objection("scan", "cbor-raw"))
     assert kind_of(frames(packer, {"compression": "cbor-raw"})[0]) == "json"
 
 

@@ -12,5 +12,5 @@ def test_the_packages_are_installed_here() -> None:
 
 def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(installed, "PACKAGES", ("foxglove", "no_such_package"))
-    with pytest.raises(InvalidInput, match=r"pip install 'ppaas\[cloud,foxglove\]'"):
+    with pytest.raises(InvalidInput, match=r"pip install '\.\[cloud,foxglove\]'"):
         installed.check_installed()

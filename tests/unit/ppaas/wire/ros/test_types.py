@@ -209,7 +209,7 @@ def test_unknown_types_and_releases_are_named() -> None:
 
 def test_without_rosbags_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "rosbags", None)
-    with pytest.raises(InvalidInput, match=r"pip install 'ppaas\[ros2\]'"):
+    with pytest.raises(InvalidInput, match=r"pip install '\.\[ros2\]'"):
         types.RosTypes("jazzy")
 
 

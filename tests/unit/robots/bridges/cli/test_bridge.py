@@ -34,8 +34,8 @@ def test_a_token_is_needed(capsys: pytest.CaptureFixture[str], monkeypatch: pyte
 @pytest.mark.parametrize(
     ("transport", "module", "advice"),
     [
-        ("dds", "cyclonedds", "pip install 'ppaas[ros2]'"),
-        ("zenoh", "zenoh", "pip install 'ppaas[ros2]'"),
+        ("dds", "cyclonedds", "pip install '.[ros2]'"),
+        ("zenoh", "zenoh", "pip install '.[ros2]'"),
         ("rclpy", "rclpy", "by the Python of the robot's ROS 2"),
     ],
 )

@@ -37,4 +37,4 @@ def test_what_is_not_installed_is_named(capsys: pytest.CaptureFixture[str], monk
         monkeypatch.delitem(sys.modules, module)
     monkeypatch.setitem(sys.modules, "h11", None)
     assert main(["bridge", "ros1", "tb1", "--token", "t"]) == 1
-    assert "pip install 'ppaas[ros1]'" in capsys.readouterr().err
+    assert "pip install '.[ros1]'" in capsys.readouterr().err
