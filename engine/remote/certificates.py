@@ -42,7 +42,7 @@ def read_key(pem: bytes) -> Key:
 
 def authority_certificate(key: Key, name: str) -> x509.Certificate:
     """Return the self-signed certificate of an authority."""
-    made = _begin(name, name, key.public_key(), ca=True)
+    made = _begin(name, name, key.public_key(), key, ca=True)
     usage = x509.KeyUsage(
         digital_signature=True, key_cert_sign=True, crl_sign=True, content_commitment=False, key_encipherment=False,
         data_encipherment=False, key_agreement=False, encipher_only=False, decipher_only=False,
@@ -52,14 +52,14 @@ def authority_certificate(key: Key, name: str) -> x509.Certificate:
 
 def issue(name: str, public: ec.EllipticCurvePublicKey, issuer: x509.Certificate, key: Key) -> x509.Certificate:
     """Return the certificate of a machine, valid for clients only."""
-    made = _begin(name, common_name(issuer), public, ca=False)
+    made = _begin(name, common_name(issuer), public, key, ca=False)
     usage = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.CLIENT_AUTH])
     return made.add_extension(usage, critical=False).sign(key, hashes.SHA256())
 
 
 def issue_for_cloud(name: str, own: Key, issuer: x509.Certificate, key: Key) -> x509.Certificate:
     """Return the certificate of the cloud, which clients verify by this name."""
-    made = _begin(name, common_name(issuer), own.public_key(), ca=False)
+    made = _begin(name, common_name(issuer), own.public_key(), key, ca=False)
     usage = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH])
     dialled = x509.SubjectAlternativeName([x509.DNSName(name)])
     return made.add_extension(usage, critical=False).add_extension(dialled, critical=False).sign(key, hashes.SHA256())
@@ -68,7 +68,7 @@ def issue_for_cloud(name: str, own: Key, issuer: x509.Certificate, key: Key) -> 
 def self_signed(name: str, own: Key) -> bytes:
     """Return the certificate of a server that its clients know by its fingerprint, in PEM."""
     usage = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH])
-    made = _begin(name, name, own.public_key(), ca=False)
+    made = _begin(name, name, own.public_key(), own, ca=False)
     return made.add_extension(usage, critical=False).sign(own, hashes.SHA256()).public_bytes(Encoding.PEM)
 
 
@@ -106,7 +106,8 @@ def _named(name: str) -> x509.Name:
     return x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
 
 
-def _begin(name: str, issuer: str, public: ec.EllipticCurvePublicKey, *, ca: bool) -> x509.CertificateBuilder:
+def _begin(name: str, issuer: str, public: ec.EllipticCurvePublicKey, key: Key, *, ca: bool) -> x509.CertificateBuilder:
+    """Return a certificate to be signed with ``key``, with the identifiers of keys that RFC 5280 demands."""
     now = datetime.datetime.now(datetime.UTC)
     return (
         x509.CertificateBuilder()
@@ -117,4 +118,6 @@ def _begin(name: str, issuer: str, public: ec.EllipticCurvePublicKey, *, ca: boo
         .not_valid_before(now - SLACK)
         .not_valid_after(now + LIFETIME)
         .add_extension(x509.BasicConstraints(ca=ca, path_length=0 if ca else None), critical=True)
+        .add_extension(x509.SubjectKeyIdentifier.from_public_key(public), critical=False)
+        .add_extension(x509.AuthorityKeyIdentifier.from_issuer_public_key(key.public_key()), critical=False)
     )

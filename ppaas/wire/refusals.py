@@ -41,6 +41,12 @@ _BY_CLOSE_CODE: dict[int, type[PPaaSError]] = {
     1008: NotPermitted,
     1009: MessageTooLarge,
 }
+_STRICT = (
+    "authority key identifier", "subject key identifier", "key usage", "keycertsign", "basic constraints",
+    "path length given", "path length invalid", "name is empty", "subjectaltname", "certificate version",
+)  # fmt: skip
+"""Reasons of OpenSSL's strict mode, which Python 3.13 switched on (``ssl.VERIFY_X509_STRICT``)."""
+
 _SLUGGED = re.compile(r"(?P<slug>[a-z]+(?:-[a-z]+)*): (?P<text>.*)", re.DOTALL)
 
 
@@ -60,6 +66,27 @@ class ReceivedProblem(msgspec.Struct):
     detail: str = ""
     status: int | None = None
     faults: list[ReceivedFault] = []
+
+
+def untrusted(reason: str, option: str = "--ca-file or SSL_CERT_FILE") -> str:
+    """Return why the certificate of a server is not trusted, and what to do.
+
+    Parameters
+    ----------
+    reason : str
+        Reason that OpenSSL gives, as ``ssl.SSLCertVerificationError.verify_message``.
+    option : str
+        What names the authorities to trust.
+    """
+    if any(words in reason.lower() for words in _STRICT):
+        advice = (
+            "Python 3.13 and newer trust no certificates without it (RFC 5280): make the authority with the extensions "
+            "basicConstraints=critical,CA:TRUE, keyUsage=critical,keyCertSign and subjectKeyIdentifier=hash, and the "
+            "certificate of the server with authorityKeyIdentifier=keyid"
+        )
+    else:
+        advice = f"name the file with the certificate of its authority by {option}"
+    return f"its certificate is not trusted ({reason}); {advice}"
 
 
 def error_of_text(text: str, otherwise: type[PPaaSError] = PPaaSError) -> PPaaSError:

@@ -2,6 +2,7 @@
 
 import logging
 import random
+import ssl
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
@@ -11,7 +12,7 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import InvalidHandshake, InvalidStatus, InvalidURI
 
 from ppaas.errors import InvalidInput, Unavailable
-from ppaas.wire.refusals import error_of_status
+from ppaas.wire.refusals import error_of_status, untrusted
 from ppaas.wire.resumption import (
     ANEW,
     ENDPOINT_HEADER,
@@ -168,6 +169,8 @@ async def open_socket(url: str, headers: dict[str, str], link: ConnectionOptions
         raise error_of_status(error.response.status_code, bytes(error.response.body or b"")) from error
     except InvalidURI as error:
         raise InvalidInput(str(error)) from error
+    except ssl.SSLCertVerificationError as error:
+        raise Unavailable(f"cannot connect to {urlsplit(url).netloc}: {untrusted(error.verify_message)}") from error
     except (OSError, TimeoutError, InvalidHandshake) as error:
         host = urlsplit(url).netloc
         raise Unavailable(f"cannot connect to {host}: {error or type(error).__name__}") from error

@@ -3,6 +3,7 @@
 import asyncio
 import http.client
 import secrets
+import ssl
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +13,7 @@ from urllib.parse import urlencode
 import msgspec
 
 from ppaas.errors import InvalidInput, PPaaSError, Unavailable
-from ppaas.wire.refusals import error_of_status
+from ppaas.wire.refusals import error_of_status, untrusted
 from robots.client.cloud_url import CloudUrl, bearer, check_redirect
 from robots.client.early_answer import exchange
 from robots.client.multipart_form import BLOCK, Content, Form
@@ -309,6 +310,8 @@ class RestClient:
                 f"no answer from {self._netloc} within {self._timeout:g} s: it is busy or not reachable; try again, "
                 f"and check that a cloud runs at {self._url}"
             ) from error
+        except ssl.SSLCertVerificationError as error:
+            raise Unavailable(f"cannot reach {self._netloc}: {untrusted(error.verify_message)}") from error
         except (OSError, http.client.HTTPException) as error:
             reason = error or type(error).__name__
             raise Unavailable(

@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+import ssl
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -11,6 +12,7 @@ from paho.mqtt.reasoncodes import ReasonCode
 
 from ppaas.clock import monotonic
 from ppaas.errors import NotAuthenticated
+from ppaas.wire.refusals import untrusted
 from robots.bridges.vda5050.broker import Broker
 from robots.bridges.vda5050.outbox import Outbox, Outgoing
 from robots.client.connection import backoff
@@ -110,7 +112,7 @@ class MqttLink:
                 if _is_refusal(error) and not self.connections:
                     raise NotAuthenticated(f"the broker {self._name} refuses user or password: {error}") from error
                 lost = "lost the connection to" if self.connections > before else "cannot connect to"
-                logger.warning("%s the broker %s: %s", lost, self._name, error)
+                logger.warning("%s the broker %s: %s", lost, self._name, _words_of(error))
             if self.connections > before:
                 self._exchange.lost()
                 if monotonic() - since > STABLE_AFTER:
@@ -198,6 +200,13 @@ def _check_cancelled() -> None:
     task = asyncio.current_task()
     if task is not None and task.cancelling():
         raise asyncio.CancelledError
+
+
+def _words_of(error: MqttError) -> str:
+    cause = error.__context__  # aiomqtt raises it from None
+    if isinstance(cause, ssl.SSLCertVerificationError):
+        return untrusted(cause.verify_message, "--broker-ca-file")
+    return str(error)
 
 
 def _is_refusal(error: MqttError) -> bool:
