@@ -13,7 +13,7 @@ from endpoints.rest.paging import Page
 from endpoints.rest.schemas import RequestBody, ResponseBody, TopicGlobs
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.services.services import Services
-from endpoints.sharing.shared_robots import ReachedRobot, changed_shares
+from endpoints.sharing.shared_robots import ReachedRobot, changed_shares, check_grantee
 from ppaas.errors import InvalidParameter, NotFound
 from storage.sharing_records import ALL, Share, ShareRole
 
@@ -83,9 +83,14 @@ async def list_shares(robot: Administered, paging: Paged) -> dict[str, Any]:
 async def share_robot(
     robot: Administered, grantee: Grantee, file: ShareFile, services: Provided, _user: Caller, response: Response
 ) -> Share:
-    """Share a robot with a user or a group, or change what it is shared for. Their open sockets follow at once."""
+    """Share a robot with a user or a group, or change what it is shared for. Their open sockets follow at once.
+
+    Both must exist: a share with a misspelled name would be of whoever gets that name later.
+    """
     if grantee == robot.user:
         raise InvalidParameter(f"robot {robot.id!r} belongs to {grantee!r}: share it with others")
+    if all(one.to != grantee for one in robot.record.shares):
+        await run_in_threadpool(check_grantee, services.store, grantee)
     share = file.share_with(grantee)
 
     def added(shares: tuple[Share, ...]) -> tuple[Share, ...]:

@@ -33,6 +33,12 @@ async def ann(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> Hea
     return header
 
 
+@pytest.fixture(autouse=True)
+def _members(services: Services) -> None:
+    """Keep the group ``hall`` alive."""
+    services.store.add_user(records.user("dora", groups=("hall",)))
+
+
 @pytest.fixture
 async def bob(log_in: LogIn) -> Header:
     return await log_in("bob")
@@ -42,7 +48,7 @@ async def share(client: httpx.AsyncClient, header: Header, grantee: str = "bob",
     return await client.put(f"{SHARES}/{grantee}", headers=header, json=file)
 
 
-async def test_shares_are_put_listed_changed_and_removed(client: httpx.AsyncClient, ann: Header) -> None:
+async def test_shares_are_put_listed_changed_and_removed(client: httpx.AsyncClient, ann: Header, bob: Header) -> None:
     first = await share(client, ann, role="drive", publish=["/cmd_vel"])
     expected = {"to": "bob", "role": "drive", "publish": ["cmd_vel"], "subscribe": ["*"]}
     assert (first.status_code, first.json()) == (201, expected)
@@ -79,12 +85,30 @@ async def test_invalid_shares_are_refused_with_the_reason(
     assert text in answer.json()["detail"]
 
 
+@pytest.mark.parametrize(
+    ("grantee", "text"), [("bbo", "unknown user 'bbo'"), ("group:hal", "unknown group 'hal'"), ("hall", "user 'hall'")]
+)
+async def test_a_robot_is_not_shared_with_somebody_unknown(
+    client: httpx.AsyncClient, ann: Header, services: Services, grantee: str, text: str
+) -> None:
+    refused = await share(client, ann, grantee, role="drive")
+    assert text in problem_of(refused, 404, "not-found")["detail"]
+    assert services.store.robot("ann", "tb1").shares == ()
+
+
+async def test_a_share_with_somebody_who_was_removed_meanwhile_can_be_changed(
+    client: httpx.AsyncClient, ann: Header, services: Services
+) -> None:
+    services.store.change_shares(services.store.robot("ann", "tb1"), (Share("gone", "drive"),))
+    assert (await share(client, ann, "gone", role="look")).status_code == 200
+
+
 async def test_a_robot_is_shared_with_a_bounded_number(
     client: httpx.AsyncClient, ann: Header, services: Services
 ) -> None:
     shares = tuple(Share(f"u{number}", "look") for number in range(MAX_SHARES))
     services.store.change_shares(services.store.robot("ann", "tb1"), shares)
-    problem_of(await share(client, ann, "one-more", role="look"), 422, "invalid-parameter")
+    problem_of(await share(client, ann, "dora", role="look"), 422, "invalid-parameter")
     assert (await share(client, ann, "u7", role="drive")).status_code == 200
     assert len(services.store.robot("ann", "tb1").shares) == MAX_SHARES
 

@@ -11,6 +11,7 @@ from tests.support.storage import records
 @pytest.fixture(autouse=True)
 def _robot(ppaas: CommandLine) -> None:
     ppaas.services.store.put_robot(records.robot("tb1", user="ann"))
+    ppaas.services.store.add_user(records.user("dora", groups=("hall",)))
 
 
 async def test_a_robot_is_shared_listed_and_shared_no_more(ppaas: CommandLine) -> None:
