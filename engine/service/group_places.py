@@ -29,6 +29,10 @@ RETRY, LONGEST_RETRY = 5.0, 60.0
 """Time after which a node that was refused is tried again [s]; for one that keeps failing, it doubles each time up to
 the second."""
 
+STEADY = 60.0
+"""Time for which a node must run until its failures are forgotten [s]: one that crashes soon after each start is not
+tried again as if it had never failed."""
+
 READY_TIMEOUT = 5.0
 """Time to wait for a node that starts [s]."""
 
@@ -76,6 +80,7 @@ class Group:
     refusal: PPaaSError | None = None
     retry_at: float = float("-inf")
     failures: int = 0
+    runs_since: float = float("inf")
     seen_at: float = float("-inf")
 
 
@@ -207,8 +212,12 @@ class GroupPlaces:
         if link is None and now >= group.retry_at and any(map(self._is_ready, group.robots.values())):
             link = self._open(key, group, now)
         group.link = link
-        if link is not None and link.container is not None:
-            group.refusal, group.failures = None, 0
+        if link is None or link.container is None:
+            group.runs_since = float("inf")
+            return
+        group.refusal, group.runs_since = None, min(group.runs_since, now)
+        if now - group.runs_since >= STEADY:
+            group.failures = 0
 
     def _is_ready(self, robot: PlaceRequest) -> bool:
         place = self._service.place(robot.key)

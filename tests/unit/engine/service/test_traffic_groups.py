@@ -11,7 +11,7 @@ from engine.master.master import Master
 from engine.master.places import PlaceRequest
 from engine.master.quotas import Quota, Quotas
 from engine.protocols import robot_link
-from engine.service.group_places import RETRY
+from engine.service.group_places import LONGEST_RETRY, RETRY, STEADY
 from engine.service.listener import CloudListener
 from engine.service.master_driver import MasterDriver
 from engine.service.people_groups import PeopleGroups
@@ -168,3 +168,26 @@ def test_the_key_of_a_robot_file_becomes_parameters_of_the_traffic_node() -> Non
     assert with_traffic(others | own, {"c": 3}) == others | {"traffic": {"c": 3}}
     assert with_traffic(others | own, False) == others
     assert takes_part(own) and not takes_part(others)
+
+
+async def test_a_traffic_node_that_crashes_soon_after_each_start_is_restarted_ever_more_rarely(groups: Groups) -> None:
+    async def crash_after(seconds: float) -> float:
+        """Let the node run for some time and crash; return the time until its place is open again [s]."""
+        place = groups.service.place(KEY)
+        assert place is not None
+        place.container = "c"
+        await groups.after(0.0)
+        await groups.after(seconds)
+        await groups.service.close_place(KEY, GONE)
+        waited = 0.0
+        await groups.after(0.0)
+        while not groups.is_open():
+            await groups.after(2.5)
+            waited += 2.5
+        return waited
+
+    groups.connect(driving())
+    await groups.after(0.0)
+    assert [await crash_after(20.0) for _ in range(6)] == [RETRY * factor for factor in (1, 2, 4, 8, 12, 12)]
+    assert LONGEST_RETRY == 12 * RETRY
+    assert await crash_after(STEADY) == RETRY
