@@ -52,7 +52,8 @@ def listen(host: str, port: int, *, shared: bool = False, accept: bool = True) -
         for listener in opened:
             listener.close()
         raise Unavailable(
-            f"cannot listen: {error.strerror}; choose another --host or --port (0: a free port)"
+            f"cannot listen: {error.strerror}: host {host}, port {port}; "
+            "choose another --host or --port (0: a free port)"
         ) from error
     return opened
 

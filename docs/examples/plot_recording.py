@@ -25,6 +25,10 @@ with Path(source).open("rb") as stream:
         if channel.topic == "/plan":
             plans.append(last[channel.topic].poses)
 
+missing = [topic for topic in topics[:2] + topics[3:] if topic not in last]
+if missing:
+    sys.exit(f"{source} has no message of {', '.join(missing)}: record a drive of a robot that is localized on a map")
+
 figure, axes = plt.subplots(figsize=(8, 6.5), layout="constrained")
 grid = last["/map"]
 info = grid.info
@@ -40,9 +44,12 @@ angles = heading + scan.angle_min + scan.angle_increment * np.arange(len(scan.ra
 x, y = pose.position.x + scan.ranges * np.cos(angles), pose.position.y + scan.ranges * np.sin(angles)
 axes.scatter(x, y, s=5, color="tab:red", zorder=3, label="last scan")
 
-plan = np.array([(each.pose.position.x, each.pose.position.y) for each in plans[0]])
 driven = np.array([(each.position.x, each.position.y) for each in poses])
-axes.plot(*plan.T, color="tab:orange", linewidth=4, label="first plan")
+if plans:
+    plan = np.array([(each.pose.position.x, each.pose.position.y) for each in plans[0]])
+    axes.plot(*plan.T, color="tab:orange", linewidth=4, label="first plan")
+else:
+    print(f"{source} has no plan: the robot had no goal while it was recorded")
 axes.plot(*driven.T, color="tab:blue", linewidth=1.5, label="estimated poses")
 axes.plot(*driven[-1], "o", color="tab:blue", markersize=9)
 axes.set(xlabel="x [m]", ylabel="y [m]", title=f"{len(poses)} scans of a recorded drive")

@@ -22,7 +22,7 @@ from engine.remote.tls_listener import FromMachine, TlsListener
 from engine.service.links.control_server import ControlServer
 from engine.service.links.robot_link_server import LinkServer
 from ppaas import __version__
-from ppaas.errors import InvalidInput, NotFound, Unavailable
+from ppaas.errors import InvalidInput, Unavailable
 
 ADDRESS = "address"
 """File with the address for machines; it exists while the cloud listens there."""
@@ -183,7 +183,7 @@ def make_ticket(folder: Path, *, valid: float, machine: str | None = None, host:
 
     Raises
     ------
-    NotFound
+    Unavailable
         No cloud that accepts machines runs with this folder.
     InvalidInput
         The name of the machine is invalid.
@@ -191,7 +191,10 @@ def make_ticket(folder: Path, *, valid: float, machine: str | None = None, host:
     try:
         address = parse_address((folder / ADDRESS).read_text())
     except OSError as error:
-        raise NotFound("cloud that accepts machines (start it with --listen-machines)", str(folder)) from error
+        raise Unavailable(
+            f"no cloud that accepts machines of other hosts runs with the folder {folder}: start it with "
+            "'ppaas up --listen-machines HOST:PORT', or name its data folder by --data"
+        ) from error
     if not isinstance(address, TlsAddress):
         raise Unavailable(f"{folder / ADDRESS} has no address for machines; restart the cloud")
     reached = host or (socket.gethostname() if address.host in EVERYWHERE else address.host)

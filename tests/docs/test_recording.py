@@ -1,9 +1,17 @@
 """Numbers, names and typed-out commands of recording.md are those of the code."""
 
 import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
 
 from engine.recorder import robot_recorder
 from engine.recorder.open_file import FLUSH_PERIOD
+from ppaas.messages.base.std_msgs import Header
+from ppaas.messages.geometry_msgs import Point, Pose, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion
+from ppaas.messages.nav_msgs import MapMetaData, OccupancyGrid
 from ppaas.nodes.recorder.intake import PERIODS, SAMPLE_PERIOD
 from ppaas.nodes.recorder.node import PERIOD
 from ppaas.recording.parameters import HEAVY, MOST_MB, MOST_MINUTES, RecorderParameters
@@ -12,6 +20,8 @@ from robots.cli.command_parser import CommandParser
 from robots.cli.commands import replay, robot
 from robots.replay.outcomes import FAR, FAR_TURNED
 from tests.support.documents import table, text_of
+from tests.support.recordings.entries import entry, mcap, scan
+from tests.support.sources import ROOT
 
 PAGE = "docs/recording.md"
 TEXT = re.sub(r"\s+", " ", text_of(PAGE))
@@ -51,3 +61,33 @@ def test_typed_out_commands_are_understood() -> None:
         parser = CommandParser()
         (robot if name == "robot" else replay).configure(parser)
         parser.parse_args([word.strip("'") for word in words.split()])
+
+
+ORIGIN = Pose(Point(x=0.0, y=0.0, z=0.0), Quaternion(x=0.0, y=0.0, z=0.0, w=1.0))
+PLOTTED = {
+    "map": OccupancyGrid(
+        Header(frame_id="map"), MapMetaData(resolution=0.5, width=2, height=1, origin=ORIGIN), [0, 100]
+    ),
+    "scan": scan(),
+    "amcl_pose": PoseWithCovarianceStamped(Header(frame_id="map"), PoseWithCovariance(ORIGIN)),
+}
+
+
+@pytest.mark.parametrize(
+    ("topics", "said"),
+    [
+        (("map", "scan", "amcl_pose"), "has no plan: the robot had no goal"),
+        (("scan", "amcl_pose"), "has no message of /map: record a drive"),
+        ((), "has no message of /map, /scan, /amcl_pose: record a drive"),
+    ],
+)
+def test_the_plot_of_a_recording_says_what_the_recording_lacks(
+    tmp_path: Path, topics: tuple[str, ...], said: str
+) -> None:
+    recording, image = tmp_path / "drive.mcap", tmp_path / "drive.png"
+    recording.write_bytes(mcap(*(entry(topic, PLOTTED[topic], number) for number, topic in enumerate(topics))))
+    command = [sys.executable, "docs/examples/plot_recording.py", recording, image]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
+    assert said in done.stdout + done.stderr
+    assert "Traceback" not in done.stderr
+    assert image.exists() is (done.returncode == 0) is (len(topics) == 3)

@@ -68,7 +68,7 @@ def test_a_system_without_ipv6_listens_at_ipv4(monkeypatch: pytest.MonkeyPatch) 
 def test_a_port_in_use_leaves_no_socket_open() -> None:
     with (
         socket.create_server(("127.0.0.1", 0)) as other,
-        pytest.raises(Unavailable, match="in use; choose another --host or --port"),
+        pytest.raises(Unavailable, match=r"in use: host 127\.0\.0\.1, port \d+; choose another --host or --port"),
     ):
         listen("127.0.0.1", other.getsockname()[1])
 

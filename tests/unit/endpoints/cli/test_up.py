@@ -60,7 +60,7 @@ def test_up_reports_a_port_in_use_and_the_option_to_change(tmp_path: Path, capsy
         port = other.getsockname()[1]
         assert main(["up", "--data", str(tmp_path), "--port", str(port)]) == 1
     error = capsys.readouterr().err
-    assert error.startswith("ppaas: unavailable: cannot listen: Address already in use")
+    assert error.startswith(f"ppaas: unavailable: cannot listen: Address already in use: host 127.0.0.1, port {port}; ")
     assert "--port" in error
 
 

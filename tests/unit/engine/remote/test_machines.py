@@ -181,10 +181,10 @@ async def test_an_unreachable_cloud_is_an_error(cloud: Cloud, tmp_path: Path) ->
 
 
 async def test_no_ticket_is_made_without_a_cloud_that_accepts_machines(cloud: Cloud, tmp_path: Path) -> None:
-    with pytest.raises(NotFound, match="--listen-machines"):
+    with pytest.raises(Unavailable, match="--listen-machines"):
         make_ticket(tmp_path / "nowhere", valid=VALID)
     await cloud.far.close()
-    with pytest.raises(NotFound, match="--listen-machines"):
+    with pytest.raises(Unavailable, match="--listen-machines"):
         cloud.ticket()
 
 
