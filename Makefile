@@ -34,7 +34,7 @@ UV_COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --g
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo browser proxies broker kernels test test-clients test-servers test-docker test-ray test-ros joints chaos schemathesis properties fuzz lint bench bench-cassandra performance lock sbom clean
+.PHONY: help setup demo browser proxies broker kernels test test-clients test-servers test-docker test-ray test-ros test-versions joints chaos schemathesis properties fuzz lint bench bench-cassandra performance lock sbom clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -98,6 +98,10 @@ test-ros: $(INSTALLED) $(ROS)/kilted_messages $(ROS)/jazzy $(ROS)/pyzeros_codecs
 test-ray: $(INSTALLED) ## Run the tests over a real Ray cluster, whose nodes join, die and leave
 	@echo "test-ray: starts the nodes of a cluster on this machine, each with an address of its own"
 	$(BIN)/python -m pytest -m ray $(PYTEST_ARGS)
+
+test-versions: $(INSTALLED) ## Install the lowest versions that pyproject.toml allows, and the newest on Python 3.12 and 3.13, and drive with each
+	@echo "test-versions: environments in build/versions; needs the network"
+	$(BIN)/python -m pytest -m versions --numprocesses $(TEST_PROCESSES) --timeout 1800 tests/versions $(PYTEST_ARGS)
 
 schemathesis: $(INSTALLED) ## Send the REST service some ten thousand requests, good and bad, made from its description
 	@echo "schemathesis: 150 examples an operation; prints how each was answered"
