@@ -85,7 +85,7 @@ async def share_robot(
 ) -> Share:
     """Share a robot with a user or a group, or change what it is shared for. Their open sockets follow at once.
 
-    Both must exist: a share with a misspelled name would be of whoever gets that name later.
+    Both must exist: a share with a misspelled name would be used by the next user of that name.
     """
     if grantee == robot.user:
         raise InvalidParameter(f"robot {robot.id!r} belongs to {grantee!r}: share it with others")
