@@ -50,8 +50,9 @@ async def check_may_change(services: Services, user: User, record: PlanRecord) -
 async def visible_plan(services: Services, user: User, plan_id: str) -> PlanRecord:
     """Return a stored path; ``NotFound`` unless it is the user's own or on a map that the user may read."""
     await services.plan_writer.settled()
-    waiting = services.plan_writer.unstored(plan_id)
-    record = waiting or await run_in_threadpool(services.store.plan, plan_id)
+    record = services.plan_writer.unstored(plan_id)
+    if record is None:
+        record = await run_in_threadpool(services.store.plan, plan_id)
     if not is_author(user, record):
         try:
             head = await readable_head(services, user, record.map)
