@@ -29,10 +29,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     migrate = verbs.add_parser("migrate", help="copy records that the target lacks, then compare both")
-    check = verbs.add_parser("check", help="compare two stores")
+    check = verbs.add_parser("check", help="compare two stores, or read one to the end and name what is damaged")
     for verb in (migrate, check):
         verb.add_argument("source", metavar="FROM", help="URL of an existing store")
-        verb.add_argument("target", metavar="TO", help="URL of another store of the same kind")
+        alone = {"nargs": "?"} if verb is check else {}
+        verb.add_argument("target", metavar="TO", help="URL of another store of the same kind", **alone)  # type: ignore[arg-type]
         verb.add_argument("--json", action="store_true", help="print JSON")
     sweep = verbs.add_parser("sweep", help="remove segments from Cassandra that no plan uses any more")
     sweep.add_argument("store", metavar="URL", help="URL of the store")
@@ -48,6 +49,9 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.verb == "sweep":
         warn_if_visible(arguments.store, "URL")
         return _sweep(arguments.store)
+    if arguments.target is None:
+        warn_if_visible(arguments.source, "URL")
+        return _read(arguments.source, as_json=arguments.json)
     for name, url in (("FROM", arguments.source), ("TO", arguments.target)):
         warn_if_visible(url, name)
     kinds, source, target = _open(arguments.source, arguments.target, create=arguments.verb == "migrate")
@@ -63,6 +67,30 @@ def run(arguments: argparse.Namespace) -> int:
             rows.append(_row(found, copied.get(kind.name)))
     _show(rows, as_json=arguments.json)
     return 0 if all(row["good"] for row in rows) else 1
+
+
+def _read(url: str, *, as_json: bool) -> int:
+    """Read everything in a store and show what is damaged; return 0 if nothing is."""
+    from storage.migration.damage import damaged_of, read_map_store, read_store  # noqa: PLC0415
+    from storage.urls.backends import STORES  # noqa: PLC0415
+    from storage.urls.opening import open_existing_map_store, open_existing_store  # noqa: PLC0415
+
+    if url.partition(":")[0] in STORES:
+        store: Any = open_existing_store(url)
+        with _closing(store):
+            found = list(read_store(store))
+    else:
+        maps = open_existing_map_store(url)
+        with _closing(maps):
+            found = list(read_map_store(maps))
+    damaged = damaged_of(found)
+    if as_json:
+        kinds = [asdict(one) for one in found]
+        sys.stdout.write(json.dumps({"good": not damaged, "kinds": kinds}) + "\n")
+    else:
+        sys.stdout.writelines(f"{one.kind.ljust(11)}  {one.records:>9}  {len(one.damaged)} damaged\n" for one in found)
+        sys.stdout.writelines(f"{text}\n" for text in damaged)
+    return 1 if damaged else 0
 
 
 def _sweep(url: str) -> int:

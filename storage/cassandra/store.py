@@ -1,6 +1,11 @@
 """Everything but maps in Cassandra, for several cloud hosts and for data that survives the loss of any of them."""
 
+from collections.abc import Iterator
+
+import msgspec
+
 from ppaas.plans.encoding.granularity import inner_granularity
+from ppaas.plans.history import LinkHistory, PlannerHistory
 from storage.cassandra.accounts import CassandraAccounts
 from storage.cassandra.connection.address import parse_address
 from storage.cassandra.connection.session import CassandraSession
@@ -10,6 +15,21 @@ from storage.cassandra.people import CassandraPeople
 from storage.cassandra.plans.sweep import CassandraSweep
 from storage.cassandra.robots import CassandraRobots
 from storage.cassandra.tasks import CassandraTasks
+from storage.people_records import MapPeople
+from storage.records import CloneCheckpoint, MapTask, PlanStatistics, RobotRecord, Token, User
+
+_RECORDS: dict[str, tuple[type[msgspec.Struct], tuple[str, ...]]] = {
+    "users": (User, ("id",)),
+    "tokens": (Token, ("hash",)),
+    "robots": (RobotRecord, ("user", "id")),
+    "clones": (CloneCheckpoint, ("user", "robot")),
+    "people": (MapPeople, ("map", "user")),
+    "tasks": (MapTask, ("user", "map", "id")),
+    "history": (PlannerHistory, ("map", "version", "planner", "bucket")),
+    "links": (LinkHistory, ("link",)),
+    "plan_sums": (PlanStatistics, ("map", "writer")),
+}
+"""Tables of records, with the kind and the key of each."""
 
 
 class CassandraStore(
@@ -43,6 +63,13 @@ class CassandraStore(
         address = parse_address(url)
         self._session = CassandraSession(address, create=create)
         self._granularity = inner_granularity(address.granularity)
+
+    def all_records(self) -> Iterator[tuple[bytes, type[msgspec.Struct], str]]:
+        """Yield all records with their kinds and places, damaged ones included; plans are not among them."""
+        for table, (kind, keys) in _RECORDS.items():
+            for row in self._session.rows(f"SELECT {', '.join(keys)}, record FROM {table}"):
+                if row.record:
+                    yield row.record, kind, "/".join((table, *(str(getattr(row, key)) for key in keys)))
 
     def close(self) -> None:
         """Close the connections."""

@@ -128,6 +128,10 @@ class LoggedMapStore:
         seen = (record for record in records if visible_to is None or record.readable_by(visible_to))
         return list(islice(seen, limit))
 
+    def map_ids(self) -> list[str]:
+        """Return the ids of all maps, sorted, those of damaged and removed ones included."""
+        return sorted(name for name in self._disk.folders() if is_name(name))
+
     def versions(self, map_id: str, *, before: int | None = None, limit: int | None = None) -> list[MapVersionRecord]:
         """Return the publications of a map, newest first; ``NotFound`` if the map does not exist."""
         check_name("map", map_id)

@@ -111,11 +111,16 @@ def _replace(source: MapStore, target: MapStore, log: MapLog, there: MapLog) -> 
 def _verify(store: MapStore, keys: Sequence[Any]) -> None:
     """Open each version of the maps, published or waiting; the store compares the files with their hashes."""
     for key in keys:
-        log = _log(store, key)
-        versions = [*(one.version for one in log.publications), *(review.version for review in log.reviews)]
-        for version in dict.fromkeys(versions):
-            with store.open_map(key, version):
-                pass
+        verify_map(store, key)
+
+
+def verify_map(store: MapStore, map_id: str) -> None:
+    """Read all versions of a map to the last byte; raises the errors that the store finds."""
+    log = _log(store, map_id)
+    versions = [*(one.version for one in log.publications), *(review.version for review in log.reviews)]
+    for version in dict.fromkeys(versions):
+        with store.open_map(map_id, version):
+            pass
 
 
 MAP_KINDS: tuple[RecordKind[MapStore], ...] = (

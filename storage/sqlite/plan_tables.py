@@ -9,8 +9,8 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from ppaas.errors import NotFound
-from ppaas.plans.encoding.body import read_bodies
+from ppaas.errors import NotFound, PPaaSError, Unavailable
+from ppaas.plans.encoding.body import id_in, read_bodies
 from ppaas.plans.encoding.chunks import ENDS_BEFORE
 from ppaas.plans.encoding.codes import entry_id, poses_in, unpack
 from ppaas.plans.encoding.end_buckets import cell_number
@@ -167,6 +167,19 @@ class PlanTables:
                 first += count
         return parts
 
+    def segment_faults(self) -> Iterator[str]:
+        """Yield the segments whose content is not that of their hash."""
+        query = """SELECT chunk, entry, data, map, version FROM chunk_ids JOIN chunks ON chunks.id = chunk
+                   JOIN scopes ON scopes.id = scope ORDER BY chunk"""
+        with self._connections.reading() as connection:
+            for chunk, entry, data, map_id, version in connection.execute(query):
+                try:
+                    is_intact = entry_id(scope_of(map_id, version), unpack(data)) == entry
+                except PPaaSError:
+                    is_intact = False
+                if not is_intact:
+                    yield f"chunks/{chunk} is damaged (a segment of plans of map {map_id}): restore it from a backup"
+
     def plan_statistics(self, map_id: str | None = None) -> PlanStatistics:
         """Return the size of the plans of a map, or of all plans."""
         if map_id is not None:
@@ -206,6 +219,8 @@ def _wholes(connection: sqlite3.Connection, sequences: list[int]) -> Iterator[Pl
     recipes = [read_recipe(recipe) for _, _, recipe in rows]
     data = _entries(connection, set(itertools.chain.from_iterable(recipes)))
     for (context, body, _), recipe in zip(rows, recipes, strict=True):
+        if not data.keys() >= set(recipe):
+            raise Unavailable(f"plan {id_in(body)!r} is damaged (a segment is missing): restore it from a backup")
         yield record_of(context, body, [poses_in([data[chunk] for chunk in recipe])] if recipe else [])
 
 

@@ -4,7 +4,7 @@ Plans are written and read with compiled kernels, which take a third of a second
 uses them is imported at the first plan: a master has none, and an endpoint only those that programs ask for.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -92,6 +92,10 @@ class SqlitePlans:
     def plan_parts(self, plan_id: str) -> list[PlanPart]:
         """Return the shared segments of a plan, in order; ``NotFound`` if the plan does not exist."""
         return self._tables.plan_parts(plan_id)
+
+    def segment_faults(self) -> Iterator[str]:
+        """Yield the segments of plans whose content is not that of their hash."""
+        return self._tables.segment_faults()
 
     def plan_statistics(self, map_id: str | None = None) -> PlanStatistics:
         """Return the size of the plans of a map, or of all plans."""

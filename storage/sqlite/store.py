@@ -4,16 +4,21 @@ A row has the keys in columns and the record as bytes (``storage.encoding``), so
 new schema.
 """
 
+from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 from sqlite3 import Connection
 from typing import Any
 
+import msgspec
+
 from ppaas.errors import Conflict, NotFound
 from ppaas.plans.encoding.granularity import GRANULARITY
+from ppaas.plans.history import LinkHistory
 from storage.encoding import R, decode, decode_readable, encode
 from storage.names import check_name, check_robot_map
-from storage.records import CloneCheckpoint, CloneLogChange, RobotRecord, Token, User
+from storage.people_records import MapPeople
+from storage.records import CloneCheckpoint, CloneLogChange, MapTask, RobotRecord, Token, User
 from storage.robot_shares import RobotShares
 from storage.sharing_records import check_grantee
 from storage.sqlite.connections import SqliteConnections
@@ -25,6 +30,17 @@ from storage.sqlite.tasks import SqliteTasks
 
 _OF_USER = ("robots", "robot_shares", "urdfs", "clones", "clone_logs", "people", "people_counts", "tasks")
 """Tables of what belongs to a user, beside the tokens."""
+
+_RECORDS: dict[str, tuple[type[msgspec.Struct], str]] = {
+    "users": (User, "id"),
+    "tokens": (Token, "hash"),
+    "robots": (RobotRecord, "user || '/' || id"),
+    "clones": (CloneCheckpoint, "user || '/' || robot"),
+    "people": (MapPeople, "map || '/' || user"),
+    "tasks": (MapTask, "user || '/' || map || '/' || id"),
+    "links": (LinkHistory, "link"),
+}
+"""Tables of records, with the kind and the key of each."""
 
 _ROBOT = "'robots/' || robots.user || '/' || id"
 """Place of a robot's record."""
@@ -61,6 +77,20 @@ class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople, SqliteTasks, SqliteL
     def close(self) -> None:
         """Close the file."""
         self._connections.close()
+
+    def all_records(self) -> Iterator[tuple[bytes, type[msgspec.Struct], str]]:
+        """Yield all records with their kinds and places, damaged ones included; plans are not among them."""
+        for table, (kind, place) in _RECORDS.items():
+            with self._connections.reading() as connection:
+                rows = connection.execute(f"SELECT record, {place} FROM {table} ORDER BY 2").fetchall()
+            yield from ((data, kind, f"{table}/{key}") for data, key in rows)
+
+    def file_faults(self) -> Iterator[str]:
+        """Yield what is damaged in the file: pages, indexes, values of a wrong type, and segments of plans."""
+        with self._connections.reading() as connection:
+            rows = connection.execute("PRAGMA integrity_check").fetchall()
+        yield from (text for (text,) in rows if text != "ok")
+        yield from self.segment_faults()
 
     def shrink_log(self) -> None:
         """Move the write-ahead log into the file and empty it, to free space; does nothing if that is not possible."""

@@ -5,12 +5,14 @@ from pathlib import Path
 
 import pytest
 
+from ppaas.errors import Unavailable
 from robots.cli import main
+from storage.cassandra.store import CassandraStore
 from storage.ports import MapStore, Store
 from storage.urls.opening import open_map_store, open_store
 from tests.servers.cassandra_server import CassandraServer
 from tests.servers.hdfs_server import HdfsServer
-from tests.support.storage.records import house, put_map, user
+from tests.support.storage.records import house, plan, put_map, user
 
 pytestmark = pytest.mark.servers
 
@@ -68,3 +70,22 @@ def test_map_stores_are_migrated_and_never_created_by_a_check(
     for verb in ("migrate", "check"):
         assert main.main(["store", verb, *urls]) == 0, capsys.readouterr().err
     assert [head.id for head in open_map_store(urls[1]).maps()] == ["house"]
+
+
+def test_a_damaged_record_in_cassandra_is_named_and_hides_no_other(
+    cassandra_server: CassandraServer, capsys: pytest.CaptureFixture[str]
+) -> None:
+    keyspace = f"flipped_{uuid.uuid4().hex[:8]}"
+    store = CassandraStore(cassandra_server.url(keyspace))
+    for name in ("ann", "bob", "eve"):
+        store.add_user(user(name))
+    store.add_plan(plan("p1"))
+    record = bytearray(store._session.row("SELECT record FROM users WHERE shard = 0 AND id = 'bob'").record)
+    record[12] ^= 0x55
+    cassandra_server.execute(keyspace, f"UPDATE users SET record = 0x{record.hex()} WHERE shard = 0 AND id = 'bob'")
+    assert [one.id for one in store.users()] == ["ann", "eve"]
+    with pytest.raises(Unavailable, match=r"users/bob is damaged.*restore it"):
+        store.user("bob")
+    store.close()
+    assert main.main(["store", "check", cassandra_server.url(keyspace)]) == 1
+    assert "users/bob is damaged" in capsys.readouterr().out

@@ -1,6 +1,8 @@
 """``ppaas store``."""
 
 import json
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -121,3 +123,23 @@ def test_store_migrate_reports_why_it_cannot_migrate(
 ) -> None:
     assert main.main(["store", "migrate", source, target]) == 1
     assert error in capsys.readouterr().err
+
+
+def test_store_check_of_one_store_names_what_is_damaged(
+    stores: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main.main(["store", "check", stores[0]]) == 0
+    assert "0 damaged" in capsys.readouterr().out
+    with closing(sqlite3.connect(tmp_path / "from.db", isolation_level=None)) as connection:
+        connection.execute("UPDATE users SET record = x'00' WHERE id = 'ann'")
+    assert main.main(["store", "check", stores[0]]) == 1
+    assert "users/ann is damaged" in capsys.readouterr().out
+    assert main.main(["store", "check", stores[0], "--json"]) == 1
+    report = json.loads(capsys.readouterr().out)
+    assert not report["good"]
+    assert [len(kind["damaged"]) for kind in report["kinds"] if kind["kind"] == "users"] == [1]
+    assert main.main(["store", "check", stores[1]]) == 1
+    assert "unknown store" in capsys.readouterr().err
+    maps = f"file://{tmp_path / 'maps'}"
+    fill_maps(open_map_store(maps))
+    assert main.main(["store", "check", maps]) == 0
