@@ -8,7 +8,7 @@ from ppaas.geometry import Pose2D
 from ppaas.messages.geometry_msgs import TransformStamped
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.topics import TF_STATIC
-from ppaas.transforms.planar import TransformTree, is_level
+from ppaas.transforms.planar import CACHE_TIME, TransformTree, is_level
 from ppaas.transforms.spatial import LatestFrames, Rigid
 
 MAP = "map"
@@ -18,6 +18,9 @@ ODOM = "odom"
 BASE_LINK = "base_link"
 BASE_FOOTPRINT = "base_footprint"
 
+
+MOVED = 0.02
+"""Change of a transform from which its frame moves [m plus rad]."""
 
 PERSON = re.compile(r"([^/]+)/((?:torso|person|user)?_?[0-9]+)")
 """Frame of a person whom a robot sees: ``{Robot ID}/{Torso ID}``, where a Torso ID is a number, also as ``torso_1``,
@@ -97,6 +100,7 @@ class FrameListener:
         self.tree = TransformTree()
         self._body = LatestFrames()
         self._heard: dict[str, float] = {}
+        self._moved: set[str] = set()
 
     def hear(self, topic: str, message: TFMessage, now: float, stamp: float | None = None) -> None:
         """Add the transforms of a message.
@@ -139,8 +143,14 @@ class FrameListener:
         # Wheels and cameras are not level: they only matter where a laser is mounted on them.
         if level:
             self.tree.set_message(transform, static=static, now=stamp)
+        before = self._body.newest(child)
         self._body.hear((transform,))
         self._heard[child] = now
+        after = self._body.newest(child)
+        if static:
+            self._moved.discard(child)
+        elif before is not None and after is not None and before.distance_to(after) + before.angle_to(after) > MOVED:
+            self._moved.add(child)
 
     # -- where the robot is --------------------------------------------------------------------------------------------
 
@@ -171,16 +181,33 @@ class FrameListener:
         """Use the newest pose of the odometry in the map alone, not those before: the map is in another frame."""
         self.tree.keep_newest(self.odom)
 
-    def mount(self, frame: str) -> Rigid:
+    def mount(self, frame: str, now: float | None = None) -> Rigid:
         """Return the pose of a sensor in the robot's body; a sensor without a frame is at its origin.
+
+        Parameters
+        ----------
+        frame : str
+        now : float, optional
+            Time by the executor's clock [s], for a check that the sensor is still there.
 
         Raises
         ------
         TransformError
-            The frame is unknown, or not connected with the robot's body.
+            The frame is unknown, or not connected with the robot's body; or it has moved on the body, and its transform
+            does not come any more.
         """
         name = frame.lstrip("/")
-        return self._body.lookup(self.base, self._known(name)) if name else Rigid()
+        if not name:
+            return Rigid()
+        known = self._known(name)
+        pose = self._body.lookup(self.base, known)
+        for child in self._body.between(self.base, known) if now is not None and self._moved else ():
+            if child in self._moved and self.silence(child, now) > CACHE_TIME:
+                raise TransformError(
+                    f"frame {child!r} moves on the robot, and its transform has not come for more than "
+                    f"{CACHE_TIME:g} s: publish it on 'tf' all the time"
+                )
+        return pose
 
     def height_of(self, frame: str) -> float:
         """Return the height of a frame of the body in the robot's frame [m]; 0 if it is unknown."""

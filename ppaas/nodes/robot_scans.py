@@ -77,7 +77,7 @@ class ScanReader:
             Its frame is unknown.
         """
         check_scan(scan)
-        mount = self._frames.mount(scan.header.frame_id)
+        mount = self._frames.mount(scan.header.frame_id, now)
         ground = self._frames.height_of(BASE_FOOTPRINT) if mount.tilt > MAX_TILT else 0.0
         level, laser = level_scan(scan, mount, ground)
         if self._warns:

@@ -143,11 +143,25 @@ class LatestFrames:
         TransformError
             A frame is unknown, or the two are not connected.
         """
+        down, up = self._path(target, source)
+        return self._along(down).inverse() @ self._along(up)
+
+    def between(self, target: str, source: str) -> list[str]:
+        """Return the frames whose transforms to their parents connect two frames; raises as `lookup`."""
+        down, up = self._path(target, source)
+        return [*down, *up]
+
+    def newest(self, child: str) -> Rigid | None:
+        """Return the pose of a frame in its parent; None if it has none."""
+        known = self._newest.get(child)
+        return None if known is None else known[1]
+
+    def _path(self, target: str, source: str) -> tuple[list[str], list[str]]:
         down, up = self._chain(target), self._chain(source)
         common = next((frame for frame in up if frame in down), None)
         if common is None:
             raise not_connected(target, source, self.frames())
-        return self._along(down[: down.index(common)]).inverse() @ self._along(up[: up.index(common)])
+        return down[: down.index(common)], up[: up.index(common)]
 
     def root(self, frame: str) -> str:
         """Return the frame above a frame that has no parent; the frame itself if it has none."""

@@ -112,11 +112,11 @@ def _values(state: State) -> dict[str, str]:
     return {
         "operating mode": state.operating_mode,
         "map": "" if position is None else position.map_id[:60],
+        "errors": str(len(state.errors)),
+        "stands because": standing(state),
         "charge [%]": f"{power.state_of_charge:.0f}",
         "charging": str(power.charging).lower(),
-        "errors": str(len(state.errors)),
         "order": state.order_id[:100],
-        "stands because": standing(state),
     }
 
 

@@ -33,3 +33,23 @@ def test_invalid_transform_is_refused():
     broken = transform_message("odom", "base_link", Pose2D(math.nan, 0, 0), Time(1))
     with pytest.raises(TransformError):
         FrameListener().hear("tf", TFMessage([broken]), 0.0)
+
+
+def test_a_sensor_that_moves_on_the_robot_is_where_it_is_only_while_its_transform_comes():
+    frames = FrameListener()
+
+    def hear(parent: str, child: str, x: float, now: float, topic: str = "tf") -> None:
+        frames.hear(topic, TFMessage([transform_message(parent, child, Pose2D(x, 0.0), Time.of(now))]), now)
+
+    hear("base_link", "mast", 0.1, 1.0)
+    hear("mast", "laser", 0.2, 1.0, "tf_static")
+    assert frames.mount("laser", 99.0).x == pytest.approx(0.3), "it was published once, and does not move"
+    hear("base_link", "mast", 0.3, 100.0)
+    assert frames.mount("laser", 109.0).x == pytest.approx(0.5)
+    with pytest.raises(TransformError, match="frame 'mast' moves on the robot"):
+        frames.mount("laser", 111.0)
+    hear("base_link", "mast", 0.3, 111.0)
+    assert frames.mount("laser", 112.0).x == pytest.approx(0.5)
+    hear("odom", "base_link", 1.0, 1.0)
+    hear("odom", "base_link", 2.0, 2.0)
+    assert frames.mount("laser", 112.0).x == pytest.approx(0.5), "the robot itself moves in another frame"
