@@ -105,7 +105,7 @@ class Web:
         tls: ServerTls | None = None,
     ) -> None:
         self._services = services
-        self.sessions = SessionRegistry(places, services.cloud.count_paths, linger)
+        self.sessions = SessionRegistry(places, services.cloud.count_paths, linger, lambda: services.cloud.start)
         self._background = Background()
         self._rights = RightsWatch(self.sessions, services)
         self._tls = tls

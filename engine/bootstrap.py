@@ -37,6 +37,7 @@ from engine.service.machine_events import RETURN_TIMEOUT
 from engine.service.machine_registry import MachineRegistry
 from engine.service.master_driver import MasterDriver
 from engine.service.robot_sessions import RobotSessions
+from engine.service.start_log import log_start
 from engine.specs.checkpoints import CheckpointSelection
 from ppaas.errors import InvalidInput, Unavailable
 from storage.disk_space.reserve import DiskReserve
@@ -48,11 +49,6 @@ if TYPE_CHECKING:
     from engine.remote.machines import RemoteMachines
 
 logger = logging.getLogger(__name__)
-
-USUAL_START = 3.0
-"""Time after which a start is reported as slow [s]."""
-
-STILL_STARTING = "still starting: the first start on a computer compiles the kernels, which takes up to two minutes"
 
 OWN_AGENT, MACHINES_HERE = "own-agent.json", "machines-here.json"
 """Names of files that a killed cloud process leaves to the next."""
@@ -202,7 +198,7 @@ class Engine(CloudListener):
         self.config = config
         self._own = config.machine
         self._listens = asyncio.Event()
-        self._background = Background()
+        self._background, self._watching = Background(), Background()
         runtimes.RUNTIMES.load(config.runtime)  # raises here if unknown; otherwise the agent would fail
         self.keep_versions = config.keep_versions
         self._open_stores(config)
@@ -289,20 +285,19 @@ class Engine(CloudListener):
         Unavailable
             The local machine did not join.
         """
-        patience = asyncio.get_running_loop().call_later(USUAL_START, logger.info, STILL_STARTING)
-        try:
-            await self.service.start()
-            await self.endpoints.start()
-            self._listens.set()
-            if self._roll is not None:
-                self.service.of_machines.expect_back(self._expected())
-            if self._far is not None:
-                await self._far.start(*self.service.servers, self.endpoints.connected)
-            await self._agents.start()
-            if self._agents.expected_at_start and not self._former:
-                await self._wait_for_own()
-        finally:
-            patience.cancel()
+        if self._agents.expected_at_start:
+            self.service.of_machines.await_machine(self._own)
+        self._watching.run(log_start(self.service.start_state))
+        await self.service.start()
+        await self.endpoints.start()
+        self._listens.set()
+        if self._roll is not None:
+            self.service.of_machines.expect_back(self._expected())
+        if self._far is not None:
+            await self._far.start(*self.service.servers, self.endpoints.connected)
+        await self._agents.start()
+        if self._agents.expected_at_start and not self._former:
+            await self._wait_for_own()
 
     async def listening(self) -> None:
         """Wait until endpoints may register."""
@@ -341,6 +336,7 @@ class Engine(CloudListener):
                 last_first.callback(self.reserve.release)
             last_first.callback(self.store.close)
             last_first.push_async_callback(self._agents.stop)
+            last_first.push_async_callback(self._watching.cancel)
             last_first.push_async_callback(self._background.join)
             last_first.push_async_callback(self.service.close)
             last_first.push_async_callback(self.endpoints.close)

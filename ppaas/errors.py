@@ -20,6 +20,7 @@
     ├── QuotaExceeded               a limit of the user or the machine is reached
     │   └── TooManyAttempts         too many failed logins
     ├── Unavailable                 temporary: no capacity, a store or a container failed; try again
+    │   ├── Starting                kernels are being compiled, as on the first start on a computer
     │   ├── Queued                  waiting for capacity, as requested
     │   └── Idle                    released after a time without messages and goals
     ├── TransformError              two frames are not connected, or not at that time
@@ -235,6 +236,25 @@ class Unavailable(PPaaSError):
     def public(self) -> str:
         """Text for clients."""
         return str(self) if self._public is None else self._public
+
+
+class Starting(Unavailable):
+    """The cloud or a planner is not ready yet, because kernels are being compiled; wait and try again.
+
+    Parameters
+    ----------
+    text : str
+        What is being compiled, and how far that is.
+    retry_after : float, optional
+        Time after which the same request may succeed [s]; None if it is not known.
+    """
+
+    slug = "starting"
+    retry_after: float | None = None
+
+    def __init__(self, text: str, *, retry_after: float | None = None) -> None:
+        self.retry_after = retry_after
+        super().__init__(text)
 
 
 class Idle(Unavailable):

@@ -57,6 +57,7 @@ STATUS: dict[type[errors.PPaaSError], tuple[int, str]] = {
     errors.QuotaExceeded: (429, "Quota exceeded"),
     errors.TooManyAttempts: (429, "Too many attempts"),
     errors.Unavailable: (503, "Unavailable"),
+    errors.Starting: (503, "Starting"),
     errors.TransformError: (422, "No transform"),
     errors.PlanningError: (422, "Planning failed"),
 }
@@ -133,7 +134,7 @@ def _members(error: errors.PPaaSError) -> dict[str, Any]:
 
 def _retry(error: errors.PPaaSError) -> dict[str, str]:
     """Return the Retry-After header (RFC 9110: whole seconds) if the error has a time."""
-    after = error.retry_after if isinstance(error, errors.QuotaExceeded) else None
+    after = error.retry_after if isinstance(error, errors.QuotaExceeded | errors.Starting) else None
     return {} if after is None else {"Retry-After": str(math.ceil(after))}
 
 

@@ -43,6 +43,7 @@ from engine.processes.private_files import keep_new_files_private, make_private_
 from engine.processes.stopping import run_unless_stopped, stop_on_signals
 from engine.remote.endpoint_processes import EndpointProcesses
 from engine.remote.replica import MACHINES
+from engine.runtimes.compilation.cache_folder import ensure_cache
 from engine.service.endpoints.server import Extra
 from ppaas.errors import InvalidInput
 from ppaas.log_lines import log_lines
@@ -98,6 +99,7 @@ def run_server(arguments: argparse.Namespace) -> int:
     keep_new_files_private()
     level = arguments.log_level.upper()
     log_lines("%(asctime)s %(levelname)s %(name)s: %(message)s", level=level, dates="%H:%M:%S")
+    ensure_cache()
     permit_only(arguments.allow)
     if arguments.foxglove is not None:
         check_installed()

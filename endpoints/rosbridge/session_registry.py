@@ -16,7 +16,8 @@ from engine.protocols.session_frames import SessionOptions
 from engine.rights.access import Access
 from engine.service.links.carried_session import CarriedSession
 from engine.service.links.place_link import PlaceLink
-from ppaas.errors import Conflict, Unavailable
+from engine.specs.start_state import READY, StartState, explained
+from ppaas.errors import Conflict, PPaaSError, Unavailable
 from ppaas.wire.operations import Level
 
 READY_TIMEOUT = 15.0
@@ -40,9 +41,18 @@ class SessionRegistry:
         Counts paths that a user requests; raises if they exceed the quota.
     linger : float
         Time for which a detached session is retained [s].
+    start_of : callable
+        Returns whether containers can start, and the kernels that machines compile.
     """
 
-    def __init__(self, robots: RobotPlaces, count_paths: CountPaths, linger: float = LINGER) -> None:
+    def __init__(
+        self,
+        robots: RobotPlaces,
+        count_paths: CountPaths,
+        linger: float = LINGER,
+        start_of: Callable[[], StartState] = lambda: READY,
+    ) -> None:
+        self._start_of = start_of
         self._robots = robots
         self._count_paths = count_paths
         self._linger = linger
@@ -88,10 +98,11 @@ class SessionRegistry:
         owner = request.owner or caller.user
         if request.role == "robot":
             await self.displace(owner, request.robot, request.session)
-        place = await self._robots.join(
-            owner, request.robot, as_robot=request.role == "robot", hold=request.hold, queue=request.queue,
-            session=request.session,
-        )  # fmt: skip
+        with explained(self._start_of):
+            place = await self._robots.join(
+                owner, request.robot, as_robot=request.role == "robot", hold=request.hold, queue=request.queue,
+                session=request.session,
+            )  # fmt: skip
         try:
             queued = await self._wait_ready(request, place)
             attachment = await self._attach(caller, request, place, access, queued=queued)
@@ -106,10 +117,14 @@ class SessionRegistry:
         """Wait for the container of a place; return whether the place is queued instead, as its client accepts."""
         position = await self._robots.position(place)
         if position is None:
-            await place.ready(READY_TIMEOUT)
+            await place.ready(READY_TIMEOUT, self._why)
         elif not request.queue:
             raise Unavailable(f"the robot is at position {position} in the queue: connect with queue=1 to wait for it")
         return position is not None
+
+    def _why(self) -> PPaaSError | None:
+        """Return why no container was ready in time, if kernels are the reason."""
+        return self._start_of().refusal()
 
     async def _report_position(self, attachment: Attachment) -> None:
         reported = None
@@ -148,7 +163,7 @@ class SessionRegistry:
                 session.begin_without_container()
             else:
                 session.attach()
-                await session.attached(READY_TIMEOUT)
+                await session.attached(READY_TIMEOUT, self._why)
         except BaseException:
             self._attachments.discard(attachment)
             attachment.detach(for_good=True)

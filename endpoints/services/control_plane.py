@@ -9,6 +9,7 @@ from engine.service.news.robot_facts import FactKind
 from engine.service.planning.fleet_requests import FleetAnswer, FleetRequest
 from engine.service.planning.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from engine.specs.containers import MapVersion
+from engine.specs.start_state import StartState
 from ppaas.diagnosis.observations.facts import Observations
 from ppaas.errors import PPaaSError
 from ppaas.messages.base.message import Message
@@ -30,6 +31,11 @@ class ControlPlane(CloudCalls, Protocol):
     @property
     def master_silence(self) -> float:
         """Time since the master answered [s]; infinite if it never has, and 0 in the process of the master."""
+        ...
+
+    @property
+    def start(self) -> StartState:
+        """Whether containers can start, and the kernels that machines compile."""
         ...
 
     async def remove_machine(self, machine: str, *, force: bool = False) -> None:

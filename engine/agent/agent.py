@@ -162,7 +162,8 @@ class Agent:
                 stream.abort()
             if lease.is_silent():  # the agent stays with this one if no other leads
                 self._look_for_another()
-            stream.write(control_link.AgentBeat())
+            kernels = self._components.gateway.kernels
+            stream.write(control_link.AgentBeat(kernels.compiling(), kernels.progress))
             await asyncio.sleep(BEAT_PERIOD)
 
     async def _send_heartbeats(self, stream: Master) -> None:

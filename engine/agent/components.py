@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import os
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from engine.agent.config import AgentConfig
@@ -19,6 +20,8 @@ from engine.agent.neighbours import Neighbours
 from engine.agent.network_load import NetworkLoad
 from engine.agent.relays.endpoint_relay import EndpointRelay
 from engine.agent.relays.robot_link_relay import RobotLinkRelay
+from engine.agent.requests.kernel_service import KernelService
+from engine.agent.start_reports import report_start
 from engine.fabric.router import RouterProcess
 from engine.fabric.session import Fabric
 from engine.processes.instances import folder_of, instance_name
@@ -33,7 +36,7 @@ from engine.protocols.tls_identity import Purpose, TlsIdentity
 from engine.recorder.recorder_process import NO_RECORDER, RecorderProcess, Recordings
 from engine.runtimes.base import Premises, Runtime
 from engine.runtimes.compilation import store_kernels
-from engine.runtimes.compilation.rest_compiler import compiling_the_rest
+from engine.runtimes.compilation.kernel_compiler import KernelCompiler
 from engine.runtimes.registry import RUNTIMES
 from ppaas.errors import Unavailable
 from ppaas.plugins import permit_only
@@ -83,8 +86,13 @@ async def open_components(
     """
     run_dir, cpus = Path(config.run_dir), tuple(sorted(os.sched_getaffinity(0)))[: config.cores]
     permit_only(config.allowed)
+    compiler = KernelCompiler()
+    stack.push_async_callback(compiler.close)
+    starting = asyncio.create_task(report_start(config, compiler, partial(dial_master, config, masters)))
+    stack.push_async_callback(cancel_all, (starting,))
     listening = _router(config, stack)
     runtime = await _runtime(config, stack)
+    compiler.begin()
     router = await listening
     fabric = await _fabric(router, stack)
     session = MasterSession(remote=config.identity is not None)
@@ -94,6 +102,7 @@ async def open_components(
     gateway = ContainerGateway(
         run_dir / "gate.sock", store, fabric, link=config.machine, acts=session.acts,
         may_be_replaced=session.may_be_replaced, recordings=_recordings(config, stack),
+        kernels=KernelService(compiler),
     )  # fmt: skip
     stack.push_async_callback(gateway.close)
     await gateway.start()
@@ -113,7 +122,7 @@ async def open_components(
     neighbours = Neighbours(fabric, config.machine)
     stack.push_async_callback(neighbours.close)
     await neighbours.start()
-    await stack.enter_async_context(compiling_the_rest())
+    await cancel_all((starting,))
     host = HostLoad(hosting.loads, NetworkLoad(), neighbours)
     return AgentComponents(config, cpus, hosting, gateway, session, host, router, masters, relay)
 

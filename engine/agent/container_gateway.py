@@ -14,12 +14,13 @@ import msgspec
 
 from engine.agent.fleet_topics import Fabric, FleetTopics, heard_by, scope_of
 from engine.agent.requests.clone_service import CloneService
+from engine.agent.requests.kernel_service import KernelService, nothing_to_compile
 from engine.agent.requests.plan_service import PlanService
 from engine.processes.background import Background
 from engine.processes.occasional_log import OccasionalLog
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
-from engine.protocols.pending_handshakes import PendingHandshakes
+from engine.protocols.pending_handshakes import PendingHandshakes, is_same
 from engine.protocols.refusals import Refusal, error_of, refusal_of
 from engine.recorder.recorder_process import NO_RECORDER, Recordings
 from engine.specs.containers import ContainerSpec
@@ -46,6 +47,7 @@ Prepare = Callable[[str], Awaitable[None]]
 
 class _Expected(NamedTuple):
     spec: ContainerSpec
+    secret: str
     prepare: Prepare
 
 
@@ -58,6 +60,7 @@ class _AttachedContainer:
 
     def __init__(self, expected: _Expected, stream: Stream) -> None:
         self.spec = spec = expected.spec
+        self.secret = expected.secret
         self.prepare = expected.prepare
         self.stream = stream
         self.scope = scope_of(spec)
@@ -92,6 +95,8 @@ class ContainerGateway:
         Returns whether another machine may run the robots' next containers, when this one does not act.
     recordings : Recordings
         Recorder of the machine.
+    kernels : KernelService, optional
+        Kernels of the machine; all are compiled by default.
     attach_timeout : float
         Time within which a connecting container must identify itself [s].
     """
@@ -107,6 +112,7 @@ class ContainerGateway:
         acts: Callable[[], bool] = lambda: True,
         may_be_replaced: Callable[[], bool] = lambda: True,
         recordings: Recordings = NO_RECORDER,
+        kernels: KernelService | None = None,
         attach_timeout: float = ATTACH_TIMEOUT,
     ) -> None:
         self.path = path
@@ -114,6 +120,7 @@ class ContainerGateway:
         self._plans = PlanService(store, link)
         self._topics = FleetTopics(fabric)
         self._recordings = recordings
+        self.kernels = kernels or nothing_to_compile()
         self.cloud = cloud
         self._acts = acts
         self._may_be_replaced = may_be_replaced
@@ -133,7 +140,7 @@ class ContainerGateway:
 
     def expect(self, spec: ContainerSpec, secret: str, prepare: Prepare = _nothing_to_prepare) -> None:
         """Accept one connection of a container, by its secret; ``prepare`` makes the indexes of its map."""
-        self._awaited.expect(spec.id, secret, _Expected(spec, prepare))
+        self._awaited.expect(spec.id, secret, _Expected(spec, secret, prepare))
 
     def forget(self, container: str) -> None:
         """Stop expecting a container that has not connected yet."""
@@ -232,7 +239,12 @@ class ContainerGateway:
         stream: Stream = FrameStream(reader, writer, machine_link.FromContainer)
         self._streams.add(stream)
         try:
-            await self._serve(await self._admitted(stream))
+            async with asyncio.timeout(self._attach_timeout):
+                first = await stream.receive()
+            if isinstance(first, machine_link.Compiling):
+                await self._answer_for(first, stream)
+            else:
+                await self._serve(self._admitted(first, stream))
         except (PPaaSError, TimeoutError) as error:
             logger.warning(
                 "the container gateway closed the connection of a container: %s",
@@ -242,9 +254,15 @@ class ContainerGateway:
             self._streams.discard(stream)
             await stream.close()
 
-    async def _admitted(self, stream: Stream) -> _AttachedContainer:
-        async with asyncio.timeout(self._attach_timeout):
-            attach = await stream.receive()
+    async def _answer_for(self, notice: machine_link.Compiling, stream: Stream) -> None:
+        """Answer for a container that compiles a kernel, until it closes the connection."""
+        attached = self._attached.get(notice.container)
+        if attached is None or not is_same(attached.secret, notice.secret):
+            raise NotPermitted(f"{notice.container[:64]!r} is not attached, or has the wrong secret")
+        with self.kernels.compiles(attached.spec.id):
+            await stream.receive()
+
+    def _admitted(self, attach: machine_link.FromContainer | None, stream: Stream) -> _AttachedContainer:
         if not isinstance(attach, machine_link.Attach):
             raise NotPermitted("the first message of a container must be its attach request")
         return _AttachedContainer(self._awaited.admit(attach.container, attach.secret), stream)
@@ -278,11 +296,13 @@ class ContainerGateway:
                 self._ask(frame.request, attached, lambda: asyncio.to_thread(self._find_plans, spec, frame))
             case machine_link.AskHistory():
                 self._ask(frame.request, attached, lambda: asyncio.to_thread(self._plans.history, spec))
+            case machine_link.AwaitKernels():
+                self._ask(frame.request, attached, lambda: self.kernels.wait(frame))
             case machine_link.PrepareIndex():
                 self._ask(frame.request, attached, lambda: attached.prepare(frame.planner))
             case machine_link.NoteHistory() | machine_link.Share() | machine_link.MapInUse() | machine_link.Record():
                 self._take_unanswered(frame, attached)
-            case machine_link.Attach():
+            case machine_link.Attach() | machine_link.Compiling():
                 raise NotPermitted(f"container {attached.spec.id} is attached already, and sent another attach request")
 
     def _take_unanswered(self, frame: machine_link.Unanswered, attached: _AttachedContainer) -> None:

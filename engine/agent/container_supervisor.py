@@ -223,6 +223,7 @@ class ContainerSupervisor:
             threads=cores.threads(order.spec.cores),
             allowed=self._allowed,
             on=self._machine,
+            compiled=self._runtime.isolates or self._gateway.kernels.is_complete,
         )
 
     def _cpus_for(self, spec: ContainerSpec) -> tuple[int, ...]:

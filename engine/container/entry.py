@@ -14,6 +14,8 @@ from typing import Any
 import uvloop
 
 from engine.container.clone_sessions import CloneSessions
+from engine.container.compiling.compile_notice import CompileNotice
+from engine.container.compiling.kernel_gate import KernelGate
 from engine.container.current_map import CurrentMap
 from engine.container.endpoint_link import EndpointLink, Stream, dial
 from engine.container.executor import NodeExecutor
@@ -28,6 +30,7 @@ from engine.protocols import machine_link, robot_link
 from engine.protocols.refusals import refusal_of
 from engine.runtimes.compilation.threads import KernelThreads, use_threads
 from engine.specs.containers import Launch
+from engine.specs.start_state import KERNEL_PATIENCE
 from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.listener_faults import ListenerFaults
 from ppaas.log_lines import log_lines
@@ -43,7 +46,8 @@ _faults = ListenerFaults(logger)
 async def run(launch: Launch) -> None:
     """Run the container until the machine disconnects or the endpoint sends a shutdown."""
     stream, threads, times = await dial(launch.link), KernelThreads(launch.threads), Times()
-    home = NodeExecutor(lambda: use_threads(threads.count))
+    gate = KernelGate(compiled=launch.compiled, patience=KERNEL_PATIENCE if launch.spec.robot is None else None)
+    home = NodeExecutor(lambda: use_threads(threads.count), gate)
     plans, notes = SharedPlans(times, home.elsewhere), PlanningNotes(times)
     try:
         current = CurrentMap(launch, plans, times, notes)
@@ -56,6 +60,7 @@ async def run(launch: Launch) -> None:
     machine = await MachineClient.connect(launch)
     current.indexes.ask(machine, asyncio.get_running_loop())
     plans.ask(machine)
+    gate.ask(machine.await_kernels)
     monitoring = None if attendants is None else attendants.monitoring
     endpoint = EndpointLink(launch.link, stream)
     sessions = None if launch.spec.robot is None else CloneSessions(launch.spec, launch.spec.robot)
@@ -69,6 +74,7 @@ async def run(launch: Launch) -> None:
     listening = asyncio.create_task(
         machine.serve(partial(_shared, outside, groups), partial(_resize, threads), endpoint.came, follow, told)
     )
+    await gate.for_start(lambda: stream.write(robot_link.KernelsAwaited(launch.spec.id, launch.secret)))
     await notes.begin(machine)
     try:
         await container.restore_logs()
@@ -158,4 +164,5 @@ def main(launch: Launch) -> None:
     """Run a container in this process until it ends."""
     permit_only(launch.allowed)
     log_lines(f"%(levelname)s {launch.spec.id} %(name)s: %(message)s")
+    CompileNotice(launch).register()
     uvloop.run(run(launch))

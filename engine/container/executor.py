@@ -8,7 +8,9 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar
 
+from engine.container.compiling.kernel_gate import KernelGate
 from engine.container.short_jobs import Outcome, ShortJobs, attempt
+from engine.processes.background import Background
 from ppaas.errors import PPaaSError
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.jobs import TURN, LongWork, Work
@@ -33,9 +35,13 @@ class NodeExecutor:
     ----------
     prepare_thread : callable
         Called once in each thread that runs jobs, before the first.
+    gate : KernelGate, optional
+        Holds jobs back whose kernels are being compiled.
     """
 
-    def __init__(self, prepare_thread: Callable[[], None]) -> None:
+    def __init__(self, prepare_thread: Callable[[], None], gate: KernelGate | None = None) -> None:
+        self._gate = gate or KernelGate()
+        self._held = Background()
         self._loop = asyncio.get_running_loop()
         # Threads are started when they are needed: a clone without long jobs has none for them.
         self._executor = ThreadPoolExecutor(JOB_THREADS, "job", prepare_thread)
@@ -50,6 +56,9 @@ class NodeExecutor:
     def _work(self, work: Work[T], cancelled: Callable[[], bool], done: Done[T]) -> None:
         if self._closed:
             return
+        if self._gate.missing():
+            self._held.run(self._once_compiled(work, cancelled, done))
+            return
         # A driving robot must not wait for a job on the loop, and a scan not for the loop closures of a map.
         long = isinstance(work, LongWork)
         if long:
@@ -63,6 +72,15 @@ class NodeExecutor:
         else:
             future = self._executor.submit(self._short_jobs.timed, work, cancelled)
         future.add_done_callback(lambda ended: self._hand_over(ended, done))
+
+    async def _once_compiled(self, work: Work[T], cancelled: Callable[[], bool], done: Done[T]) -> None:
+        """Run a job once its kernels are compiled: its time limits begin then."""
+        try:
+            await self._gate.for_job()
+        except PPaaSError as error:
+            self._finish(Outcome(None, error), done)
+        else:
+            self._work(work, cancelled, done)
 
     def _hand_over(self, future: Future[Outcome[T]], done: Done[T]) -> None:
         if not future.cancelled():

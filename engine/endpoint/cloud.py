@@ -29,6 +29,7 @@ from engine.service.views import (
 )
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
+from engine.specs.start_state import StartState
 from ppaas.bounded_dict import BoundedDict
 from ppaas.clock import Clock, monotonic
 from ppaas.diagnosis.observations.facts import Observations
@@ -74,6 +75,11 @@ class EndpointCloud:
         Limits of the users, as the master has them.
     clock : callable
         Returns monotonic seconds.
+
+    Attributes
+    ----------
+    start : StartState
+        Whether containers can start, and the kernels that machines compile, as the master last said.
     """
 
     def __init__(self, master: MasterLink, places: EndpointPlaces, quotas: Quotas, clock: Clock = monotonic) -> None:
@@ -81,7 +87,8 @@ class EndpointCloud:
         self._master = master
         self._places = places
         self._nodes = RobotNodes(self._place_of)
-        self._planning = Planning(self._use_planning)
+        self.start = StartState(ready=False)
+        self._planning = Planning(self._use_planning, lambda: self.start)
         self._limits: BoundedDict[str, Limits] = BoundedDict(MAX_LIMITS)
         self._clock = clock
         self._planned: BoundedDict[_Wanted, tuple[str, float]] = BoundedDict(MAX_PLANNED)

@@ -140,6 +140,7 @@ class Endpoint:
         self._missed()
         self.cloud.master_found()
         self.sessions.master_found()
+        self._background.run(self._learn_state())
 
     def connect_caches(self, hear: Hear, missed: Callable[[], None]) -> None:
         """Pass news of other processes to a function; call another one when news may have been missed."""
@@ -217,9 +218,15 @@ class Endpoint:
         state = EndpointState(sockets, frames, cpu, self._process.memory_info().rss)
         try:
             async with asyncio.timeout(SILENCE):
-                return await self.master.call(MasterCalls.report, state)
+                master = await self.master.call(MasterCalls.report, state)
         except (TimeoutError, Unavailable):
             return False
+        self.cloud.start = master.start
+        return master.leads
+
+    async def _learn_state(self) -> None:
+        """Learn the state of a new master at once."""
+        await self._report()
 
     async def _forget_idle(self) -> None:
         for key in self._places.idle():

@@ -174,13 +174,20 @@ class ContainerLink(ABC):
         """Reason for which the place was closed; None while it is open."""
         return self._closed
 
-    async def ready(self, timeout: float) -> None:
+    async def ready(self, timeout: float, why: Callable[[], PPaaSError | None] = lambda: None) -> None:
         """Wait for a container.
+
+        Parameters
+        ----------
+        timeout : float
+            Time limit [s].
+        why : callable
+            Returns the reason why no container is ready in time, if it is known.
 
         Raises
         ------
         Unavailable
-            No container connected within ``timeout`` [s].
+            No container connected in time.
         PPaaSError
             The place was closed; the reason for it.
         """
@@ -189,7 +196,7 @@ class ContainerLink(ABC):
                 async with asyncio.timeout(timeout):
                     await self._ready.wait()
             except TimeoutError as error:
-                raise Unavailable(f"no container was ready within {timeout:g} s; try again") from error
+                raise why() or Unavailable(f"no container was ready within {timeout:g} s; try again") from error
         if self._closed is not None:
             raise self._closed
 

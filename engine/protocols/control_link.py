@@ -4,6 +4,7 @@ import msgspec
 
 from engine.protocols.refusals import Refusal
 from engine.specs.containers import ContainerSpec, MapVersion
+from engine.specs.start_state import KernelProgress
 
 
 class RunningContainer(msgspec.Struct, frozen=True):
@@ -47,6 +48,17 @@ class Register(msgspec.Struct, tag="register"):
     epoch: int = 0
 
 
+class MachineStarting(msgspec.Struct, tag="starting"):
+    """A machine that is about to join cannot start containers yet. Sent repeatedly on a connection of its own.
+
+    ``kernels`` is the progress of its kernel compiler, None if that is not known yet.
+    """
+
+    machine: str
+    secret: str
+    kernels: KernelProgress | None = None
+
+
 class ContainerLoad(msgspec.Struct, frozen=True):
     """Load of one container: CPU usage [cores] and proportional set size [bytes]."""
 
@@ -70,7 +82,18 @@ class Heartbeat(msgspec.Struct, tag="heartbeat"):
 
 
 class AgentBeat(msgspec.Struct, tag="beat"):
-    """Heartbeat of the agent. It is separate from the load report, which takes longer with many containers."""
+    """Heartbeat of the agent. It is separate from the load report, which takes longer with many containers.
+
+    Parameters
+    ----------
+    compiling : tuple of str
+        Containers that compile a kernel themselves and may therefore send no heartbeats.
+    kernels : KernelProgress, optional
+        Progress of the kernel compiler of the machine; None if all kernels are compiled.
+    """
+
+    compiling: tuple[str, ...] = ()
+    kernels: KernelProgress | None = None
 
 
 class Launched(msgspec.Struct, tag="launched"):
@@ -100,7 +123,7 @@ class Outranked(msgspec.Struct, tag="outranked"):
     epoch: int
 
 
-FromAgent = Register | AgentBeat | Heartbeat | Launched | LaunchFailed | Exited | Outranked
+FromAgent = Register | MachineStarting | AgentBeat | Heartbeat | Launched | LaunchFailed | Exited | Outranked
 
 
 class StartContainer(msgspec.Struct, tag="start"):

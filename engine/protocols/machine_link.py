@@ -21,6 +21,24 @@ class Attach(msgspec.Struct, tag="attach"):
     secret: str
 
 
+class Compiling(msgspec.Struct, tag="compiling"):
+    """First and only frame on a further connection: an attached container compiles a kernel until it closes this."""
+
+    container: str
+    secret: str
+
+
+class AwaitKernels(msgspec.Struct, tag="await_kernels"):
+    """Request that modules are compiled before others; the answer comes once they are, or after a time ``within`` [s].
+
+    Without ``within`` there is no time limit.
+    """
+
+    request: int
+    modules: list[str]
+    within: float | None = None
+
+
 class SaveClone(msgspec.Struct, tag="save_clone"):
     """Store the checkpoint of the clone, and the changes of the logs of its nodes."""
 
@@ -107,7 +125,18 @@ class Record(msgspec.Struct, tag="record"):
 Unanswered = NoteHistory | Share | MapInUse | Record
 """Frames of a container that have no answer."""
 
-FromContainer = Attach | SaveClone | ReadLog | KeepPlan | FindPlans | AskHistory | PrepareIndex | Unanswered
+FromContainer = (
+    Attach
+    | Compiling
+    | AwaitKernels
+    | SaveClone
+    | ReadLog
+    | KeepPlan
+    | FindPlans
+    | AskHistory
+    | PrepareIndex
+    | Unanswered
+)
 
 
 class Done(msgspec.Struct, tag="done"):

@@ -31,6 +31,12 @@ class PendingHandshakes(Generic[T]):
         """Stop expecting a connection."""
         self._pending.pop(name, None)
 
+    def check(self, name: str, given: str) -> T:
+        """Return the data of an expected connection, which is still expected; raises as ``admit`` does."""
+        if name not in self._pending or not is_same(self._pending[name][0], given):
+            raise NotPermitted(f"{name[:64]!r} is not expected here, or has the wrong secret")
+        return self._pending[name][1]
+
     def admit(self, name: str, given: str) -> T:
         """Accept a connection; return the data that was passed to ``expect``.
 
@@ -41,6 +47,6 @@ class PendingHandshakes(Generic[T]):
         NotPermitted
             The name is not expected, or the secret is wrong.
         """
-        if name not in self._pending or not is_same(self._pending[name][0], given):
-            raise NotPermitted(f"{name[:64]!r} is not expected here, or has the wrong secret")
-        return self._pending.pop(name)[1]
+        known = self.check(name, given)
+        self.forget(name)
+        return known

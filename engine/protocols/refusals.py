@@ -4,7 +4,7 @@ import logging
 
 import msgspec
 
-from ppaas.errors import PPaaSError, Queued, QuotaExceeded, rebuild
+from ppaas.errors import PPaaSError, Queued, QuotaExceeded, Starting, rebuild
 
 logger = logging.getLogger(__name__)
 
@@ -16,7 +16,7 @@ class Refusal(msgspec.Struct, frozen=True):
     ----------
     slug, text : str
     retry_after : float, optional
-        That of a ``QuotaExceeded`` [s].
+        That of a ``QuotaExceeded`` or a ``Starting`` [s].
     position : int
         That of a ``Queued``; 0 for other errors.
     """
@@ -31,7 +31,7 @@ def refusal_of(error: PPaaSError) -> Refusal:
     """Return the refusal for an error, whose text may reach clients; a text for operators is logged here."""
     if error.public != str(error):
         logger.warning("%s: %s", error.slug, error)
-    retry_after = error.retry_after if isinstance(error, QuotaExceeded) else None
+    retry_after = error.retry_after if isinstance(error, QuotaExceeded | Starting) else None
     position = error.position if isinstance(error, Queued) else 0
     return Refusal(error.slug, error.public, retry_after, position)
 
@@ -39,7 +39,7 @@ def refusal_of(error: PPaaSError) -> Refusal:
 def error_of(refusal: Refusal) -> PPaaSError:
     """Return the error that another process sent; a `PPaaSError` if its slug is unknown."""
     error = rebuild(refusal.slug, refusal.text)
-    if isinstance(error, QuotaExceeded):
+    if isinstance(error, QuotaExceeded | Starting):
         error.retry_after = refusal.retry_after
     elif isinstance(error, Queued):
         error.position = refusal.position

@@ -91,6 +91,13 @@ class ContainerFailed(msgspec.Struct, tag="failed"):
     refusal: Refusal
 
 
+class KernelsAwaited(msgspec.Struct, tag="kernels_awaited"):
+    """The container waits for kernels that its machine compiles. Sent repeatedly, before ``Hello``."""
+
+    container: str
+    secret: str
+
+
 class TopicAdded(msgspec.Struct, tag="declared"):
     """A node has begun to publish a topic that is not in ``Hello``."""
 
@@ -149,6 +156,7 @@ class MessageRefused(msgspec.Struct, tag="refused"):
 FromContainer = (
     Hello
     | ContainerFailed
+    | KernelsAwaited
     | TopicAdded
     | TopicRemoved
     | NodesChanged

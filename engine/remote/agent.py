@@ -32,6 +32,7 @@ from engine.remote.machine_endpoints import MachineEndpoints
 from engine.remote.masters import Masters
 from engine.remote.membership import Membership, membership_in
 from engine.remote.settings_check import check_settings
+from engine.runtimes.compilation.cache_folder import ensure_cache
 from ppaas.clock import monotonic
 from ppaas.errors import Conflict, PPaaSError, Unavailable
 from ppaas.log_lines import log_lines
@@ -203,6 +204,7 @@ def main() -> None:
     keep_new_files_private()
     log_lines("%(levelname)s agent %(name)s: %(message)s", level=logging.INFO)
     signal.signal(signal.SIGINT, lambda *_: os.kill(os.getpid(), signal.SIGTERM))
+    ensure_cache()
     options = msgspec.json.decode(sys.stdin.buffer.read(), type=MachineOptions)
     folder = Path(sys.argv[1])
     try:

@@ -35,6 +35,7 @@ from engine.service.views import (
 )
 from engine.specs.containers import MapVersion
 from engine.specs.machine_settings import MachineSettings
+from engine.specs.start_state import StartState
 from ppaas.diagnosis.observations.facts import Observations
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
@@ -79,12 +80,17 @@ class Cloud:
         self._plan_rate = PlanRate(quotas)
         self._driver = driver
         self._planning_places = PlanningPlaces(driver)
-        self._planning = Planning(self._use)
+        self._planning = Planning(self._use, driver.start_state)
         self._nodes = RobotNodes(self._place_of)
         self._people, self._traffic = PeopleGroups(driver), TrafficGroups(driver)
         self._navigation = RobotNavigation(driver)
         self._task_news = TaskNews()
         self._task_robots = TaskRobots(driver, partial(NavigationClient, goal_ended=self._task_news.wake.set))
+
+    @property
+    def start(self) -> StartState:
+        """Whether containers can start, and the kernels that machines compile."""
+        return self._driver.start_state()
 
     def close(self) -> None:
         """Cancel all timers."""

@@ -27,6 +27,7 @@ from engine.service.links.robot_link_server import LinkServer
 from engine.service.listener import CloudListener
 from engine.service.start_times import StartTimes
 from engine.specs.checkpoints import CheckpointSelection
+from engine.specs.start_state import KernelProgress, StartState
 from ppaas.errors import PPaaSError, Unavailable
 
 logger = logging.getLogger(__name__)
@@ -60,6 +61,8 @@ class MachineEvents:
     ----------
     joined : Event
         Set once the first machine has joined.
+    alive : callable
+        Called with the machine and the id of a container that compiles a kernel, once for each heartbeat of its agent.
     """
 
     def __init__(
@@ -84,6 +87,9 @@ class MachineEvents:
         self._closing = False
         self.joined = asyncio.Event()
         self._listener = listener
+        self._starting: dict[str, KernelProgress | None] = {}
+        self._compiling: dict[str, KernelProgress] = {}
+        self.alive: Callable[[str, str], None] = lambda _machine, _container: None
 
     def listen(self, path: Path, secret: str) -> ControlServer:
         """Return the server of the control links, which reports its events to this object."""
@@ -108,6 +114,26 @@ class MachineEvents:
         if self._master.returning:
             logger.warning("machines did not reconnect: %s", ", ".join(sorted(self._master.returning)))
             self._execute(self._master.handle(ReturnTimedOut()))
+
+    # -- machines that start, and kernels ------------------------------------------------------------------------------
+
+    def await_machine(self, machine: str) -> None:
+        """Count a machine as starting, until it has registered."""
+        self._starting[machine] = None
+
+    def machine_starting(self, machine: str, kernels: KernelProgress | None) -> None:
+        """Note how far the kernels of a machine are that has not registered yet."""
+        if machine not in self._master.machines:
+            self._starting[machine] = kernels
+
+    def machine_start_ended(self, machine: str) -> None:
+        """Note that a machine is about to register, or has failed."""
+        self._starting.pop(machine, None)
+
+    def start_state(self) -> StartState:
+        """Return whether containers can start, and the kernels that machines compile."""
+        is_ready = bool(self._master.machines) or not self._starting
+        return StartState(is_ready, {**self._compiling, **self._starting})
 
     # -- reports -------------------------------------------------------------------------------------------------------
 
@@ -135,6 +161,7 @@ class MachineEvents:
         epoch = self._control.mandate.epoch
         self._control.order(machine, control_link.Welcome(self._checkpoints.instance, adopted, epoch))
         self._beats[machine] = 0
+        self._starting.pop(machine, None)
         logger.info("machine %s joined with %d cores and %d containers", machine, register.cores, len(adopted))
         self.joined.set()
         self._execute(orders)
@@ -154,6 +181,7 @@ class MachineEvents:
         match event:
             case control_link.AgentBeat():
                 self._beats[machine] += 1
+                self._note_kernels(machine, event)
             case control_link.Heartbeat():
                 self._execute(self._master.handle(MachineMeasured(machine, event)))
             case control_link.Launched():
@@ -163,9 +191,18 @@ class MachineEvents:
             case control_link.Exited():
                 self._container_lost(machine, event.container, Unavailable(f"it exited with status {event.status}"))
 
+    def _note_kernels(self, machine: str, beat: control_link.AgentBeat) -> None:
+        if beat.kernels is None:
+            self._compiling.pop(machine, None)
+        else:
+            self._compiling[machine] = beat.kernels
+        for container in beat.compiling:
+            self.alive(machine, container)
+
     def machine_gone(self, machine: str) -> None:
         """Replace the containers of a machine that left."""
         self._beats.pop(machine, None)
+        self._compiling.pop(machine, None)
         logger.log(logging.INFO if self._closing else logging.WARNING, "machine %s has left", machine)
         self._lose(MachineLeft(machine))
         self._listener.machines_changed(self._master.machines)

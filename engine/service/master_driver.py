@@ -37,12 +37,13 @@ from engine.service.listener import CloudListener
 from engine.service.machine_events import MachineEvents
 from engine.service.order_execution import OrderExecution
 from engine.service.start_times import StartTimes
-from engine.service.view_building import container_view, machine_view
+from engine.service.view_building import container_view, machine_view, starting_view
 from engine.service.views import ContainerView, LifelongRobot, MachineView, MappingRobot
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
 from engine.specs.continued_maps import is_lifelong
 from engine.specs.robot_frames import base_frame
+from engine.specs.start_state import StartState
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Conflict, Idle, NotFound, PPaaSError, Unavailable
 from storage.records import Limits
@@ -99,7 +100,7 @@ class MasterDriver:
         self._master = master
         self._clock = clock
         self._checkpoints = checkpoints
-        self._links = LinkServer(run_dir / "link.sock", self._welcome, self._failed)
+        self._links = LinkServer(run_dir / "link.sock", self._welcome, self._failed, waits=self._waits_for_kernels)
         self._places: dict[str, PlaceLink] = {}
         self.presence = RobotPresence(self._places.get)
         self._timed: WeakKeyDictionary[PlaceLink, tuple[str | None, float | None]] = WeakKeyDictionary()
@@ -109,6 +110,7 @@ class MasterDriver:
             master, checkpoints, self._links, self._times,
             execute=self._execute, container_lost=self._report_lost, listener=listener,
         )  # fmt: skip
+        self.of_machines.alive = self._compiles
         self._control = self.of_machines.listen(run_dir / "control.sock", secret)
         self.administration = Administration(master, self._execute, self.of_machines.cut_off)
         self._background = Background()
@@ -166,6 +168,10 @@ class MasterDriver:
         await self._background.cancel()
 
     # -- places --------------------------------------------------------------------------------------------------------
+
+    def start_state(self) -> StartState:
+        """Return whether containers can start, and the kernels that machines compile."""
+        return self.of_machines.start_state()
 
     def place(self, key: str) -> PlaceLink | None:
         """Return the link of an open place, or None."""
@@ -294,6 +300,9 @@ class MasterDriver:
             with contextlib.suppress(NotFound, Unavailable):  # it has exited as expected
                 self.give_up_container(container)
 
+    def _waits_for_kernels(self, container: str) -> None:
+        self._times.postpone(container)
+
     def _failed(self, failed: robot_link.ContainerFailed) -> None:
         self._container_lost(failed.container, error_of(failed.refusal))
 
@@ -314,6 +323,12 @@ class MasterDriver:
     def _beats(self) -> dict[str, int]:
         return {place.container: place.beats for place in self._places.values() if place.container is not None}
 
+    def _compiles(self, machine: str, container: str) -> None:
+        """Count a heartbeat of a container that compiles a kernel, for which its machine answers."""
+        for place in self._places.values():
+            if place.container == container and self.machine_of_place(place.key) == machine:
+                place.beats += 1
+
     def _give_up_frozen(self, container: str) -> None:
         logger.error("container %s missed %d heartbeats: it is frozen, and replaced", container, MISSED)
         with contextlib.suppress(NotFound, Unavailable):  # it has just exited
@@ -329,8 +344,10 @@ class MasterDriver:
     # -- views ---------------------------------------------------------------------------------------------------------
 
     def machines(self) -> list[MachineView]:
-        """Return all machines."""
-        return [machine_view(machine) for machine in self._master.machines.values()]
+        """Return all machines, and those that are about to join."""
+        joined, kernels = self._master.machines, self.start_state().machines
+        views = [machine_view(machine, kernels.get(machine.id)) for machine in joined.values()]
+        return [*views, *(starting_view(name, kernels[name]) for name in kernels if name not in joined)]
 
     def containers(self, user: str | None) -> list[ContainerView]:
         """Return the containers of a user, or of all users if None."""

@@ -112,7 +112,10 @@ class OrderExecution:
             await self._answered(order.machine, container)
 
     async def _answered(self, machine: str, container: str) -> None:
-        await asyncio.sleep(self._start_timeout)
+        left = self._start_timeout
+        while left > 0.0:
+            await asyncio.sleep(left)
+            left = self._times.patience(container, self._start_timeout)  # more than 0 if it waits for kernels
         self._not_come(machine, container, Unavailable(f"it did not answer within {self._start_timeout:g} s"))
 
     def _adopt(self, order: Adopt) -> None:

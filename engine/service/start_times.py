@@ -16,6 +16,7 @@ class StartTimes:
         self._clock = clock
         self._ordered: dict[str, float] = {}
         self._awaited: dict[str, float] = {}
+        self._patient: dict[str, float] = {}
         self._took: dict[str, float] = {}
 
     def __len__(self) -> int:
@@ -29,6 +30,15 @@ class StartTimes:
     def send(self, container: str) -> None:
         """Record that the order was sent to the machine; the time until the answer counts from now."""
         self._awaited[container] = self._clock()
+
+    def postpone(self, container: str) -> None:
+        """Record that a container, which has not answered yet, still waits for kernels: be patient from now on."""
+        self._patient[container] = self._clock()
+
+    def patience(self, container: str, timeout: float) -> float:
+        """Return the time for which an answer may still be awaited [s], if that is ``timeout`` without `postpone`."""
+        now = self._clock()
+        return timeout - (now - self._patient.get(container, now - timeout))
 
     def is_awaited(self, container: str) -> bool:
         """Return whether a container was ordered and has not answered yet."""
@@ -51,5 +61,5 @@ class StartTimes:
 
     def forget(self, container: str) -> None:
         """Forget a container that has ended."""
-        for times in (self._ordered, self._awaited, self._took):
+        for times in (self._ordered, self._awaited, self._patient, self._took):
             times.pop(container, None)

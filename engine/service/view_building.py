@@ -5,10 +5,19 @@ from engine.master.places import Place
 from engine.service.links.place_link import PlaceLink
 from engine.service.views import ContainerView, MachineView
 from engine.specs.cores import memory
+from engine.specs.start_state import KernelProgress
 
 
-def machine_view(machine: Machine) -> MachineView:
-    """Return the view of a machine."""
+def starting_view(machine: str, kernels: KernelProgress | None) -> MachineView:
+    """Return the view of a machine that has not joined yet, and how far its kernels are."""
+    return MachineView(
+        id=machine, cores=0, capacity=0.0, containers=0, memory=0, memory_used=0, load=0.0, state="starting",
+        kernels=kernels,
+    )  # fmt: skip
+
+
+def machine_view(machine: Machine, kernels: KernelProgress | None = None) -> MachineView:
+    """Return the view of a machine, and of the kernels that it compiles."""
     settings = machine.settings
     return MachineView(
         id=machine.id,
@@ -30,6 +39,7 @@ def machine_view(machine: Machine) -> MachineView:
         network_used=machine.network_used,
         round_trip=machine.round_trip,
         round_trips=machine.neighbours,
+        kernels=kernels,
     )
 
 

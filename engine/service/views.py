@@ -7,9 +7,10 @@ import msgspec
 from engine.specs.containers import ContainerKind, MapVersion
 from engine.specs.cores import OVERSUBSCRIPTION
 from engine.specs.machine_settings import MAX_CONTAINERS
+from engine.specs.start_state import KernelProgress
 
 ContainerState = Literal["starting", "ready"]
-MachineState = Literal["ready", "draining", "drained"]
+MachineState = Literal["starting", "ready", "draining", "drained"]
 EndpointViewState = Literal["ready", "silent"]
 
 
@@ -32,8 +33,9 @@ class MachineView(msgspec.Struct, frozen=True):
         Sum of the sizes of its containers [cores].
     memory_given : int
         Memory that these sizes count for [bytes].
-    state : {"ready", "draining", "drained"}
-        ``ready`` if it accepts containers, ``draining`` while its containers move to others, ``drained`` afterwards.
+    state : {"starting", "ready", "draining", "drained"}
+        ``starting`` if it has not joined yet, and only its name is known; ``ready`` if it accepts containers;
+        ``draining`` while its containers move to others, ``drained`` afterwards.
     labels : dict of str to str
         Labels of its agent and of the administrator.
     max_containers : int
@@ -52,6 +54,8 @@ class MachineView(msgspec.Struct, frozen=True):
         Average round trip to the robots that it serves and to other machines [s].
     round_trips : dict of str to float
         Round trips to other machines, by name [s].
+    kernels : KernelProgress, optional
+        Progress of its kernel compiler; None if all kernels are compiled, or it is not known yet.
     """
 
     id: str
@@ -73,6 +77,7 @@ class MachineView(msgspec.Struct, frozen=True):
     network_used: float = 0.0
     round_trip: float = 0.0
     round_trips: dict[str, float] = {}
+    kernels: KernelProgress | None = None
 
 
 class EndpointView(msgspec.Struct, frozen=True):

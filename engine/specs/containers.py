@@ -230,6 +230,8 @@ class Launch(msgspec.Struct, frozen=True):
         Third-party plug-ins that may run in it, each as ``group:name`` of its entry point.
     on : str
         Name of the machine.
+    compiled : bool
+        Whether all kernels are compiled; if not, the container asks its machine for those that it needs.
     """
 
     spec: ContainerSpec
@@ -241,3 +243,4 @@ class Launch(msgspec.Struct, frozen=True):
     threads: int
     allowed: tuple[str, ...] = ()
     on: str = ""
+    compiled: bool = True

@@ -2,6 +2,7 @@
 
 import math
 
+from ppaas.compile_time import compile_seconds
 from ppaas.errors import InvalidInput, PlanCancelled, PlanTimeout
 from ppaas.planners.base import PlanRequest
 
@@ -12,6 +13,8 @@ def proceed() -> None:
 
 class Watch:
     """Watch over the time limit and the cancellation of one request, from its construction on.
+
+    Time that the calling thread spends on compiling kernels does not count.
 
     Parameters
     ----------
@@ -27,11 +30,11 @@ class Watch:
     def __init__(self, request: PlanRequest) -> None:
         _check_request(request)
         self._request = request
-        self._began = request.clock()
+        self._began = request.clock() - compile_seconds()
 
     def seconds(self) -> float:
-        """Return the time since construction [s]."""
-        return self._request.clock() - self._began
+        """Return the time since construction, without that of compiling kernels [s]."""
+        return self._request.clock() - compile_seconds() - self._began
 
     def check(self) -> None:
         """Raise if the work must end.

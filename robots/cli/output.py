@@ -119,6 +119,10 @@ def _per_second(value: float) -> str:
     return f"{size(value)}/s"
 
 
+def _kernels(value: dict[str, Any]) -> str:
+    return f"{value['done']} of {value['total']}"
+
+
 _FORMATS: dict[str, Callable[[Any], str]] = {
     "version": lambda value: str(value)[:SHORT_HASH],
     "memory": size,
@@ -131,6 +135,7 @@ _FORMATS: dict[str, Callable[[Any], str]] = {
     "time": _moment,
     "age": duration,
     "cpu": percent,
+    "kernels": _kernels,
     "network": _per_second,
     "network_used": _per_second,
     "round_trip": _milliseconds,

@@ -9,13 +9,16 @@ from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import ConnectionClosed
 
 from ppaas.clock import monotonic
-from ppaas.errors import Conflict, Idle, PPaaSError, Unavailable
+from ppaas.errors import Conflict, Idle, PPaaSError, Starting, Unavailable
 from ppaas.wire.refusals import error_of_close
 from ppaas.wire.resumption import LEFT, ResumptionPoint
 from robots.client.connection import Address, ConnectionOptions, nearer_endpoint, open_socket, session_of
 from robots.client.send_queue import SendQueue
 
 logger = logging.getLogger(__name__)
+
+STARTING_DELAY = 1.0
+"""Time until the next attempt if the cloud is starting [s]; it then keeps each attempt waiting for some seconds."""
 
 STABLE_AFTER = 5.0
 """Age at which a connection counts as stable [s]; reconnect delays then start from the shortest again."""
@@ -61,6 +64,8 @@ class ConnectionKeeper:
         self._received = received
         self._lost = lost
         self._since = math.inf
+        self._starting: Starting | None = None
+        self._refused_at = -math.inf
         self._session = ""
         self._count = 0
         self.connected = asyncio.Event()
@@ -79,8 +84,13 @@ class ConnectionKeeper:
         while True:
             try:
                 await self._exchange_frames(await self._open())
+            except Starting as error:
+                self._note_start(error)
+                await asyncio.sleep(STARTING_DELAY)
+                continue
             except Unavailable as error:
                 logger.info("not connected: %s", error)
+                self._starting = None
                 if isinstance(error, Idle) and self._address.hold:
                     await self._queue.filled()  # a connection without messages would hold a container for nothing
                     continue
@@ -88,31 +98,42 @@ class ConnectionKeeper:
                 delays = self._reconnect_delays()
             await asyncio.sleep(next(delays))
 
+    def _note_start(self, error: Starting) -> None:
+        """Note that the cloud is starting, and say so whenever that has changed."""
+        if str(error) != str(self._starting):
+            logger.warning("waiting: %s", error)
+        self._starting = error
+        self._refused_at = monotonic()
+
     async def wait_connected(self, runner: asyncio.Task[None], timeout: float, check: Callable[[], None]) -> None:
-        """Wait for the first connection.
+        """Wait for the first connection, as long as the cloud is starting, and then for a limited time.
 
         Parameters
         ----------
         runner : Task
             Task that executes `run`.
         timeout : float
-            Time limit, over all attempts [s].
+            Time limit, over all attempts [s]; it begins again each time that the cloud says that it is starting.
         check : callable
             Called after the wait; raises if the runner has failed.
 
         Raises
         ------
         Unavailable
-            There was no connection in time.
+            There was no connection in time; the text says what the cloud was doing, if it is known.
         """
-        waiting = asyncio.create_task(self.connected.wait())
+        waiting, began = asyncio.create_task(self.connected.wait()), monotonic()
         try:
-            await asyncio.wait({runner, waiting}, timeout=timeout, return_when=asyncio.FIRST_COMPLETED)
+            left = timeout
+            while left > 0.0 and not (runner.done() or waiting.done()):
+                await asyncio.wait({runner, waiting}, timeout=left, return_when=asyncio.FIRST_COMPLETED)
+                left = max(began, self._refused_at) + timeout - monotonic()
         finally:
             waiting.cancel()
         check()
         if not self.connected.is_set():
-            raise Unavailable(f"no connection to the cloud within {timeout:g} s; check that it runs")
+            last = f", {self._starting}" if self._starting is not None else "; check that it runs"
+            raise Unavailable(f"no connection to the cloud within {timeout:g} s{last}")
 
     async def _open(self) -> ClientConnection:
         try:

@@ -2,6 +2,7 @@
 
 import asyncio
 import http.client
+import logging
 import secrets
 import ssl
 from collections.abc import Mapping, Sequence
@@ -12,7 +13,8 @@ from urllib.parse import urlencode
 
 import msgspec
 
-from ppaas.errors import InvalidInput, PPaaSError, Unavailable
+from ppaas.clock import monotonic
+from ppaas.errors import InvalidInput, PPaaSError, Starting, Unavailable
 from ppaas.wire.refusals import error_of_status, untrusted
 from robots.client.cloud_url import CloudUrl, bearer, check_redirect
 from robots.client.early_answer import exchange
@@ -20,11 +22,20 @@ from robots.client.multipart_form import BLOCK, Content, Form
 from robots.client.rest_paths import path_of
 from robots.client.robot_file import RobotFile
 
+logger = logging.getLogger(__name__)
+
 MAX_PAGE = 500
 """Largest page of a list."""
 
 UPLOAD_TIMEOUT = 300.0
 """Least time limit of an upload of a map [s]; a cloud checks an octree and a pose graph for at most 120 s each."""
+
+
+START_PATIENCE = 900.0
+"""Time for which a request is repeated while the cloud is starting, or compiles kernels that the request needs [s]."""
+
+RETRY = 2.0
+"""Time between two attempts meanwhile [s]."""
 
 
 class Login(msgspec.Struct, frozen=True):
@@ -293,7 +304,18 @@ class RestClient:
         headers: dict[str, str] | None = None,
         into: BinaryIO | None = None,
     ) -> bytes:
-        return await asyncio.to_thread(self._exchange, method, path, body, headers or {}, into)
+        """Send a request, and again while the cloud refuses it because it is starting: it has done nothing then."""
+        until, told = monotonic() + START_PATIENCE, ""
+        while True:
+            try:
+                return await asyncio.to_thread(self._exchange, method, path, body, headers or {}, into)
+            except Starting as error:
+                if monotonic() > until:
+                    raise
+                if str(error) != told:
+                    told = str(error)
+                    logger.warning("waiting: %s", told)
+            await asyncio.sleep(RETRY)
 
     def _exchange(self, method: str, path: str, body: _Body, headers: dict[str, str], into: BinaryIO | None) -> bytes:
         kind = http.client.HTTPSConnection if self._https else http.client.HTTPConnection

@@ -57,7 +57,8 @@ class RobotClient:
     link : ConnectionOptions, optional
         Time-outs and sizes of the connection.
     connect_timeout : float
-        Time limit for the first connection, over all attempts [s].
+        Time limit for the first connection, over all attempts [s]. It begins again each time that the cloud says that
+        it is starting, as on the first start on a computer, which compiles kernels.
     capacity : int
         Maximum number of queued frames; ``publish`` waits while the queue is full.
     reconnect_delays : callable

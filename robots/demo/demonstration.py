@@ -2,8 +2,9 @@
 
 import asyncio
 import contextlib
+import logging
 import signal
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,10 +21,16 @@ from robots.demo.cloud_process import CloudProcess
 from robots.demo.mission import Mission
 from robots.demo.progress_view import show
 from robots.demo.report import DemoReport
+from robots.demo.start_progress import free_port, tell_start
 from robots.sim.courses import CoursePlanner
 from robots.sim.robot import SimulatedRobotModel
 from robots.sim.simulator import Simulator
 from robots.sim.world import World
+
+logger = logging.getLogger(__name__)
+
+Tell = Callable[[str], None]
+"""Shows a text."""
 
 CORES = 0.5
 """Size of a robot's container [CPU cores]; it is idle between scans."""
@@ -127,9 +134,9 @@ async def demonstrate(options: DemoOptions) -> DemoReport:
         The map or the options are invalid, or the cloud does not start or rejects the login.
     """
     async with contextlib.AsyncExitStack() as stack:
-        with waiting(options.console):
+        with waiting(options.console) as tell:
             stage = await asyncio.to_thread(set_stage, options)
-            access = options.cloud or await own_cloud(stack)
+            access = options.cloud or await own_cloud(stack, tell)
         rest = RestClient(access.url)
         login = await rest.login(access.admin, access.password)
         await register(rest, stage, options)
@@ -140,17 +147,29 @@ async def demonstrate(options: DemoOptions) -> DemoReport:
     return DemoReport(stage.map_id, round(seconds, 2), [mission.close() for mission in stage.missions])
 
 
-async def own_cloud(stack: contextlib.AsyncExitStack) -> CloudAccess:
-    """Start a cloud, which ends with the stack."""
-    cloud = await stack.enter_async_context(CloudProcess())
+async def own_cloud(stack: contextlib.AsyncExitStack, tell: Tell) -> CloudAccess:
+    """Start a cloud, which ends with the stack; tell what it does meanwhile."""
+    port = free_port()
+    telling = asyncio.create_task(tell_start(f"http://127.0.0.1:{port}", tell))
+    try:
+        cloud = await stack.enter_async_context(CloudProcess(arguments=("--port", str(port))))
+    finally:
+        telling.cancel()
+        await asyncio.gather(telling, return_exceptions=True)
     return CloudAccess(cloud.ready.url, cloud.ready.admin_user, cloud.password)
 
 
-def waiting(console: Console | None) -> contextlib.AbstractContextManager[object]:
-    """Show a status line until the robots are running."""
+@contextlib.contextmanager
+def waiting(console: Console | None) -> Iterator[Tell]:
+    """Show a status line until the robots are running; enter with a function that changes it.
+
+    Without a console, its texts are logged.
+    """
     if console is None:
-        return contextlib.nullcontext()
-    return console.status("starting the cloud; the first start on a computer compiles kernels for about a minute")
+        yield lambda text: logger.warning("%s", text)
+        return
+    with console.status("starting the cloud") as status:
+        yield status.update
 
 
 async def register(rest: RestClient, stage: Stage, options: DemoOptions) -> None:

@@ -101,9 +101,9 @@ async def explore_and_drive(options: DemoOptions) -> ExplorationReport:
         The map or the options are invalid, the cloud does not start or rejects the login, or the robot cannot explore.
     """
     async with contextlib.AsyncExitStack() as stack:
-        with waiting(options.console):
+        with waiting(options.console) as tell:
             stage = await asyncio.to_thread(set_stage, options)
-            access = options.cloud or await own_cloud(stack)
+            access = options.cloud or await own_cloud(stack, tell)
         rest = RestClient(access.url)
         await rest.login(access.admin, access.password)
         began = monotonic()

@@ -102,9 +102,9 @@ async def follow_people(options: DemoOptions) -> PeopleDemoReport:
         The map or the options are invalid, the cloud does not start or rejects the login, or no coordinator answers.
     """
     async with contextlib.AsyncExitStack() as stack:
-        with waiting(options.console):
+        with waiting(options.console) as tell:
             stage = await asyncio.to_thread(set_stage, options)
-            access = options.cloud or await own_cloud(stack)
+            access = options.cloud or await own_cloud(stack, tell)
         write = _lines(options)
         write(f"dashboard: {access.url}  (user {access.admin}, password {access.password})")
         rest = RestClient(access.url)

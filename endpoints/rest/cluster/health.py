@@ -2,6 +2,7 @@
 
 import asyncio
 
+import msgspec
 from fastapi import APIRouter, Request
 
 from endpoints.accounts.authentication import authenticate
@@ -11,6 +12,7 @@ from endpoints.rest.openapi import problems
 from endpoints.services.services import Services
 from endpoints.services.store_health import DiskState, StoreState, disk_state
 from engine.leadership.leadership import MASTER
+from engine.specs.start_state import StartState
 from ppaas import __version__
 from ppaas.clock import epoch
 from ppaas.errors import PPaaSError, Unavailable
@@ -31,6 +33,10 @@ router = APIRouter(prefix="/health", tags=["health"])
 async def show_health(request: Request, services: Provided) -> dict[str, object]:
     """Show whether the stores are reachable and have space. It needs no token; only administrators see reasons.
 
+    The cloud is `starting` while none of its machines can start containers, as on the first start on a computer, which
+    compiles the kernels of planners and nodes. `kernels` says how far that is, also afterwards, while those of planners
+    are compiled that not every robot uses; requests that need them wait for them.
+
     While a store is unreachable, the cloud is `degraded`: robots keep driving and paths are planned on maps that are
     cached, and new paths wait on the disk for the store. It is `degraded` too while the disk of its data folder is
     full, when nothing new is stored, and while the audit log cannot be written; its events wait in memory.
@@ -44,12 +50,14 @@ async def show_health(request: Request, services: Provided) -> dict[str, object]
     reasons = await _may_see_reasons(request, services)
     is_full = disk is not None and disk.state == "full"
     audit = StoreState(services.audit.fault is None, services.audit.fault)
+    start = services.cloud.start
     is_led = services.cloud.master_silence < AWAY
     is_stored = store.answers and map_store.answers and audit.answers and not store.waiting and not is_full
     return {
-        "status": "ok" if is_stored and is_led else "degraded",
+        "status": "starting" if not start.ready else "ok" if is_stored and is_led else "degraded",
         "endpoint": services.endpoint,
         "master": "ok" if is_led else "away",
+        "kernels": _kernels(start),
         "leader": await _leader(services) if reasons and store.answers else None,
         "version": __version__,
         "time": epoch(),
@@ -65,8 +73,9 @@ async def show_health(request: Request, services: Provided) -> dict[str, object]
 async def show_ready(services: Provided) -> dict[str, object]:
     """Tell a load balancer whether this endpoint should get new connections: 200 if so, 503 if not. It needs no token.
 
-    It should not while no master has answered it for 10 s, and as long as a store has never answered it. A store that
-    is away later is no reason, since every endpoint would say the same: robots keep driving then.
+    It should not while no master has answered it for 10 s, as long as a store has never answered it, and as long as no
+    machine of the cloud can start containers, with `Retry-After`: on the first start on a computer, kernels are
+    compiled. A store that is away later is no reason, since every endpoint would say the same: robots then drive on.
     """
     silence = services.cloud.master_silence
     if silence > GRACE:
@@ -75,7 +84,15 @@ async def show_ready(services: Provided) -> dict[str, object]:
         await services.health.stores(services.store, services.map_store)
         if not services.health.have_answered:
             raise Unavailable("a store has not answered this endpoint yet: connect to another one, or try again")
+    start = services.cloud.start
+    if not start.ready and (reason := start.refusal()) is not None:
+        raise reason
     return {"ready": True}
+
+
+def _kernels(start: StartState) -> dict[str, object] | None:
+    progress: dict[str, object] | None = msgspec.to_builtins(start.kernels)
+    return progress
 
 
 async def _leader(services: Services) -> dict[str, object] | None:

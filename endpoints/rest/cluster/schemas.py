@@ -39,11 +39,21 @@ class AdmittedMachine(BaseModel):
     id: str
 
 
+class KernelHealth(ResponseBody):
+    """Kernels that a machine of the cloud compiles now."""
+
+    done: int = Field(description="Number of kernel modules that are compiled")
+    total: int = Field(description="Number of all kernel modules")
+    compiling: list[str] = Field(description="Some that are being compiled, such as `lattice/hybrid_astar`")
+
+
 class MachineAnswer(ResponseBody):
     """Machine of the cloud."""
 
     id: str
-    state: Literal["ready", "draining", "drained"]
+    state: Literal["starting", "ready", "draining", "drained"] = Field(
+        description="`starting` while it has not joined yet, since it compiles kernels: its other numbers are 0 then"
+    )
     cores: int
     capacity: float = Field(description="Total size of containers it may run [cores]")
     given: float = Field(description="Total size of its containers [cores]")
@@ -61,6 +71,7 @@ class MachineAnswer(ResponseBody):
     network_used: float = Field(description="Network traffic, sent and received [bytes/s]")
     round_trip: float = Field(description="Mean round trip to its robots and to other machines [s]")
     round_trips: dict[str, float] = Field(description="Round trips to other machines [s]")
+    kernels: KernelHealth | None = Field(description="Kernels that it compiles now; null once all are compiled")
 
 
 class EndpointAnswer(ResponseBody):
@@ -142,10 +153,15 @@ class ReadyAnswer(ResponseBody):
 class HealthAnswer(ResponseBody):
     """Health of the cloud."""
 
-    status: Literal["ok", "degraded"]
+    status: Literal["ok", "starting", "degraded"] = Field(
+        description="`starting` while no machine can start containers; `degraded` while something is away or full"
+    )
     endpoint: str = Field(description="Name of the endpoint that answers")
     master: Literal["ok", "away"] = Field(description="Whether the master answers this endpoint")
     leader: LeaderHealth | None = Field(description="Process that holds the lease of the master, for administrators")
+    kernels: KernelHealth | None = Field(
+        description="Progress of the first start on a computer, which compiles kernels; null once all are compiled"
+    )
     version: str = Field(description="Version of ppaas")
     time: float = Field(description="Clock of the cloud [s since the epoch], for robots whose clock may be wrong")
     store: StoreHealth = Field(description="Store of everything but maps")

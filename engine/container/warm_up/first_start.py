@@ -11,19 +11,22 @@ import sys
 from pathlib import Path
 
 import ppaas
-from engine.processes.disk_notes import exclusive
 from engine.processes.parent_watch import end_with
 from engine.runtimes.compilation import stamp
 
 logger = logging.getLogger(__name__)
 
-COMMAND = (sys.executable, "-m", __spec__.name)
+COMMAND = (sys.executable, "-W", stamp.QUIET, "-m", __spec__.name)
+
+ATTEMPTS = 3
+"""Number of compilers that are started, one after the other, if each is killed."""
 
 
 def compile_missing(layer: str) -> None:
     """Compile the kernels that containers use, unless the cache is complete; call it before any is imported.
 
-    A failure is logged, and each kernel is compiled at its first call.
+    A compiler that is killed is started again, `ATTEMPTS` times in all; it continues with what is missing. After a
+    failure, which is logged, each kernel is compiled at its first call.
 
     Parameters
     ----------
@@ -33,7 +36,11 @@ def compile_missing(layer: str) -> None:
     root = Path(ppaas.__path__[0])
     if any(stamp.all_compiled(stamp.stamp_file(root, key)) for key in (_key(layer), layer)):
         return
-    done = subprocess.run([*COMMAND, str(os.getpid()), layer], stdin=subprocess.DEVNULL, check=False)
+    for _ in range(ATTEMPTS):
+        done = subprocess.run([*COMMAND, str(os.getpid()), layer], stdin=subprocess.DEVNULL, check=False)
+        if done.returncode >= 0:
+            break
+        logger.warning("the kernel compiler was killed by signal %d", -done.returncode)
     if done.returncode:
         logger.warning(
             "the kernel compiler exited with status %d: each kernel is compiled at its first call", done.returncode
@@ -42,14 +49,16 @@ def compile_missing(layer: str) -> None:
 
 def main() -> None:
     """Compile the kernels; exit if the parent process dies."""
-    from engine.runtimes.compilation import compile_pool  # noqa: PLC0415  # fork servers do not need it
+    # Imported here: fork servers do not need them.
+    from engine.runtimes.compilation import compile_pool  # noqa: PLC0415
+    from engine.runtimes.compilation.module_notes import ModuleNotes  # noqa: PLC0415
 
     parent, layer = sys.argv[1:]
     end_with(int(parent))
-    noted = stamp.stamp_file(Path(ppaas.__path__[0]), _key(layer))
-    with exclusive(noted.with_suffix(".lock")):
-        if not stamp.all_compiled(noted):  # another process may have done it meanwhile
-            stamp.note(noted, compile_pool.compile_all(_names))
+    root = Path(ppaas.__path__[0])
+    noted = stamp.stamp_file(root, _key(layer))
+    if not stamp.all_compiled(noted):
+        stamp.note(noted, compile_pool.compile_all(_names, ModuleNotes(stamp.stamp_file(root, layer))))
 
 
 def _key(layer: str) -> str:

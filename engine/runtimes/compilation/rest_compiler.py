@@ -1,75 +1,83 @@
-"""Compiles the kernels that not every container uses, in the background of a running machine.
+"""Program that compiles all kernels into the cache, beside the containers of a running machine.
 
 A cloud has many planners, and most robots use one. Compiling the kernels of all planners before the first container
 takes minutes on a new computer; loading them all takes seconds at every start and memory in every container. So the
-fork server loads the kernels that every container uses, and a process of low priority compiles the others into the
-cache. A kernel that is called later is loaded from there within milliseconds; one that is called earlier is compiled
-by its caller.
+fork server loads the kernels that every container uses, and this program compiles the others into the cache, at low
+priority. Those that a container waits for come first, at normal priority: containers do not compile them themselves.
+
+`engine.runtimes.compilation.kernel_compiler` starts it, reads its progress from its standard output, one
+``CompileReport`` a line, and writes the modules that are waited for to its standard input, a list of names a line.
 """
 
-import asyncio
-import contextlib
-import logging
 import os
 import sys
-from collections.abc import AsyncIterator
+import threading
 from pathlib import Path
+from typing import BinaryIO
+
+import msgspec
 
 import ppaas
-from engine.processes.background import Background
-from engine.processes.disk_notes import exclusive
 from engine.processes.parent_watch import end_with
 from engine.runtimes.compilation import compile_pool, stamp, threading_layer
+from engine.runtimes.compilation.module_notes import ModuleNotes
 
-logger = logging.getLogger(__name__)
-
-COMMAND = (sys.executable, "-m", __spec__.name)
-LOWEST_PRIORITY = 19
-
-
-@contextlib.asynccontextmanager
-async def compiling_the_rest() -> AsyncIterator[None]:
-    """Compile the remaining kernels while this context is open; the next start continues with unfinished ones."""
-    background = Background()
-    background.run(_compile_beside())
-    try:
-        yield
-    finally:
-        await background.cancel()
-
-
-async def _compile_beside() -> None:
-    process = await asyncio.create_subprocess_exec(*COMMAND, str(os.getpid()), stdin=asyncio.subprocess.DEVNULL)
-    try:
-        status = await process.wait()
-        if status:
-            logger.warning("the kernel compiler exited with status %d: planners may be slow at their first use", status)
-    finally:
-        if process.returncode is None:
-            process.kill()
-            await process.wait()
+COMMAND = (sys.executable, "-W", stamp.QUIET, "-m", __spec__.name)
 
 
 def main() -> None:
     """Compile all kernels on all processors, unless a note says that they are compiled.
 
-    The first command-line argument, if any, is the id of the parent process, with which this process exits.
+    The first command-line argument, if any, is the id of the parent process, with which this process exits, and which
+    reads the progress.
     """
     for parent in sys.argv[1:2]:
         end_with(int(parent))
-    os.nice(LOWEST_PRIORITY)
-    noted = stamp.stamp_file(Path(ppaas.__path__[0]), threading_layer.choose())
+    root = Path(ppaas.__path__[0])
+    noted = stamp.stamp_file(root, threading_layer.choose())
     if stamp.all_compiled(noted):
         return
-    with exclusive(noted.with_suffix(".lock")):
-        if not stamp.all_compiled(noted):  # another process may just have done it
-            stamp.note(noted, compile_pool.compile_all(_names))
+    notes, report = ModuleNotes(noted), _Printed(_take_standard_output())
+    if sys.argv[1:]:
+        threading.Thread(target=_read_wanted, args=(notes,), daemon=True).start()
+    stamp.note(noted, compile_pool.compile_all(_modules(root), notes, urgent=False, report=report))
 
 
-def _names() -> list[str]:
-    from engine.runtimes.compilation import kernel_modules  # noqa: PLC0415  # imports numba, after its layer is chosen
+def _take_standard_output() -> BinaryIO:
+    """Return the standard output, which processes of the pool do not inherit: its reader waits for the end of all."""
+    own = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+    return own
 
-    return [module.__name__ for module in kernel_modules.modules()]
+
+def _read_wanted(notes: ModuleNotes) -> None:
+    # Unbuffered: the interpreter cannot end while a thread holds the lock of a buffer.
+    for line in open(sys.stdin.fileno(), "rb", buffering=0, closefd=False):  # noqa: SIM115
+        notes.want(msgspec.json.decode(line, type=list[str]))
+
+
+class _Printed:
+    """Writes reports that differ from the one before."""
+
+    def __init__(self, output: BinaryIO) -> None:
+        self._output = output
+        self._last: compile_pool.CompileReport | None = None
+
+    def __call__(self, report: compile_pool.CompileReport) -> None:
+        if report != self._last:
+            self._last = report
+            self._output.write(msgspec.json.encode(report) + b"\n")
+            self._output.flush()
+
+
+def _modules(root: Path) -> list[str]:
+    """Return the kernel modules that have a ``warm`` function, the largest first: they take longest.
+
+    They are found by their text. To import them takes seconds, and memory that this process needs for nothing else.
+    """
+    files = [file for file in root.rglob(f"{stamp.KERNELS}/**/*.py") if b"\ndef warm(" in file.read_bytes()]
+    files.sort(key=lambda file: file.stat().st_size, reverse=True)
+    return [".".join([root.name, *file.relative_to(root).with_suffix("").parts]) for file in files]
 
 
 if __name__ == "__main__":

@@ -21,6 +21,9 @@ logger = logging.getLogger(__name__)
 KERNELS = "kernels"
 """Name of the packages with kernels."""
 
+QUIET = "ignore:resource_tracker:UserWarning"
+"""Option ``-W`` of compilers, so that the resource tracker of one that is killed warns of nothing."""
+
 
 def stamp_file(root: Path, layer: str) -> Path:
     """Return the path of the note for the current sources of the kernels below a folder.
@@ -48,19 +51,29 @@ def stamp_file(root: Path, layer: str) -> Path:
 
 def all_compiled(stamp: Path) -> bool:
     """Return whether the note exists, and all files that it names."""
+    return noted_files(stamp) is not None
+
+
+def noted_files(note: Path) -> list[str] | None:
+    """Return the files that a note names; None if there is no such note, or one of the files is missing."""
     try:
-        return all(map(os.path.exists, msgspec.json.decode(stamp.read_bytes(), type=list[str])))
+        files = msgspec.json.decode(note.read_bytes(), type=list[str])
     except (OSError, msgspec.DecodeError):
-        return False
+        return None
+    return files if all(map(os.path.exists, files)) else None
+
+
+def write_files(note: Path, files: Iterable[str]) -> None:
+    """Write a note on files, unless one of them does not exist; raises ``OSError`` if it cannot be written."""
+    files = sorted(set(files))
+    if all(map(os.path.exists, files)):
+        write_note(note, files)
 
 
 def note(stamp: Path, files: Iterable[str]) -> None:
     """Note that all kernels are compiled into these files. Does nothing if one of the files does not exist."""
-    files = sorted(set(files))
-    if not all(map(os.path.exists, files)):
-        return
     try:
-        write_note(stamp, files)
+        write_files(stamp, files)
     except OSError as error:
         logger.warning("cannot note that all kernels are compiled, so the next start loads them all again: %s", error)
 

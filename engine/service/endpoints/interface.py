@@ -14,6 +14,7 @@ from engine.service.endpoints.cloud_calls import CloudCalls
 from engine.service.news.news import NewsKind
 from engine.service.news.robot_facts import FactKind
 from engine.specs.containers import MapVersion
+from engine.specs.start_state import StartState
 from storage.records import Limits, MapRecord
 
 
@@ -36,6 +37,21 @@ class EndpointState(msgspec.Struct, frozen=True):
     frames: float
     cpu: float
     memory: int
+
+
+class MasterState(msgspec.Struct, frozen=True):
+    """Answer of the master to a report.
+
+    Parameters
+    ----------
+    leads : bool
+        Whether this master leads now.
+    start : StartState
+        Whether containers can start, and the kernels that machines compile.
+    """
+
+    leads: bool
+    start: StartState
 
 
 class Registration(msgspec.Struct, frozen=True):
@@ -126,8 +142,8 @@ class MasterCalls(CloudCalls, Protocol):
         """
         ...
 
-    async def report(self, state: EndpointState) -> bool:
-        """Report the load of the endpoint; return whether this master leads now."""
+    async def report(self, state: EndpointState) -> MasterState:
+        """Report the load of the endpoint; return the state of the master."""
         ...
 
     # -- places --------------------------------------------------------------------------------------------------------

@@ -13,7 +13,14 @@ from engine.protocols.place_secret import place_secret
 from engine.protocols.refusals import Refusal, error_of, refusal_of
 from engine.protocols.robot_link import DialEndpoint
 from engine.service.cloud import Cloud
-from engine.service.endpoints.interface import EndpointCalls, EndpointState, Join, JoinedPlace, Registration
+from engine.service.endpoints.interface import (
+    EndpointCalls,
+    EndpointState,
+    Join,
+    JoinedPlace,
+    MasterState,
+    Registration,
+)
 from engine.service.endpoints.neighbours import Neighbours
 from engine.service.links.place_link import PlaceLink
 from engine.service.news.news import NewsKind
@@ -121,12 +128,12 @@ class ServedEndpoint:
         if self.caller is not None:
             self.caller.hang_up()
 
-    async def report(self, state: EndpointState) -> bool:
-        """Note the load of the endpoint; return whether this master leads."""
+    async def report(self, state: EndpointState) -> MasterState:
+        """Note the load of the endpoint; return the state of this master."""
         self.state = state
         self.beats += 1
         self.heard = self._neighbours.clock()
-        return self._cloud.leads
+        return MasterState(self._cloud.leads, self._cloud.start)
 
     def gone(self) -> None:
         """Remove all clients of the endpoint, which has ended or is not reachable."""

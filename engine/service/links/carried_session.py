@@ -159,13 +159,20 @@ class CarriedSession:
         """Begin a new session now; the first container of the place gets its frames."""
         self._carried = True
 
-    async def attached(self, timeout: float) -> None:
+    async def attached(self, timeout: float, why: Callable[[], PPaaSError | None] = lambda: None) -> None:
         """Wait until a container has attached the socket.
+
+        Parameters
+        ----------
+        timeout : float
+            Time limit [s].
+        why : callable
+            Returns the reason why none has done so in time, if it is known.
 
         Raises
         ------
         Unavailable
-            None has done so within ``timeout`` [s].
+            None has done so in time.
         PPaaSError
             The session has ended; the reason.
         """
@@ -174,7 +181,7 @@ class CarriedSession:
         if self.over.done():
             raise self.over.result()
         if not self._attached.done():
-            raise Unavailable(f"no container was ready within {timeout:g} s; try again")
+            raise why() or Unavailable(f"no container was ready within {timeout:g} s; try again")
 
     def note(self, frame: Attached | Settled | SessionOver | CountPlan) -> None:
         """Handle a frame of the container about this session."""

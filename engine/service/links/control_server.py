@@ -16,6 +16,7 @@ from engine.protocols.address import UnixAddress
 from engine.protocols.framing import FrameStream
 from engine.protocols.pending_handshakes import is_same
 from engine.protocols.sockets import listen
+from engine.specs.start_state import KernelProgress
 from ppaas.errors import MalformedMessage, NotPermitted, PPaaSError, Unavailable
 
 logger = logging.getLogger(__name__)
@@ -26,6 +27,14 @@ REGISTER_TIMEOUT = 5.0
 
 class ControlEvents(Protocol):
     """Receiver of the events of machines."""
+
+    def machine_starting(self, machine: str, kernels: KernelProgress | None) -> None:
+        """Handle the report of a machine that has not registered yet."""
+        ...
+
+    def machine_start_ended(self, machine: str) -> None:
+        """Handle the end of these reports: the machine registers now, or has failed."""
+        ...
 
     async def machine_registered(self, register: control_link.Register) -> None:
         """Handle a registration; from now on, orders may be sent to the machine."""
@@ -123,36 +132,59 @@ class ControlServer:
         stream: FrameStream[control_link.FromAgent] = FrameStream(reader, writer, control_link.FromAgent)
         self._streams.add(stream)
         try:
-            await self._serve(await self._registered(stream, machine), stream)
+            first = await self._first(stream, machine)
+            if isinstance(first, control_link.MachineStarting):
+                await self._follow_start(first, stream)
+            else:
+                await self._serve(first, stream)
         except (PPaaSError, TimeoutError) as error:
             logger.warning("closed a control link: %s", str(error) or "the machine did not register in time")
         finally:
             self._streams.discard(stream)
             await stream.close()
 
-    async def _registered(
+    async def _first(
         self, stream: FrameStream[control_link.FromAgent], machine: str | None
-    ) -> control_link.Register:
+    ) -> control_link.Register | control_link.MachineStarting:
         try:
             async with asyncio.timeout(self._register_timeout):
-                register = await stream.receive()
+                first = await stream.receive()
         except MalformedMessage:  # an agent of another release would reconnect again and again
             self._write_dismissal(stream)
             raise
-        if not isinstance(register, control_link.Register):
+        if not isinstance(first, control_link.Register | control_link.MachineStarting):
             raise NotPermitted("the first frame on the control link is not a registration")
-        if machine is None and not is_same(self._secret, register.secret):
+        if machine is None and not is_same(self._secret, first.secret):
             raise NotPermitted("a machine registered on the control link with a wrong secret")
-        if machine not in (None, register.machine):
+        if machine not in (None, first.machine):
             raise NotPermitted(
-                f"machine {machine!r} may not register as {register.machine[:64]!r}: its certificate names {machine!r}"
+                f"machine {machine!r} may not register as {first.machine[:64]!r}: its certificate names {machine!r}"
             )
+        if isinstance(first, control_link.Register):
+            self._check_registration(first)
+        return first
+
+    def _check_registration(self, register: control_link.Register) -> None:
         if register.machine in self._machines:
             raise NotPermitted(
                 f"machine {register.machine!r} is already registered: choose another name for the second one"
             )
         self._check_epoch(register.machine, register.epoch)
-        return register
+
+    async def _follow_start(
+        self, report: control_link.MachineStarting, stream: FrameStream[control_link.FromAgent]
+    ) -> None:
+        machine = report.machine
+        try:
+            while isinstance(report, control_link.MachineStarting):
+                self._events.machine_starting(machine, report.kernels)
+                following = await stream.receive()
+                if following is None:
+                    return
+                report = following
+            raise NotPermitted(f"machine {machine!r} must register on another connection than that of its start")
+        finally:
+            self._events.machine_start_ended(machine)
 
     def _check_epoch(self, machine: str, epoch: int) -> None:
         self.mandate.heard_of(epoch)

@@ -18,6 +18,7 @@ HELLO_TIMEOUT = 5.0
 """Time within which a connected container must send its first frame [s]."""
 
 Welcome = Callable[[robot_link.Hello, FrameStream[robot_link.FromContainer]], Awaitable[None]]
+_First = robot_link.Hello | robot_link.ContainerFailed | robot_link.KernelsAwaited
 Failure = Callable[[robot_link.ContainerFailed], None]
 
 
@@ -33,10 +34,21 @@ class LinkServer:
     failed : callable
         Called with the report of a container that failed to start.
     hello_timeout : float
-        Time within which a connected container must send its first frame [s].
+        Time within which a connected container must send its first frame [s], and the next while it waits for kernels.
+    waits : callable
+        Called with the id of a container each time that it reports to wait for kernels.
     """
 
-    def __init__(self, path: Path, welcome: Welcome, failed: Failure, *, hello_timeout: float = HELLO_TIMEOUT) -> None:
+    def __init__(
+        self,
+        path: Path,
+        welcome: Welcome,
+        failed: Failure,
+        *,
+        hello_timeout: float = HELLO_TIMEOUT,
+        waits: Callable[[str], None] = lambda _: None,
+    ) -> None:
+        self._waits = waits
         self.path = path
         self._welcome = welcome
         self._failed = failed
@@ -97,16 +109,24 @@ class LinkServer:
     async def _first(
         self, stream: FrameStream[robot_link.FromContainer], machine: str | None
     ) -> robot_link.Hello | robot_link.ContainerFailed:
-        async with asyncio.timeout(self._hello_timeout):
-            first = await stream.receive()
+        while isinstance(first := await self._within(stream), robot_link.KernelsAwaited):
+            self._check_origin(first, self._awaited.check(first.container, first.secret), machine)
+            self._waits(first.container)
         if not isinstance(first, robot_link.Hello | robot_link.ContainerFailed):
             raise NotPermitted("the first frame on the robot link is not that of a container")
-        expected = self._awaited.admit(first.container, first.secret)
+        self._check_origin(first, self._awaited.admit(first.container, first.secret), machine)
+        return first
+
+    async def _within(self, stream: FrameStream[robot_link.FromContainer]) -> robot_link.FromContainer | None:
+        async with asyncio.timeout(self._hello_timeout):
+            return await stream.receive()
+
+    @staticmethod
+    def _check_origin(first: _First, expected: str | None, machine: str | None) -> None:
         if machine not in (None, expected):
             raise NotPermitted(
                 f"container {first.container!r} of machine {expected!r} connected from machine {machine!r}"
             )
-        return first
 
     async def close(self) -> None:
         """Stop listening, and close all links."""

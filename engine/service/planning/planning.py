@@ -12,6 +12,7 @@ from engine.service.links.place_link import PlaceLink
 from engine.service.planning.fleet_requests import FleetAnswer, FleetRequest
 from engine.service.planning.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest, RequestPose
 from engine.specs.containers import MapVersion
+from engine.specs.start_state import KERNEL_PATIENCE, READY, StartState, explained
 from ppaas.errors import Queued, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.messages import decode, encode
@@ -32,7 +33,7 @@ READY_TIMEOUT = 15.0
 """Time within which a planning container must be ready [s]."""
 
 ANSWER_MARGIN = 5.0
-"""Time that a container may take in addition to the planner's time limit [s]."""
+"""Time that a container may take in addition to the planner's time limit, and to waiting for kernels [s]."""
 
 
 _Where = tuple[str, MapVersion, dict[str, str]]
@@ -56,10 +57,13 @@ class Planning:
     ----------
     use : callable
         Opens the place of a planning container, or uses it; returns its link and its position in the queue, if any.
+    start_of : callable
+        Returns whether containers can start, and the kernels that machines compile.
     """
 
-    def __init__(self, use: Use) -> None:
+    def __init__(self, use: Use, start_of: Callable[[], StartState] = lambda: READY) -> None:
         self._use = use
+        self._start_of = start_of
 
     async def compute_path(self, user: str, version: MapVersion, request: PathRequest) -> PathAnswer:
         """Plan in the user's planning container for this map version.
@@ -72,6 +76,8 @@ class Planning:
             The user's quota allows no other container.
         Queued
             The request waits in the queue.
+        Starting
+            Kernels that the request needs are being compiled.
         Unavailable
             No machine has room, or the container was lost.
         """
@@ -140,15 +146,16 @@ class Planning:
     async def _ask(
         self, where: _Where, service: str, question: Message, timeout: float, *, queue: bool = False
     ) -> "_Asked":
-        place, position = await self._use(*where, queue)
+        with explained(self._start_of):
+            place, position = await self._use(*where, queue)
         if position is not None:
             if not queue:
                 raise Unavailable(f"its container is at position {position} of the queue: set 'queue' to wait for it")
             raise Queued(position)
-        await place.ready(READY_TIMEOUT)
+        await place.ready(READY_TIMEOUT, lambda: self._start_of().refusal())
         # The container is noted before the call, since it may be lost or replaced by the time of the answer.
         container, pid = place.container, place.pid
-        answer = await place.call(service, encode(question), timeout + ANSWER_MARGIN)
+        answer = await place.call(service, encode(question), KERNEL_PATIENCE + timeout + ANSWER_MARGIN)
         if container is None or pid is None:
             raise Unavailable("the container was lost; send the request again")
         return _Asked(answer, container, pid)

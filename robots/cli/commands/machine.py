@@ -19,7 +19,19 @@ HELP = "list, show, drain, label, limit, remove and admit machines; list endpoin
 OTHERS = "ppaas.machine_verbs"
 """Group of verbs that other packages add: modules with HELP, configure(parser) and run(arguments)."""
 
-LISTED = ("id", "state", "cores", "capacity", "given", "containers", "load", "memory_used", "memory", "labels")
+LISTED = (
+    "id",
+    "state",
+    "kernels",
+    "cores",
+    "capacity",
+    "given",
+    "containers",
+    "load",
+    "memory_used",
+    "memory",
+    "labels",
+)
 MACHINES = Resource(
     "machines",
     (*LISTED, "network_used", "network", "round_trip"),

@@ -32,6 +32,7 @@ from engine.service.views import (
 )
 from engine.specs.containers import ContainerSpec, MapVersion
 from engine.specs.machine_settings import MachineSettings
+from engine.specs.start_state import READY
 from ppaas.diagnosis.observations.facts import Observations
 from ppaas.errors import Conflict, NotFound, PPaaSError, Unavailable
 from ppaas.geometry import Pose2D, poses_along
@@ -111,6 +112,7 @@ class FakeCloud:
         self.known = {"m1": machine()}
         self.serving = [endpoint("local-1")]
         self.master_silence = 0.0
+        self.start = READY
         self.given_up: list[str] = []
         self.changed_maps: list[tuple[str, str]] = []
         self.groups: list[PeopleGroupView] = []

@@ -41,6 +41,8 @@ class FakeProcess:
 class FakeRuntime:
     """Launches while ``go`` is set, and raises ``error`` if it is set."""
 
+    isolates = False
+
     def __init__(self) -> None:
         self.launches: list[Launch] = []
         self.processes: dict[str, FakeProcess] = {}

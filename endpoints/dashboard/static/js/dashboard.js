@@ -15,6 +15,7 @@ import { RobotCard } from "./robot_card.js";
 import { RobotList } from "./robot_list.js";
 import { containersOf, mapsOf, mayAdminister, mayDrive, withShared } from "./shared_robots.js";
 import { Stage } from "./stage.js";
+import { startText } from "./start_state.js";
 import { toast } from "./toasts.js";
 import { Tools } from "./tools.js";
 import { Traffic } from "./traffic.js";
@@ -40,6 +41,7 @@ export class Dashboard {
   #traffic;
   #zones;
   #poller;
+  #starting = "";
   #expired;
 
   /** @param {import("./rest.js").Rest} rest @param {() => void} expired */
@@ -66,7 +68,7 @@ export class Dashboard {
       publish: (name) => this.#publish(name),
     }, (robot, seconds) => rest.get(`v1/robots/${encodeURIComponent(robot)}/diagnosis?seconds=${seconds}`), new RecordingsDialog(rest));
     this.#maps = new MapChoice(() => this.#otherMap());
-    this.#poller = new Poller(() => this.#poll(), { well: () => this.#banner(""), failed: (error) => this.#failed(error) });
+    this.#poller = new Poller(() => this.#poll(), { well: () => this.#banner(this.#starting), failed: (error) => this.#failed(error) });
     setInterval(() => this.#refresh(), REDRAW);
   }
 
@@ -77,6 +79,8 @@ export class Dashboard {
   // -- from the cloud
 
   async #poll() {
+    this.#starting = startText(await this.#rest.get("v1/health"));
+    this.#banner(this.#starting);
     if (!this.#me) await this.#introduce();
     const isAdmin = this.#me.role === "admin";
     const ofCloud = ["v1/machines", "v1/endpoints"].map((path) => (isAdmin ? this.#rest.list(path) : null));
@@ -92,7 +96,7 @@ export class Dashboard {
     await this.#zones.poll(map ? this.#mapPath : null, this.#maps.version, map?.owner === this.#me.id);
     await this.#showSharing();
     this.#fleet.update(robots.filter(({ map }) => map === this.#maps.current), own, this.#radii);
-    showMachines(machines);
+    showMachines(machines?.filter(({ state }) => state !== "starting") ?? null);
     showEndpoints(endpoints);
     showContainers(containers, isAdmin);
     this.#refresh();

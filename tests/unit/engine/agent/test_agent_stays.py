@@ -14,6 +14,7 @@ from engine.agent.container_supervisor import ContainerSupervisor
 from engine.agent.host_load import HostLoad
 from engine.agent.master_redial import Master, MasterRedial, OneMaster
 from engine.agent.master_session import MasterSession
+from engine.agent.requests.kernel_service import nothing_to_compile
 from engine.fabric.router import RouterProcess
 from engine.processes.heartbeats import MISSED
 from engine.protocols import control_link
@@ -53,6 +54,7 @@ class FakeMasters:
     cloud = ""
 
     def __init__(self) -> None:
+        self.kernels = nothing_to_compile()
         self.ends: asyncio.Queue[FrameStream[Any]] = asyncio.Queue()
         self.away = False
         self.dialled = 0

@@ -8,8 +8,9 @@ from typing import Any
 
 import pytest
 
+from engine.container.compiling.kernel_gate import KernelGate
 from engine.container.executor import JOB_THREADS, LONG_JOB_THREADS, NodeExecutor
-from ppaas.errors import NoValidPath, PPaaSError
+from ppaas.errors import NoValidPath, PPaaSError, Starting
 from ppaas.nodes.jobs import TURN, LongWork
 from tests.support.waiting import until
 
@@ -201,3 +202,46 @@ def test_job_may_outlive_the_loop(caplog: pytest.LogCaptureFixture) -> None:
     homes[0]._executor.shutdown(wait=True)
     assert results.values == []
     assert caplog.records == []
+
+
+class _Compiling(KernelGate):
+    """A gate whose kernels the test compiles."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.lacks = ["lattice"]
+        self.opened = asyncio.Event()
+        self.refusal: Starting | None = None
+
+    def missing(self) -> list[str]:
+        return self.lacks
+
+    async def for_job(self) -> None:
+        await self.opened.wait()
+        if self.refusal is not None:
+            raise self.refusal
+        self.lacks = []
+
+
+async def test_a_job_whose_kernels_are_being_compiled_begins_when_they_are() -> None:
+    gate, results = _Compiling(), Results()
+    home = NodeExecutor(lambda: None, gate)
+    began: list[bool] = []
+    home.graph.start(lambda cancelled: began.append(gate.opened.is_set()), results)
+    await asyncio.sleep(0)
+    assert began == []
+    gate.opened.set()
+    await until(lambda: len(results.values) == 1)
+    assert (began, results.values) == ([True], [None])
+    home.close()
+
+
+async def test_a_job_whose_kernels_take_too_long_ends_with_the_reason() -> None:
+    gate, results = _Compiling(), Results()
+    home = NodeExecutor(lambda: None, gate)
+    gate.refusal = Starting("1 of 8")
+    gate.opened.set()
+    home.graph.start(lambda cancelled: 1, results)
+    await until(lambda: len(results.values) == 1)
+    assert results.values == [gate.refusal]
+    home.close()

@@ -1,5 +1,6 @@
 """Plans of fleets on their way to a planning container, whose nodes are real and whose link is played."""
 
+from collections.abc import Callable
 from typing import Any, cast
 
 import msgspec
@@ -8,8 +9,9 @@ import pytest
 
 from engine.service.links.place_link import PlaceLink
 from engine.service.planning.fleet_requests import FleetRequest
-from engine.service.planning.planning import Planning
+from engine.service.planning.planning import ANSWER_MARGIN, Planning
 from engine.specs.containers import MapVersion
+from engine.specs.start_state import KERNEL_PATIENCE
 from ppaas.clone.planning_container import build_planning
 from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import PPaaSError, StartOccupied
@@ -38,7 +40,7 @@ class _Place:
     def __init__(self) -> None:
         self.asked: list[tuple[str, float]] = []
 
-    async def ready(self, timeout: float) -> None:
+    async def ready(self, timeout: float, why: Callable[[], PPaaSError | None]) -> None:
         assert timeout > 0.0
 
     async def call(self, service: str, request: bytes, timeout: float) -> bytes:
@@ -67,7 +69,7 @@ def planning(place: _Place) -> Planning:
 
 async def test_the_answer_is_a_valid_plan_with_map_and_container(planning: Planning, place: _Place) -> None:
     answer = await planning.plan_fleet("ann", MAP, REQUEST)
-    assert place.asked == [("compute_fleet_plan", REQUEST.timeout + 5.0)]
+    assert place.asked == [("compute_fleet_plan", REQUEST.timeout + KERNEL_PATIENCE + ANSWER_MARGIN)]
     told = msgspec.json.decode(msgspec.json.encode(answer))
     assert (told["map"], told["version"], told["container"], told["pid"]) == ("house", "v", "c1", 4711)
     assert told["step_seconds"] == pytest.approx(told["spacing"] / 0.8)

@@ -1,5 +1,6 @@
 """Tests of draining and removal of machines while robots are connected: real links, no processes."""
 
+import asyncio
 from collections.abc import AsyncIterator
 from pathlib import Path
 
@@ -12,9 +13,11 @@ from engine.service.master_driver import MasterDriver
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import SESSION_STATE
 from engine.specs.machine_settings import MachineSettings
+from engine.specs.start_state import READY, KernelProgress, StartState
 from ppaas.errors import Conflict, NotFound
 from storage.memory.store import MemoryStore
 from storage.records import CloneCheckpoint
+from tests.support.engine.engine_links import dial_control, dial_link, hello
 from tests.support.engine.fake_machine import FakeMachine
 from tests.support.engine.listening import Listening
 from tests.support.engine.remembering_listener import RememberingListener
@@ -203,3 +206,68 @@ async def test_machine_with_an_impossible_load_is_disconnected(
     assert await machines[0].order() is None
     again = await machines[1].started()
     assert again.spec.session == order.spec.id
+
+
+PROGRESS = KernelProgress(12, 107)
+
+
+async def test_a_cloud_is_starting_until_its_first_machine_has_joined(service: MasterDriver, tmp_path: Path) -> None:
+    assert service.start_state() == READY  # as one of Ray, none of whose machines is expected at its start
+    service.of_machines.await_machine("m1")
+    assert service.start_state() == StartState(ready=False, machines={"m1": None})
+    reports = await dial_control(tmp_path / "control.sock")
+    reports.write(control_link.MachineStarting("m1", "secret", PROGRESS))
+    await until(lambda: service.start_state() == StartState(ready=False, machines={"m1": PROGRESS}))
+    assert [(view.id, view.state, view.kernels) for view in service.machines()] == [("m1", "starting", PROGRESS)]
+    await reports.close()
+    machine = await FakeMachine.join(tmp_path, "m1")
+    await until(lambda: service.start_state() == READY)
+    machine._stream.write(control_link.AgentBeat(kernels=PROGRESS))
+    await until(lambda: service.start_state() == StartState(machines={"m1": PROGRESS}))
+    assert [(view.id, view.state, view.kernels) for view in service.machines()] == [("m1", "ready", PROGRESS)]
+    machine._stream.write(control_link.AgentBeat())
+    await until(lambda: service.start_state() == READY)
+    await machine.leave()
+
+
+async def test_a_machine_that_starts_beside_a_ready_one_keeps_no_request_waiting(
+    service: MasterDriver, machines: list[FakeMachine], tmp_path: Path
+) -> None:
+    reports = await dial_control(tmp_path / "control.sock")
+    reports.write(control_link.MachineStarting("m3", "secret", PROGRESS))
+    await until(lambda: service.start_state() == StartState(machines={"m3": PROGRESS}))
+    await reports.close()
+    await until(lambda: service.start_state() == READY)
+
+
+async def test_heartbeats_of_a_container_that_compiles_come_from_its_own_machine(
+    service: MasterDriver, machines: list[FakeMachine]
+) -> None:
+    place = service.open_place(robot_request())
+    container = await machines[0].boot(await machines[0].started())
+    await place.ready(10)
+    before = place.beats
+    machines[1]._stream.write(control_link.AgentBeat(compiling=(container.spec.id,)))
+    machines[0]._stream.write(control_link.AgentBeat(compiling=("another",)))
+    machines[0]._stream.write(control_link.AgentBeat(compiling=(container.spec.id,)))
+    await until(lambda: place.beats > before)
+    assert place.beats == before + 1
+
+
+async def test_a_container_that_waits_for_kernels_is_not_given_up(tmp_path: Path, store: MemoryStore) -> None:
+    opened = MasterDriver(Master(FirstFit()), CheckpointSelection(store), tmp_path, "secret", start_timeout=0.5)
+    await opened.start()
+    machine = await FakeMachine.join(tmp_path, "m1")
+    await until(opened.machines)
+    place = opened.open_place(robot_request())
+    order = await machine.started()
+    stream = await dial_link(order.link)
+    for _ in range(20):
+        stream.write(robot_link.KernelsAwaited(order.spec.id, order.secret))
+        await asyncio.sleep(0.1)
+    assert not machine.has_orders()
+    stream.write(hello(order.spec.id, order.secret))
+    await place.ready(10)
+    await stream.close()
+    await machine.leave()
+    await opened.close()

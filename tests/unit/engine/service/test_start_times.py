@@ -24,3 +24,16 @@ def test_unknown_and_forgotten_containers_have_no_times() -> None:
     times.answer("c1")
     times.forget("c1")
     assert (len(times), times.took("c1"), times.is_awaited("c1")) == (0, None, False)
+
+
+def test_patience_begins_again_each_time_that_a_container_waits_for_kernels() -> None:
+    clock = ManualClock(100.0)
+    times = StartTimes(clock)
+    times.order("c1")
+    clock.advance(10.0)
+    assert times.patience("c1", 10.0) == 0.0
+    times.postpone("c1")
+    clock.advance(4.0)
+    assert times.patience("c1", 10.0) == 6.0
+    times.forget("c1")
+    assert times.patience("c1", 10.0) == 0.0

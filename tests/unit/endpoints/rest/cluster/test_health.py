@@ -12,6 +12,7 @@ import pytest
 from endpoints.services.services import Services
 from endpoints.services.store_health import StoreHealthCheck
 from engine.leadership.leadership import MASTER
+from engine.specs.start_state import READY, KernelProgress, StartState
 from ppaas import __version__
 from ppaas.clock import ManualClock, epoch
 from ppaas.errors import Unavailable
@@ -32,7 +33,7 @@ async def test_health_is_public_and_reports_ok(client: httpx.AsyncClient) -> Non
     assert answer.status_code == 200
     fine = {"state": "ok", "reason": None}
     stores = {"store": fine, "map_store": fine, "audit": fine}
-    cloud = {"endpoint": "", "master": "ok", "leader": None}
+    cloud = {"endpoint": "", "master": "ok", "leader": None, "kernels": None}
     said = answer.json()
     assert abs(said.pop("time") - epoch()) < 60.0
     assert said == {"status": "ok", "version": __version__, **stores, **cloud, "plans_waiting": 0, "disk": None}
@@ -156,3 +157,26 @@ async def test_store_health_is_cached_between_requests() -> None:
     for now[0] in (0.0, 1.0, 3.0, 4.0):
         await health.stores(store, open_map_store("memory:"))
     assert asked == [0.0, 3.0]
+
+
+async def test_a_cloud_that_cannot_start_containers_is_starting_and_not_ready(
+    client: httpx.AsyncClient, cloud: FakeCloud
+) -> None:
+    cloud.start = StartState(ready=False, machines={"m1": KernelProgress(12, 107, ("lattice/driving",))})
+    report = (await client.get("/v1/health")).json()
+    assert report["status"] == "starting"
+    assert report["kernels"] == {"done": 12, "total": 107, "compiling": ["lattice/driving"]}
+    answer = await client.get("/v1/health/ready")
+    assert "compiling kernels, 12 of 107" in problem_of(answer, 503, "starting")["detail"]
+    assert int(answer.headers["Retry-After"]) > 1
+
+
+async def test_a_cloud_that_compiles_kernels_of_further_planners_is_ready(
+    client: httpx.AsyncClient, cloud: FakeCloud
+) -> None:
+    cloud.start = StartState(machines={"m1": KernelProgress(40, 107)})
+    report = (await client.get("/v1/health")).json()
+    assert (report["status"], report["kernels"]["done"]) == ("ok", 40)
+    assert (await client.get("/v1/health/ready")).status_code == 200
+    cloud.start = READY
+    assert (await client.get("/v1/health")).json()["kernels"] is None

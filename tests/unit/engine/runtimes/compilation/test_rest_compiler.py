@@ -1,4 +1,4 @@
-"""The remaining kernels are compiled in the background, once."""
+"""Kernels are compiled in the background, each once, those first that somebody waits for."""
 
 import asyncio
 import os
@@ -7,24 +7,14 @@ import subprocess
 import sys
 from pathlib import Path
 
+import msgspec
 import psutil
-import pytest
 
-from engine.runtimes.compilation import rest_compiler
-from engine.runtimes.compilation.rest_compiler import compiling_the_rest
+from engine.runtimes.compilation.compile_pool import CompileReport
 from engine.runtimes.process.runtime import _adopt_orphans
-from tests.support.engine.processes import has_ended, is_gone
+from tests.support.engine.processes import has_ended
 from tests.support.sources import ROOT
 from tests.support.waiting import until
-
-
-@pytest.fixture
-def begun(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the file in which a compiler that never ends writes its process id."""
-    file = tmp_path / "begun"
-    script = f"import os, time; open({str(file)!r}, 'w').write(str(os.getpid()) + ' '); time.sleep(600)"
-    monkeypatch.setattr(rest_compiler, "COMMAND", (sys.executable, "-c", script))
-    return file
 
 
 def pid_in(file: Path) -> int:
@@ -33,60 +23,59 @@ def pid_in(file: Path) -> int:
     return int(text) if text.endswith(" ") else 0
 
 
-async def test_compiler_ends_with_its_context(begun: Path) -> None:
-    async with compiling_the_rest():
-        await until(lambda: pid_in(begun))
-        assert not is_gone(pid_in(begun))
-    assert is_gone(pid_in(begun))
-
-
-async def test_a_compiler_that_fails_is_only_logged(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    monkeypatch.setattr(rest_compiler, "COMMAND", (sys.executable, "-c", "raise SystemExit(3)"))
-    async with compiling_the_rest():
-        await until(lambda: "status 3" in caplog.text)
-
-
-def package_that(folder: Path, warms: str) -> None:
-    """Create a package of one kernel module whose ``warm`` runs a line of Python."""
+def package_that(folder: Path, **warms: str) -> None:
+    """Create a package of kernel modules, by their names; the ``warm`` of each runs a line of Python."""
     package = folder / "ppaas" / "kernels"
     package.mkdir(parents=True)
     (folder / "ppaas" / "__init__.py").write_text("")
     (package / "__init__.py").write_text("")
-    (package / "one.py").write_text(
-        f"import os, time\nfrom numba import njit\n\n@njit(cache=True)\ndef one():\n    return 1\n\n"
-        f"def warm():\n    one()\n    {warms}\n"
-    )
+    for name, warm in warms.items():
+        (package / f"{name}.py").write_text(
+            f"import os, time\nfrom numba import njit\n\n@njit(cache=True)\ndef one():\n    return 1\n\n"
+            f"def warm():\n    one()\n    {warm}\n"
+        )
 
 
-async def compiler_of(folder: Path) -> asyncio.subprocess.Process:
-    """Start a compiler of the kernels of that package, with its own cache."""
+async def compiler_of(folder: Path, *, processors: int = 2) -> asyncio.subprocess.Process:
+    """Start a compiler of the kernels of that package, with its own cache; it reports to this process."""
     script = (
         "import os, sys\n"
-        "os.nice = lambda _: 0\n"  # at low priority it may wait for minutes beside other tests
         "import engine.processes.background\n"
-        "from engine.runtimes.compilation import stamp, threading_layer\n"
+        "from engine.runtimes.compilation import compile_pool, stamp, threading_layer\n"
+        "compile_pool.LOWEST_PRIORITY = 1\n"  # at the lowest it may wait for minutes beside other tests
+        f"os.sched_getaffinity = lambda _: set(range({processors}))\n"
         "for name in [name for name in sys.modules if name.split('.')[0] == 'ppaas']: del sys.modules[name]\n"
         f"sys.path.insert(0, {str(folder)!r})\n"
         "import engine.runtimes.compilation.rest_compiler as compiler\n"
         "compiler.main()\n"
     )
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder / "cache")}
-    return await asyncio.create_subprocess_exec(sys.executable, "-c", script, env=environment)
+    command, pipe = (sys.executable, "-c", script, str(os.getpid())), asyncio.subprocess.PIPE
+    return await asyncio.create_subprocess_exec(*command, env=environment, stdin=pipe, stdout=pipe)
+
+
+def held_by(file: Path) -> str:
+    """Return a line of Python that waits until a file is gone."""
+    return f"[time.sleep(0.05) for _ in iter(lambda: os.path.exists({str(file)!r}), False)]"
+
+
+async def reports_of(compiler: asyncio.subprocess.Process) -> list[CompileReport]:
+    """Return all reports of a compiler, once it has ended."""
+    output, _ = await compiler.communicate()
+    return [msgspec.json.decode(line, type=CompileReport) for line in output.splitlines()]
 
 
 async def test_two_compilers_compile_each_kernel_once(tmp_path: Path) -> None:
     """Both processes see the same cache."""
     calls = tmp_path / "calls"
-    package_that(tmp_path, f"open({str(calls)!r}, 'a').write('warm ')")
+    package_that(tmp_path, one=f"open({str(calls)!r}, 'a').write('warm ')")
     processes = [await compiler_of(tmp_path) for _ in range(2)]
     assert [await process.wait() for process in processes] == [0, 0]
     assert calls.read_text() == "warm "
 
 
 async def test_a_compiler_leaves_no_orphans(tmp_path: Path) -> None:
-    package_that(tmp_path, "pass")
+    package_that(tmp_path, one="pass")
     before = {child.pid for child in psutil.Process().children()}
     _adopt_orphans(True)
     try:
@@ -99,7 +88,7 @@ async def test_a_compiler_leaves_no_orphans(tmp_path: Path) -> None:
 
 async def test_the_pool_of_a_killed_compiler_exits_as_well(tmp_path: Path) -> None:
     begun = tmp_path / "begun"
-    package_that(tmp_path, f"open({str(begun)!r}, 'w').write(f'{{os.getpid()}} '); time.sleep(600)")
+    package_that(tmp_path, one=f"open({str(begun)!r}, 'w').write(f'{{os.getpid()}} '); time.sleep(600)")
     compiler = await compiler_of(tmp_path)
     await until(lambda: pid_in(begun) > 0)
     helpers = [child.pid for child in psutil.Process(compiler.pid).children(recursive=True)]
@@ -107,6 +96,61 @@ async def test_the_pool_of_a_killed_compiler_exits_as_well(tmp_path: Path) -> No
     compiler.kill()
     await compiler.wait()
     await until(lambda: all(map(has_ended, helpers)))
+
+
+async def test_reports_name_what_is_compiled_of_all(tmp_path: Path) -> None:
+    package_that(tmp_path, one="pass", two="pass")
+    reports = await reports_of(await compiler_of(tmp_path))
+    both = {"ppaas.kernels.one", "ppaas.kernels.two"}
+    assert all(set(report.modules) == both for report in reports)
+    assert set(reports[-1].compiled) == both
+    assert reports[-1].compiling == ()
+
+
+async def test_a_module_that_cannot_be_compiled_does_not_keep_others_from_it(tmp_path: Path) -> None:
+    package_that(tmp_path, one="raise ValueError('of a kernel')", two="pass")
+    compiler = await compiler_of(tmp_path)
+    reports = await reports_of(compiler)
+    assert compiler.returncode == 1
+    assert (reports[-1].failed, reports[-1].compiled) == (("ppaas.kernels.one",), ("ppaas.kernels.two",))
+
+
+async def test_a_killed_compiler_is_continued_with_what_is_missing(tmp_path: Path) -> None:
+    calls, waits = tmp_path / "calls", tmp_path / "waits"
+    call = f"open({str(calls)!r}, 'a').write(__name__[-5:] + ' ')"
+    waits.touch()
+    package_that(
+        tmp_path,
+        first=call,
+        other=f"{call}; {held_by(waits)}",
+    )
+    compiler = await compiler_of(tmp_path)
+    notes = tmp_path / "cache"
+    await until(lambda: bool(list(notes.rglob("ppaas.kernels.first.json"))))
+    compiler.kill()
+    await compiler.wait()
+    waits.unlink()
+    reports = await reports_of(await compiler_of(tmp_path))
+    assert len(reports[-1].compiled) == 2
+    assert calls.read_text().split().count("first") == 1
+
+
+async def test_modules_that_somebody_waits_for_come_first(tmp_path: Path) -> None:
+    """The largest is compiled first otherwise."""
+    calls, begun, waits = tmp_path / "calls", tmp_path / "begun", tmp_path / "waits"
+    waits.touch()
+    call = f"open({str(calls)!r}, 'a').write(__name__ + ' ')"
+    wait = f"open({str(begun)!r}, 'w'); {held_by(waits)}"
+    package_that(tmp_path, largest=f"{call}; {wait}", second=f"{call}; {'1; ' * 30}1", third=call)
+    compiler = await compiler_of(tmp_path, processors=1)
+    await until(begun.exists)
+    assert compiler.stdin is not None
+    compiler.stdin.write(b'["ppaas.kernels.third"]\n')
+    await until(lambda: "third" in calls.read_text())
+    assert "second" not in calls.read_text()
+    waits.unlink()
+    await reports_of(compiler)
+    assert [name.rpartition(".")[2] for name in calls.read_text().split()] == ["largest", "third", "second"]
 
 
 def test_the_docker_image_contains_the_imports_of_the_compiler() -> None:

@@ -21,9 +21,10 @@ from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import dial, listen
 from engine.service.endpoints import server as module
 from engine.service.endpoints.cloud_calls import CloudCalls
-from engine.service.endpoints.interface import EndpointCalls, EndpointState, MasterCalls, Registration
+from engine.service.endpoints.interface import EndpointCalls, EndpointState, MasterCalls, MasterState, Registration
 from engine.service.endpoints.server import EndpointServer
 from engine.service.views import EndpointView
+from engine.specs.start_state import READY, StartState
 from ppaas import __version__
 from ppaas.clock import ManualClock
 from ppaas.errors import Conflict, NotPermitted, PPaaSError, Unavailable
@@ -102,9 +103,12 @@ async def test_an_endpoint_learns_that_its_master_does_not_lead(
     server: EndpointServer, cloud: MasterCloud, clock: ManualClock
 ) -> None:
     async with linked(server, clock) as link:
-        assert await link.call(MasterCalls.report, EndpointState(0, 0.0, 0.0, 0)) is True
-        cloud.leads = False
-        assert await link.call(MasterCalls.report, EndpointState(1, 0.0, 0.0, 0)) is False
+        assert await link.call(MasterCalls.report, EndpointState(0, 0.0, 0.0, 0)) == MasterState(
+            leads=True, start=READY
+        )
+        cloud.leads, cloud.start = False, StartState(ready=False)
+        state = await link.call(MasterCalls.report, EndpointState(1, 0.0, 0.0, 0))
+        assert state == MasterState(leads=False, start=StartState(ready=False))
         assert [one.sockets for one in server.endpoints.views()] == [1], "it is no frozen endpoint all the same"
 
 

@@ -11,6 +11,7 @@ import pytest
 from engine.protocols import control_link
 from engine.protocols.refusals import Refusal
 from engine.service.links.control_server import ControlServer
+from engine.specs.start_state import KernelProgress
 from ppaas.errors import PPaaSError, Unavailable
 from tests.support.engine.engine_links import connection, dial_control, receive, register
 from tests.support.waiting import until
@@ -46,7 +47,15 @@ class Events:
     def __init__(self) -> None:
         self.calls: list[tuple[str, str]] = []
         self.reports: list[control_link.FromAgent] = []
+        self.kernels: list[KernelProgress | None] = []
         self.refusal: PPaaSError | None = None
+
+    def machine_starting(self, machine: str, kernels: KernelProgress | None) -> None:
+        self.calls.append(("starting", machine))
+        self.kernels.append(kernels)
+
+    def machine_start_ended(self, machine: str) -> None:
+        self.calls.append(("start ended", machine))
 
     async def machine_registered(self, register: control_link.Register) -> None:
         if self.refusal is not None:
@@ -248,3 +257,44 @@ async def test_a_master_learns_from_a_machine_that_it_was_replaced(
     assert await receive(stream) is None, "it is disconnected, and not dismissed"
     assert deputy.heard == 3
     assert events.calls == ([("registered", "m1"), ("gone", "m1")] if late else [])
+
+
+async def test_a_machine_reports_its_start_until_it_closes_the_connection(
+    server: ControlServer, events: Events
+) -> None:
+    stream = await dial_control(server.path)
+    progress = KernelProgress(1, 3)
+    stream.write(control_link.MachineStarting("m1", SECRET))
+    stream.write(control_link.MachineStarting("m1", SECRET, progress))
+    await until(lambda: len(events.calls) == 2)
+    assert events.kernels == [None, progress]
+    await stream.close()
+    await until(lambda: len(events.calls) == 3)
+    assert events.calls == [("starting", "m1"), ("starting", "m1"), ("start ended", "m1")]
+
+
+@pytest.mark.parametrize(
+    "frames",
+    [
+        [control_link.MachineStarting("m1", "wrong")],
+        [control_link.MachineStarting("m1", SECRET), register("m1")],
+        [control_link.MachineStarting("m1", SECRET), control_link.AgentBeat()],
+    ],
+    ids=["wrong secret", "registration", "heartbeat"],
+)
+async def test_other_frames_than_reports_of_a_start_close_the_connection(
+    server: ControlServer, events: Events, frames: list[msgspec.Struct]
+) -> None:
+    stream = await dial_control(server.path)
+    for frame in frames:
+        stream.write(frame)
+    assert await receive(stream) is None
+    assert not {what for what, _ in events.calls} - {"starting", "start ended"}
+
+
+async def test_a_machine_of_another_host_reports_its_own_start_only(server: ControlServer, events: Events) -> None:
+    stream, reader, writer = await connection(control_link.ToAgent)
+    serving = asyncio.create_task(server.connected(reader, writer, machine="m1"))
+    stream.write(control_link.MachineStarting("m2", ""))
+    await asyncio.wait_for(serving, 10)
+    assert events.calls == []

@@ -180,3 +180,26 @@ async def test_disconnected_container_receives_no_more_frames(server: LinkServer
     server.hang_up("nobody")
     assert await receive(stream) == robot_link.Subscribe("welcome", 0)
     assert await receive(stream) is None
+
+
+async def test_a_container_may_wait_for_kernels_before_its_hello(tmp_path: Path, welcomes: Welcomes) -> None:
+    waiting: list[str] = []
+    opened = LinkServer(tmp_path / "l.sock", welcomes.welcome, welcomes.failures.append, waits=waiting.append)
+    await opened.start()
+    opened.expect("c1", "s1")
+    stream = await dial_link(opened.path)
+    for _ in range(2):
+        stream.write(robot_link.KernelsAwaited("c1", "s1"))
+    await until(lambda: waiting == ["c1", "c1"])
+    stream.write(hello("c1", "s1"))
+    assert await receive(stream) == robot_link.Subscribe("welcome", 0)
+    await stream.close()
+    await opened.close()
+
+
+async def test_a_stranger_does_not_wait_for_kernels(server: LinkServer, welcomes: Welcomes) -> None:
+    server.expect("c1", "s1")
+    stream = await dial_link(server.path)
+    stream.write(robot_link.KernelsAwaited("c1", "wrong"))
+    assert await receive(stream) is None
+    assert server.awaited == 1

@@ -1,0 +1,136 @@
+"""The kernel compiler of a machine: a process beside the containers that compiles all kernels into the cache.
+
+It is watched, and started again if it is killed. Its progress is known here, and containers that need kernels which
+are not compiled yet wait for them here, instead of compiling them.
+"""
+
+import asyncio
+import contextlib
+import logging
+import os
+from collections.abc import Collection
+
+import msgspec
+
+from engine.processes.background import Background
+from engine.runtimes.compilation import rest_compiler
+from engine.runtimes.compilation.compile_pool import CompileReport
+
+logger = logging.getLogger(__name__)
+
+MAX_LINE = 1 << 20
+"""Largest report of the process [bytes]."""
+
+PAUSE = 1.0
+"""Time until a compiler that has ended early is started again [s]."""
+
+ATTEMPTS = 5
+"""Number of compilers in a row that may end early without having compiled a module; there is no further one then."""
+
+
+class KernelCompiler:
+    """The kernel compiler of a machine, from `begin` until `close`.
+
+    Attributes
+    ----------
+    report : CompileReport, optional
+        Its progress; None before the first report.
+    is_over : bool
+        Whether it has compiled all kernels, or given up; nobody need wait for it.
+    """
+
+    def __init__(self) -> None:
+        self.report: CompileReport | None = None
+        self.is_over = False
+        self._news = asyncio.Event()
+        self._wanted: set[str] = set()
+        self._process: asyncio.subprocess.Process | None = None
+        self._background = Background()
+        self._begun = False
+
+    def begin(self) -> None:
+        """Start the process, unless it was started before; the next start continues with what is not compiled yet."""
+        if not self._begun:
+            self._begun = True
+            self._background.run(self._keep_running())
+
+    async def close(self) -> None:
+        """End the process."""
+        await self._background.cancel()
+
+    # -- the process ---------------------------------------------------------------------------------------------------
+
+    async def _keep_running(self) -> None:
+        vain = 0
+        while vain < ATTEMPTS:
+            before = len(self._compiled)
+            status = await self._run()
+            if status == 0:
+                break
+            vain = 0 if len(self._compiled) > before else vain + 1
+            logger.warning("the kernel compiler exited with status %d, and is started again", status)
+            if self.report is not None and not self._missing():
+                break  # only kernels are missing that cannot be compiled
+            await asyncio.sleep(PAUSE)
+        else:
+            logger.warning("the kernel compiler failed %d times: planners may be slow at their first use", ATTEMPTS)
+        self.is_over = True
+        self._tell()
+
+    async def _run(self) -> int:
+        pipe = asyncio.subprocess.PIPE
+        command = (*rest_compiler.COMMAND, str(os.getpid()))
+        process = await asyncio.create_subprocess_exec(*command, stdin=pipe, stdout=pipe, limit=MAX_LINE)
+        try:
+            self._process = process
+            self._ask(self._wanted)
+            assert process.stdout is not None
+            async for line in process.stdout:
+                self._read(line)
+            return await process.wait()
+        finally:
+            self._process = None
+            if process.returncode is None:
+                process.kill()
+                await process.wait()
+
+    def _read(self, line: bytes) -> None:
+        try:
+            self.report = msgspec.json.decode(line, type=CompileReport)
+        except msgspec.DecodeError:
+            logger.debug("a line of the kernel compiler is no report: %r", line)
+            return
+        self._wanted &= self._missing()
+        self._tell()
+
+    def _tell(self) -> None:
+        self._news.set()
+        self._news = asyncio.Event()
+
+    def _ask(self, modules: Collection[str]) -> None:
+        if modules and self._process is not None and self._process.stdin is not None:
+            with contextlib.suppress(ConnectionError):  # it has just ended: the next one is asked again
+                self._process.stdin.write(msgspec.json.encode(sorted(modules)) + b"\n")
+
+    # -- what is compiled ----------------------------------------------------------------------------------------------
+
+    @property
+    def _compiled(self) -> tuple[str, ...]:
+        return () if self.report is None else self.report.compiled
+
+    def _missing(self) -> set[str]:
+        assert self.report is not None
+        return set(self.report.modules).difference(self.report.compiled, self.report.failed)
+
+    def missing(self, modules: Collection[str]) -> set[str]:
+        """Return which of these modules are not compiled yet; those that cannot be compiled are not missing."""
+        if self.is_over:
+            return set()
+        return set(modules) if self.report is None else self._missing() & set(modules)
+
+    async def until_compiled(self, modules: Collection[str]) -> None:
+        """Put modules at the head of the queue, and wait until they are compiled; ones without kernels are ignored."""
+        self._wanted |= self.missing(modules)
+        self._ask(self._wanted)
+        while self.missing(modules):
+            await self._news.wait()

@@ -1,0 +1,116 @@
+"""A container waits for kernels that its machine compiles."""
+
+import asyncio
+import sys
+from types import ModuleType
+
+import pytest
+
+from engine.container.compiling import kernel_gate
+from engine.container.compiling.kernel_gate import KernelGate
+from ppaas.errors import Starting
+from tests.support.waiting import until
+
+
+def module(name: str, *, warm: bool = True) -> ModuleType:
+    made = ModuleType(name)
+    if warm:
+        vars(made)["warm"] = lambda: None
+    return made
+
+
+class Machine:
+    """Machine that compiles modules when the test allows it; it imports modules for the container, too."""
+
+    def __init__(self) -> None:
+        self.loaded = [module("forked")]
+        self.asked: list[tuple[list[str], float | None]] = []
+        self.compiled = asyncio.Event()
+        self.refusal: Starting | None = None
+
+    async def ask(self, modules: list[str], within: float | None) -> None:
+        self.asked.append((modules, within))
+        await self.compiled.wait()
+        if self.refusal is not None:
+            raise self.refusal
+
+
+@pytest.fixture
+def machine() -> Machine:
+    return Machine()
+
+
+def gate_of(machine: Machine, *, compiled: bool = False) -> KernelGate:
+    gate = KernelGate(compiled=compiled, patience=8.0, loaded=lambda: machine.loaded)
+    gate.ask(machine.ask)
+    return gate
+
+
+@pytest.fixture(autouse=True)
+def imports(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Make each look at the modules count, as after an import."""
+    monkeypatch.setattr(sys, "modules", _Growing(sys.modules))
+
+
+class _Growing(dict):  # type: ignore[type-arg]
+    count = 0
+
+    def __len__(self) -> int:
+        type(self).count += 1
+        return super().__len__() + type(self).count
+
+
+def test_modules_of_the_fork_server_are_compiled(machine: Machine) -> None:
+    assert gate_of(machine).missing() == []
+
+
+def test_modules_imported_since_are_missing_if_they_have_kernels(machine: Machine) -> None:
+    gate = gate_of(machine)
+    machine.loaded += [module("lattice"), module("helper", warm=False)]
+    assert gate.missing() == ["lattice"]
+
+
+def test_nothing_is_missing_once_all_kernels_are_compiled(machine: Machine) -> None:
+    gate = gate_of(machine, compiled=True)
+    machine.loaded.append(module("lattice"))
+    assert gate.missing() == []
+
+
+async def test_a_job_waits_for_its_modules_once(machine: Machine) -> None:
+    gate = gate_of(machine)
+    machine.loaded.append(module("lattice"))
+    machine.compiled.set()
+    await gate.for_job()
+    assert (machine.asked, gate.missing()) == ([(["lattice"], 8.0)], [])
+    machine.loaded.append(module("mppi"))
+    assert gate.missing() == ["mppi"]
+
+
+async def test_a_job_that_waits_too_long_is_refused_and_its_modules_stay_missing(machine: Machine) -> None:
+    gate = gate_of(machine)
+    machine.loaded.append(module("lattice"))
+    machine.refusal = Starting("0 of 1")
+    machine.compiled.set()
+    with pytest.raises(Starting, match="0 of 1"):
+        await gate.for_job()
+    assert gate.missing() == ["lattice"]
+
+
+async def test_a_start_waits_without_a_limit_and_is_reported_meanwhile(
+    machine: Machine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(kernel_gate, "PERIOD", 0.01)
+    gate, reports = gate_of(machine), list[None]()
+    machine.loaded.append(module("mppi"))
+    starting = asyncio.create_task(gate.for_start(lambda: reports.append(None)))
+    await until(lambda: len(reports) > 3)
+    assert machine.asked == [(["mppi"], None)]
+    machine.compiled.set()
+    await asyncio.wait_for(starting, 10)
+    assert gate.missing() == []
+
+
+async def test_a_start_that_misses_nothing_reports_nothing(machine: Machine) -> None:
+    reports = list[None]()
+    await gate_of(machine).for_start(lambda: reports.append(None))
+    assert (reports, machine.asked) == ([], [])
