@@ -13,7 +13,8 @@ import pytest
 from starlette.datastructures import Headers, UploadFile
 from starlette.formparsers import MultiPartParser
 
-from ppaas.errors import InvalidInput, InvalidMap, NotAuthenticated, PPaaSError, Unavailable
+from ppaas.errors import InvalidInput, InvalidMap, NotAuthenticated, PPaaSError, Starting, Unavailable
+from robots.client import rest
 from robots.client.rest import Login, RestClient
 from robots.client.robot_file import RobotFile
 
@@ -172,3 +173,23 @@ async def test_a_change_is_a_merge_patch() -> None:
     assert asked["line"].startswith("PATCH /v1/robots/tb1 ")
     assert asked["headers"]["Content-Type"] == "application/merge-patch+json"
     assert json.loads(asked["body"]) == {"cores": 0.5, "map": None}
+
+
+STARTING = (503, b'{"type": "urn:ppaas:problem:starting", "detail": "compiling kernels, 12 of 107"}')
+
+
+async def test_a_request_waits_while_the_cloud_compiles_kernels(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(rest, "RETRY", 0.0)
+    with serving(STARTING, STARTING, (201, b'{"cost": 5.0}')) as url:
+        assert await RestClient(url).plan("depot", (1, 2), (3, 4), planner="lattice") == {"cost": 5.0}
+        bodies = {request["body"] for request in Handler.requests}
+        assert (len(Handler.requests), len(bodies)) == (3, 1)
+    assert caplog.text.count("12 of 107") == 1
+
+
+async def test_a_request_does_not_wait_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rest, "START_PATIENCE", -1.0)
+    with serving(STARTING) as url, pytest.raises(Starting, match="12 of 107"):
+        await RestClient(url).get("/v1/maps")

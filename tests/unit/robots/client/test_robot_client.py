@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from ppaas.clock import monotonic
 from ppaas.errors import (
     Conflict,
     InvalidInput,
@@ -23,6 +24,7 @@ from ppaas.messages.base.message import Empty
 from ppaas.messages.base.std_msgs import String
 from ppaas.messages.geometry_msgs import Twist, Vector3
 from ppaas.messages.std_srvs import EmptyService, Trigger, TriggerResponse
+from robots.client import connection_keeper
 from robots.client.connection import ConnectionOptions
 from robots.client.robot_client import RobotClient
 from tests.support.endpoints.rosbridge_server import RosbridgeServer, rosbridge_server
@@ -319,6 +321,34 @@ async def test_an_unreachable_cloud_raises_unavailable_after_the_timeout(server:
     server.refusal = (503, b"")
     with pytest.raises(Unavailable, match="check that it runs"):
         async with client_of(server, connect_timeout=0.1):
+            pytest.fail("connected")
+
+
+STARTING = (503, b'{"type": "urn:ppaas:problem:starting", "detail": "compiling kernels, 12 of 107"}')
+
+
+async def test_a_cloud_that_is_starting_is_waited_for_beyond_the_timeout(
+    server: RosbridgeServer, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(connection_keeper, "STARTING_DELAY", 0.05)
+    server.refusal = STARTING
+    entering = asyncio.create_task(client_of(server, connect_timeout=2.0).__aenter__())
+    began = monotonic()
+    await until(lambda: monotonic() - began > 2.5 or entering.done())
+    assert not entering.done()
+    assert caplog.text.count("12 of 107") == 1
+    server.refusal = None
+    client = await asyncio.wait_for(entering, 10)
+    await client.__aexit__(None, None, None)
+
+
+async def test_the_timeout_says_that_the_cloud_was_starting(
+    server: RosbridgeServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(connection_keeper, "STARTING_DELAY", 600.0)
+    server.refusal = STARTING
+    with pytest.raises(Unavailable, match="compiling kernels, 12 of 107"):
+        async with client_of(server, connect_timeout=0.2):
             pytest.fail("connected")
 
 

@@ -70,3 +70,17 @@ def test_kernels_of_containers_are_compiled_and_noted(
     assert {"dwa", "likelihood_field", "tile_growth"} <= {file.name.partition(".")[0] for file in files}
     first_start.compile_missing(LAYER)
     assert not arguments.exists()
+
+
+def test_a_compiler_that_is_killed_is_started_again(
+    notes: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    starts = tmp_path / "starts"
+    script = (
+        f"import os; open({str(starts)!r}, 'a').write('x')\n"
+        f"if len(open({str(starts)!r}).read()) < 3: os.kill(os.getpid(), 9)"
+    )
+    monkeypatch.setattr(first_start, "COMMAND", (sys.executable, "-c", script))
+    first_start.compile_missing(LAYER)
+    assert (starts.read_text(), caplog.text.count("killed by signal 9")) == ("xxx", 2)
+    assert "status" not in caplog.text

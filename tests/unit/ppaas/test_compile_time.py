@@ -1,0 +1,71 @@
+"""The time that a thread spends on compiling kernels is known, and counts against no plan."""
+
+import threading
+from typing import Any
+
+import numba
+import pytest
+from numba.core import event
+
+from ppaas import compile_time
+from ppaas.clock import ManualClock
+from ppaas.compile_time import compile_seconds
+from ppaas.errors import PlanTimeout
+from ppaas.geometry import Pose2D
+from ppaas.planners.base import PlanRequest
+from ppaas.planners.watch import Watch
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> ManualClock:
+    made = ManualClock()
+    monkeypatch.setattr(compile_time, "monotonic", made)
+    return made
+
+
+class Takes(event.Listener):
+    """Lets each compilation take some time."""
+
+    def __init__(self, clock: ManualClock, seconds: float) -> None:
+        self._clock, self._seconds = clock, seconds
+
+    def on_start(self, event: event.Event) -> None:
+        self._clock.advance(self._seconds)
+
+    def on_end(self, event: event.Event) -> None: ...
+
+
+def compile_one(clock: ManualClock, seconds: float) -> None:
+    """Compile a kernel that calls another one: the two compilations are nested, and each takes this time."""
+    inner = numba.njit(lambda number: number + 1)
+
+    def outer(number: int) -> Any:
+        return inner(number)
+
+    with event.install_listener("numba:compile", Takes(clock, seconds)):  # type: ignore[no-untyped-call]
+        assert numba.njit(outer)(1) == 2
+
+
+def test_nested_compilations_count_once(clock: ManualClock) -> None:
+    before = compile_seconds()
+    compile_one(clock, 5.0)
+    assert compile_seconds() - before == pytest.approx(10.0)
+
+
+def test_each_thread_has_its_own_time(clock: ManualClock) -> None:
+    before = compile_seconds()
+    other = threading.Thread(target=compile_one, args=(clock, 5.0))
+    other.start()
+    other.join()
+    assert compile_seconds() == before
+
+
+def test_compiling_counts_against_no_time_limit_of_a_plan(clock: ManualClock) -> None:
+    request = PlanRequest(Pose2D(0.0, 0.0), Pose2D(1.0, 1.0), timeout=1.0, clock=clock)
+    watch = Watch(request)
+    compile_one(clock, 5.0)
+    watch.check()
+    assert watch.seconds() == pytest.approx(0.0)
+    clock.advance(1.0)
+    with pytest.raises(PlanTimeout):
+        watch.check()
