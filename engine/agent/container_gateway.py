@@ -241,8 +241,8 @@ class ContainerGateway:
         try:
             async with asyncio.timeout(self._attach_timeout):
                 first = await stream.receive()
-            if isinstance(first, machine_link.Compiling):
-                await self._answer_for(first, stream)
+            if isinstance(first, machine_link.Compiling | machine_link.AwaitKernels):
+                await self._serve_kernels(first, stream)
             else:
                 await self._serve(self._admitted(first, stream))
         except (PPaaSError, TimeoutError) as error:
@@ -254,13 +254,18 @@ class ContainerGateway:
             self._streams.discard(stream)
             await stream.close()
 
-    async def _answer_for(self, notice: machine_link.Compiling, stream: Stream) -> None:
-        """Answer for a container that compiles a kernel, until it closes the connection."""
-        attached = self._attached.get(notice.container)
-        if attached is None or not is_same(attached.secret, notice.secret):
-            raise NotPermitted(f"{notice.container[:64]!r} is not attached, or has the wrong secret")
-        with self.kernels.compiles(attached.spec.id):
-            await stream.receive()
+    async def _serve_kernels(self, first: machine_link.Compiling | machine_link.AwaitKernels, stream: Stream) -> None:
+        """Serve a connection about kernels; the container need not be attached yet."""
+        attached = self._attached.get(first.container)
+        if attached is None:
+            self._awaited.check(first.container, first.secret)
+        elif not is_same(attached.secret, first.secret):
+            raise NotPermitted(f"container {first.container} has another secret")
+        if isinstance(first, machine_link.Compiling):
+            with self.kernels.compiles(first.container):
+                await stream.receive()
+        else:
+            await self.kernels.serve(first, stream)
 
     def _admitted(self, attach: machine_link.FromContainer | None, stream: Stream) -> _AttachedContainer:
         if not isinstance(attach, machine_link.Attach):
@@ -296,13 +301,11 @@ class ContainerGateway:
                 self._ask(frame.request, attached, lambda: asyncio.to_thread(self._find_plans, spec, frame))
             case machine_link.AskHistory():
                 self._ask(frame.request, attached, lambda: asyncio.to_thread(self._plans.history, spec))
-            case machine_link.AwaitKernels():
-                self._ask(frame.request, attached, lambda: self.kernels.wait(frame))
             case machine_link.PrepareIndex():
                 self._ask(frame.request, attached, lambda: attached.prepare(frame.planner))
             case machine_link.NoteHistory() | machine_link.Share() | machine_link.MapInUse() | machine_link.Record():
                 self._take_unanswered(frame, attached)
-            case machine_link.Attach() | machine_link.Compiling():
+            case machine_link.Attach() | machine_link.Compiling() | machine_link.AwaitKernels():
                 raise NotPermitted(f"container {attached.spec.id} is attached already, and sent another attach request")
 
     def _take_unanswered(self, frame: machine_link.Unanswered, attached: _AttachedContainer) -> None:

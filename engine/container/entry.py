@@ -9,13 +9,13 @@ import logging
 import os
 from collections.abc import Callable, Coroutine, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import uvloop
 
 from engine.container.clone_sessions import CloneSessions
 from engine.container.compiling.compile_notice import CompileNotice
-from engine.container.compiling.kernel_gate import KernelGate
+from engine.container.compiling.kernel_gate import KernelGate, KernelsMissing, await_kernels
 from engine.container.current_map import CurrentMap
 from engine.container.endpoint_link import EndpointLink, Stream, dial
 from engine.container.executor import NodeExecutor
@@ -45,22 +45,19 @@ _faults = ListenerFaults(logger)
 
 async def run(launch: Launch) -> None:
     """Run the container until the machine disconnects or the endpoint sends a shutdown."""
-    stream, threads, times = await dial(launch.link), KernelThreads(launch.threads), Times()
-    gate = KernelGate(compiled=launch.compiled, patience=KERNEL_PATIENCE if launch.spec.robot is None else None)
-    home = NodeExecutor(lambda: use_threads(threads.count), gate)
-    plans, notes = SharedPlans(times, home.elsewhere), PlanningNotes(times)
+    stream, threads = await dial(launch.link), KernelThreads(launch.threads)
+    patience = KERNEL_PATIENCE if launch.spec.robot is None else None
+    gate = KernelGate(None if launch.compiled else partial(await_kernels, launch), patience=patience)
+    waits = partial(stream.write, robot_link.KernelsAwaited(launch.spec.id, launch.secret))
     try:
-        current = CurrentMap(launch, plans, times, notes)
-        attendants = build_graph(home.graph, launch, threads, current)
-        _restore(home.graph, launch)
+        home, current, plans, notes, attendants = await _built(launch, threads, gate, waits)
     except PPaaSError as error:
-        home.close()
         await _refuse(stream, launch, error)
         return
+    await gate.for_start(waits)
     machine = await MachineClient.connect(launch)
     current.indexes.ask(machine, asyncio.get_running_loop())
     plans.ask(machine)
-    gate.ask(machine.await_kernels)
     monitoring = None if attendants is None else attendants.monitoring
     endpoint = EndpointLink(launch.link, stream)
     sessions = None if launch.spec.robot is None else CloneSessions(launch.spec, launch.spec.robot)
@@ -74,7 +71,6 @@ async def run(launch: Launch) -> None:
     listening = asyncio.create_task(
         machine.serve(partial(_shared, outside, groups), partial(_resize, threads), endpoint.came, follow, told)
     )
-    await gate.for_start(lambda: stream.write(robot_link.KernelsAwaited(launch.spec.id, launch.secret)))
     await notes.begin(machine)
     try:
         await container.restore_logs()
@@ -87,6 +83,43 @@ async def run(launch: Launch) -> None:
     finally:
         home.close()
         await _closed(container, endpoint, machine)
+
+
+class _Built(NamedTuple):
+    """Graph of a container in its executor, with its map, plans and attendants."""
+
+    home: NodeExecutor
+    current: CurrentMap
+    plans: SharedPlans
+    notes: PlanningNotes
+    attendants: Attendants | None
+
+
+async def _built(launch: Launch, threads: KernelThreads, gate: KernelGate, waits: Callable[[], None]) -> _Built:
+    """Build and restore the graph; build it again if it calls kernels that are missing, once they are compiled.
+
+    Raises
+    ------
+    PPaaSError
+        The container cannot be what it was asked to be.
+    """
+    while True:
+        times = Times()
+        home = NodeExecutor(lambda: use_threads(threads.count), gate)
+        plans, notes = SharedPlans(times, home.elsewhere), PlanningNotes(times)
+        try:
+            with gate.only_compiled():
+                current = CurrentMap(launch, plans, times, notes)
+                attendants = build_graph(home.graph, launch, threads, current)
+                _restore(home.graph, launch)
+        except KernelsMissing:
+            home.close()
+            await gate.for_start(waits)
+        except PPaaSError:
+            home.close()
+            raise
+        else:
+            return _Built(home, current, plans, notes, attendants)
 
 
 async def _refuse(stream: Stream, launch: Launch, error: PPaaSError) -> None:

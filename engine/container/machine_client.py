@@ -29,10 +29,6 @@ INDEX_TIMEOUT = 600.0
 """Time limit of making an index [s]; a planner that waits for it gives up at its own time limit."""
 
 
-KERNEL_TIMEOUT = 3600.0
-"""Time limit of compiling kernels without which the container cannot start [s]."""
-
-
 class MachineClient:
     """Sends requests to the machine's agent, which connects the container to stores and fabric."""
 
@@ -192,19 +188,6 @@ class MachineClient:
             The machine does not answer in time, or has no space.
         """
         await self._request(lambda number: machine_link.PrepareIndex(number, planner), INDEX_TIMEOUT)
-
-    async def await_kernels(self, modules: list[str], within: float | None) -> None:
-        """Make the machine compile kernel modules before others, and wait until they are compiled.
-
-        Raises
-        ------
-        Starting
-            They are not compiled within a time [s]; the text says how far the compilation is.
-        Unavailable
-            The machine does not answer.
-        """
-        limit = KERNEL_TIMEOUT if within is None else within + REQUEST_TIMEOUT
-        await self._request(lambda number: machine_link.AwaitKernels(number, modules, within), limit)
 
     def map_in_use(self, version: MapVersion, error: PPaaSError | None = None) -> None:
         """Answer that the clone uses a version of its map from now on, or why it does not."""

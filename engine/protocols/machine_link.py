@@ -22,19 +22,20 @@ class Attach(msgspec.Struct, tag="attach"):
 
 
 class Compiling(msgspec.Struct, tag="compiling"):
-    """First and only frame on a further connection: an attached container compiles a kernel until it closes this."""
+    """First and only frame on a connection of its own: a container compiles a kernel until it closes this."""
 
     container: str
     secret: str
 
 
 class AwaitKernels(msgspec.Struct, tag="await_kernels"):
-    """Request that modules are compiled before others; the answer comes once they are, or after a time ``within`` [s].
+    """First and only frame on a connection of its own: modules are to be compiled before others.
 
-    Without ``within`` there is no time limit.
+    The answer comes once they are, or after a time ``within`` [s]; without it there is no time limit.
     """
 
-    request: int
+    container: str
+    secret: str
     modules: list[str]
     within: float | None = None
 

@@ -8,7 +8,10 @@ import asyncio
 import contextlib
 from collections.abc import Iterator
 
+from engine.processes.stopping import cancel_all
 from engine.protocols import machine_link
+from engine.protocols.framing import FrameStream
+from engine.protocols.refusals import refusal_of
 from engine.runtimes.compilation.kernel_compiler import KernelCompiler
 from engine.specs.start_state import MOST_NAMED, RETRY_AFTER, KernelProgress, short_name
 from ppaas.clock import Clock, monotonic
@@ -52,6 +55,18 @@ class KernelService:
     def progress(self) -> KernelProgress | None:
         """Progress of the machine; None if nothing is being compiled."""
         return progress_of(self._compiler)
+
+    async def serve(self, asked: machine_link.AwaitKernels, stream: FrameStream[machine_link.FromContainer]) -> None:
+        """Answer a request, unless the container leaves meanwhile."""
+        waiting, left = asyncio.create_task(self.wait(asked)), asyncio.create_task(stream.receive())
+        try:
+            await asyncio.wait((waiting, left), return_when=asyncio.FIRST_COMPLETED)
+            if waiting.done():
+                error = waiting.exception()
+                refusal = refusal_of(error) if isinstance(error, Starting) else None
+                await stream.send(machine_link.Done(0, refusal))
+        finally:
+            await cancel_all((waiting, left))
 
     async def wait(self, asked: machine_link.AwaitKernels) -> None:
         """Wait until the modules of a request are compiled.

@@ -7,10 +7,17 @@ controller or node imports those that it calls. All others were compiled before 
 import asyncio
 import contextlib
 import sys
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Sequence
 from types import ModuleType
 
+from numba.core import event
+
+from engine.protocols import machine_link
+from engine.protocols.framing import FrameStream
+from engine.protocols.refusals import error_of
 from engine.runtimes.compilation import kernel_modules
+from engine.specs.containers import Launch
+from ppaas.errors import Unavailable
 
 PERIOD = 1.0
 """Period at which a container that cannot start yet reports that it waits [s]."""
@@ -19,13 +26,55 @@ Ask = Callable[[list[str], float | None], Awaitable[None]]
 """Waits until kernel modules are compiled, for a limited time [s]; raises ``Starting`` after that."""
 
 
+class KernelsMissing(Exception):  # it is caught where the work is done again, and never shown
+    """A kernel was called that the machine has not compiled yet."""
+
+
+async def await_kernels(launch: Launch, modules: list[str], within: float | None) -> None:
+    """Wait until the machine has compiled modules; it compiles them before others.
+
+    Raises
+    ------
+    Starting
+        They are not compiled within a time [s]; the text says how far the compilation is.
+    Unavailable
+        The machine is gone.
+    """
+    reader, writer = await asyncio.open_unix_connection(launch.machine)
+    stream: FrameStream[machine_link.ToContainer] = FrameStream(reader, writer, machine_link.ToContainer)
+    try:
+        stream.write(machine_link.AwaitKernels(launch.spec.id, launch.secret, modules, within))
+        answer = await stream.receive()
+    finally:
+        await stream.close()
+    if not isinstance(answer, machine_link.Done):
+        raise Unavailable("the machine did not answer a request for kernels")
+    if answer.refusal is not None:
+        raise error_of(answer.refusal)
+
+
+class _Refusal(event.Listener):
+    """Listener of numba that lets no kernel of some modules be compiled."""
+
+    def __init__(self, missing: Callable[[], list[str]]) -> None:
+        self._missing = missing
+
+    def on_start(self, event: event.Event) -> None:
+        """Raise ``KernelsMissing`` if the kernel is of one of the modules."""
+        if event.data["dispatcher"].py_func.__module__ in self._missing():
+            raise KernelsMissing
+
+    def on_end(self, event: event.Event) -> None:
+        """Do nothing."""
+
+
 class KernelGate:
     """The kernels that one container waits for.
 
     Parameters
     ----------
-    compiled : bool
-        Whether all kernels are compiled, so that it never waits.
+    ask : callable, optional
+        Waits until modules are compiled. Without it all are compiled, and nobody waits.
     patience : float, optional
         Time for which a job waits [s]; None for no limit.
     loaded : callable
@@ -34,31 +83,32 @@ class KernelGate:
 
     def __init__(
         self,
+        ask: Ask | None = None,
         *,
-        compiled: bool = True,
         patience: float | None = None,
         loaded: Callable[[], Sequence[ModuleType]] = kernel_modules.loaded,
     ) -> None:
-        self._compiled = compiled
+        self._ask = ask
         self._patience = patience
         self._loaded = loaded
-        self._ready = set() if compiled else {module.__name__ for module in loaded()}
+        self._ready = set() if ask is None else {module.__name__ for module in loaded()}
         self._looked_at = 0
-        self._ask: Ask | None = None
-
-    def ask(self, ask: Ask) -> None:
-        """Ask for missing kernels by a function from now on."""
-        self._ask = ask
 
     def missing(self) -> list[str]:
         """Return the imported kernel modules that may not be compiled yet."""
-        if self._compiled or len(sys.modules) == self._looked_at:
+        if self._ask is None or len(sys.modules) == self._looked_at:
             return []
         found = [module.__name__ for module in self._loaded() if hasattr(module, "warm")]
         missing = [name for name in found if name not in self._ready]
         if not missing:
             self._looked_at = len(sys.modules)
         return missing
+
+    @contextlib.contextmanager
+    def only_compiled(self) -> Iterator[None]:
+        """Raise ``KernelsMissing`` in the body if it calls a kernel that is missing: it must be done again later."""
+        with event.install_listener("numba:compile", _Refusal(self.missing)):  # type: ignore[no-untyped-call]
+            yield
 
     async def for_job(self) -> None:
         """Wait until the kernels that are missing now are compiled.

@@ -1,4 +1,4 @@
-"""Finds the kernel modules of the domain, and calls the kernels of the imported ones once."""
+"""Finds the kernel modules that a process has imported, and calls their kernels once."""
 
 import importlib
 import pkgutil
@@ -9,19 +9,6 @@ from numba.core import event
 
 import ppaas
 from engine.runtimes.compilation.stamp import KERNELS
-
-
-def modules() -> list[ModuleType]:
-    """Import all modules of the ``kernels`` packages of the domain, and return them in the order of their names.
-
-    Raises
-    ------
-    ImportError
-        One of them, or one of their packages, cannot be imported.
-    """
-    walk = pkgutil.walk_packages(ppaas.__path__, "ppaas.", onerror=importlib.import_module)
-    names = sorted(found.name for found in walk if _holds_kernels(found.name))
-    return [importlib.import_module(name) for name in names]
 
 
 def record_compilations() -> event.RecordingListener:

@@ -348,12 +348,6 @@ def _nodes(store: SlowStore) -> dict[str, bytes]:
         return {}
 
 
-async def test_a_container_is_answered_when_its_kernels_are_compiled(attach: Attach) -> None:
-    stream = await attach(planning_spec())
-    stream.write(machine_link.AwaitKernels(7, ["ppaas.planners.lattice.kernels.driving"]))
-    assert await receive(stream) == machine_link.Done(7)
-
-
 @pytest.mark.parametrize(("container", "secret"), [("p1", "wrong"), ("p2", "secret")])
 async def test_a_stranger_cannot_be_answered_for(
     gateway: ContainerGateway, attach: Attach, container: str, secret: str

@@ -22,12 +22,12 @@ def compiler() -> KernelCompiler:
 
 
 async def test_what_is_compiled_is_not_waited_for(compiler: KernelCompiler) -> None:
-    await KernelService(compiler).wait(machine_link.AwaitKernels(1, [JPS], within=0.0))
+    await KernelService(compiler).wait(machine_link.AwaitKernels("p1", "secret", [JPS], within=0.0))
 
 
 async def test_who_waits_too_long_learns_what_is_missing_and_when_to_try_again(compiler: KernelCompiler) -> None:
     with pytest.raises(Starting, match=r"1 of 2 \(missing: lattice/driving\); compiling kernels, 1 of 2") as refused:
-        await KernelService(compiler).wait(machine_link.AwaitKernels(1, [JPS, LATTICE], within=0.0))
+        await KernelService(compiler).wait(machine_link.AwaitKernels("p1", "secret", [JPS, LATTICE], within=0.0))
     assert refused.value.retry_after is not None
 
 
@@ -37,7 +37,7 @@ async def test_progress_is_known_until_all_is_compiled(compiler: KernelCompiler)
     assert not service.is_complete
     compiler.is_over = True
     assert (service.progress, service.is_complete) == (None, True)
-    await service.wait(machine_link.AwaitKernels(1, [LATTICE], within=0.0))
+    await service.wait(machine_link.AwaitKernels("p1", "secret", [LATTICE], within=0.0))
 
 
 def test_a_machine_answers_for_a_container_for_a_limited_time() -> None:

@@ -69,7 +69,7 @@ async def test_nobody_answers_for_a_stranger(gateway: ContainerGateway, caplog: 
     stream = await attach_container(gateway, planning_spec())
     notice = notice_to(gateway, "wrong")
     notice.on_start(COMPILES)
-    await until(lambda: "wrong secret" in caplog.text)
+    await until(lambda: "another secret" in caplog.text)
     assert gateway.kernels.compiling() == ()
     notice.on_end(COMPILES)
     await stream.close()

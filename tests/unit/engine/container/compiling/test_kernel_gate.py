@@ -2,13 +2,25 @@
 
 import asyncio
 import sys
+from pathlib import Path
 from types import ModuleType
+from typing import Any
 
+import msgspec
+import numba
 import pytest
 
+from engine.agent.container_gateway import ContainerGateway
+from engine.agent.requests.kernel_service import KernelService
 from engine.container.compiling import kernel_gate
-from engine.container.compiling.kernel_gate import KernelGate
-from ppaas.errors import Starting
+from engine.container.compiling.kernel_gate import KernelGate, KernelsMissing, await_kernels
+from engine.runtimes.compilation.compile_pool import CompileReport
+from engine.runtimes.compilation.kernel_compiler import KernelCompiler
+from engine.specs.containers import Launch
+from ppaas.errors import Starting, Unavailable
+from storage.memory.store import MemoryStore
+from tests.support.engine.fake_fabric import FakeFabric
+from tests.support.engine.specs import planning_spec
 from tests.support.waiting import until
 
 
@@ -41,9 +53,7 @@ def machine() -> Machine:
 
 
 def gate_of(machine: Machine, *, compiled: bool = False) -> KernelGate:
-    gate = KernelGate(compiled=compiled, patience=8.0, loaded=lambda: machine.loaded)
-    gate.ask(machine.ask)
-    return gate
+    return KernelGate(None if compiled else machine.ask, patience=8.0, loaded=lambda: machine.loaded)
 
 
 @pytest.fixture(autouse=True)
@@ -114,3 +124,39 @@ async def test_a_start_that_misses_nothing_reports_nothing(machine: Machine) -> 
     reports = list[None]()
     await gate_of(machine).for_start(lambda: reports.append(None))
     assert (reports, machine.asked) == ([], [])
+
+
+def kernel_of(name: str) -> Any:
+    """Return a kernel of a module of that name."""
+
+    def one() -> int:
+        return 1
+
+    one.__module__ = name
+    return numba.njit(one)
+
+
+def test_work_that_calls_a_missing_kernel_is_broken_off_and_another_kernel_is_compiled(machine: Machine) -> None:
+    gate = gate_of(machine)
+    machine.loaded.append(module("lattice"))
+    with gate.only_compiled():
+        assert kernel_of("plug_in")() == 1
+        with pytest.raises(KernelsMissing):
+            kernel_of("lattice")()
+    assert kernel_of("lattice")() == 1  # outside of that work
+
+
+async def test_a_machine_is_asked_over_a_connection_of_its_own(tmp_path: Path) -> None:
+    launch = Launch(planning_spec(), "", "", str(tmp_path / "gate.sock"), "secret", (), 1)
+    compiler = KernelCompiler()
+    compiler.report = CompileReport(("a.kernels.b", "a.kernels.c"), ("a.kernels.b",))
+    gateway = ContainerGateway(Path(launch.machine), MemoryStore(), FakeFabric(), kernels=KernelService(compiler))
+    await gateway.start()
+    gateway.expect(launch.spec, "secret")
+    await await_kernels(launch, ["a.kernels.b"], None)
+    with pytest.raises(Starting, match="0 of 1"):
+        await await_kernels(launch, ["a.kernels.c"], 0.0)
+    with pytest.raises(Unavailable):
+        await await_kernels(msgspec.structs.replace(launch, secret="wrong"), ["a.kernels.b"], None)
+    assert gateway.awaited == 1  # it may attach still
+    await gateway.close()

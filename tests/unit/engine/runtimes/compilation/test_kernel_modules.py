@@ -1,17 +1,12 @@
-"""Kernel modules are found in all packages, and called once to compile them."""
+"""Imported kernel modules are called once to compile them."""
 
 import sys
 
-from engine.runtimes.compilation.kernel_modules import loaded, modules, warm_loaded
+from engine.runtimes.compilation.kernel_modules import loaded, warm_loaded
 
 
 def dispatchers(module):
     return [found for found in vars(module).values() if hasattr(found, "signatures") and hasattr(found, "py_func")]
-
-
-def test_kernels_of_all_packages_are_found():
-    packages = {module.__name__.split(".")[1] for module in modules()}
-    assert {"maps", "costmap", "planners", "controllers", "localization"} <= packages
 
 
 def test_imported_modules_are_warmed_and_compiled(monkeypatch):

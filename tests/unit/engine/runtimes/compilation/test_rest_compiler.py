@@ -1,6 +1,7 @@
 """Kernels are compiled in the background, each once, those first that somebody waits for."""
 
 import asyncio
+import importlib
 import os
 import re
 import subprocess
@@ -10,6 +11,8 @@ from pathlib import Path
 import msgspec
 import psutil
 
+import ppaas
+from engine.runtimes.compilation import rest_compiler
 from engine.runtimes.compilation.compile_pool import CompileReport
 from engine.runtimes.process.runtime import _adopt_orphans
 from tests.support.engine.processes import has_ended
@@ -63,6 +66,13 @@ async def reports_of(compiler: asyncio.subprocess.Process) -> list[CompileReport
     """Return all reports of a compiler, once it has ended."""
     output, _ = await compiler.communicate()
     return [msgspec.json.decode(line, type=CompileReport) for line in output.splitlines()]
+
+
+def test_kernels_of_all_packages_are_found() -> None:
+    """A module that has a function to compile it, and kernels, is found by its text."""
+    found = rest_compiler._modules(Path(ppaas.__path__[0]))
+    assert {"maps", "costmap", "planners", "controllers", "localization"} <= {name.split(".")[1] for name in found}
+    assert all(hasattr(importlib.import_module(name), "warm") for name in found)
 
 
 async def test_two_compilers_compile_each_kernel_once(tmp_path: Path) -> None:
