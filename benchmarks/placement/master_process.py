@@ -30,6 +30,7 @@ from engine.service.links.control_server import ControlServer
 from engine.service.master_driver import MasterDriver
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.machine_settings import MachineSettings
+from engine.specs.start_state import KernelProgress
 from ppaas.clock import epoch, monotonic
 from ppaas.errors import InvalidInput
 from storage.urls.opening import open_store
@@ -144,6 +145,12 @@ class RoundRobinPlacement:
     def machines(self) -> int:
         """Number of connected machines."""
         return len(self._machines)
+
+    def machine_starting(self, machine: str, kernels: KernelProgress | None) -> None:
+        """Do nothing: its machines are played by this bench."""
+
+    def machine_start_ended(self, machine: str) -> None:
+        """Do nothing, as above."""
 
     async def machine_registered(self, register: control_link.Register) -> None:
         """Add a machine."""

@@ -23,6 +23,7 @@ from engine.runtimes.base import Premises, Runtime
 from engine.runtimes.fork_server.server import UNKNOWN_STATUS
 from engine.service.links.control_server import ControlServer
 from engine.specs.containers import Launch, MapVersion
+from engine.specs.start_state import KernelProgress
 from ppaas.errors import PPaaSError, Unavailable, rebuild
 from storage.urls.opening import open_map_store
 from tests.ray.ray_cluster import RayCluster
@@ -156,6 +157,12 @@ class RayRuntime(Runtime):
         return self._joined.result().machine
 
     # -- events of the control link ------------------------------------------------------------------------------------
+
+    def machine_starting(self, machine: str, kernels: KernelProgress | None) -> None:
+        """Do nothing: a test waits for the registration."""
+
+    def machine_start_ended(self, machine: str) -> None:
+        """Do nothing, as above."""
 
     async def machine_registered(self, register: control_link.Register) -> None:
         self._joined.set_result(register)

@@ -172,16 +172,15 @@ class ControlServer:
         self._check_epoch(register.machine, register.epoch)
 
     async def _follow_start(
-        self, report: control_link.MachineStarting, stream: FrameStream[control_link.FromAgent]
+        self, first: control_link.MachineStarting, stream: FrameStream[control_link.FromAgent]
     ) -> None:
-        machine = report.machine
+        machine = first.machine
         try:
-            while isinstance(report, control_link.MachineStarting):
-                self._events.machine_starting(machine, report.kernels)
-                following = await stream.receive()
-                if following is None:
-                    return
-                report = following
+            self._events.machine_starting(machine, first.kernels)
+            while isinstance(frame := await stream.receive(), control_link.MachineStarting):
+                self._events.machine_starting(machine, frame.kernels)
+            if frame is None:
+                return
             raise NotPermitted(f"machine {machine!r} must register on another connection than that of its start")
         finally:
             self._events.machine_start_ended(machine)
