@@ -285,8 +285,8 @@ class Engine(CloudListener):
         Unavailable
             The local machine did not join.
         """
-        if self._agents.expected_at_start:
-            self.service.of_machines.await_machine(self._own)
+        if self._agents.expected_at_start and not (self._former or self._agents.was_adopted):
+            self.service.of_machines.await_machine(self._own)  # one that an earlier process left can start containers
         self._watching.run(log_start(self.service.start_state))
         await self.service.start()
         await self.endpoints.start()
