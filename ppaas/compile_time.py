@@ -1,37 +1,41 @@
 """Time that the calling thread has spent on compiling kernels, which counts against no time limit of a plan."""
 
-import threading
+from contextvars import ContextVar
+from typing import NamedTuple
 
 from numba.core import event
 
 from ppaas.clock import monotonic
 
 
-class _CompileTime(event.Listener, threading.local):
-    """Stopwatch of each thread that runs while numba compiles in it."""
+class _Watch(NamedTuple):
+    """Stopwatch of one thread: compilations in progress, start of the outermost one, and time of earlier ones [s]."""
 
-    def __init__(self) -> None:
-        self.depth = 0
-        self.began = 0.0
-        self.total = 0.0
+    depth: int = 0
+    began: float = 0.0
+    total: float = 0.0
+
+
+_watch = ContextVar("compile_time", default=_Watch())
+
+
+class _CompileTime(event.Listener):
+    """Runs the stopwatch of a thread while numba compiles in it."""
 
     def on_start(self, _event: event.Event) -> None:
         """Start the watch, unless this compilation is part of another one."""
-        if self.depth == 0:
-            self.began = monotonic()
-        self.depth += 1
+        depth, began, total = _watch.get()
+        _watch.set(_Watch(depth + 1, began if depth else monotonic(), total))
 
     def on_end(self, _event: event.Event) -> None:
         """Stop the watch at the end of the outermost compilation."""
-        self.depth -= 1
-        if self.depth == 0:
-            self.total += monotonic() - self.began
+        depth, began, total = _watch.get()
+        _watch.set(_Watch(depth - 1, began, total if depth > 1 else total + monotonic() - began))
 
 
-_compile_time = _CompileTime()
-event.register("numba:compile", _compile_time)  # type: ignore[no-untyped-call]
+event.register("numba:compile", _CompileTime())  # type: ignore[no-untyped-call]
 
 
 def compile_seconds() -> float:
     """Return the time that the calling thread has spent on compiling kernels since this module was imported [s]."""
-    return _compile_time.total
+    return _watch.get().total

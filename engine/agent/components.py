@@ -86,10 +86,7 @@ async def open_components(
     """
     run_dir, cpus = Path(config.run_dir), tuple(sorted(os.sched_getaffinity(0)))[: config.cores]
     permit_only(config.allowed)
-    compiler = KernelCompiler()
-    stack.push_async_callback(compiler.close)
-    starting = asyncio.create_task(report_start(config, compiler, partial(dial_master, config, masters)))
-    stack.push_async_callback(cancel_all, (starting,))
+    compiler, starting = _compiler(config, stack, masters)
     listening = _router(config, stack)
     runtime = await _runtime(config, stack)
     compiler.begin()
@@ -125,6 +122,17 @@ async def open_components(
     await cancel_all((starting,))
     host = HostLoad(hosting.loads, NetworkLoad(), neighbours)
     return AgentComponents(config, cpus, hosting, gateway, session, host, router, masters, relay)
+
+
+def _compiler(
+    config: AgentConfig, stack: contextlib.AsyncExitStack, masters: MasterDirectory
+) -> tuple[KernelCompiler, asyncio.Task[None]]:
+    """Return the kernel compiler, not yet begun, and the task that reports to the master that the machine starts."""
+    compiler = KernelCompiler()
+    stack.push_async_callback(compiler.close)
+    starting = asyncio.create_task(report_start(config, compiler, partial(dial_master, config, masters)))
+    stack.push_async_callback(cancel_all, (starting,))
+    return compiler, starting
 
 
 def _store(config: AgentConfig, stack: contextlib.AsyncExitStack) -> Store:

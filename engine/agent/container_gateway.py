@@ -119,8 +119,7 @@ class ContainerGateway:
         self._clones = CloneService(store)
         self._plans = PlanService(store, link)
         self._topics = FleetTopics(fabric)
-        self._recordings = recordings
-        self.kernels = kernels or nothing_to_compile()
+        self._recordings, self.kernels = recordings, kernels or nothing_to_compile()
         self.cloud = cloud
         self._acts = acts
         self._may_be_replaced = may_be_replaced

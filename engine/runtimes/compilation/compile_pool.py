@@ -167,7 +167,7 @@ class _Compilation:
         if error is None:
             self._notes.note(module, future.result())
         elif isinstance(error, BrokenProcessPool):
-            raise error  # a process was killed: whoever started this one starts it again
+            raise error  # a process was killed: the process that started this one starts it again
         else:
             logger.error("the kernels of %s cannot be compiled", module, exc_info=error)
             self._failed[module] = error
