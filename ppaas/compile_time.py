@@ -16,7 +16,8 @@ class _Watch(NamedTuple):
     total: float = 0.0
 
 
-_watch = ContextVar("compile_time", default=_Watch())
+_STOPPED = _Watch()
+_watch = ContextVar("compile_time", default=_STOPPED)
 
 
 class _CompileTime(event.Listener):
