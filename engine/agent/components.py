@@ -88,8 +88,7 @@ async def open_components(
     permit_only(config.allowed)
     compiler, starting = _compiler(config, stack, masters)
     listening = _router(config, stack)
-    runtime = await _runtime(config, stack)
-    compiler.begin()
+    runtime = await _runtime(config, stack, compiler)
     router = await listening
     fabric = await _fabric(router, stack)
     session = MasterSession(remote=config.identity is not None)
@@ -151,13 +150,15 @@ def _recordings(config: AgentConfig, stack: contextlib.AsyncExitStack) -> Record
     return recorder
 
 
-async def _runtime(config: AgentConfig, stack: contextlib.AsyncExitStack) -> Runtime:
+async def _runtime(config: AgentConfig, stack: contextlib.AsyncExitStack, compiler: KernelCompiler) -> Runtime:
+    """Return the runtime, once it has started; the compiler goes on with kernels that not every container uses."""
     instance = instance_name()
     premises = Premises(instance, Path(config.run_dir), folder_of(instance), config.image, ENTRIES)
     runtime: Runtime = RUNTIMES.load(config.runtime).on(premises)
     stack.push_async_callback(runtime.close)
     # Both compile kernels at the first start on a host, each its own: do it concurrently.
     await asyncio.gather(runtime.start(), asyncio.to_thread(store_kernels.prepare))
+    compiler.begin()
     return runtime
 
 

@@ -54,6 +54,8 @@ class MachineEvents:
         Executes the master's orders.
     container_lost : callable
         Called with the machine and the id of a container that ended, and the reason.
+    alive : callable
+        Called with the machine and the id of a container that compiles a kernel, once for each heartbeat of its agent.
     listener : CloudListener
         Notified of machines that join and leave.
 
@@ -61,8 +63,6 @@ class MachineEvents:
     ----------
     joined : Event
         Set once the first machine has joined.
-    alive : callable
-        Called with the machine and the id of a container that compiles a kernel, once for each heartbeat of its agent.
     """
 
     def __init__(
@@ -74,6 +74,7 @@ class MachineEvents:
         *,
         execute: Callable[[list[Order]], None],
         container_lost: Callable[[str, str, PPaaSError], None],
+        alive: Callable[[str, str], None],
         listener: CloudListener,
     ) -> None:
         self._master = master
@@ -89,7 +90,7 @@ class MachineEvents:
         self._listener = listener
         self._starting: dict[str, KernelProgress | None] = {}
         self._compiling: dict[str, KernelProgress] = {}
-        self.alive: Callable[[str, str], None] = lambda _machine, _container: None
+        self._alive = alive
 
     def listen(self, path: Path, secret: str) -> ControlServer:
         """Return the server of the control links, which reports its events to this object."""
@@ -197,7 +198,7 @@ class MachineEvents:
         else:
             self._compiling[machine] = beat.kernels
         for container in beat.compiling:
-            self.alive(machine, container)
+            self._alive(machine, container)
 
     def machine_gone(self, machine: str) -> None:
         """Replace the containers of a machine that left."""

@@ -108,9 +108,8 @@ class MasterDriver:
         self._times = StartTimes()
         self.of_machines = MachineEvents(
             master, checkpoints, self._links, self._times,
-            execute=self._execute, container_lost=self._report_lost, listener=listener,
+            execute=self._execute, container_lost=self._report_lost, alive=self._compiles, listener=listener,
         )  # fmt: skip
-        self.of_machines.alive = self._compiles
         self._control = self.of_machines.listen(run_dir / "control.sock", secret)
         self.administration = Administration(master, self._execute, self.of_machines.cut_off)
         self._background = Background()
