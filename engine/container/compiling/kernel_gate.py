@@ -107,7 +107,7 @@ class KernelGate:
     @contextlib.contextmanager
     def only_compiled(self) -> Iterator[None]:
         """Raise ``KernelsMissing`` in the body if it calls a kernel that is missing: it must be done again later."""
-        with event.install_listener("numba:compile", _Refusal(self.missing)):  # type: ignore[no-untyped-call]
+        with event.install_listener("numba:compile", _Refusal(self.missing)):
             yield
 
     async def for_job(self) -> None:

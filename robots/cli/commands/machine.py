@@ -20,18 +20,8 @@ OTHERS = "ppaas.machine_verbs"
 """Group of verbs that other packages add: modules with HELP, configure(parser) and run(arguments)."""
 
 LISTED = (
-    "id",
-    "state",
-    "kernels",
-    "cores",
-    "capacity",
-    "given",
-    "containers",
-    "load",
-    "memory_used",
-    "memory",
-    "labels",
-)
+    "id", "state", "cores", "capacity", "given", "containers", "load", "memory_used", "memory", "labels", "kernels",
+)  # fmt: skip
 MACHINES = Resource(
     "machines",
     (*LISTED, "network_used", "network", "round_trip"),

@@ -12,11 +12,11 @@ if TYPE_CHECKING:
 
 Row = dict[str, Any]
 
-MACHINES = ("id", "state", "kernels", "cores", "capacity", "load", "memory_used", "memory", "containers")
+MACHINES = ("id", "state", "cores", "capacity", "load", "memory_used", "memory", "containers", "kernels")
 CONTAINERS = (
     "id", "kind", "user", "robot", "map", "machine", "state", "connected", "cores", "cpu", "pss", "age", "clients",
 )  # fmt: skip
-NUMBERS = frozenset(MACHINES[3:] + CONTAINERS[8:])
+NUMBERS = frozenset(MACHINES[2:] + CONTAINERS[8:])
 
 
 SORT_KEYS: dict[str, Callable[[Row], Any]] = {

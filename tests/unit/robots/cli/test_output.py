@@ -2,7 +2,7 @@ import json
 
 import pytest
 
-from robots.cli.output import show
+from robots.cli.output import cell, show
 
 MAPS = [
     {"id": "house", "version": "0123456789abcdef", "origin": [-1.0, 2.0, 0.5], "readers": []},
@@ -39,3 +39,8 @@ def test_an_empty_list_prints_a_sentence_or_an_empty_json_list(capsys: pytest.Ca
 def test_json_contains_the_whole_answer(capsys: pytest.CaptureFixture[str]) -> None:
     show(MAPS, ("id",), as_json=True)
     assert json.loads(capsys.readouterr().out) == MAPS
+
+
+def test_the_progress_of_kernels_is_a_count() -> None:
+    assert cell("kernels", {"done": 12, "total": 107, "compiling": ["lattice/driving"]}) == "12 of 107"
+    assert cell("kernels", None) == "-"

@@ -12,8 +12,20 @@ from tests.support.waiting import until
 async def test_an_administrator_lists_the_machines(ppaas: CommandLine) -> None:
     ended = await ppaas("machine", "list", user="admin")
     assert ended.rows == [
-        ["id", "state", "cores", "capacity", "given", "containers", "load", "memory_used", "memory", "labels"],
-        ["m1", "ready", "4", "16", "1", "1", "0.5", "1.0", "GiB", "8.0", "GiB", "-"],
+        [
+            "id",
+            "state",
+            "cores",
+            "capacity",
+            "given",
+            "containers",
+            "load",
+            "memory_used",
+            "memory",
+            "labels",
+            "kernels",
+        ],
+        ["m1", "ready", "4", "16", "1", "1", "0.5", "1.0", "GiB", "8.0", "GiB", "-", "-"],
     ]
 
 
