@@ -64,7 +64,7 @@ class ScanBits:
         find_ends = end_kernels.find_ends_parallel if parts > 1 else end_kernels.find_ends_serial
         find_ends(ends, origin, 1.0 / self._resolution, self._max_range, kinds, bounds)
         if ground is not None:
-            kinds[ground & (kinds == end_kernels.HIT)] = end_kernels.PASSED
+            kinds[ground & (kinds != end_kernels.NONE)] = end_kernels.PASSED
         box = _box(bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0))
         free, occupied = self._words(box, parts)
         mark_rays = ray_kernels.mark_rays_parallel if parts > 1 else ray_kernels.mark_rays_serial

@@ -52,7 +52,7 @@ class OctoMapVolume:
         self.voxels: dict[Key, np.float32] = {}
 
     def insert(self, points: NDArray[np.float32], origin: NDArray[np.float32]) -> None:
-        """Add a cloud (``insertPointCloud``)."""
+        """Add a cloud (``OctomapServer::insertScan``: unlike in ``insertPointCloud``, the end of a cut ray is free)."""
         free: set[Key] = set()
         occupied: set[Key] = set()
         for point in points:
@@ -66,6 +66,9 @@ class OctoMapVolume:
             elif math.isfinite(distance):
                 end = origin + away / np.float32(distance) * np.float32(self.max_range)
                 free.update(ray_keys(origin, end, self.resolution))
+                key = key_of(end, self.resolution)
+                if key is not None:
+                    free.add(key)
         hit, miss, least, most = self.model
         for keys, change in ((free - occupied, miss), (occupied, hit)):
             for key in keys:

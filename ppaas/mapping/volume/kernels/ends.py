@@ -1,6 +1,6 @@
 """Kernel: ends of the rays of a point cloud, clipped to the maximum range, and the box of keys around them.
 
-Source: ``OccupancyOcTreeBase::computeUpdate`` of OctoMap. As there, coordinates, directions and lengths are float32.
+Source: ``OctomapServer::insertScan`` of octomap_server, and ``OccupancyOcTreeBase::computeUpdate`` of OctoMap. As there, coordinates, directions and lengths are float32.
 """
 
 import math
@@ -15,8 +15,9 @@ from ppaas.maps.kernels.serial import serial_copy
 MIDDLE = 32768
 """Key at 0 m."""
 
-NONE, HIT, PASSED = 0, 1, 2
-"""Kind of a ray: it is ignored; it ends at an obstacle; it was cut at the maximum range, so that it ends at none."""
+NONE, HIT, PASSED, CUT = 0, 1, 2, 3
+"""Kind of a ray: it is ignored; it ends at an obstacle; its end shows nothing; it was cut at the maximum range, so that
+its end is free, as in octomap_server: the library OctoMap leaves the voxel of that end as it was."""
 
 FindEnds = Callable[
     [NDArray[np.float32], NDArray[np.float32], float, float, NDArray[np.uint8], NDArray[np.int64]], None
@@ -42,7 +43,7 @@ def _end(ends: NDArray[np.float32], i: int, origin: NDArray[np.float32], max_ran
     ends[i, 0] = origin[0] + dx / length * most
     ends[i, 1] = origin[1] + dy / length * most
     ends[i, 2] = origin[2] + dz / length * most
-    return PASSED
+    return CUT
 
 
 def _find_ends(
@@ -66,7 +67,7 @@ def _find_ends(
     max_range : float
         Maximum range [m]; negative for none.
     kinds : (n,) uint8 array
-        Out: NONE, HIT or PASSED. A ray that ends outside the range of keys is ignored.
+        Out: NONE, HIT or CUT. A ray that ends outside the range of keys is ignored.
     bounds : (parts, 2, 3) int64 array
         Out: least and greatest keys of the origin and all ends, of each part of the rays.
     """

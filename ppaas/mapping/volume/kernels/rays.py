@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from ppaas.mapping.volume.kernels.ends import HIT, MIDDLE, NONE, key_of
+from ppaas.mapping.volume.kernels.ends import CUT, HIT, MIDDLE, NONE, key_of
 from ppaas.maps.kernels.serial import serial_copy
 from ppaas.maps.kernels.traversal import FRACTION, to_fixed
 
@@ -104,7 +104,7 @@ def _cast(
     origin: NDArray[np.float32],
     resolution: float,
     end: NDArray[np.float32],
-    hit: bool,
+    kind: int,
 ) -> None:
     """Mark one ray; see `mark_rays_serial`."""
     factor = 1.0 / resolution
@@ -113,8 +113,10 @@ def _cast(
     ex, ey, ez = key_of(end[0], factor), key_of(end[1], factor), key_of(end[2], factor)
     x, y, z = kx - box[0], ky - box[1], kz - box[2]
     last = ex - box[0] + (ey - box[1]) * sy + (ez - box[2]) * sz
-    if hit:
+    if kind == HIT:
         _mark(occupied, last)
+    elif kind == CUT:
+        _mark(free, last)
     start = x + y * sy + z * sz
     if start == last:
         return
@@ -169,7 +171,7 @@ def _mark_rays(
     for part in prange(parts):
         for i in range(count * part // parts, count * (part + 1) // parts):
             if kinds[i] != NONE:
-                _cast(free[part], occupied[part], box, origin, resolution, ends[i], kinds[i] == HIT)
+                _cast(free[part], occupied[part], box, origin, resolution, ends[i], kinds[i])
 
 
 mark_rays_parallel: MarkRays = njit(cache=True, nogil=True, error_model="numpy", parallel=True)(_mark_rays)

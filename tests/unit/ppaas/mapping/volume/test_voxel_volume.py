@@ -124,3 +124,18 @@ def test_a_cleared_volume_is_empty():
     volume.clear()
     assert not len(volume.blocks)
     assert np.isnan(volume.log_odds_at(np.array([[0.0, 0.0, 0.0], [1e9, 0.0, np.nan]]))).all()
+
+
+@pytest.mark.parametrize("ground", [False, True])
+def test_a_voxel_at_the_maximum_range_is_freed_by_rays_that_pass_it(ground):
+    """A ray to the ground, whose end shows nothing, leaves it."""
+    volume = VoxelVolume(VolumeParameters(resolution=0.05, max_range=2.0))
+    origin, far = np.full(3, 0.01, np.float32), np.array([[5.0, 0.01, 0.01]], np.float32)
+    volume.insert(np.array([[2.0, 0.01, 0.01]], np.float32), origin)
+    places = [[1.97, 0.01, 0.01], [2.02, 0.01, 0.01]]
+    assert (volume.log_odds_at(places) > 0).tolist() == [False, True]
+    for _ in range(6):
+        volume.insert(far.copy(), origin, ground=np.array([ground]))
+    before, end = volume.log_odds_at(places)
+    assert before < 0
+    assert (end < 0) is not ground
