@@ -1,6 +1,7 @@
 """Kernel: ends of the rays of a point cloud, clipped to the maximum range, and the box of keys around them.
 
-Source: ``OctomapServer::insertScan`` of octomap_server, and ``OccupancyOcTreeBase::computeUpdate`` of OctoMap. As there, coordinates, directions and lengths are float32.
+Source: ``OctomapServer::insertScan`` of octomap_server, and ``OccupancyOcTreeBase::computeUpdate`` of
+OctoMap. As there, coordinates, directions and lengths are float32.
 """
 
 import math

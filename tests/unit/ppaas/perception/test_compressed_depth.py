@@ -10,6 +10,7 @@ from hypothesis.extra import numpy as arrays
 
 from ppaas.errors import InvalidInput
 from ppaas.perception.compressed_depth import FORMATS, compress, decompress
+from tests.reference.perception import rvl as twin
 
 
 @given(arrays.arrays(np.uint16, st.tuples(st.integers(1, 9), st.integers(1, 9))))
@@ -42,9 +43,51 @@ def test_image_of_a_room_is_compressed_to_a_fifth():
 
 
 @pytest.mark.parametrize(
+    "kind", ["16UC1; compressedDepth", "16UC1", "16UC1;compressedDepth png", "mono16; compressedDepth"]
+)
+def test_formats_without_a_codec_are_png(kind):
+    image = np.arange(12, dtype=np.uint16).reshape(3, 4) * 100
+    assert np.array_equal(decompress(kind, compress(image)[1]), image)
+
+
+@pytest.mark.parametrize("kind", ["32FC1; compressedDepth", "32FC1"])
+def test_metres_of_early_versions_are_read(kind):
+    image = np.array([[1.0, 2.0], [4.0, 8.0]], np.float32)
+    assert decompress(kind, compress(image)[1]) == pytest.approx(image, abs=0.01)
+
+
+def rvl(pixels: np.ndarray, head: bytes = struct.pack("<iff", 0, 0.0, 0.0)) -> bytes:
+    height, width = pixels.shape
+    return head + struct.pack("<II", width, height) + twin.encode(pixels.ravel().tolist())
+
+
+@given(arrays.arrays(np.uint16, st.tuples(st.integers(1, 9), st.integers(1, 9))))
+def test_millimetres_in_rvl_are_read(image):
+    assert np.array_equal(decompress("16UC1; compressedDepth rvl", rvl(image)), image)
+
+
+def test_metres_in_rvl_are_those_of_png():
+    image = np.array([[0.5, np.nan, 2.0], [4.0, 9.0, 0.25]], np.float32)
+    kind, png = compress(image)
+    quantized = decompress(FORMATS["uint16"], png)
+    assert np.array_equal(
+        decompress("32FC1; compressedDepth rvl", rvl(quantized, png[:12])), decompress(kind, png), equal_nan=True
+    )
+
+
+@pytest.mark.parametrize(
     ("kind", "data", "why"),
     [
         ("jpeg", b"", "'jpeg'"),
+        ("16UC1; compressedDepth jpeg", b"\0" * 40, "not '16UC1; compressedDepth jpeg'"),
+        ("rgb8; jpeg compressed bgr8", b"\0" * 40, "not 'rgb8; jpeg compressed bgr8'"),
+        ("16UC1; compressedDepth rvl", b"\0" * 14, "as RVL: it has 0×0 pixels"),
+        (
+            "16UC1; compressedDepth rvl",
+            b"\0" * 12 + struct.pack("<II", 1 << 20, 1 << 20),
+            "as RVL: it has 1048576×1048576",
+        ),
+        ("16UC1; compressedDepth rvl", rvl(np.ones((3, 4), np.uint16))[:-4], "as RVL: it ends after 5 of 12 pixels"),
         (FORMATS["uint16"], b"\0" * 12, "12 bytes"),
         (FORMATS["uint16"], b"\0" * 40, "cannot be read"),
         (FORMATS["uint16"], compress(np.zeros((40, 40), np.uint16))[1][:-40], "cannot be read"),
