@@ -22,6 +22,12 @@ MAX_BYTES = 256 << 20
 MAX_DEPTH = 100
 """Limit of the nesting of nodes in a COLLADA file."""
 
+MAX_POINTS = 1 << 24
+"""Limit of the vertices that all nodes of a COLLADA file place."""
+
+_NODE = 256
+"""What a node that is placed counts of this."""
+
 _HEADER, _FACET = 84, np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 """Bytes before the first facet of a binary STL file, and a facet."""
 
@@ -102,10 +108,10 @@ def _dae(data: bytes) -> Points:
         element.tag = element.tag.rpartition("}")[2]
     unit = root.find("asset/unit")
     scale = float(unit.get("meter", "1")) if unit is not None else 1.0
-    geometries = {each.get("id", ""): _positions(each) for each in root.iter("geometry")}
+    scene = _Scene(root)
     placed = [points for node in root.findall("library_visual_scenes/visual_scene/node")
-              for points in _placed(node, np.eye(4), geometries, 0)]  # fmt: skip
-    return np.concatenate(placed or list(geometries.values()) or [np.empty((0, 3))]) * scale
+              for points in scene.placed(node, np.eye(4))]  # fmt: skip
+    return np.concatenate(placed or list(scene.geometries.values()) or [np.empty((0, 3))]) * scale
 
 
 def _positions(geometry: Element) -> Points:
@@ -119,19 +125,36 @@ def _positions(geometry: Element) -> Points:
     return np.concatenate(found)
 
 
-def _placed(node: Element, above: Points, geometries: dict[str, Points], depth: int) -> Iterator[Points]:
-    """Yield the vertices of a node and of those below it, in the frame of the scene."""
-    if depth > MAX_DEPTH:
-        raise ValueError(f"its nodes are nested more than {MAX_DEPTH} deep")
-    here = above
-    for child in node:
-        if child.tag in _MOVES:
-            here = here @ _MOVES[child.tag]([float(word) for word in (child.text or "").split()])
-    for instance in node.findall("instance_geometry"):
-        points = geometries.get(instance.get("url", "")[1:], np.empty((0, 3)))
-        yield points @ here[:3, :3].T + here[:3, 3]
-    for child in node.findall("node"):
-        yield from _placed(child, here, geometries, depth + 1)
+class _Scene:
+    """Geometries and nodes of a COLLADA file by their ids."""
+
+    def __init__(self, root: Element) -> None:
+        self.geometries = {each.get("id", ""): _positions(each) for each in root.iter("geometry")}
+        self._nodes = {each.get("id", ""): each for each in root.iter("node")}
+        self._points = 0
+
+    def placed(self, node: Element, above: Points, depth: int = 0) -> Iterator[Points]:
+        """Yield the vertices of a node and of those in it, by themselves or by reference, in the frame of the scene."""
+        if depth > MAX_DEPTH:
+            raise ValueError(f"its nodes are nested more than {MAX_DEPTH} deep, or in each other")
+        here = above
+        for child in node:
+            if child.tag in _MOVES:
+                here = here @ _MOVES[child.tag]([float(word) for word in (child.text or "").split()])
+        for instance in node.findall("instance_geometry"):
+            points = self.geometries.get(instance.get("url", "")[1:], np.empty((0, 3)))
+            self._count(len(points))
+            yield points @ here[:3, :3].T + here[:3, 3]
+        others = [self._nodes.get(each.get("url", "")[1:]) for each in node.findall("instance_node")]
+        for child in (*node.findall("node"), *(other for other in others if other is not None)):
+            self._count(_NODE)
+            yield from self.placed(child, here, depth + 1)
+
+    def _count(self, points: int) -> None:
+        """Raise ``ValueError`` if nodes that refer to each other make too large a scene."""
+        self._points += points
+        if self._points > MAX_POINTS:
+            raise ValueError(f"its nodes place more than {MAX_POINTS} vertices")
 
 
 def _matrix(numbers: list[float]) -> Points:

@@ -18,6 +18,8 @@ CORNERS = 32
 
 Points = NDArray[np.float64]
 
+_TAGS = "<box>, <cylinder>, <capsule>, <sphere>, <mesh>"
+
 _ANGLES = (np.arange(CORNERS) + 0.5) * (2.0 * math.pi / CORNERS)
 _UNIT_RING = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)]) / math.cos(math.pi / CORNERS)
 
@@ -36,6 +38,13 @@ class CylinderShape(NamedTuple):
     length: float
 
 
+class Capsule(NamedTuple):
+    """Cylinder along z, centred at the origin, with a half-sphere on each end; the length is the cylinder's [m]."""
+
+    radius: float
+    length: float
+
+
 class Sphere(NamedTuple):
     """Sphere, centred at the origin [m]."""
 
@@ -48,7 +57,7 @@ class Mesh(NamedTuple):
     filename: str
 
 
-Shape = BoxShape | CylinderShape | Sphere | Mesh
+Shape = BoxShape | CylinderShape | Capsule | Sphere | Mesh
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,12 +95,21 @@ def read_origin(element: Element, where: str) -> Rigid:
     Raises
     ------
     InvalidUrdf
-        A number is invalid.
+        A number is invalid, or the rotation is given twice or is the zero quaternion.
     """
     origin = element.find("origin")
     if origin is None:
         return Rigid()
-    return placed(numbers(origin, "xyz", 3, where, "0 0 0"), numbers(origin, "rpy", 3, where, "0 0 0"))
+    x, y, z = numbers(origin, "xyz", 3, where, "0 0 0")
+    if "quat_xyzw" not in origin.attrib:
+        return placed((x, y, z), numbers(origin, "rpy", 3, where, "0 0 0"))
+    if "rpy" in origin.attrib:
+        raise InvalidUrdf(f"{where}: an <origin> has rpy= and quat_xyzw=: give one of them")
+    turn = np.array(numbers(origin, "quat_xyzw", 4, where))
+    norm = float(np.linalg.norm(turn))
+    if norm < 1e-6:
+        raise InvalidUrdf(f"{where}: quat_xyzw= of an <origin> must be a rotation, not zero")
+    return Rigid(x, y, z, *(turn / norm).tolist())
 
 
 def placed(xyz: tuple[float, ...], rpy: tuple[float, ...]) -> Rigid:
@@ -111,19 +129,21 @@ def turned(axis: tuple[float, float, float], angle: float) -> Rigid:
 def _shape(geometry: Element, where: str) -> Shape:
     found = next(iter(geometry), None)
     if found is None:
-        raise InvalidUrdf(f"{where}: a <geometry> is empty: give it a <box>, <cylinder>, <sphere> or <mesh>")
+        raise InvalidUrdf(f"{where}: a <geometry> is empty: give it one of {_TAGS}")
     match found.tag:
         case "box":
             x, y, z = (edge / 2.0 for edge in sizes(found, "size", 3, where))
             return BoxShape((-x, -y, -z), (x, y, z))
         case "cylinder":
             return CylinderShape(*sizes(found, "radius", 1, where), *sizes(found, "length", 1, where))
+        case "capsule":
+            return Capsule(*sizes(found, "radius", 1, where), *sizes(found, "length", 1, where))
         case "sphere":
             return Sphere(*sizes(found, "radius", 1, where))
         case "mesh":
             return _mesh(found, where)
     tag = found.tag[:MAX_NAME]
-    raise InvalidUrdf(f"{where}: a <geometry> must have a <box>, <cylinder>, <sphere> or <mesh>, not <{tag}>")
+    raise InvalidUrdf(f"{where}: a <geometry> must have one of {_TAGS}, not <{tag}>")
 
 
 def _mesh(mesh: Element, where: str) -> Shape:
@@ -154,6 +174,10 @@ def outline_points(shape: Shape, pose: Rigid) -> Points:
             ring = _ring(radius)
             ends = [np.column_stack([ring, np.full(CORNERS, z)]) for z in (-length / 2.0, length / 2.0)]
             return _moved(np.concatenate(ends), pose)[:, :2]
+        case Capsule(radius, length):
+            middles = _moved(np.array([(0.0, 0.0, -length / 2.0), (0.0, 0.0, length / 2.0)]), pose)[:, None, :2]
+            both: Points = (middles + _ring(radius)).reshape(-1, 2)
+            return both
         case Sphere(radius):
             around: Points = _ring(radius) + np.array(pose[:2])
             return around
@@ -161,18 +185,26 @@ def outline_points(shape: Shape, pose: Rigid) -> Points:
 
 
 def heights(shape: Shape, pose: Rigid) -> tuple[float, float]:
-    """Return the lowest and the highest z of a box, a cylinder or a sphere [m]."""
+    """Return the lowest and the highest z of a shape other than a mesh [m]."""
     match shape:
         case BoxShape(least, greatest):
             z = _moved(_corners(least, greatest), pose)[:, 2]
             return float(z.min()), float(z.max())
         case CylinderShape(radius, length):
-            up = 1.0 - 2.0 * (pose.qx * pose.qx + pose.qy * pose.qy)
+            up = _up(pose)
             reach = abs(up) * length / 2.0 + radius * math.sqrt(max(0.0, 1.0 - up * up))
+            return pose.z - reach, pose.z + reach
+        case Capsule(radius, length):
+            reach = abs(_up(pose)) * length / 2.0 + radius
             return pose.z - reach, pose.z + reach
         case Sphere(radius):
             return pose.z - radius, pose.z + radius
     raise AssertionError("the height of a mesh is unknown")
+
+
+def _up(pose: Rigid) -> float:
+    """Return the cosine of the angle between the z axis of a pose and the vertical."""
+    return 1.0 - 2.0 * (pose.qx * pose.qx + pose.qy * pose.qy)
 
 
 def _corners(least: tuple[float, ...], greatest: tuple[float, ...]) -> Points:

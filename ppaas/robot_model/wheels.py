@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from ppaas.robot_model.kinematics import joint_above
-from ppaas.robot_model.shapes import CylinderShape, Sphere
+from ppaas.robot_model.shapes import Capsule, CylinderShape, Sphere
 from ppaas.robot_model.urdf import TURNING, Urdf, UrdfJoint
 from ppaas.transforms.spatial import Rigid
 
@@ -25,9 +25,9 @@ class _Wheel(NamedTuple):
 def speed_limits(urdf: Urdf, poses: Mapping[str, Rigid]) -> tuple[float | None, float | None]:
     """Return the speed [m/s] and turning speed [rad/s] that the driven wheels allow, each None if it is unknown.
 
-    A driven wheel is a cylinder or a sphere on a joint with a velocity limit and an axis across the robot; its rim
-    moves at radius · velocity. On the spot, the robot turns at the rim's speed divided by the wheel's distance from the
-    centre line. The turning speed is unknown if wheels are on one side only, or if they steer.
+    A driven wheel is a cylinder, a capsule or a sphere on a joint with a velocity limit and an axis across the robot;
+    its rim moves at radius · velocity. On the spot, the robot turns at the rim's speed divided by the wheel's distance
+    from the centre line. The turning speed is unknown if wheels are on one side only, or if they steer.
     """
     above = joint_above(urdf)
     wheels = [wheel for joint in urdf.joints.values() if (wheel := _wheel(urdf, poses, above, joint)) is not None]
@@ -58,7 +58,7 @@ def _radius(urdf: Urdf, joint: UrdfJoint) -> float | None:
     for shape, origin in ((placed.shape, placed.origin) for placed in urdf.links[joint.child].shapes):
         along = abs(_dot(_direction(origin, (0.0, 0.0, 1.0)), joint.axis))
         off = math.dist(origin[:3], [_dot(origin[:3], joint.axis) * each for each in joint.axis])
-        if isinstance(shape, Sphere) or (isinstance(shape, CylinderShape) and along > _ALONG):
+        if isinstance(shape, Sphere) or (isinstance(shape, CylinderShape | Capsule) and along > _ALONG):
             found.append((off < shape.radius, shape.radius))
     return max((radius for is_round_it, radius in found if is_round_it), default=None)
 

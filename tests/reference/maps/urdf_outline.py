@@ -28,6 +28,10 @@ def surface(kind, sizes):
         radius, length = sizes
         circle = np.column_stack([radius * np.cos(turns), radius * np.sin(turns)])
         return np.concatenate([np.column_stack([circle, np.full(120, z)]) for z in (-length / 2, length / 2)])
+    if kind == "capsule":
+        radius, length = sizes
+        ball = surface("sphere", (radius,))
+        return np.concatenate([ball + np.array([0.0, 0.0, z]) for z in (-length / 2, length / 2)])
     rows = [
         np.column_stack([np.sin(up) * np.cos(turns), np.sin(up) * np.sin(turns), np.full(120, np.cos(up))])
         for up in np.linspace(0.0, np.pi, 61)

@@ -30,6 +30,10 @@ def cylinder(radius: float, length: float) -> str:
     return f'<cylinder radius="{radius!r}" length="{length!r}"/>'
 
 
+def capsule(radius: float, length: float) -> str:
+    return f'<capsule radius="{radius!r}" length="{length!r}"/>'
+
+
 def sphere(radius: float) -> str:
     return f'<sphere radius="{radius!r}"/>'
 

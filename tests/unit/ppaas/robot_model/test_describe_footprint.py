@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.robot_model.describe import describe
-from ppaas.robot_model.shapes import CORNERS
+from ppaas.robot_model.shapes import CORNERS, placed
 from tests.reference.maps import urdf_outline
 from tests.support.world import urdf
 
@@ -18,13 +18,14 @@ turns = st.tuples(angles, angles, angles)
 shapes = (
     st.tuples(st.just("box"), st.tuples(sizes, sizes, sizes))
     | st.tuples(st.just("cylinder"), st.tuples(sizes, sizes))
+    | st.tuples(st.just("capsule"), st.tuples(sizes, sizes))
     | st.tuples(st.just("sphere"), st.tuples(sizes))
 )
 parts = st.lists(st.tuples(shapes, triples, turns), max_size=2)
 robots = st.lists(st.tuples(st.integers(0, 5), triples, turns, parts), min_size=1, max_size=5).filter(
     lambda links: any(part for *_, part in links)
 )
-WRITE = {"box": urdf.box, "cylinder": urdf.cylinder, "sphere": urdf.sphere}
+WRITE = {"box": urdf.box, "cylinder": urdf.cylinder, "capsule": urdf.capsule, "sphere": urdf.sphere}
 AROUND = np.linspace(0.0, 2.0 * np.pi, 90)
 DIRECTIONS = np.column_stack([np.cos(AROUND), np.sin(AROUND)])
 
@@ -76,3 +77,14 @@ def test_footprint_is_convex_between_its_two_discs(links):
     edges = ahead / np.hypot(*ahead.T)[:, None]
     inside = [(edges[:, 0] * -corners[:, 1] + edges[:, 1] * corners[:, 0]).min()]
     assert inner == pytest.approx(max(0.0, inside[0]), abs=1e-9)
+
+
+@given(triples, turns)
+def test_a_rotation_may_be_a_quaternion(at, turn):
+    given = [urdf.link("base_link", urdf.part(urdf.box(0.4, 0.2, 0.1), origin)) for origin in (
+        urdf.origin(at, turn),
+        f'<origin xyz="{urdf.text(at)}" quat_xyzw="{urdf.text([2.0 * part for part in placed(at, turn)[3:]])}"/>',
+    )]  # fmt: skip
+    by_angles, by_quaternion = (describe(urdf.urdf(each)) for each in given)
+    assert np.array(by_quaternion.footprint) == pytest.approx(np.array(by_angles.footprint), abs=2e-3)
+    assert by_quaternion.height == pytest.approx(by_angles.height, abs=2e-3)

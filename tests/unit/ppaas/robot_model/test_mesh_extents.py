@@ -70,6 +70,25 @@ def test_nodes_of_a_collada_file_move_what_is_below_them():
     check(extent_of("a.dae", dae(below)), (-0.3, -0.25, 6.0), (0.3, 0.25, 6.3))
 
 
+def test_nodes_that_are_placed_by_reference_count():
+    """Exporters put parts that are used twice into ``library_nodes``."""
+    library = f'<node id="part"><translate>0 0 1</translate>{node("")}</node>'
+    part = '<instance_node url="#part"/>'
+    written = dae(f"<node><translate>2 0 0</translate>{part}</node><node>{part}</node>").decode()
+    placed = written.replace("<library_geometries>", f"<library_nodes>{library}</library_nodes><library_geometries>")
+    check(extent_of("a.dae", placed.encode()), (-0.3, -0.25, 1.0), (2.3, 0.25, 1.3))
+    check(extent_of("a.dae", dae(node("") + '<node><instance_node url="#missing"/></node>')))
+
+
+def test_nodes_that_place_each_other_without_end_are_refused():
+    doubled = "".join(
+        f'<node id="n{k}"><instance_node url="#n{k + 1}"/><instance_node url="#n{k + 1}"/></node>' for k in range(60)
+    )
+    for scene in (doubled + f'<node id="n60">{node("")}</node>', '<node id="a"><instance_node url="#a"/></node>'):
+        with pytest.raises(InvalidInput, match=r"place more than|nested"):
+            extent_of("a.dae", dae(scene))
+
+
 @pytest.mark.parametrize(
     ("name", "data", "why"),
     [
