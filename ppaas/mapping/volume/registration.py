@@ -61,6 +61,7 @@ class CloudRegistration:
         self._library = library()
         self._threads = threads
         self._model: Any = None
+        self._middle = np.zeros(3)
 
     def forget(self) -> None:
         """Forget the clouds, whose places have changed."""
@@ -80,14 +81,19 @@ class CloudRegistration:
         if len(finite) < FEWEST:
             return np.eye(4)
         threads, correction = self._threads(), np.eye(4)
-        cloud, _ = self._library.preprocess_points(finite, downsampling_resolution=THINNING, num_threads=threads)
+        if self._model is None:
+            # Far from the origin of the map, a turn about it would move the cloud more than what is to be found.
+            self._middle = finite.mean(axis=0)
+        cloud, _ = self._library.preprocess_points(
+            finite - self._middle, downsampling_resolution=THINNING, num_threads=threads
+        )
         if self._model is None:
             self._model = self._library.GaussianVoxelMap(CELL)
             self._model.set_lru(horizon=HORIZON, clear_cycle=10)
         elif cloud.size() >= FEWEST:
             correction = self._aligned(cloud, threads)
         self._model.insert(cloud, correction)
-        return correction
+        return _about(self._middle, correction)
 
     def _aligned(self, cloud: Any, threads: int) -> Transform:
         result = self._library.align(
@@ -118,6 +124,13 @@ def library() -> Any:
 def apply(transform: Transform, points: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return points (n, 3) after a transform, as float32."""
     moved: NDArray[np.float32] = (points @ transform[:3, :3].T + transform[:3, 3]).astype(np.float32)
+    return moved
+
+
+def _about(middle: NDArray[np.float64], transform: Transform) -> Transform:
+    """Return a transform of points relative to a place as one of the points themselves."""
+    moved = transform.copy()
+    moved[:3, 3] += middle - transform[:3, :3] @ middle
     return moved
 
 

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 MAX_SCANS = 64
 """Largest number of scans of a progressive JPEG; each is decoded over the whole image."""
 
+_UPRIGHT = 1
+"""Orientation of an image whose first row is its top."""
+
 _SCAN = b"\xff\xda"
 
 
@@ -33,7 +36,7 @@ def open_picture(image: Buffer, name: str) -> PillowRows:
     Raises
     ------
     InvalidMap
-        The file is broken or truncated, it is too large, or it is a compressed TIFF.
+        The file is broken or truncated, it is too large, or it is a TIFF that is compressed or turned.
     """
     data = image[: len(image)]
     if name == "JPEG" and data.count(_SCAN) > MAX_SCANS:
@@ -56,7 +59,14 @@ def _opened(data: bytes, name: str) -> "ImageFile":
     check_size(name, *file.size)
     if name == "TIFF" and file.info.get("compression") != "raw":
         raise InvalidMap("the TIFF is compressed: save the map's image without compression, or as PNG")
+    if name == "TIFF" and _orientation(file) != _UPRIGHT:
+        raise InvalidMap(f"the TIFF is turned (orientation {_orientation(file)}): save the map's image upright")
     return file
+
+
+def _orientation(file: "ImageFile") -> object:
+    """Return the tag by which viewers turn a TIFF; readers of maps disagree on whether to."""
+    return file.tag_v2.get(274, _UPRIGHT)  # type: ignore[attr-defined]
 
 
 def _reader(name: str) -> "type[ImageFile]":

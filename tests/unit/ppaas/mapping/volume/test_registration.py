@@ -41,10 +41,25 @@ def test_a_cloud_is_put_where_it_fits_but_for_the_part_that_draws_it_back(regist
     assert error(registration.correction(wrong), wrong, corner(2)) < 0.35 * error(np.eye(4), wrong, corner(2))
 
 
+@pytest.mark.parametrize("far", [(2000.0, -3000.0, 10.0), (20_000.0, 30_000.0, 0.0)])
+def test_a_cloud_far_from_the_origin_is_corrected_like_one_near_it(far):
+    pytest.importorskip("small_gicp")
+    wrong, corrected = shifted(corner(2), (0.03, -0.04, 0.02), 0.01), []
+    for place in ((0.0, 0.0, 0.0), far):
+        registration = CloudRegistration()
+        registration.correction(corner(1) + np.float32(place))
+        corrected.append(
+            apply(registration.correction(wrong + np.float32(place)), wrong + np.float32(place)) - np.float32(place)
+        )
+    near, away = corrected
+    # float32 keeps 2 mm at 30 km.
+    assert np.abs(away - near).max() < 0.006
+
+
 def test_a_cloud_of_another_place_is_not_corrected(registration):
     registration.correction(corner(1))
     for shift in ((2.0 * MOST_SHIFT, 0.0, 0.0), (20.0, 0.0, 0.0)):
-        assert np.array_equal(registration.correction(shifted(corner(2), shift)), np.eye(4))
+        assert registration.correction(shifted(corner(2), shift)) == pytest.approx(np.eye(4), abs=1e-3)
 
 
 def test_small_clouds_and_the_first_after_forgetting_are_not_corrected(registration):

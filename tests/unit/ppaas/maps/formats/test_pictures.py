@@ -74,6 +74,18 @@ def test_a_compressed_tiff_is_refused_with_advice(compression):
         parse(written("TIFF", "L", compression=compression), "TIFF")
 
 
+@pytest.mark.parametrize("orientation", [1, 2, 3, 6, 8])
+def test_a_tiff_that_viewers_turn_is_refused(orientation):
+    data = written("TIFF", "L", tiffinfo={274: orientation})
+    if orientation == 1:
+        assert np.array_equal(parse(data, "TIFF")[..., 0], GREYS)
+        return
+    with pytest.raises(
+        InvalidMap, match=rf"the TIFF is turned \(orientation {orientation}\): save the map's image upright"
+    ):
+        parse(data, "TIFF")
+
+
 def test_samples_of_32_bits_are_refused():
     file = io.BytesIO()
     Image.fromarray(GREYS.astype(np.float32)).save(file, "TIFF")
