@@ -90,13 +90,22 @@ def run(arguments: argparse.Namespace) -> int:
         _score_file(arguments)
         return 0
     _check_outputs(arguments)
-    with event_loop.terminable():
-        if arguments.log.suffix == GRAPH:
-            show(_solve(arguments), SOLVED, as_json=arguments.json)
-        else:
-            columns = COLUMNS if arguments.score is None else (*COLUMNS, *SCORES)
-            show(_map(arguments), columns, as_json=arguments.json)
+    try:
+        with event_loop.terminable():
+            _make(arguments)
+    except KeyboardInterrupt:
+        sys.stderr.write("ppaas: interrupted before all files were written; those that are there are whole\n")
+        raise
     return 0
+
+
+def _make(arguments: argparse.Namespace) -> None:
+    """Map the log or solve the graph, and print the answer."""
+    if arguments.log.suffix == GRAPH:
+        show(_solve(arguments), SOLVED, as_json=arguments.json)
+    else:
+        columns = COLUMNS if arguments.score is None else (*COLUMNS, *SCORES)
+        show(_map(arguments), columns, as_json=arguments.json)
 
 
 def _score_file(arguments: argparse.Namespace) -> None:

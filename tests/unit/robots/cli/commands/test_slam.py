@@ -152,6 +152,19 @@ def test_solution_that_distrusts_most_closures_is_noted(tmp_path: Path, capsys: 
     assert float(lines[0].split()[2]) > 8.0
 
 
+def test_an_interruption_is_reported_and_leaves_no_file(
+    tmp_path: Path, log: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(slam, "_mapped", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        run(log, "--map", tmp_path / "out.yaml", "--posegraph", tmp_path / "out.posegraph")
+    assert capsys.readouterr().err.startswith("ppaas: interrupted before all files were written")
+    assert not list(tmp_path.glob("out*"))
+
+
 def test_key_frames_are_written_with_their_pose_graph(tmp_path: Path, log: Path) -> None:
     run(log, "--posegraph", tmp_path / "out.posegraph")
     mapping = unpack_mapping((tmp_path / "out.posegraph").read_bytes())
