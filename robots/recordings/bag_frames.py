@@ -9,12 +9,15 @@ from ppaas.geometry import Pose2D
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
 from ppaas.nodes.frames import BASE_FOOTPRINT, BASE_LINK, MAP, ODOM, unprefixed
-from ppaas.transforms.planar import TransformTree, is_level
+from ppaas.transforms.planar import TransformTree, is_level, tf_time
 from ppaas.transforms.spatial import LatestFrames, Rigid
 from robots.recordings.recording import RecordedFrames
 
 BASES = (BASE_LINK, BASE_FOOTPRINT)
 """Names of a robot's base frame, each with or without a prefix."""
+
+_APART = 60.0
+"""Time between scans and odometry from which on their clocks differ [s]."""
 
 
 class _Above(NamedTuple):
@@ -45,6 +48,7 @@ class BagFrames:
         self._body = LatestFrames()
         self._source: tuple[str, str] | None = None
         self._above: dict[str, _Above] = {}
+        self._times: tuple[float, ...] = ()
         self.base = names.base or BASE_LINK
 
     def add_transforms(self, transforms: Iterable[Any], *, static: bool) -> None:
@@ -77,6 +81,9 @@ class BagFrames:
     def _add(self, transform: TransformStamped, *, static: bool) -> None:
         try:
             self._note(transform, Rigid.of(transform.transform))
+            if not static:
+                times = (*self._times, tf_time(transform.header.stamp))
+                self._times = min(times), max(times)
             # Cameras and wheels are not level: they only matter where a laser is mounted on them.
             if is_level(transform.transform.rotation):
                 self._tree.set_message(transform, static=static)
@@ -106,8 +113,13 @@ class BagFrames:
         known = (frame for frame in self._tree.frames() if unprefixed(frame) == MAP)
         return self._names.map or next(known, MAP)
 
-    def missing(self) -> str:
-        """Return a text that names the missing odometry and the frames of the bag."""
+    def missing(self, first: float, last: float) -> str:
+        """Return a text that names the missing odometry, by the first and the last time of a scan [s]."""
+        if self._times and (last < min(self._times) - _APART or first > max(self._times) + _APART):
+            return (
+                f"odometry at the time of any of them: they are stamped {first:.1f} to {last:.1f} s, and odometry and "
+                f"transforms {min(self._times):.1f} to {max(self._times):.1f} s: set one clock where it is recorded"
+            )
         return (
             f"odometry ({self.odom} → {self.base}) at the time of any of them; its frames are "
             f"{', '.join(self._tree.frames()) or 'none'}: name those of the robot by --odom-frame and --base-frame"

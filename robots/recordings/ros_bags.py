@@ -138,7 +138,9 @@ def _looks(scans: list[Any], bag: BagFrames, path: Path, odometry: Callable[[flo
         if not looks or (stamp, frame) != (looks[-1][0].stamp, looks[-1][1]):
             looks.append((Look(stamp, odom, level.scan, true, level.laser), frame))
     if not looks:
-        raise refused[0] if refused else InvalidInput(f"{path} has {len(scans)} scans, but no {bag.missing()}")
+        stamps = [_stamp(scan) for scan in scans]
+        missing = bag.missing(min(stamps), max(stamps))
+        raise refused[0] if refused else InvalidInput(f"{path} has {len(scans)} scans, but no {missing}")
     return [look for look, _ in looks]
 
 

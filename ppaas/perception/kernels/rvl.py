@@ -38,7 +38,7 @@ def expand_rvl(words: NDArray[np.uint32], pixels: NDArray[np.uint16]) -> int:
         while more:
             if place == nibbles or count == _MOST_NIBBLES:
                 return pixel
-            nibble = (np.int64(words[place >> 3]) >> (28 - 4 * (place & 7))) & 15
+            nibble = (int(words[place >> 3]) >> (28 - 4 * (place & 7))) & 15
             value |= (nibble & 7) << (3 * count)
             more = nibble >= 8
             place, count = place + 1, count + 1

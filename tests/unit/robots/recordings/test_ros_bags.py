@@ -225,6 +225,14 @@ def test_odometry_in_frames_of_unknown_names_is_not_ignored() -> None:
     assert look.odom.x == pytest.approx(1.5)
 
 
+def test_scans_and_odometry_by_two_clocks_are_named() -> None:
+    """As of a simulator whose odometry is stamped by the clock of the computer."""
+    with pytest.raises(
+        InvalidInput, match=r"stamped 34\.0 to 35\.0 s, and odometry and transforms 9001\.0 to 9002\.0 s"
+    ):
+        looks_of(odometry(9001.0, 0.0), odometry(9002.0, 1.0), scan(34.0), scan(35.0))
+
+
 def test_several_lasers_without_known_places_are_refused() -> None:
     scans = scan(1.0), scan(1.1, frame="rear", topic="/rear")
     with pytest.raises(InvalidInput, match="transforms between the lasers laser, rear: name one of their topics"):
