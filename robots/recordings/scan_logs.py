@@ -49,8 +49,9 @@ def read_scan_log(
         from robots.recordings.ros_bags import read_bag  # noqa: PLC0415 - logs need fewer packages
 
         recording = read_bag(path, frames or RecordedFrames())
-        for text in recording.notes if note is not None else ():
-            note(text)
+        if note is not None:
+            for text in recording.notes:
+                note(text)
         return _of_looks(recording.looks)
     lines = read_lines(path)
     if lines.cut and note is not None:
