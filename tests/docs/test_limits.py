@@ -21,7 +21,7 @@ from endpoints.rest import nesting, paging, schemas, strict_json
 from endpoints.rest.maps import map_programs, multipart
 from endpoints.rest.maps.upload_form import MAX_FIELDS, MAX_ZONES
 from endpoints.rest.plans.schemas import MAX_MATRIX, MAX_WAYPOINTS
-from endpoints.services import heavy_work
+from endpoints.services import heavy_work, plan_writer
 from endpoints.services.joint_maps import MOST_ROBOTS
 from endpoints.services.request_limits import RequestLimits
 from endpoints.web import MAX_FRAME, MAX_VIEWER_FRAME
@@ -140,6 +140,11 @@ ROWS = {
     ("images and octrees", "requests that decode or check at once"): [
         heavy_work.MAX_AT_ONCE,
         f"{heavy_work.MAX_OF_USER} of one user",
+    ],
+    ("recordings that are put together", "copies of one user at once"): [heavy_work.MAX_OF_USER],
+    ("paths that wait for a store that takes none", "number, and size of their poses"): [
+        plan_writer.MOST_UNSTORED,
+        size(plan_writer.MOST_UNSTORED_BYTES),
     ],
     ("URDF", "size"): [size(xml_document.MAX_BYTES)],
     ("URDF", "links, joints and shapes"): [f"{urdf.MAX_LINKS}, {urdf.MAX_LINKS} and {urdf.MAX_SHAPES}"],

@@ -134,7 +134,7 @@ def _make_keyspace(cluster: Cluster, session: Session, address: CassandraAddress
 
 
 def _shorten_grace(session: Session, table: str) -> None:
-    """Change a table of an earlier release; a user without the permission is told what to grant."""
+    """Change a table of an earlier release; the log names the permission that is missing."""
     try:
         session.execute(f"ALTER TABLE {table} WITH gc_grace_seconds = {LIST_GRACE}")
     except Unauthorized as error:
