@@ -2,12 +2,13 @@
 
 import json
 from collections.abc import AsyncIterator
-from typing import Any
+from typing import Any, NoReturn
 
 import httpx
 import pytest
 
 from endpoints.rest.plans.schemas import NewPlanAnswer, PlanAnswer
+from endpoints.services import plan_writer
 from endpoints.services.services import Services
 from engine.service.planning.path_requests import PathRequest
 from engine.specs.containers import MapVersion
@@ -229,3 +230,34 @@ async def test_a_reused_path_is_not_stored_again(
     assert (again["origin"], again["reused"], again["plan_id"]) == ("reused", first["plan_id"], first["plan_id"])
     await services.plan_writer.settled()
     assert [plan.id for plan in services.store.plans("house")] == [first["plan_id"]]
+
+
+async def test_paths_wait_for_a_store_that_takes_none_and_have_no_id_when_too_many_do(
+    client: httpx.AsyncClient,
+    services: Services,
+    log_in: LogIn,
+    publish: Publish,
+    cloud: FakeCloud,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+
+    def full(_records: object) -> NoReturn:
+        raise errors.Unavailable("the disk is full")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(services.store, "add_plans", full)
+        patch.setattr(plan_writer, "MOST_UNSTORED", 2)
+        wanted = [REQUEST | {"goal": [3.0, float(y), 0.0]} for y in range(3)]
+        made = [await client.post("/v1/maps/house/plans", headers=ann, json=one) for one in wanted[:2]]
+        ids = [one.json()["plan_id"] for one in made]
+        for name in ids:
+            assert (await client.get(f"/v1/plans/{name}", headers=ann)).json()["plan_id"] == name
+        more = await client.post("/v1/maps/house/plans", headers=ann, json=wanted[2])
+        assert (more.status_code, more.json()["plan_id"]) == (200, "")
+        assert more.json()["poses"]
+        assert (await client.delete(f"/v1/plans/{ids[0]}", headers=ann)).status_code == 204
+        problem_of(await client.get(f"/v1/plans/{ids[0]}", headers=ann), 404, "not-found")
+    await services.plan_writer.close()
+    assert services.store.plan(ids[1]).id == ids[1]
