@@ -201,13 +201,18 @@ class FrameListener:
             return Rigid()
         known = self._known(name)
         pose = self._body.lookup(self.base, known)
-        for child in self._body.between(self.base, known) if now is not None and self._moved else ():
+        if now is not None and self._moved:
+            self._check_moving(known, now)
+        return pose
+
+    def _check_moving(self, sensor: str, now: float) -> None:
+        """Raise ``TransformError`` if a transform between the body and a sensor has moved it, and comes no more."""
+        for child in self._body.between(self.base, sensor):
             if child in self._moved and self.silence(child, now) > CACHE_TIME:
                 raise TransformError(
                     f"frame {child!r} moves on the robot, and its transform has not come for more than "
                     f"{CACHE_TIME:g} s: publish it on 'tf' all the time"
                 )
-        return pose
 
     def height_of(self, frame: str) -> float:
         """Return the height of a frame of the body in the robot's frame [m]; 0 if it is unknown."""
