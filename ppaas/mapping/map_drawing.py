@@ -63,10 +63,61 @@ def draw_map(key_frames: KeyFrames, poses: PoseArray, settings: DrawingSettings 
     """
     info = _extent(key_frames, poses, settings.resolution)
     ended, passed = np.zeros(info.shape, np.uint16), np.zeros(info.shape, np.uint16)
-    kernels.count_beams(
-        ended, passed, info.origin.x, info.origin.y, info.resolution, poses, key_frames.points, key_frames.valid
-    )
+    count_beams((ended, passed), info, poses, key_frames.points, key_frames.valid)
     return GridMap(occupancy(ended, passed, settings), info)
+
+
+def bounds(
+    poses: PoseArray, points: NDArray[np.float32], valid: NDArray[np.bool_]
+) -> tuple[float, float, float, float]:
+    """Return the least x and y and the greatest x and y [m] of all poses, points and free beams; see `count_beams`."""
+    found: tuple[float, float, float, float] = kernels.bounds(poses, points, valid | _open_beams(points, valid))
+    return found
+
+
+def count_beams(
+    counts: tuple[NDArray[np.uint16], NDArray[np.uint16]],
+    info: GridInfo,
+    poses: PoseArray,
+    points: NDArray[np.float32],
+    valid: NDArray[np.bool_],
+) -> None:
+    """Count the beams of key frames in the cells that they pass and in those that they end in.
+
+    Parameters
+    ----------
+    counts : tuple of (h, w) uint16 array
+        Modified: numbers of beams that end in each cell, and that pass it.
+    info : GridInfo
+        Their geometry; its axes are those of the map frame, and all beams lie in it.
+    poses : (k, 3) array
+        Poses of the laser in the map frame: x, y [m], theta [rad].
+    points : (k, b, 2) float32 array
+        Ends of the beams, each in the frame of its laser [m].
+    valid : (k, b) bool array
+        Whether the beam has a reading. One without is free up to its point, unless that is 0: it ends in no cell.
+    """
+    (ended, passed), (x0, y0, _), resolution = counts, info.origin, info.resolution
+    kernels.count_beams(ended, passed, x0, y0, resolution, poses, points, valid)
+    is_open = _open_beams(points, valid)
+    chosen = np.flatnonzero(is_open.any(axis=1))
+    if not len(chosen):
+        return
+    poses, points, is_open = poses[chosen], points[chosen], is_open[chosen]
+    low_x, low_y, high_x, high_y = kernels.bounds(poses, points, is_open)
+    column, row = int((low_x - x0) / resolution), int((low_y - y0) / resolution)
+    window = slice(row, int((high_y - y0) / resolution) + 1), slice(column, int((high_x - x0) / resolution) + 1)
+    ends, passes = (np.zeros(passed[window].shape, np.uint16) for _ in range(2))
+    corner = x0 + column * resolution, y0 + row * resolution
+    kernels.count_beams(ends, passes, *corner, resolution, poses, points, is_open)
+    room = np.iinfo(np.uint16).max - passed[window]
+    passed[window] += np.minimum(passes, room)
+
+
+def _open_beams(points: NDArray[np.float32], valid: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which beams without a reading are free up to their points."""
+    found: NDArray[np.bool_] = ~valid & points.any(axis=-1)
+    return found
 
 
 def occupancy(
@@ -94,7 +145,7 @@ def occupancy(
 
 def _extent(key_frames: KeyFrames, poses: PoseArray, resolution: float) -> GridInfo:
     """Return the smallest grid around all points, whose corner is a multiple of the resolution."""
-    x0, y0, x1, y1 = kernels.bounds(poses, key_frames.points, key_frames.valid)
+    x0, y0, x1, y1 = bounds(poses, key_frames.points, key_frames.valid)
     left, bottom = math.floor(x0 / resolution) - MARGIN, math.floor(y0 / resolution) - MARGIN
     width = math.floor(x1 / resolution) + MARGIN + 1 - left
     height = math.floor(y1 / resolution) + MARGIN + 1 - bottom

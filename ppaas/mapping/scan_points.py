@@ -23,7 +23,7 @@ class ScanPoints(NamedTuple):
     Parameters
     ----------
     points : (b, 2) float32 array
-        x, y of the end of each beam [m]; 0 without a reading.
+        x, y of the end of each beam [m]. Without a reading it is 0, or the place up to which the beam is free.
     normals : (b, 2) float32 array
         Unit normal of the surface at each point, towards the laser; (0, 0) where no line fits its neighbours.
     valid : (b,) bool array
@@ -72,3 +72,29 @@ def prepare(
             parameters.normal_thickness,
         )
     )
+
+
+def with_open_beams(
+    scan: ScanPoints, beams: NDArray[np.bool_], reach: float, geometry: LaserGeometry, velocity: ArrayLike = STILL
+) -> ScanPoints:
+    """Return a scan some of whose beams without a reading are free up to a range.
+
+    Parameters
+    ----------
+    scan : ScanPoints
+    beams : (b,) bool array
+        The beams that are free; those with a reading stay as they are.
+    reach : float
+        Range [m].
+    geometry, velocity
+        As for `prepare`.
+    """
+    free = np.flatnonzero(beams & ~scan.valid)
+    if not len(free):
+        return scan
+    motion = np.asarray(velocity, np.float64) * geometry.time_increment
+    apart = free - geometry.stamped_at * (geometry.beams - 1)  # beam motions from the pose of the scan
+    angles = geometry.angle_min + geometry.angle_increment * free + apart * motion[2]
+    points = scan.points.copy()
+    points[free] = reach * np.column_stack((np.cos(angles), np.sin(angles))) + apart[:, np.newaxis] * motion[:2]
+    return scan._replace(points=points)

@@ -15,6 +15,12 @@ MANY_SHORT = 0.5
 
 INCREMENT = "Set angle_increment to (angle_max - angle_min) / (beams - 1)"
 
+WIDE = "to map a hall that is wider than it sees, set 'inf_is_valid' of grid_slam."
+"""Advice for lasers that are far from all walls."""
+
+BLIND = "nothing is mapped: "
+"""Beginning of the status of mapping while scans have no readings."""
+
 FEWEST_BEAMS = 20
 """Number of beams below which localization has little to go by."""
 
@@ -59,16 +65,24 @@ def _limits(scan: ScanFacts) -> Iterator[Finding]:
 
 
 def _ranges(scan: ScanFacts) -> Iterator[Finding]:
-    name = _name(scan)
     if not scan.beams:
-        yield _found(error, "scan-empty", f"Scans {name} have no ranges.", "Send one a beam, null without a reading.")
+        yield _found(
+            error, "scan-empty", f"Scans {_name(scan)} have no ranges.", "Send one a beam, null without a reading."
+        )
         return
+    if problem := missing_readings(scan):
+        yield _found(error, "scan-no-readings", *problem)
+
+
+def missing_readings(scan: ScanFacts) -> tuple[str, str] | None:
+    """Return why a scan has next to no readings, and what to do; None if it has some."""
     if scan.readings > FEW:
-        return
+        return None
     if scan.zeros > 0.9:
         text, advice = "are 0", "The driver has no data: look at the motor, the baud rate and the port of the laser."
     elif scan.empty > 0.9:
-        text, advice = "are null, NaN or infinite", "See whether the laser is covered, off, or far from all walls."
+        text = "are null, NaN or infinite"
+        advice = f"See whether the laser is covered, off, or far from all walls; {WIDE}"
     elif scan.short > MANY_SHORT:
         text = f"are below range_min ({scan.range_min:g} m)"
         advice = "Ranges are in metres: divide millimetres by 1000; or the laser sees the robot itself."
@@ -76,7 +90,7 @@ def _ranges(scan: ScanFacts) -> Iterator[Finding]:
         text = f"are outside range_min and range_max ({scan.range_min:g} to {scan.range_max:g} m)"
         advice = "Ranges are in metres: divide millimetres by 1000, centimetres by 100."
     share = "All" if scan.readings == 0.0 else percent(1.0 - scan.readings)
-    yield _found(error, "scan-no-readings", f"{share} ranges of the scans {name} {text}.", advice)
+    return f"{share} ranges of the scans {_name(scan)} {text}.", advice
 
 
 def _size(scan: ScanFacts) -> Iterator[Finding]:

@@ -3,8 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.mapping.kernels import occupancy as kernels
+from ppaas.geometry import Pose2D
 from ppaas.mapping.key_frames import KeyFrames
+from ppaas.mapping.map_drawing import bounds, count_beams
 from ppaas.maps.grid import GridInfo
 
 STAYING = 1.5
@@ -54,15 +55,17 @@ class CellPasses:
 
     def _add(self, frames: KeyFrames, part: NDArray[np.int64], at: float) -> None:
         poses, points, valid = frames.poses[part], frames.points[part], frames.valid[part]
-        info, (x0, y0, x1, y1) = self._info, kernels.bounds(poses, points, valid)
+        info, (x0, y0, x1, y1) = self._info, bounds(poses, points, valid)
         (left, right), (bottom, top) = (
             [int((value - corner) / info.resolution) for value in ends]
             for ends, corner in (((x0, x1), info.origin.x), ((y0, y1), info.origin.y))
         )
         window = slice(bottom, top + 1), slice(left, right + 1)
         ended, passed = (np.zeros(self.ended[window].shape, np.uint16) for _ in range(2))
-        corner = info.origin.x + left * info.resolution, info.origin.y + bottom * info.resolution
-        kernels.count_beams(ended, passed, *corner, info.resolution, poses, points, valid)
+        corner = Pose2D(info.origin.x + left * info.resolution, info.origin.y + bottom * info.resolution, 0.0)
+        height, width = self.ended[window].shape
+        part_info = GridInfo(info.resolution, width, height, corner)
+        count_beams((ended, passed), part_info, poses, points, valid)
         _count(self.ended[window], self._last_ended[window], ended > 0, at, STAYING * self._apart)
         _count(self.passed[window], self._last_passed[window], (passed > 0) & (ended == 0), at, self._apart)
 

@@ -7,9 +7,8 @@ from numpy.typing import NDArray
 
 from ppaas.errors import QuotaExceeded
 from ppaas.geometry import Pose2D
-from ppaas.mapping.kernels import occupancy as kernels
 from ppaas.mapping.key_frames import KeyFrames
-from ppaas.mapping.map_drawing import DEFAULTS, MARGIN, MOST_CELLS, DrawingSettings, occupancy
+from ppaas.mapping.map_drawing import DEFAULTS, MARGIN, MOST_CELLS, DrawingSettings, bounds, count_beams, occupancy
 from ppaas.mapping.parts.map_parts import WHOLE, MapParts
 from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.maps.grid import UNKNOWN, GridInfo
@@ -72,12 +71,9 @@ class MapCanvas:
         poses, points, valid = key_frames.poses[part], key_frames.points[part], key_frames.valid[part]
         if not len(poses):
             return
-        seen = self._around(*kernels.bounds(poses, points, valid))
+        seen = self._around(*bounds(poses, points, valid))
         self._grow(seen)
-        info = self.info
-        kernels.count_beams(
-            self._ended, self._passed, info.origin.x, info.origin.y, info.resolution, poses, points, valid
-        )
+        count_beams((self._ended, self._passed), self.info, poses, points, valid)
         assert self.extent is not None
         cells = seen.moved(-self.extent.row, -self.extent.column).slices
         self.cells[cells] = occupancy(self._ended[cells], self._passed[cells], self._settings)

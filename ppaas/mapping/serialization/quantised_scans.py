@@ -18,8 +18,8 @@ FINEST, COARSEST = -11, 12
 DIRECTIONS = 4096
 """Number of directions of normals, 1.5 mrad apart."""
 
-NONE, POINT, SURFACE = 0, 1, 2
-"""States of a beam: without a reading, without a normal, with both."""
+NONE, POINT, SURFACE, OPEN = 0, 1, 2, 3
+"""States of a beam: without a reading, without a normal, with both, and free up to its point without a reading."""
 
 BEAM_BYTES = 7
 """Size of a beam [bytes]."""
@@ -40,14 +40,14 @@ def pack_scans(scans: ScanPoints) -> tuple[NDArray[np.int8], bytes]:
     scans : ScanPoints
         Stacked: (k, b, 2), (k, b, 2), (k, b).
     """
-    points = np.where(scans.valid[..., np.newaxis], scans.points, np.float32(0.0))
+    points, is_open = scans.points, ~scans.valid & scans.points.any(axis=-1)
     exponents = _exponents(points)
     steps = np.ldexp(np.float64(1.0), exponents.astype(np.int64))[:, np.newaxis, np.newaxis]
     has_normal = scans.valid & scans.normals.any(axis=-1)
     angles = np.arctan2(scans.normals[..., 1], scans.normals[..., 0]) * (DIRECTIONS / (2.0 * math.pi))
-    states = scans.valid.astype(np.uint8) + has_normal
+    states = scans.valid.astype(np.uint8) + has_normal + is_open * np.uint8(OPEN)
     columns = (
-        *np.moveaxis(_carried(np.rint(points / steps).astype(np.int64), scans.valid), -1, 0),
+        *np.moveaxis(_carried(np.rint(points / steps).astype(np.int64), scans.valid | is_open), -1, 0),
         _carried(np.rint(angles).astype(np.int64) % DIRECTIONS, has_normal),
     )
     # Differences from beam to beam are small, and their high bytes nearly constant: that is what zlib compresses.
@@ -74,14 +74,14 @@ def unpack_scans(exponents: NDArray[np.int8], data: memoryview | bytes, beams: i
     shape = len(exponents), beams
     planes = np.frombuffer(data, np.uint8).reshape(BEAM_BYTES, *shape)
     states = planes[6]
-    if np.any(states > SURFACE) or np.any((exponents < FINEST) | (exponents > COARSEST)):
+    if np.any(states > OPEN) or np.any((exponents < FINEST) | (exponents > COARSEST)):
         raise InvalidGraph("the pose graph has scans with values out of range: save it again")
-    valid, has_normal = states != NONE, states == SURFACE
+    valid, has_normal = (states == POINT) | (states == SURFACE), states == SURFACE
     x, y, directions = (_sums(planes[2 * k : 2 * k + 2]) for k in range(3))
     steps = np.ldexp(np.float32(1.0), exponents.astype(np.int32))[:, np.newaxis]
     points, normals = np.zeros((*shape, 2), np.float32), np.zeros((*shape, 2), np.float32)
     points[..., 0], points[..., 1] = x * steps, y * steps
-    points[~valid] = 0.0
+    points[states == NONE] = 0.0
     normals[has_normal] = _NORMALS[directions[has_normal] % DIRECTIONS]
     return ScanPoints(points, normals, valid)
 

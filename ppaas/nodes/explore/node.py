@@ -12,7 +12,7 @@ from ppaas.exploration.parameters import ExploreParameters
 from ppaas.geometry import Pose2D
 from ppaas.mapping.volume.key_frame_poses import NO_KEY_FRAMES
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, Status
-from ppaas.messages.base.std_msgs import Duration, Header
+from ppaas.messages.base.std_msgs import Duration, Header, String
 from ppaas.messages.explore_msgs import ExploreActionGoal, ExploreFeedback, ExploreResult
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult
@@ -69,7 +69,7 @@ class ExploreNode(Node):
         EXPLORE.goal, EXPLORE.cancel, topics.MAP, topics.MAP_UPDATES, topics.TF, topics.TF_STATIC,
         topics.MOVE_BASE_GOAL, topics.SIMPLE_GOAL, topics.GOAL_POSE, topics.MOVE_BASE_CANCEL, topics.MOVE_BASE_RESULT,
         topics.MOVE_BASE_STATUS, NAVIGATE_THROUGH_POSES.goal, topics.KEY_FRAMES,
-        topics.ROBOTS,
+        topics.ROBOTS, topics.GRID_SLAM_STATUS,
     )  # fmt: skip
     publishes: ClassVar[tuple[Topic, ...]] = (*EXPLORE[2:], topics.MOVE_BASE_GOAL, topics.MOVE_BASE_CANCEL)
 
@@ -89,7 +89,7 @@ class ExploreNode(Node):
         self._counter = 0
         self._began = self._well = self._stood = 0.0
         self._odometry: Pose2D | None = None
-        self._doing = ""
+        self._doing = self._mapping = ""
 
     @property
     def busy(self) -> bool:
@@ -206,7 +206,10 @@ class ExploreNode(Node):
             self._end(Status.PREEMPTED, "The goal was cancelled.")
 
     def _take_others(self, message: Payload) -> bool:
-        """Note where other robots are on the map; return whether a message says so."""
+        """Note where other robots are on the map, or why mapping leaves out scans; return whether a message says so."""
+        if isinstance(message, String):
+            self._mapping = message.data
+            return True
         if not isinstance(message, RobotStates):
             return False
         others = [(other.x, other.y) for other in others_of(message, 0.0)]
@@ -298,8 +301,9 @@ class ExploreNode(Node):
         else:
             self._finish(goals)
 
-    def _wait(self, reason: str) -> None:
-        """Say why the robot cannot explore now; abort the goal if it has been so for too long."""
+    def _wait(self, problem: str) -> None:
+        """Say why the robot cannot explore now, as mapping does if it knows; abort the goal after too long a time."""
+        reason = self._mapping or problem
         waited = self.context.elapsed() - self._well
         if waited > self._parameters.patience:
             goals = self._goals

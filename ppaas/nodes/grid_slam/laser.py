@@ -10,7 +10,7 @@ from ppaas.geometry import Pose2D
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.laser_motion import laser_step, velocity
 from ppaas.mapping.parameters import SlamParameters
-from ppaas.mapping.scan_points import ScanPoints, prepare
+from ppaas.mapping.scan_points import ScanPoints, prepare, with_open_beams
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.nodes.robot_scans import RobotScan
 
@@ -75,7 +75,7 @@ class MappingLaser:
                 "call 'clear' to start a map with other scans"
             )
 
-    def points(self, scan: RobotScan, odometry: Pose2D, stamp: float) -> ScanPoints:
+    def points(self, scan: RobotScan, odometry: Pose2D, stamp: float, *, frees: bool = False) -> ScanPoints:
         """Return the points of a scan, corrected for the motion since the last one.
 
         Parameters
@@ -86,14 +86,24 @@ class MappingLaser:
             Pose of the robot in the odometry frame at the time of the scan.
         stamp : float
             That time [s].
+        frees : bool
+            Whether beams that hit nothing within the range show free space.
         """
         geometry, given = self.geometry, scan.scan
         shift = round((given.angle_min - geometry.angle_min) / geometry.angle_increment)
         ranges = np.full(geometry.beams, np.nan, np.float32)
         begin, end = max(shift, 0), min(shift + len(given.ranges), geometry.beams)
-        ranges[begin:end] = _readings(given)[begin - shift : end - shift]
+        measured = np.array(given.ranges, np.float32)[begin - shift : end - shift]
+        ranges[begin:end] = _readings(measured, given)
         moved = replace(geometry, angle_min=given.angle_min - shift * geometry.angle_increment)
-        return prepare(ranges, moved, self._parameters, self._velocity(odometry, stamp))
+        speed = self._velocity(odometry, stamp)
+        found = prepare(ranges, moved, self._parameters, speed)
+        if not frees:
+            return found
+        reach = min(self._parameters.max_laser_range, given.range_max)
+        hit_nothing = np.zeros(geometry.beams, np.bool_)
+        hit_nothing[begin:end] = ~(measured < reach)  # NaN too: frames of JSON have null for infinity
+        return with_open_beams(found, hit_nothing, reach, moved, speed)
 
     def forget_motion(self) -> None:
         """Take the laser to be at rest during the next scan, as after a reset of the odometry."""
@@ -106,9 +116,9 @@ class MappingLaser:
         return velocity(laser_step(last[0], odometry, self.geometry.mount), stamp - last[1])
 
 
-def _readings(scan: LaserScan) -> NDArray[np.float32]:
-    """Return the ranges (b,) of a scan; NaN where there is no reading."""
-    ranges = np.array(scan.ranges, np.float32)
+def _readings(measured: NDArray[np.float32], scan: LaserScan) -> NDArray[np.float32]:
+    """Return some ranges (b,) of a scan; NaN where there is no reading."""
+    ranges = measured.copy()
     with np.errstate(invalid="ignore"):
         ranges[~((ranges > max(scan.range_min, 0.0)) & (ranges < scan.range_max))] = np.nan
     return ranges

@@ -44,6 +44,8 @@ class GridSlamParameters(SlamParameters, frozen=True):
     ``transform_timeout`` ahead. ``do_loop_closing`` searches for closures within ``loop_search_maximum_distance``; the
     other parameters of the search are those of `ClosureParameters`. A cell is known if ``min_pass_through`` beams reach
     it, and occupied if a part of them of ``occupancy_threshold`` end there. ``paused_new_measurements`` starts paused.
+    ``inf_is_valid``, as of costmap_2d, takes space as free up to ``max_laser_range``, or the range of the laser if that
+    is less, along beams that hit nothing there; so does a ``maxUrange`` below the range of the laser, as in gmapping.
 
     ``map_file_name`` is the name of a published map with a pose graph, which is continued from ``map_start_pose`` (x, y
     [m], yaw [rad]), or else from its first key frame. With ``mode`` ``localization`` that map stays as it is. With
@@ -71,6 +73,7 @@ class GridSlamParameters(SlamParameters, frozen=True):
     occupancy_threshold: float = 0.1
     do_loop_closing: bool = True
     paused_new_measurements: bool = False
+    inf_is_valid: bool = False
     mode: Literal["mapping", "localization", "lifelong"] = "mapping"
     map_file_name: str = ""
     map_start_pose: tuple[float, float, float] | None = None
@@ -112,6 +115,10 @@ class GridSlamParameters(SlamParameters, frozen=True):
     def unused(self) -> list[str]:
         """Names of the parameters given that have no effect."""
         return [name for name in WITHOUT_EFFECT if getattr(self, name) is not None]
+
+    def frees(self, range_max: float) -> bool:
+        """Return whether beams of a laser with a range [m] that hit nothing show free space."""
+        return self.inf_is_valid or (self.maxUrange is not None and self.maxUrange < range_max)
 
     def lifelong(self) -> LifelongParameters | None:
         """Return the parameters of lifelong mapping; None in other modes."""

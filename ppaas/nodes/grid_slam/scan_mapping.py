@@ -18,7 +18,7 @@ from ppaas.nodes.grid_slam.other_robots import OtherRobots
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
 from ppaas.nodes.grid_slam.pose_publisher import PosePublisher
 from ppaas.nodes.grid_slam.scan_intake import ScanIntake
-from ppaas.nodes.grid_slam.status import StatusPublisher, lost_status
+from ppaas.nodes.grid_slam.status import StatusPublisher, blindness_status, lost_status
 from ppaas.nodes.jobs import LongWork
 from ppaas.nodes.key_frame_path import KeyFramePublisher
 from ppaas.nodes.robot_scans import RobotScan
@@ -59,6 +59,7 @@ class ScanMappingNode(LoggedMapNode):
     ) -> None:
         super().__init__(context, parameters)
         self._prepare, self._prepare_closures = prepare, prepare_closures
+        self._frees, self._blindness = parameters.frees, ""
         self._frames, self._status = FrameListener(parameters.frames()), StatusPublisher(context)
         self._intake = ScanIntake(context, self._frames, parameters, self._status)
         self._maps = MapServices(context, parameters.map_update_interval, save)
@@ -142,12 +143,14 @@ class ScanMappingNode(LoggedMapNode):
             return "the map is being restored: scans are used in a moment"
         if self._paused:
             return "mapping is paused: call 'pause' to resume it"
-        return self._maps.problem or self._map_error or lost_status(self._mapper)
+        return self._maps.problem or self._map_error or lost_status(self._mapper) or self._blindness
 
     def _track(self, scan: RobotScan, odom: Pose2D, stamp: float, moment: Time) -> None:
         laser, mapper = self._started(scan)
         laser.check(scan)
-        points, expected = laser.points(scan, odom, stamp), self._map_to_odom @ odom @ laser.geometry.mount
+        points = laser.points(scan, odom, stamp, frees=self._frees(scan.scan.range_max))
+        expected = self._map_to_odom @ odom @ laser.geometry.mount
+        self._blindness = "" if points.points.any() else blindness_status(scan.scan)
         if is_shared := self._is_shared(mapper):
             points = self._others.cut_from(points, expected, mapper.key_frames, self.context.elapsed())
         tracked = mapper.add(points, odom)

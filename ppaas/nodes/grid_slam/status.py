@@ -1,7 +1,10 @@
 """Publisher of ``grid_slam/status``: the reason for which scans or parts of the map are left out."""
 
+from ppaas.diagnosis.observations.scans import scan_facts
+from ppaas.diagnosis.rules.scans import BLIND, missing_readings
 from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.messages.base.std_msgs import String
+from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context
 
@@ -35,3 +38,15 @@ def lost_status(mapper: LiveMapper | None) -> str:
     if mapper is None or mapper.parts.is_whole:
         return ""
     return "the robot was carried away: it maps where it is now until it recognizes a place where it was before"
+
+
+def blindness_status(scan: LaserScan) -> str:
+    """Return why a scan without a reading shows nothing, as the doctor says it, and what to do; empty if it shows some.
+
+    Space without anything in range is unknown, unless ``inf_is_valid`` says that it is free.
+    """
+    problem = missing_readings(scan_facts(scan))
+    if problem is None:
+        return ""
+    text, advice = problem
+    return f"{BLIND}{text} {advice}"

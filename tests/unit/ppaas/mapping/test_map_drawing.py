@@ -5,8 +5,8 @@ from ppaas.errors import QuotaExceeded
 from ppaas.geometry import Pose2D
 from ppaas.mapping import map_drawing
 from ppaas.mapping.key_frames import KeyFrames
-from ppaas.mapping.map_drawing import DrawingSettings, draw_map
-from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN
+from ppaas.mapping.map_drawing import DrawingSettings, bounds, count_beams, draw_map
+from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridInfo
 from tests.support.world.room_scans import ALL_ROUND, scan_at
 
 POSES = np.array([(x, y, x + y) for x in np.arange(-3.0, 3.5, 0.5) for y in (-2.0, -1.0, 0.0, 0.7)])
@@ -56,3 +56,22 @@ def test_map_of_too_many_cells_is_refused(frames, monkeypatch):
     monkeypatch.setattr(map_drawing, "MOST_CELLS", 1000)
     with pytest.raises(QuotaExceeded, match="coarser resolution"):
         draw_map(frames, POSES)
+
+
+def test_a_beam_without_a_reading_is_free_up_to_its_point() -> None:
+    info = GridInfo(0.1, 40, 5, Pose2D(-0.55, -0.25, 0.0))
+    poses, points = np.zeros((2, 3)), np.zeros((2, 3, 2), np.float32)
+    points[0, 0], points[1, 1], points[1, 2] = (1.0, 0.0), (2.0, 0.0), (0.5, 0.0)
+    valid = np.array([[False, False, False], [False, False, True]])
+    ended, passed = np.zeros(info.shape, np.uint16), np.zeros(info.shape, np.uint16)
+    passed[2, 6] = 65535
+    count_beams((ended, passed), info, poses, points, valid)
+    assert np.argwhere(ended).tolist() == [[2, 10]]
+    expected = np.zeros(40, int)
+    expected[5:15] += 1
+    expected[5:25] += 1
+    expected[5:10] += 1
+    expected[6] = 65535
+    assert passed[2].tolist() == expected.tolist()
+    assert passed.sum() == expected.sum()
+    assert bounds(poses, points, valid) == (0.0, 0.0, 2.0, 0.0)

@@ -40,7 +40,8 @@ def test_beams_of_an_unknown_state_are_refused():
 def random_scans(seed, count, beams, reach, share):
     random = np.random.default_rng(seed)
     valid = random.random((count, beams)) < share
-    points = random.uniform(-reach, reach, (count, beams, 2)).astype(np.float32) * valid[..., None]
+    is_open = ~valid & (random.random((count, beams)) < 0.5)  # free up to its point, without a reading
+    points = random.uniform(-reach, reach, (count, beams, 2)).astype(np.float32) * (valid | is_open)[..., None]
     angles = random.uniform(-np.pi, np.pi, (count, beams))
     normals = np.stack((np.cos(angles), np.sin(angles)), axis=-1) * (valid & (angles > -1.0))[..., None]
     return ScanPoints(points, normals.astype(np.float32), valid)

@@ -12,7 +12,7 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridInfo, GridMap
 from ppaas.maps.occupancy import GridMapMessage
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, Status
-from ppaas.messages.base.std_msgs import Header, Time
+from ppaas.messages.base.std_msgs import Header, String, Time
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.explore_msgs import ExploreActionGoal, ExploreActionResult, ExploreGoal
 from ppaas.messages.geometry_msgs import Pose
@@ -358,3 +358,31 @@ def test_clone_explores_two_rooms_without_a_contact():
     areas = [message.feedback.area for message in loop.feedback]
     assert areas[-1] > 2.0 * next(area for area in areas if area)
     assert 1.0 < loop.results[-1].result.distance < 40.0
+
+
+HALL = World(walled_map(26, 26, []), Pose2D(13.0, 13.0, 0.0), range_max=8.0)
+
+
+def test_a_hall_wider_than_the_laser_is_explored_if_beams_without_a_reading_are_free() -> None:
+    parameters = {"grid_slam": {"inf_is_valid": True}}
+    exploring = ExploringLoop(ClosedLoop(HALL, maps=True, parameters=parameters))
+    exploring.driving.run(1.0)
+    exploring.send()
+    exploring.run(6.0)
+    assert not exploring.results
+    assert exploring.goals
+    map_ = exploring.driving.graph.latched("map")
+    assert isinstance(map_, GridMapMessage)
+    assert (map_.grid.data == FREE).sum() * map_.grid.info.resolution**2 > 50.0
+    assert not (map_.grid.data == OCCUPIED).any()
+
+
+def test_a_robot_that_sees_nothing_is_told_what_mapping_and_the_doctor_say() -> None:
+    alone = Alone(patience=5.0)
+    alone.place()
+    alone.graph.inject("grid_slam/status", String("nothing is mapped: All ranges of the scans are infinite."))
+    alone.send()
+    alone.wait(7.0)
+    [result] = alone.results
+    assert result.status.status == Status.ABORTED
+    assert "nothing is mapped: All ranges of the scans are infinite." in result.status.text
