@@ -173,7 +173,9 @@ class FleetBridge:
         poses, twists = [state.pose.pose for state in states], [state.twist for state in states]
         header = Header(stamp=Time.of(self._graph.now()), frame_id="map")
         radii, granted = [state.radius for state in states], self._granted()
-        self._graph.inject(topics.ROBOTS.name, RobotStates(header, poses, twists, radii, granted))
+        own = [robot if owner == self._launch.spec.user else "" for owner, robot in self._others]
+        names = own if any(own) else []
+        self._graph.inject(topics.ROBOTS.name, RobotStates(header, poses, twists, radii, granted, names))
 
     def _granted(self) -> list[bool]:
         """Return whether each of the other robots drives by grants of this user's traffic node; empty if none does."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.costmap.costmap import Costmap
-from ppaas.costmap.map_layers import MapLayers
+from ppaas.costmap.map_layers import MapLayers, with_causes
 from ppaas.errors import InvalidInput, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.maps.cell_rectangle import Rectangle
@@ -114,7 +114,7 @@ def open_layers(folder: Path) -> MapLayers:
         info = GridInfo(header.resolution, header.width, header.height, Pose2D(*header.origin))
         arrays = {name: _map_array(folder / f"{name}.npy", layer, info.shape) for name, layer in header.layers.items()}
         grids = {name: GridMap(arrays[name], info) for name in ("keepout", "speed") if name in arrays}
-        return MapLayers(
+        layers = MapLayers(
             GridMap(arrays["grid"], info),
             Costmap(arrays["costmap"], info),
             arrays["distance"],
@@ -124,6 +124,7 @@ def open_layers(folder: Path) -> MapLayers:
         )
     except (OSError, KeyError, ValueError, InvalidInput, msgspec.DecodeError) as error:
         raise Unavailable(f"no complete map layers in {folder}: {error}", public="no complete map layers") from error
+    return with_causes(layers)
 
 
 def _zones_in(folder: Path) -> ZoneSet:

@@ -11,7 +11,7 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.filter_masks import barred, raise_costs, sampled, spread
 from ppaas.costmap.global_parameters import CostParameters
 from ppaas.costmap.inflation_layer import COST_SCALING_FACTOR, INFLATION_RADIUS, ROBOT_RADIUS, inflate
-from ppaas.costmap.map_layers import MapLayers
+from ppaas.costmap.map_layers import MapLayers, with_causes
 from ppaas.kernel_threads import limit_threads
 from ppaas.maps.distance import distance_to_occupied
 from ppaas.maps.grid import FREE, OCCUPIED, OCCUPIED_THRESHOLD, UNKNOWN, GridInfo, GridMap
@@ -70,9 +70,8 @@ def build_layers(
     with nullcontext(2) if threads is None else limit_threads(threads) as usable:
         to_lethal = distance = distance_to_occupied(grid, serial=usable < 2) if distance is None else distance
         if barriers is not None or lethal_cost_threshold != OCCUPIED_THRESHOLD:
-            to_lethal = distance_to_occupied(
-                grid if barriers is None else barred(grid, barriers), lethal_cost_threshold, serial=usable < 2
-            )
+            shut = grid if barriers is None else barred(grid, barriers)
+            to_lethal = distance_to_occupied(shut, lethal_cost_threshold, serial=usable < 2)
         costs = inflate(
             to_lethal,
             inscribed_radius=robot_radius,
@@ -83,7 +82,7 @@ def build_layers(
         )
     if barriers is not None:
         raise_costs(costs, barriers.data)
-    return MapLayers(
+    layers = MapLayers(
         grid,
         Costmap(costs, grid.info),
         distance,
@@ -92,6 +91,7 @@ def build_layers(
         speed=None if speed is None else sampled(speed, grid.info),
         zones=zones,
     )
+    return with_causes(layers)
 
 
 def _barriers(masks: Sequence[GridMap | None], zones: ZoneSet, info: GridInfo) -> GridMap | None:
@@ -114,7 +114,7 @@ def recosted(layers: MapLayers, robot_radius: float, costs: CostParameters) -> C
         cost_scaling_factor=costs.cost_scaling_factor,
         unknown=layers.grid.data == UNKNOWN,
     )
-    return Costmap(data, layers.grid.info)
+    return with_causes(replace(layers, costmap=Costmap(data, layers.grid.info), keepout=None)).costmap
 
 
 def without_unknown(layers: MapLayers, robot_radius: float, costs: CostParameters) -> MapLayers:
@@ -129,4 +129,4 @@ def without_unknown(layers: MapLayers, robot_radius: float, costs: CostParameter
     )
     if layers.keepout is not None:
         raise_costs(data, layers.keepout.data)
-    return replace(layers, grid=grid, costmap=Costmap(data, grid.info, layers.costmap.indexes))
+    return replace(layers, grid=grid, costmap=replace(layers.costmap, data=data))

@@ -6,7 +6,7 @@ import numpy as np
 
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.global_parameters import CostParameters
-from ppaas.costmap.map_layers import MapLayers
+from ppaas.costmap.map_layers import MapLayers, with_causes
 from ppaas.maps.grid import FREE, OCCUPIED, GridMap
 from ppaas.zones.masks import kept_out
 from ppaas.zones.zone import Zone
@@ -42,4 +42,4 @@ def with_closed(layers: MapLayers, closed: list[Zone], robot_radius: float, cost
         keepout=GridMap(keepout, info),
         distance=layers.distance,
     )
-    return replace(made, speed=layers.speed, zones=layers.zones)
+    return with_causes(replace(made, speed=layers.speed, zones=layers.zones))

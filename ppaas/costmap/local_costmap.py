@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -12,6 +13,7 @@ from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
 from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.filter_masks import raise_costs
 from ppaas.costmap.inflation_layer import COST_SCALING_FACTOR, INFLATION_RADIUS, ROBOT_RADIUS, check_inflation, inflate
+from ppaas.costmap.leaving import Leaving
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.costmap.moving_obstacles import Disc
 from ppaas.costmap.narrow_passages import fits_at, narrowed
@@ -21,7 +23,7 @@ from ppaas.errors import InvalidInput, InvalidMap, InvalidParameter
 from ppaas.footprints import Footprint
 from ppaas.geometry import Pose2D, convex_outline
 from ppaas.maps.discs import stamp_disc
-from ppaas.maps.grid import FREE, UNKNOWN, GridInfo
+from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridInfo
 from ppaas.maps.kernels.distance import distance_serial
 
 MAX_CELLS = 1 << 22
@@ -89,6 +91,7 @@ class LocalCostmap:
         inner_radius: float | None = None,
     ) -> None:
         self._layers = layers
+        self._way_out: Costmap | None = None
         self._static = static
         self._radius = robot_radius
         self._hull = convex_outline(footprint) if footprint else None
@@ -105,6 +108,7 @@ class LocalCostmap:
             ObstacleLayer, obstacle_range=obstacle_range, raytrace_range=raytrace_range, inf_is_valid=inf_is_valid
         )
         self._social = social
+        self._leaving = Leaving(layers, robot_radius, self._hull)
         self._begin()
 
     def _begin(self) -> None:
@@ -116,8 +120,34 @@ class LocalCostmap:
 
     @property
     def layers(self) -> MapLayers:
-        """Layers of the map."""
+        """Layers of the map; while the robot leaves a keep-out zone, those by which it does."""
         return self._layers
+
+    @property
+    def map_layers(self) -> MapLayers:
+        """Layers of the map, also while the robot leaves a zone."""
+        return self._leaving.map_layers
+
+    @property
+    def way_out(self) -> Costmap | None:
+        """Costs of the whole map by which the robot leaves a keep-out zone; None unless it is in one.
+
+        Observed obstacles are among them.
+        """
+        if not self._leaving.active:
+            return None
+        if self._way_out is None:
+            data = self._inflate(self._layers.to_lethal, unknown=self._layers.grid.data == UNKNOWN)
+            assert self._layers.keepout is not None
+            raise_costs(data, self._layers.keepout.data)
+            self._way_out = replace(self._layers.costmap, data=data, indexes=None)
+        return self._way_out
+
+    @property
+    def seen_points(self) -> NDArray[np.float64]:
+        """(n, 2) float64 array: centres of the cells in which the laser sees obstacles, in the frame of the map [m]."""
+        corner = np.array((self._obstacles.row, self._obstacles.column))
+        return self._layers.grid.info.to_world(np.argwhere(self._obstacles.marked) + corner).reshape(-1, 2)
 
     def use_layers(self, layers: MapLayers) -> None:
         """Replace the map; costs are those of the next `update`.
@@ -125,12 +155,16 @@ class LocalCostmap:
         What the laser saw is kept if the cells of both maps coincide, and forgotten otherwise.
         """
         shift = self._layers.grid.info.shift_to(layers.grid.info)
-        self._layers = layers
+        self._leaving.use_layers(layers)
+        self._use(layers)
         if shift is None:
             self._begin()
         else:
             self._obstacles.row += shift[0]
             self._obstacles.column += shift[1]
+
+    def _use(self, layers: MapLayers) -> None:
+        self._layers, self._way_out = layers, None
 
     @property
     def obstacles(self) -> ObstacleLayer:
@@ -219,6 +253,8 @@ class LocalCostmap:
         """
         if not pose.is_finite():
             raise InvalidInput(f"the robot's pose must be finite, not {tuple(pose)}")
+        if self._leaving.look(pose):
+            self._use(self._leaving.layers)
         frame = self._layers.grid.info.origin.inverse()
         self._follow(frame @ pose)
         if reading is not None:
@@ -245,7 +281,7 @@ class LocalCostmap:
         known = np.where(local == NO_INFORMATION, 0, local)
         blocked = known >= INSCRIBED_INFLATED_OBSTACLE
         data[outer] = np.where((data[outer] == NO_INFORMATION) & blocked, known, np.maximum(data[outer], known))
-        return Costmap(data, costmap.info, costmap.indexes)
+        return replace(costmap, data=data)
 
     def clear(self, around: Pose2D | None = None, beyond: float = 0.0) -> None:
         """Forget all that the laser saw, or only beyond a distance [m] from a pose in the frame of the map.
@@ -293,6 +329,8 @@ class LocalCostmap:
             return distance_serial(lethal, resolution)
         to_static = self._window(self._layers.to_lethal, np.float32(np.inf))
         occupied = to_static == 0.0
+        if self._layers.keepout is not None:  # what the robot does not leave stays lethal while it leaves something
+            occupied |= self._window(self._layers.keepout.data, np.int8(FREE)) == OCCUPIED
         self._newly_lethal = bool((lethal.view(np.bool_) & ~occupied).any())
         distances: NDArray[np.float32] = np.minimum(distance_serial(lethal | occupied, resolution), to_static)
         return distances

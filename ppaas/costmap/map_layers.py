@@ -1,10 +1,11 @@
 """Layers of a map, derived once per map version and robot radius and shared by all containers of a machine."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.costmap.causes import Causes
 from ppaas.costmap.costmap import Costmap
 from ppaas.maps.grid import GridMap
 from ppaas.zones.zone import NO_ZONES, ZoneSet
@@ -45,6 +46,11 @@ class MapLayers:
     def to_lethal(self) -> NDArray[np.float32]:
         """(height, width) float32 array: distance to the nearest lethal or forbidden cell [m]."""
         return self.distance if self.barred_distance is None else self.barred_distance
+
+
+def with_causes(layers: MapLayers) -> MapLayers:
+    """Return layers whose costmap knows why a cell is lethal."""
+    return replace(layers, costmap=replace(layers.costmap, causes=Causes(layers)))
 
 
 def unchanged(layers: MapLayers) -> MapLayers:

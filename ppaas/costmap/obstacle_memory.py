@@ -6,6 +6,7 @@ costmap_2d has a second obstacle layer over the whole map for this; here only th
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -105,7 +106,7 @@ class ObstacleMemory:
         part = data[top:bottom, left:right]
         unknown = (part == NO_INFORMATION) & (costs < INSCRIBED_INFLATED_OBSTACLE)
         np.copyto(part, np.where(part == NO_INFORMATION, costs, np.maximum(part, costs)), where=~unknown)
-        return Costmap(data, costmap.info, costmap.indexes)
+        return replace(costmap, data=data)
 
     def clear(self, around: Pose2D | None = None, beyond: float = 0.0) -> None:
         """Forget all cells, or only those farther than ``beyond`` [m] from a pose in the frame of the map."""

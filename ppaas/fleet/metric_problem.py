@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.costmap.costmap import CausesAt
 from ppaas.errors import (
     GoalOccupied,
     GoalOutsideMap,
@@ -41,12 +42,15 @@ class MetricFloor:
         Its roadmap for robots of this radius and some margin.
     radius : float
         Radius of the robots [m].
+    causes : callable, optional
+        Returns what makes a place lethal, for texts.
     """
 
     to_lethal: NDArray[np.float32]
     info: GridInfo
     metric: MetricRoadmap
     radius: float
+    causes: CausesAt | None = None
 
     def problem(
         self, starts: NDArray[np.float64], goals: NDArray[np.float64], check: Callable[[], None] = proceed
@@ -99,7 +103,9 @@ class MetricFloor:
         if cell is None:
             raise outside(f"{name} is outside the map; give x, y in metres in the frame of the map")
         if self.to_lethal[cell] < np.float32(self.radius):
-            text = f"is {self.to_lethal[cell]:.3g} m from an obstacle or unknown; a robot needs {self.radius:g} m"
+            cause = None if self.causes is None else self.causes(x, y)
+            what_it_is = "an obstacle or unknown" if cause is None else cause.text
+            text = f"is {self.to_lethal[cell]:.3g} m from {what_it_is}; a robot needs {self.radius:g} m"
             raise occupied(f"{name} {text}: move the {what}")
         try:
             return self.metric.nearest(x, y, WITHIN * self.metric.spacing)

@@ -119,9 +119,7 @@ ComputeCosts = ServiceType("ppaas_msgs/ComputeCosts", ComputeCostsRequest, Compu
 
 
 class RobotState(OwnMessage):
-    """``ppaas_msgs/RobotState``: the state that a robot publishes to the other robots on its map.
-
-    It has all fields of ``geometry_msgs/PoseWithCovarianceStamped``.
+    """``ppaas_msgs/RobotState``: a ``PoseWithCovarianceStamped`` with more fields, from a robot to others on its map.
 
     Parameters
     ----------
@@ -143,9 +141,7 @@ class RobotState(OwnMessage):
 
 
 class RobotStates(OwnMessage):
-    """``ppaas_msgs/RobotStates``: the other robots on a map.
-
-    It has all fields of ``geometry_msgs/PoseArray``.
+    """``ppaas_msgs/RobotStates``: the other robots on a map, with all fields of ``geometry_msgs/PoseArray``.
 
     Parameters
     ----------
@@ -157,6 +153,8 @@ class RobotStates(OwnMessage):
         Circumscribed radius of each robot [m], 0 if unknown; empty if all are unknown.
     granted : list of bool
         Whether each is of the same user and drives by grants of its traffic node; empty if none does.
+    names : list of str
+        Id of each robot of the same user, empty texts for those of others; empty if all are.
     """
 
     header: Header
@@ -164,6 +162,7 @@ class RobotStates(OwnMessage):
     twists: list[Twist] = field(default_factory=list)
     radii: list[float] = field(default_factory=list)
     granted: list[bool] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)
 
 
 # -- the node monitor, which decides which nodes run on the robot ------------------------------------------------------

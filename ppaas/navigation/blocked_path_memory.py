@@ -103,7 +103,7 @@ class BlockedPathMemory:
         for place in places:
             for row, column in place.cells.tolist():
                 stamp_disc(data, column + 0.5, row + 0.5, radius, LETHAL_OBSTACLE)
-        return Costmap(data, costmap.info, costmap.indexes)
+        return replace(costmap, data=data)
 
     def take(self, plan: object, costmap: Costmap, pose: Pose2D, now: float) -> float:
         """Check whether a new plan is a detour around a blocked part of the last plan.

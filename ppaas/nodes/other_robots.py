@@ -1,6 +1,7 @@
 """Other robots on the map: checks and limits the states that they report."""
 
 import math
+from collections.abc import Sequence
 
 from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.errors import InvalidInput, TransformError
@@ -50,11 +51,15 @@ def others_of(message: RobotStates, own_radius: float) -> tuple[MovingObstacle, 
     if message.header.frame_id.lstrip("/") != MAP:
         raise TransformError(f"poses of robots must be in frame {MAP!r}, not {message.header.frame_id!r}")
     count = len(message.poses)
-    if any(len(each) not in {0, count} for each in (message.twists, message.radii, message.granted)):
-        raise InvalidInput(f"twists, radii and granted must be empty or have one entry per pose ({count})")
+    if any(len(each) not in {0, count} for each in _lists(message)):
+        raise InvalidInput(f"twists, radii, granted and names must be empty or have one entry per pose ({count})")
     twists, radii = message.twists or [Twist()] * count, message.radii or [0.0] * count
     movers = map(mover_of, message.poses, twists, radii)
     return tuple(mover._replace(radius=(mover.radius or own_radius) + OTHERS_MARGIN) for mover in movers)
+
+
+def _lists(message: RobotStates) -> tuple[Sequence[object], ...]:
+    return message.twists, message.radii, message.granted, message.names
 
 
 def mover_of(pose: Pose, twist: Twist, radius: float) -> MovingObstacle:

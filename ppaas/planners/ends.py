@@ -2,7 +2,7 @@
 
 import heapq
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +19,22 @@ Cell = tuple[int, int]
 
 ESCAPE_DISTANCE = 2.0
 """Maximum length of the escape path of a robot that is too close to an obstacle [m]."""
+
+_START_ADVICE = {
+    "zone": "choose a start outside of it, or change the zones of the map",
+    "mask": "choose a start outside of it, or change the mask",
+    "robot": "correct the poses of both robots, or drive one of them away",
+    "person": "wait until the person has left",
+    "sensor": "correct its pose or clear the costmap",
+}
+_GOAL_ADVICE = {
+    "zone": "choose a goal outside of it, or change the zones of the map",
+    "mask": "choose a goal outside of it, or change the mask",
+    "robot": "wait until it has left, or choose another goal or a larger tolerance",
+    "person": "wait until the person has left, or choose another goal or a larger tolerance",
+}
+_ANOTHER_GOAL = "choose another goal or a larger tolerance"
+"""What to do by the kind of the cause; the usual advice for others."""
 
 _MOVES = ((0, -1), (0, 1), (-1, 0), (1, 0), (-1, -1), (-1, 1), (1, -1), (1, 1))
 
@@ -77,8 +93,9 @@ def place_ends(costmap: Costmap, request: PlanRequest, *, allow_unknown: bool, c
         raise GoalOutsideMap(f"the goal {_format_xy(request.goal)} is outside the map; {_extent(costmap)}")
     escaping = escape(costmap, start, open_costs, check)
     if not len(escaping):
+        what = cause_text(costmap, request.start, "an obstacle")
         raise StartOccupied(
-            f"the robot at {_format_xy(request.start)} is too close to an obstacle, and no free cell is within "
+            f"the start {_format_xy(request.start)} is too close to {what}, and no free cell is within "
             f"{ESCAPE_DISTANCE} m; clear the costmap or drive the robot out by hand"
         )
     goal_pose = request.goal
@@ -152,8 +169,8 @@ def _cell_of_start(costmap: Costmap, start: Pose2D) -> Cell:
         raise StartOutsideMap(f"the start {_format_xy(start)} is outside the map; {_extent(costmap)}")
     if int(costmap.data[cell]) == LETHAL_OBSTACLE:
         raise StartOccupied(
-            f"the robot at {_format_xy(start)} is in an obstacle (cell row {cell[0]}, column {cell[1]}); "
-            "correct its pose or clear the costmap"
+            f"the start {_format_xy(start)} is in {cause_text(costmap, start, 'an obstacle')} (cell row {cell[0]}, "
+            f"column {cell[1]}); {_advice(costmap, start, _START_ADVICE)}"
         )
     return cell
 
@@ -176,11 +193,25 @@ def _free_cell_near(costmap: Costmap, request: PlanRequest, open_costs: NDArray[
                 f"the goal {_format_xy(request.goal)} is in unknown space, with no free cell within the tolerance of "
                 f"{request.tolerance} m; choose a goal that the map shows as free, or set allow_unknown of the planner"
             )
+        where = "is in" if int(costmap.data[row, column]) == LETHAL_OBSTACLE else "is too close to"
+        what = cause_text(costmap, request.goal, "an obstacle")
         raise GoalOccupied(
-            f"the goal {_format_xy(request.goal)} is blocked, and so are all cells within the tolerance of "
-            f"{request.tolerance} m; choose another goal or a larger tolerance"
+            f"the goal {_format_xy(request.goal)} {where} {what}, and all cells within the tolerance of "
+            f"{request.tolerance} m are blocked; {_advice(costmap, request.goal, _GOAL_ADVICE)}"
         )
     return int(cells[nearest, 0]), int(cells[nearest, 1])
+
+
+def cause_text(costmap: Costmap, pose: Pose2D, otherwise: str) -> str:
+    """Return what makes the place of a pose lethal, in words; ``otherwise`` if that is not known."""
+    cause = None if costmap.causes is None else costmap.causes(pose.x, pose.y)
+    return otherwise if cause is None else cause.text
+
+
+def _advice(costmap: Costmap, pose: Pose2D, advices: Mapping[str, str]) -> str:
+    cause = None if costmap.causes is None else costmap.causes(pose.x, pose.y)
+    usual = "correct its pose or clear the costmap" if advices is _START_ADVICE else _ANOTHER_GOAL
+    return advices.get(cause.kind, usual) if cause is not None else usual
 
 
 def _format_xy(pose: Pose2D) -> str:

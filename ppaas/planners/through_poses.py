@@ -42,11 +42,11 @@ def plan_through(
             parts.append(plan(replace(request, start=start, goal=goal, timeout=left)))
         except PlanningError as error:
             raise type(error)(f"pose {number} of {len(poses)}: {error}") from error
-    return _joined(parts)
+    return joined(parts)
 
 
-def _joined(parts: Sequence[PlanResult]) -> PlanResult:
-    """Return the parts as one plan, which is not a stored one itself."""
+def joined(parts: Sequence[PlanResult]) -> PlanResult:
+    """Return the parts of a path as one plan, which is not a stored one itself."""
     first, rest = parts[0], parts[1:]
     computed = [part for part in parts if part.origin == "computed"]
     return PlanResult(

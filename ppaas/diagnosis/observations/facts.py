@@ -165,6 +165,8 @@ class PlaceFacts(msgspec.Struct, kw_only=True, frozen=True):
         The map at the pose; empty if unknown.
     clearance : float, optional
         Distance from the pose to the nearest occupied cell of the map [m].
+    barrier : str
+        The keep-out zone or mask that the robot's centre is in, in words; empty if it is in none.
     radius : float
         Largest radius around the robot's centre that is within its footprint [m].
     """
@@ -177,6 +179,7 @@ class PlaceFacts(msgspec.Struct, kw_only=True, frozen=True):
     explained: float | None = None
     cell: str = ""
     clearance: float | None = None
+    barrier: str = ""
     radius: float = 0.0
 
 

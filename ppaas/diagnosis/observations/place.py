@@ -2,6 +2,7 @@
 
 import math
 
+from ppaas.costmap.causes import barriers_at
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.diagnosis.observations.facts import PlaceFacts
 from ppaas.diagnosis.observations.scans import explained
@@ -54,6 +55,7 @@ class PlaceWatch:
             explained=_explained(pose, scan, latest, robot.names.base, layers),
             cell=cell,
             clearance=clearance,
+            barrier=_barrier(pose, layers),
             radius=robot.radius,
         )
 
@@ -76,6 +78,13 @@ def _at(pose: Pose2D, layers: MapLayers | None) -> tuple[str, float | None]:
     value = int(layers.grid.data[cell])
     name = "unknown" if value < 0 else "occupied" if value >= OCCUPIED_THRESHOLD else "free"
     return name, float(layers.distance[cell])
+
+
+def _barrier(pose: Pose2D, layers: MapLayers | None) -> str:
+    if layers is None:
+        return ""
+    found = barriers_at(layers, pose.x, pose.y, 0.75 * layers.grid.info.resolution)
+    return found[0].text if found else ""
 
 
 def _explained(

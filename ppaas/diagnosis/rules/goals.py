@@ -26,7 +26,7 @@ def goals(seen: Observations) -> Iterator[Finding]:
         yield error("goal-waits", text, "Mend what it names; it continues by itself.", CMD_VEL)
     elif goal.text.startswith("recovering"):
         text = capital(f"move Base is {goal.text}")
-        yield warn("goal-recovers", text, "It found no path or no velocity: look for obstacles.", CMD_VEL)
+        yield warn("goal-recovers", text, "Mend what it names; if it names nothing, look for obstacles.", CMD_VEL)
     elif seen.follows_paths:
         text = f"The robot is led along paths, which it follows itself ({goal.text or 'no text'})."
         yield ok("goal-active", text, "", topics.FOLLOW_PATH_GOAL.name)

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from ppaas.diagnosis.observations.facts import Observations, PlaceFacts
 from ppaas.diagnosis.rules.finding import Finding, error, ok, warn
+from ppaas.diagnosis.rules.scans import BLIND
 from ppaas.diagnosis.rules.words import capital, percent, seconds
 from ppaas.nodes import topics
 
@@ -30,8 +31,8 @@ def place(seen: Observations) -> Iterator[Finding]:
         return
     if facts.problem and _is_named(seen):
         return
-    if facts.problem and seen.topic(topics.SCAN.name).refused:
-        return  # the rules on frames and refusals say the same
+    if facts.problem and (seen.topic(topics.SCAN.name).refused or facts.problem.startswith(BLIND)):
+        return  # the rules on frames, refusals and ranges say the same
     if facts.problem:
         text = capital(f"{'mapping' if seen.makes_map else 'localization'} uses no scans: {facts.problem}")
         yield error("localization-without-scans", text, "Mend what it names; other findings may say more.", topic)
@@ -107,6 +108,10 @@ def _on_map(facts: PlaceFacts) -> Iterator[Finding]:
     elif facts.cell == "occupied":
         text = f"By its pose ({where}) the robot is in an obstacle of the map."
         yield error("pose-in-obstacle", text, SET_POSE, "amcl_pose")
+    elif facts.barrier:
+        text = f"By its pose ({where}) the robot is in {facts.barrier}."
+        advice = "With its next goal it leaves by the shortest way. If it belongs there, change the zone or mask."
+        yield warn("pose-in-zone", text, advice, "amcl_pose")
     elif facts.cell == "unknown":
         text = f"By its pose ({where}) the robot is in unknown space of the map."
         yield warn("pose-in-unknown", text, f"Planners avoid it unless allow_unknown is set. {SET_POSE}", "amcl_pose")

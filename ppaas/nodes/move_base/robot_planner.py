@@ -25,6 +25,7 @@ from ppaas.nodes.base import Context, Job
 from ppaas.nodes.move_base.surroundings import Surroundings
 from ppaas.nodes.planner_server.planner_queue import PlannerQueue
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
+from ppaas.planners.field.way_out import plan_way_out
 from ppaas.planners.through_poses import plan_through
 from ppaas.planners.weights import passable
 from ppaas.plans.reuse.crossed_cells import crossed_by
@@ -77,7 +78,7 @@ Planned = PlanResult | Detour | Waiting | NoPlan | Outdated | PPaaSError
 
 def plan_for_robot(
     processor: PlanProcessor, planner: Planner, static: Costmap, current: Costmap, request: PlanRequest, *,
-    reuse: bool, through: Sequence[Pose2D] = (),
+    reuse: bool, through: Sequence[Pose2D] = (), leaving: Costmap | None = None,
 ) -> PlanResult | NoPlan:  # fmt: skip
     """Plan around observed obstacles; if they block the path, check on the map alone whether the error is final.
 
@@ -91,20 +92,30 @@ def plan_for_robot(
         Costmap of the map alone, and with observed obstacles; the same object if there are none.
     through : sequence of Pose2D
         Poses that the path passes.
+    leaving : Costmap, optional
+        Costs by which the robot leaves a keep-out zone that it is in.
     """
+
+    def on(costmap: Costmap, plan: Callable[[PlanRequest], PlanResult]) -> PlanResult:
+        def whole(part: PlanRequest) -> PlanResult:
+            return plan_through(plan, through, part)
+
+        return whole(request) if leaving is None else plan_way_out(whole, costmap, leaving, request)
+
     try:
-        return plan_through(lambda part: processor.plan(planner, current, part, reuse=reuse), through, request)
+        return on(current, lambda part: processor.plan(planner, current, part, reuse=reuse))
     except BLOCKED as error:
-        return NoPlan(error, final=current is static or _is_blocked(planner, static, request, through))
+        final = current is static or _is_blocked(lambda: on(static, lambda part: planner.plan(static, part)))
+        return NoPlan(error, final=final)
     except FINAL as error:
         return NoPlan(error, final=True)
     except PlanningError as error:
         return NoPlan(error, final=False)
 
 
-def _is_blocked(planner: Planner, static: Costmap, request: PlanRequest, through: Sequence[Pose2D]) -> bool:
+def _is_blocked(plan: Callable[[], PlanResult]) -> bool:
     try:
-        plan_through(lambda part: planner.plan(static, part), through, request)
+        plan()
     except BLOCKED:
         return True
     except PlanningError:
@@ -187,14 +198,18 @@ class RobotPlanner:
     ) -> None:
         """Plan around observed obstacles, through poses; ``done`` is called with the result."""
         p, processor, planner = self._parameters, self._processor, self._planner
-        static, current = self._surroundings.static, self._marked()
+        static, current, leaving = self._surroundings.static, self._marked(), self._surroundings.way_out()
 
         def work(cancelled: Callable[[], bool]) -> PlanResult | NoPlan:
             request = PlanRequest(start, goal, p.default_tolerance, p.planner_timeout, cancelled, self._threads())
-            return plan_for_robot(processor, planner, static, current, request, reuse=p.reuse_plans, through=through)
+            return plan_for_robot(
+                processor, planner, static, current, request, reuse=p.reuse_plans, through=through, leaving=leaving
+            )
 
         def planned(result: PlanResult | NoPlan | PPaaSError) -> None:
-            if static is self._surroundings.static:
+            if leaving is not None:
+                done(result)
+            elif static is self._surroundings.static:
                 done(self._followed(result, current, start))
             else:
                 done(self._on_new_map(result, start))

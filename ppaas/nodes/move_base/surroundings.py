@@ -4,7 +4,10 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
+
 from ppaas.controllers.base import Velocity
+from ppaas.costmap.causes import Body, Causes
 from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.local_costmap import LocalCostmap
 from ppaas.costmap.map_layers import MapLayers
@@ -110,6 +113,8 @@ class Surroundings:
         self._in_odom: dict[str, Pose2D] = {}
         self._others: tuple[MovingObstacle, ...] = ()
         self._others_at = float("-inf")
+        self._names: tuple[str, ...] = ()
+        self._nearby: tuple[Body, ...] = ()
         self._keep_away: tuple[bool, ...] = ()
         self._trusts_grants = False
         self._ahead = AHEAD
@@ -173,6 +178,7 @@ class Surroundings:
         """Store the poses and velocities of the other robots in the map frame."""
         self._others = others_of(message, self._robot_radius)
         self._keep_away = tuple(message.granted) or (False,) * len(self._others)
+        self._names = tuple(message.names) or ("",) * len(self._others)
         self._others_at = now
 
     def trust_grants(self) -> None:
@@ -222,7 +228,9 @@ class Surroundings:
         self._clear_after_jump(pose, now)
         readings = self._readings(now)
         others = tuple(swept_discs((*self._near(pose, now), *self._seen_moving(now)), self._ahead, own))
-        others += self._bodies(pose, now)
+        people_near = self._bodies(pose, now)
+        self._nearby = (*self._named(now), *(Body("person", *body) for body in people_near))
+        others += people_near
         people, between = self._people.now(now), self._people.between(now)
         if self.costs is None or readings or self._is_elsewhere(pose, others, people + between):
             self._looked = pose, others, people + between
@@ -284,7 +292,18 @@ class Surroundings:
 
     def overlay(self, costmap: Costmap) -> Costmap:
         """Return a costmap of the whole map with all observed obstacles, or the given one if there are none."""
-        return self._memory.overlay(self._local.overlay(costmap))
+        current = self._memory.overlay(self._local.overlay(costmap))
+        return current if current is costmap else replace(current, causes=self._causes())
+
+    def way_out(self) -> Costmap | None:
+        """Return the costs by which the robot leaves a keep-out zone that it is in, or None if it is in none."""
+        costs = self._local.way_out
+        return None if costs is None else self.overlay(costs)
+
+    def _causes(self) -> Causes:
+        """Return what makes places lethal now."""
+        memory = self.layers.grid.info.to_world(self._memory.cells).reshape(-1, 2)
+        return Causes(self._local.map_layers, self._nearby, np.concatenate((self._local.seen_points, memory)))
 
     def clear(self, around: Pose2D | None = None, beyond: float = 0.0, affected_maps: AffectedMaps = "both") -> None:
         """Clear the observed obstacles, or only those farther than ``beyond`` [m] from a pose.
@@ -348,6 +367,13 @@ class Surroundings:
         near = filter(is_near, self._people.unseen(now))
         legs = [body for body in near if self._local.sees_at(body.x, body.y, LEGS)]
         return tuple((body.x, body.y, body.radius) for body in seen + legs)
+
+    def _named(self, now: float) -> list[Body]:
+        """Return the other robots with their names, for texts."""
+        robots = self._others if now - self._others_at <= OTHERS_FRESH else ()
+        return [
+            Body("robot", each.x, each.y, each.radius, name) for each, name in zip(robots, self._names, strict=False)
+        ]
 
     def _near(self, pose: Pose2D, now: float) -> list[MovingObstacle]:
         """Return the other robots near the window, from the last message, unless that is too old."""

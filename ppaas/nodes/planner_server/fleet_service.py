@@ -111,7 +111,7 @@ class FleetService:
             to_lethal, info = clearance_of(self._layers), self._layers.grid.info
             metric = roadmap_on(to_lethal, info, zones, RobotSizes(radius, margin), check)
             metric = replace(metric, roadmap=rules_on(metric, zones, radius).roadmap)
-            found = MetricFloor(to_lethal, info, metric, radius)
+            found = MetricFloor(to_lethal, info, metric, radius, self._layers.costmap.causes)
         self._floors[key] = found
         return found
 

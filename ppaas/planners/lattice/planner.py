@@ -15,7 +15,7 @@ from ppaas.geometry import Pose2D, Poses, wrap_angle
 from ppaas.maps.grid import GridInfo
 from ppaas.parameters import read_parameters
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
-from ppaas.planners.ends import Ends, place_ends
+from ppaas.planners.ends import Ends, cause_text, place_ends
 from ppaas.planners.field.cost_field import CostField
 from ppaas.planners.kernels import indexed_heap
 from ppaas.planners.lattice.kernels import driving, dubins, hybrid_astar, pose_tree, reeds_shepp, shortcuts, steering
@@ -97,7 +97,7 @@ class Lattice(Planner):
         parameters = self.parameters
         start, goal = _in_cells(costmap, request.start), _in_cells(costmap, ends.goal_pose)
         surface = prepare_surface(costmap, start, parameters, check)
-        _check_outline(surface, start, goal, request.start, ends.goal_pose)
+        _check_outline(costmap, surface, (start, goal), (request.start, ends.goal_pose))
         field = CostField(
             Costmap(surface.costs, costmap.info), np.array([ends.goal]), threads=request.threads, check=check
         )
@@ -196,18 +196,22 @@ def _cells(points: Floats, costmap: Costmap, start: Pose2D, ends: Ends) -> NDArr
     return cells[np.concatenate(([True], moved))]
 
 
-def _check_outline(surface: DrivingSurface, start: Pose2D, goal: Pose2D, start_pose: Pose2D, goal_pose: Pose2D) -> None:
+def _check_outline(
+    costmap: Costmap, surface: DrivingSurface, ends: tuple[Pose2D, Pose2D], poses: tuple[Pose2D, Pose2D]
+) -> None:
     """Raise if the outline touches an obstacle at either end; the error states the poses in the frame of the map."""
+    (start, goal), (start_pose, goal_pose) = ends, poses
     if not len(surface.corners):
         return
     if not fits(surface, start.x, start.y, math.cos(start.theta), math.sin(start.theta)):
         raise StartOccupied(
-            f"the footprint at the start {_format_pose(start_pose)} touches an obstacle; "
-            "correct the pose or the footprint"
+            f"the footprint at the start {_format_pose(start_pose)} touches "
+            f"{cause_text(costmap, start_pose, 'an obstacle')}; correct the pose or the footprint"
         )
     if not fits(surface, goal.x, goal.y, math.cos(goal.theta), math.sin(goal.theta)):
         raise GoalOccupied(
-            f"the footprint would touch an obstacle at the goal {_format_pose(goal_pose)}; choose another pose"
+            f"the footprint would touch {cause_text(costmap, goal_pose, 'an obstacle')} at the goal "
+            f"{_format_pose(goal_pose)}; choose another pose"
         )
 
 

@@ -1,17 +1,21 @@
 """A clone with masks: it keeps out of some places, and drives slowly in others."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
+from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import InvalidParameter, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.messages import nav2_msgs
 from ppaas.messages.actionlib_msgs import Status
+from ppaas.zones.zone import KeepOut, ZoneSet
 from tests.support.world.closed_loop import ClosedLoop
 from tests.support.world.planar_world import Box, World, fill, walled_map
+from tests.support.zones import rectangle
 
 RADIUS = 0.18
 START, BEYOND = Pose2D(1.0, 1.0, math.pi / 2), Pose2D(6.5, 1.6, 0.0)
@@ -111,8 +115,45 @@ def test_speed_mask_with_invalid_limits_is_an_error():
         )
 
 
-def test_robot_that_starts_in_a_keepout_zone_does_not_move():
-    driving = driven(masks={"keepout": mask((0.5, 0.5, 1.5, 1.5))}, parameters=KEEPOUT)
+@pytest.mark.parametrize("planner", ["dwa", "mppi", "pure_pursuit"])
+def test_robot_that_starts_in_a_keepout_zone_leaves_it_by_the_shortest_way_and_stays_out(planner):
+    zone = (0.3, 0.3, 2.0, 3.0)
+    driving = driven(base_local_planner=planner, masks={"keepout": mask(zone)}, parameters=KEEPOUT)
+    assert driving.last_status() is Status.SUCCEEDED, driving.results[-1].status.text
+    apart = [distance_to(zone, pose) for pose, _ in driving.track]
+    left = next(number for number, distance in enumerate(apart) if distance > RADIUS)
+    assert min(apart[left:]) > RADIUS - 0.02, "it is not led in again"
+    driven_in_zone = sum(one.distance_to(other) for (one, _), (other, _) in pairwise(driving.track[:left]))
+    assert driven_in_zone < 1.0 + RADIUS + 0.4, "the nearest side is 1 m away"
+
+
+def test_robot_in_a_keepout_zone_does_not_drive_to_a_goal_in_it():
+    driving = driven(Pose2D(1.4, 2.0), masks={"keepout": mask((0.3, 0.3, 2.0, 3.0))}, parameters=KEEPOUT)
     assert driving.last_status() is Status.ABORTED
-    assert "is in an obstacle" in driving.results[-1].status.text
-    assert max(pose.distance_to(START) for pose, _ in driving.track) < 0.05
+    assert "the goal x=1.400 y=2.000 is in a keep-out mask" in driving.results[-1].status.text
+    assert driving.world.pose.distance_to(START) < 0.05
+
+
+def test_robot_leaves_a_zone_that_comes_over_it_while_it_drives():
+    driving = ClosedLoop(World(walled_map(8, 8, TWO_DOORS), START))
+    for _ in range(6):
+        driving.step()
+    driving.send_goal(BEYOND)
+    for _ in range(60):
+        driving.step()
+    here = driving.world.pose
+    zone = rectangle(KeepOut(name="spill"), here.x - 0.6, here.y - 0.6, here.x + 0.6, here.y + 0.6)
+    layers = build_layers(driving.world.grid, robot_radius=RADIUS, zones=ZoneSet([zone]))
+    driving.graph.nodes["move_base"].use_layers(layers)
+    driving.run(60.0)
+    assert driving.last_status() is Status.SUCCEEDED, driving.results[-1].status.text
+
+
+@pytest.mark.parametrize("outside", [False, True])
+def test_a_refused_goal_names_the_zone(outside):
+    zone = rectangle(KeepOut(name="spill"), 2.5, 1.0, 3.5, 2.2)
+    driving = driven(Pose2D(2.4 if outside else 3.0, 1.6), masks={"zones": ZoneSet([zone])})
+    assert driving.last_status() is Status.ABORTED
+    where = "is too close to" if outside else "is in"
+    assert f"{where} the keep-out zone 'spill'" in driving.results[-1].status.text
+    assert "choose a goal outside of it, or change the zones" in driving.results[-1].status.text

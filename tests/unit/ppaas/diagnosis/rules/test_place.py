@@ -4,6 +4,7 @@ import pytest
 
 from ppaas.diagnosis.observations.facts import PlaceFacts
 from ppaas.diagnosis.rules.place import place
+from ppaas.diagnosis.rules.scans import BLIND
 from tests.support.world.diagnosed_robot import healthy, with_topic
 
 GOOD = {
@@ -26,6 +27,7 @@ GOOD = {
         ({"explained": None, "deviation": None}, []),
         ({"cell": "outside", "clearance": None}, ["pose-outside-map"]),
         ({"cell": "occupied", "clearance": 0.0}, ["pose-in-obstacle"]),
+        ({"barrier": "the keep-out zone 'spill'"}, ["pose-in-zone"]),
         ({"cell": "unknown"}, ["pose-in-unknown"]),
         ({"clearance": 0.15}, ["footprint-in-obstacle"]),
     ],
@@ -44,6 +46,10 @@ def test_refused_scans_are_left_to_the_rule_on_refusals() -> None:
     seen = with_topic("scan", refused=4)
     seen.place = PlaceFacts(problem="scans are refused: x")
     assert list(place(seen)) == []
+
+
+def test_scans_without_readings_are_left_to_the_rule_on_ranges() -> None:
+    assert list(place(healthy(makes_map=True, place=PlaceFacts(problem=f"{BLIND}All ranges are infinite.")))) == []
 
 
 def test_robot_that_makes_a_map_is_told_so() -> None:

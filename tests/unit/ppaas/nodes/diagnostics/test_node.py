@@ -18,8 +18,10 @@ from ppaas.messages.health.observe import ObserveRequest
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.diagnostics.node import IDLE, MOST_REPORTS
 from ppaas.transforms.planar import transform_message
+from ppaas.zones.zone import KeepOut, ZoneSet
 from tests.support.world.diagnosed_robot import DiagnosedRobot, kinds
 from tests.support.world.planar_world import walled_map
+from tests.support.zones import rectangle
 
 Sends = Callable[[DiagnosedRobot, int], None]
 
@@ -187,6 +189,16 @@ def test_place_of_the_robot_is_compared_with_its_map(x: float, sigma: float, kin
     assert seen.place.cell == expected
     assert kind in kinds(list(place(seen)))
     assert seen.place.deviation == pytest.approx(math.sqrt(2.0) * sigma)
+
+
+def test_a_robot_in_a_keep_out_zone_is_told_its_name() -> None:
+    layers = build_layers(walled_map(4, 4, []), zones=ZoneSet([rectangle(KeepOut(name="spill"), 1.0, 1.0, 3.0, 3.0)]))
+    robot = DiagnosedRobot(WatchedRobot(layers=lambda: layers, radius=0.3))
+    answers = robot.ask(1.0)
+    robot.node._heard("amcl_pose", pose_at(1.5, 0.01))
+    robot.run(1.1, DiagnosedRobot.well)
+    [finding] = [each for each in place(answers[0]) if each.kind == "pose-in-zone"]
+    assert "the robot is in the keep-out zone 'spill'." in finding.text
 
 
 def pose_at(x: float, sigma: float) -> PoseWithCovarianceStamped:

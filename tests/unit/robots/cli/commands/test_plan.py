@@ -151,7 +151,10 @@ async def test_the_path_on_a_map_file_is_drawn(ppaas: CommandLine, tmp_path: Pat
         (("no.yaml", *IN_OFFICE[1:]), "invalid-map: cannot read the map: "),
         (("no.png", *IN_OFFICE[1:]), "invalid-map: cannot read the map: "),
         ((str(ROOT / "README.md"), *IN_OFFICE[1:]), "invalid-map: the map's YAML "),
-        ((OFFICE, "--start", "0.01", "0.01", "--goal", "2", "2"), "start-occupied: the robot at x=0.010 y=0.010 "),
+        (
+            (OFFICE, "--start", "0.01", "0.01", "--goal", "2", "2"),
+            "start-occupied: the start x=0.010 y=0.010 is in ",
+        ),
         (
             (OFFICE, "--start", "2", "2", "--goal", "99", "2"),
             "goal-outside-map: the goal x=99.000 y=2.000 is outside",
