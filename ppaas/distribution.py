@@ -7,8 +7,8 @@ from importlib.metadata import PackageNotFoundError, requires, version
 
 from ppaas.errors import Unavailable
 
-NAME = "ppaas"
-"""Name of the distribution."""
+NAME = "ppaas-cloud"
+"""Name of the distribution; on the index of Python, ``ppaas`` is another program."""
 
 BASE = ""
 """Name of the group of requirements without an extra, which a robot needs."""

@@ -12,12 +12,13 @@ from typing import Any, Generic, TypeVar
 
 import msgspec
 
+from ppaas.distribution import NAME
 from ppaas.errors import InvalidParameter, NotFound, NotPermitted
 
 P = TypeVar("P")
 
-OWN = "ppaas"
-"""Name of this distribution, whose own plug-ins are always allowed."""
+GROUPS = "ppaas."
+"""Beginning of the names of the entry point groups of plug-ins."""
 
 _permitted: frozenset[str] | None = None
 
@@ -39,7 +40,7 @@ def permit_only(allowed: Iterable[str]) -> None:
     names = frozenset(allowed)
     for name in names:
         group, _, plugin = name.partition(":")
-        if not (group.startswith(f"{OWN}.") and plugin):
+        if not (group.startswith(GROUPS) and plugin):
             raise InvalidParameter(f"name a plug-in as group:name, for example ppaas.planners:mine, not {name!r}")
     _permitted = names
 
@@ -50,7 +51,8 @@ def permitted() -> tuple[str, ...] | None:
 
 
 def _is_own(entry: EntryPoint) -> bool:
-    return entry.dist is not None and entry.dist.name == OWN
+    """Return whether this distribution has an entry point; its plug-ins are always allowed."""
+    return entry.dist is not None and entry.dist.name == NAME
 
 
 def _may_load(entry: EntryPoint) -> bool:

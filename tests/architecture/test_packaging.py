@@ -14,6 +14,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 import ppaas
+from ppaas.distribution import NAME
 from tests.support.sources import PACKAGES, ROOT, pyproject
 
 LOCKS = ["deploy/requirements.lock", "deploy/bootstrap.lock"]
@@ -26,7 +27,8 @@ ENTRY_POINTS = [
 
 
 def test_version_is_equal_everywhere():
-    assert PROJECT["version"] == ppaas.__version__ == importlib.metadata.version("ppaas")
+    assert PROJECT["name"] == NAME
+    assert PROJECT["version"] == ppaas.__version__ == importlib.metadata.version(NAME)
 
 
 def test_base_install_has_three_dependencies():
@@ -51,7 +53,7 @@ def test_every_entry_point_loads(group, name, value):
 
 
 def test_installed_entry_points_are_those_of_the_project():
-    installed = importlib.metadata.distribution("ppaas").entry_points
+    installed = importlib.metadata.distribution(NAME).entry_points
     assert {(e.group, e.name, e.value) for e in installed} == set(ENTRY_POINTS), "run make setup"
 
 
@@ -71,7 +73,7 @@ def wheel(tmp_path_factory) -> list[str]:
 
 def test_wheel_contains_only_the_packages(wheel):
     top = {name.partition("/")[0] for name in wheel}
-    assert top == {*PACKAGES, f"ppaas-{ppaas.__version__}.dist-info"}
+    assert top == {*PACKAGES, f"ppaas_cloud-{ppaas.__version__}.dist-info"}
 
 
 def test_the_wheel_contains_types_and_licence(wheel):
@@ -91,8 +93,8 @@ def test_the_wheel_contains_every_file_of_the_dashboard(wheel):
 def requirements(extra: str) -> list[Requirement]:
     """Return the requirements of an extra, with those of the extras in it."""
     found = [Requirement(text) for text in PROJECT["optional-dependencies"][extra]]
-    inner = [inner for requirement in found if requirement.name == "ppaas" for inner in sorted(requirement.extras)]
-    return [r for r in found if r.name != "ppaas"] + [r for name in inner for r in requirements(name)]
+    inner = [inner for requirement in found if requirement.name == NAME for inner in sorted(requirement.extras)]
+    return [r for r in found if r.name != NAME] + [r for name in inner for r in requirements(name)]
 
 
 @cache

@@ -6,6 +6,7 @@ from importlib.metadata import EntryPoint, distribution
 import pytest
 
 import ppaas
+from ppaas.distribution import NAME
 from robots.cli.benches import GROUP
 from tests.support.sources import ROOT, pyproject
 
@@ -48,4 +49,4 @@ def test_the_installed_benches_are_those_of_the_project() -> None:
 
 def test_ppaas_itself_registers_no_bench() -> None:
     assert GROUP not in pyproject()["project"]["entry-points"]
-    assert GROUP not in {entry.group for entry in distribution("ppaas").entry_points}
+    assert GROUP not in {entry.group for entry in distribution(NAME).entry_points}

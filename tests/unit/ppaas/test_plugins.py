@@ -5,6 +5,7 @@ from importlib.metadata import EntryPoint, distribution
 import pytest
 
 from ppaas import plugins
+from ppaas.distribution import NAME
 from ppaas.errors import InvalidParameter, NotFound, NotPermitted
 from ppaas.planners.base import Planner
 from ppaas.planners.grid.astar import AStar
@@ -28,7 +29,7 @@ def entry(name: str, of: str) -> EntryPoint:
 
 @pytest.fixture
 def registry(monkeypatch: pytest.MonkeyPatch) -> PluginRegistry[Planner]:
-    entries = [entry("ours", "ppaas"), entry("theirs", "another"), entry("more", "another"), entry("ours", "another")]
+    entries = [entry("ours", NAME), entry("theirs", "another"), entry("more", "another"), entry("ours", "another")]
     monkeypatch.setattr(plugins, "entry_points", lambda group: entries)
     return PluginRegistry(GROUP, "planner", Planner, {})  # type: ignore[type-abstract]
 
@@ -57,7 +58,7 @@ def test_plugin_not_allowed_is_refused_with_the_option(registry: PluginRegistry[
 
 def test_own_plugin_is_not_replaced_by_another_of_its_name(registry: PluginRegistry[Planner]) -> None:
     permit_only([])
-    assert registry._entries["ours"].dist.name == "ppaas"  # type: ignore[union-attr]
+    assert registry._entries["ours"].dist.name == NAME  # type: ignore[union-attr]
     assert registry.load("ours") is AStar
 
 
@@ -68,6 +69,6 @@ def test_an_invalid_name_is_refused(name: str) -> None:
 
 
 def test_all_plugins_of_the_project_are_recognized_as_own() -> None:
-    entries = [entry for entry in distribution("ppaas").entry_points if entry.group == GROUP]
+    entries = [entry for entry in distribution(NAME).entry_points if entry.group == GROUP]
     assert entries
     assert all(plugins._is_own(entry) for entry in entries)
