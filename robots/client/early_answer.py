@@ -102,9 +102,9 @@ class _Reread:
         self._socket = connected
         self._first = first
 
-    def makefile(self, mode: str) -> Any:
+    def makefile(self, _mode: str) -> Any:
         """Return a file that begins with the part that was read."""
-        return io.BufferedReader(_Joined(self._first, self._socket.makefile(mode, buffering=0)))
+        return io.BufferedReader(_Joined(self._first, self._socket.makefile("rb", buffering=0)))
 
     def close(self) -> None:
         """Close the socket as soon as its files are closed."""

@@ -13,7 +13,6 @@ SUBJECTS = (
     "tests/unit/endpoints/http/test_websocket_protocol.py",
     "tests/unit/ppaas/recording/test_mcap_files.py",
     "tests/unit/ppaas/test_distribution.py",
-    "tests/unit/ppaas/test_kernel_cache.py",
     "tests/unit/ppaas/wire/binary",
     "tests/unit/ppaas/wire/ros",
     "tests/unit/robots/client/test_robot_client.py",
