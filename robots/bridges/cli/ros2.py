@@ -5,7 +5,6 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ppaas.wire.ros.graph import ROS_2_RELEASES
 from robots.bridges.cli.running import run_bridge
 from robots.cli.session import add_cloud_arguments
 
@@ -15,6 +14,8 @@ if TYPE_CHECKING:
 HELP = "connect a robot with ROS 2 to the cloud; no ROS is needed where the bridge runs"
 
 TRANSPORTS = ("dds", "zenoh", "rclpy")
+RELEASES = ("humble", "jazzy", "kilted", "lyrical")
+"""Those of `ppaas.wire.ros.graph.ROS_2_RELEASES`, whose module is not loaded for a help text."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -36,7 +37,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--namespace", help="namespace of the robot's nodes (found by its odometry and scans)")
     parser.add_argument(
-        "--distro", choices=ROS_2_RELEASES, help="release of the robot's ROS 2 (found by the robot's nodes)"
+        "--distro", choices=RELEASES, help="release of the robot's ROS 2 (found by the robot's nodes)"
     )
     zenoh = parser.add_argument_group("transport zenoh")
     zenoh.add_argument(
