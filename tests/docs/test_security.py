@@ -58,6 +58,7 @@ BODIES: dict[str, Any] = {
     "change_user": {"old_password": PASSWORD, "password": "another password"},
     "change_map": {"readers": ["*"]},
     "put_zones": {"type": "FeatureCollection", "features": []},
+    "check_zones": {"type": "FeatureCollection", "features": []},
     "approve_review": {"why": "seen it"},
     "refuse_review": {"why": "it was a person"},
     "roll_back_map": {"version": records.house().version},
