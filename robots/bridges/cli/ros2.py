@@ -36,9 +36,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="domain of the robot's nodes (ROS_DOMAIN_ID, else 0)",
     )
     parser.add_argument("--namespace", help="namespace of the robot's nodes (found by its odometry and scans)")
-    parser.add_argument(
-        "--distro", choices=RELEASES, help="release of the robot's ROS 2 (found by the robot's nodes)"
-    )
+    parser.add_argument("--distro", choices=RELEASES, help="release of the robot's ROS 2 (found by the robot's nodes)")
     zenoh = parser.add_argument_group("transport zenoh")
     zenoh.add_argument(
         "--listen",
