@@ -21,7 +21,7 @@ class MapStore(Protocol):
         """Make the uploaded files the current version of a map, atomically; return its head.
 
         Metadata that the publication leaves at None is unchanged. Publishing the files of the current version again
-        adds no version, so a publication may be retried.
+        adds no version, so a publication may be retried; a message replaces that of the version.
 
         Raises
         ------

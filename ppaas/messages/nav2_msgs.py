@@ -179,10 +179,9 @@ class NavigateThroughPosesActionResult(Message):
 class ComputePathToPoseGoal(Message):
     """``nav2_msgs/ComputePathToPoseGoal``: the path begins at the robot, or at ``start`` if ``use_start``.
 
-    It passes ``viapoints`` in order, which Nav2 has since Lyrical.
+    It passes ``viapoints`` in order, which Nav2 has since Lyrical. They are last here, so that arguments in a list keep
+    the order of earlier releases.
     """
-
-    ros_order: ClassVar[tuple[str, ...]] = ("goal", "start", "viapoints", "planner_id", "use_start")
 
     goal: PoseStamped
     start: PoseStamped

@@ -126,19 +126,12 @@ class PlainAction(Action):
         return result
 
 
-class _NavigateToPoseFeedback(msgspec.Struct):
-    current_pose: PoseStamped
-    navigation_time: Duration
-    estimated_time_remaining: Duration
-    number_of_recoveries: int
-    distance_remaining: float
-
-
 class NavigateToPose(Action):
     """Nav2's action, executed by Move Base, for one goal.
 
     What is not in Move Base's feedback comes from its topic ``navigate_to_pose/feedback``: the distance along the path,
-    the estimated time and the recoveries. Until the first such message the distance is that of the straight line.
+    the estimated time, the recoveries and the tracking errors. Until the first such message the distance is that of the
+    straight line.
     """
 
     progress_topic: ClassVar[str] = f"{NAVIGATE_TO_POSE}/feedback"
@@ -168,12 +161,14 @@ class NavigateToPose(Action):
         """Return pose, navigation time, and remaining time and distance; the distance is null if unknown."""
         current, known = decode(MoveBaseFeedback, feedback).base_position, self._progress
         return _encoder.encode(
-            _NavigateToPoseFeedback(
+            NavigateToPoseFeedback(
                 current,
                 Duration.of(max(now - sent.at, 0.0)),
                 known.estimated_time_remaining if known else Duration(),
                 known.number_of_recoveries if known else 0,
                 known.distance_remaining if known else _straight(current, sent.goal),
+                known.position_tracking_error if known else 0.0,
+                known.heading_tracking_error if known else 0.0,
             )
         )
 

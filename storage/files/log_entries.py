@@ -97,11 +97,12 @@ def files_path(map_id: str, era: int) -> str:
 
 
 def published(latest: LatestEntry, publication: Publication, upload: StagedUpload) -> MapRecord:
-    """Return the record after a publication; files that are current already add no version."""
+    """Return the record after a publication; files that are current already add no version, but keep its message."""
     before, files = latest.record, files_of(latest, publication.map, upload)
     version = map_version(files)
     if before is not None and before.version == version:
-        return _with_present(before, publication, before.present)
+        message = publication.message or before.present.message
+        return _with_present(before, publication, msgspec.structs.replace(before.present, message=message))
     return _with_present(before, publication, _version(latest, publication, version, files))
 
 

@@ -228,7 +228,7 @@ class LoggedMapStore:
 
     def _history(self, latest: LatestEntry, head: MapRecord, before: int | None = None) -> Iterator[MapVersionRecord]:
         """Yield the publications, newest first. Each entry has the version that was current when it was written."""
-        begin = head.present.number if before is None else min(head.present.number, before - 1)
+        begin = latest.number if before is None else min(latest.number, before - 1)
         for number in sorted(self._numbers(head.id), reverse=True):
             if latest.era <= number <= begin:
                 present = self._read_version(head.id, number, latest.era)

@@ -5,6 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from threading import Barrier
 
+import msgspec
 import pytest
 
 from ppaas.errors import Conflict, InvalidInput, NotFound
@@ -91,9 +92,18 @@ def test_the_last_published_version_is_current(map_store: MapStore) -> None:
 
 def test_publishing_the_current_version_changes_only_its_description(map_store: MapStore) -> None:
     head = put_map(map_store, house(), message="first walk")
-    again = put_map(map_store, house(created=8.0, description="hall"), message="once more")
+    again = put_map(map_store, house(created=8.0, description="hall"))
     assert (again.present, again.description) == (head.present, "hall")
     assert map_store.versions("house") == [head.present]
+
+
+def test_publishing_the_current_version_replaces_its_message(map_store: MapStore) -> None:
+    first = put_map(map_store, house(), message="first walk").present
+    again = put_map(map_store, house(created=8.0), message="surveyed in May").present
+    assert again == msgspec.structs.replace(first, message="surveyed in May")
+    assert map_store.versions("house") == [again]
+    second = put_map(map_store, house(image=pgm(value=7)), message="a new wall").present
+    assert map_store.versions("house") == [second, again]
 
 
 def test_readers_change_without_a_new_version(map_store: MapStore) -> None:

@@ -62,6 +62,7 @@ async def navigator(driven: DrivenPlace) -> AsyncIterator[StillClient]:
 POSE_FEEDBACK = [
     "current_pose", "navigation_time", "estimated_time_remaining", "number_of_recoveries", "distance_remaining",
 ]  # fmt: skip
+TRACKING = ["position_tracking_error", "heading_tracking_error"]
 MOTION = ["total_elapsed_time", "error_code", "error_msg"]
 ERROR = ["error_code", "error_msg"]
 PATH = ["path", "planning_time", *ERROR]
@@ -70,13 +71,13 @@ PATH = ["path", "planning_time", *ERROR]
 @pytest.mark.parametrize(
     ("action", "sent", "result", "feedback"),
     [
-        ("NavigateToPose", ["pose", "behavior_tree"], ERROR, POSE_FEEDBACK),
+        ("NavigateToPose", ["pose", "behavior_tree"], ERROR, [*POSE_FEEDBACK, *TRACKING]),
         (
-            "NavigateThroughPoses", ["poses", "behavior_tree"], ERROR,
-            [*POSE_FEEDBACK, "number_of_poses_remaining"],
+            "NavigateThroughPoses", ["poses", "behavior_tree"], [*ERROR, "waypoint_statuses"],
+            [*POSE_FEEDBACK, *TRACKING, "number_of_poses_remaining", "waypoint_statuses"],
         ),
-        ("ComputePathToPose", ["goal", "start", "planner_id", "use_start"], PATH, []),
-        ("ComputePathThroughPoses", ["goals", "start", "planner_id", "use_start"], PATH, []),
+        ("ComputePathToPose", ["goal", "start", "planner_id", "use_start", "viapoints"], PATH, []),
+        ("ComputePathThroughPoses", ["goals", "start", "planner_id", "use_start"], [*PATH, "last_reached_index"], []),
         (
             "Spin", ["target_yaw", "time_allowance", "disable_collision_checks"], MOTION,
             ["angular_distance_traveled"],
@@ -91,7 +92,7 @@ PATH = ["path", "planning_time", *ERROR]
 def test_an_action_has_the_fields_of_nav2_in_their_order(
     action: str, sent: list[str], result: list[str], feedback: list[str]
 ) -> None:
-    """Those of Humble, and errors and collision checks of later releases; a list of arguments is in this order."""
+    """Those of Humble, then those of later releases up to Lyrical; a list of arguments is in this order."""
     parts = [list(part_of_action(f"nav2_msgs/action/{action}", part).field_names()) for part in PARTS]
     assert parts == [sent, result, feedback]
 
@@ -136,11 +137,9 @@ async def test_navigate_to_pose_reports_the_fields_of_nav2(driven: DrivenPlace, 
     assert (ended["status"], ended["result"]) == (4, True)
     assert (ended["values"]["error_code"], ended["values"]["error_msg"]) == (0, "")
     feedback = ended["feedback"]
-    assert {frozenset(each) for each in feedback} == {
-        frozenset({
-            "current_pose", "navigation_time", "estimated_time_remaining", "number_of_recoveries", "distance_remaining",
-        })
-    }  # fmt: skip
+    assert {frozenset(each) for each in feedback} == {frozenset({*POSE_FEEDBACK, *TRACKING})}
+    assert max(abs(each["position_tracking_error"]) for each in feedback) < 0.2
+    assert any(each["heading_tracking_error"] for each in feedback)
     left = [each["distance_remaining"] for each in feedback]
     assert left[1] == pytest.approx(2.5, abs=0.3)
     assert left[-1] < 0.3
@@ -156,13 +155,12 @@ async def test_navigate_to_pose_reports_the_fields_of_nav2(driven: DrivenPlace, 
 async def test_navigate_through_poses_reports_the_fields_of_nav2(driven: DrivenPlace, navigator: StillClient) -> None:
     poses = [stamped(2.5, 1.0), stamped(4.0, 2.5)]
     ended = driven.result(navigator, goal("navigate_through_poses", "NavigateThroughPoses", poses=poses))
+    statuses = ended["values"].pop("waypoint_statuses")
     assert (ended["status"], ended["result"], ended["values"]) == (4, True, {"error_code": 0, "error_msg": ""})
+    assert [(each["waypoint_index"], each["waypoint_status"]) for each in statuses] == [(0, 1), (1, 1)]
     assert {frozenset(each) for each in ended["feedback"]} == {
-        frozenset({
-            "current_pose", "navigation_time", "estimated_time_remaining", "number_of_recoveries", "distance_remaining",
-            "number_of_poses_remaining",
-        })
-    }  # fmt: skip
+        frozenset({*POSE_FEEDBACK, *TRACKING, "number_of_poses_remaining", "waypoint_statuses"})
+    }
     remaining = [each["number_of_poses_remaining"] for each in ended["feedback"]]
     assert (set(remaining), remaining) == ({1, 2}, sorted(remaining, reverse=True))
     assert seconds(ended["feedback"][0]["estimated_time_remaining"]) > 4.0
@@ -336,7 +334,7 @@ async def test_a_costmap_is_cleared_by_the_service_of_nav2(
     navigator.say(op="call_service", service=service, type=kind, id="c", **arguments)
     driven.carry()
     [answer] = await answers(navigator)
-    assert (answer["id"], answer["result"], answer["values"]) == ("c", True, {"response": {}})
+    assert (answer["id"], answer["result"], answer["values"]) == ("c", True, {"response": {}, "success": True})
 
 
 # -- what is served ----------------------------------------------------------------------------------------------------

@@ -22,6 +22,9 @@ from engine.processes.parent_watch import end_with
 from engine.runtimes.compilation import compile_pool, stamp, threading_layer
 from engine.runtimes.compilation.module_notes import ModuleNotes
 
+STEP = 10
+"""Number of modules after which the progress is printed for people."""
+
 COMMAND = (sys.executable, "-W", stamp.QUIET, "-m", __spec__.name)
 
 
@@ -37,7 +40,8 @@ def main() -> None:
     noted = stamp.stamp_file(root, threading_layer.choose())
     if stamp.all_compiled(noted):
         return
-    notes, report = ModuleNotes(noted), _Printed(_take_standard_output())
+    notes, output = ModuleNotes(noted), _take_standard_output()
+    report: compile_pool.Report = _Printed(output) if sys.argv[1:] else _Progress(output)
     if sys.argv[1:]:
         threading.Thread(target=_read_wanted, args=(notes,), daemon=True).start()
     stamp.note(noted, compile_pool.compile_all(_modules(root), notes, urgent=False, report=report))
@@ -67,6 +71,21 @@ class _Printed:
         if report != self._last:
             self._last = report
             self._output.write(msgspec.json.encode(report) + b"\n")
+            self._output.flush()
+
+
+class _Progress:
+    """Writes how far the compilation is, in words."""
+
+    def __init__(self, output: BinaryIO) -> None:
+        self._output = output
+        self._last = -1
+
+    def __call__(self, report: compile_pool.CompileReport) -> None:
+        done = len(report.compiled) + len(report.failed)
+        if done >= self._last + STEP or (done > self._last and done == len(report.modules)):
+            self._last = done
+            self._output.write(f"kernels: {done} of {len(report.modules)} modules are compiled\n".encode())
             self._output.flush()
 
 

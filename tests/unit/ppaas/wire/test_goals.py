@@ -162,6 +162,8 @@ def test_navigate_to_pose_estimates_time_and_distance_by_the_progress_of_move_ba
         "estimated_time_remaining": {"sec": 8, "nanosec": 5},
         "number_of_recoveries": 2,
         "distance_remaining": 3.5,
+        "position_tracking_error": 0.0,
+        "heading_tracking_error": 0.0,
     }
 
 

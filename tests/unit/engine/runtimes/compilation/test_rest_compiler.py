@@ -2,6 +2,7 @@
 
 import asyncio
 import importlib
+import io
 import os
 import re
 import subprocess
@@ -115,6 +116,15 @@ async def test_reports_name_what_is_compiled_of_all(tmp_path: Path) -> None:
     assert all(set(report.modules) == both for report in reports)
     assert set(reports[-1].compiled) == both
     assert reports[-1].compiling == ()
+
+
+def test_people_read_the_progress_in_steps_and_its_end() -> None:
+    output, modules = io.BytesIO(), tuple(f"ppaas.kernels.{number}" for number in range(23))
+    progress = rest_compiler._Progress(output)
+    for done in range(24):
+        progress(CompileReport(modules, modules[:done]))
+    counts = [line.split()[1] for line in output.getvalue().decode().splitlines()]
+    assert counts == ["9", "19", "23"]
 
 
 async def test_a_module_that_cannot_be_compiled_does_not_keep_others_from_it(tmp_path: Path) -> None:
