@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from engine.service.links.place_link import PlaceLink
+from ppaas.clock import epoch
 from ppaas.errors import MalformedMessage
 from ppaas.messages import decode
 from ppaas.messages.base.std_msgs import Header
@@ -120,8 +121,22 @@ async def test_stamped_velocities_on_topics_of_clients_are_passed_as_they_are(
 ) -> None:
     client.say(op="advertise", topic="/teleop", type="geometry_msgs/TwistStamped")
     other.say(op="subscribe", topic="/teleop", type="geometry_msgs/TwistStamped")
+    header = {"seq": 7, "stamp": {"secs": 1, "nsecs": 2}, "frame_id": "base_link"}
+    client.say(op="publish", topic="/teleop", msg={"header": header, "twist": VELOCITY})
+    assert other.received() == [{"op": "publish", "topic": "/teleop", "msg": {"header": header, "twist": VELOCITY}}]
+
+
+async def test_stamped_velocities_without_a_time_are_stamped_on_their_way_to_clients(
+    client: StillClient, other: StillClient
+) -> None:
+    client.say(op="advertise", topic="/teleop", type="geometry_msgs/TwistStamped")
+    other.say(op="subscribe", topic="/teleop", type="geometry_msgs/TwistStamped")
+    before = int(epoch())
     client.say(op="publish", topic="/teleop", msg={"header": {}, "twist": VELOCITY})
-    assert other.received() == [{"op": "publish", "topic": "/teleop", "msg": {"header": {}, "twist": VELOCITY}}]
+    [frame] = other.received()
+    header = frame["msg"]["header"]
+    assert before <= header["stamp"].pop("secs") <= epoch() and 0 <= header["stamp"].pop("nsecs") < 10**9
+    assert frame["msg"] == {"header": {"seq": 0, "stamp": {}, "frame_id": ""}, "twist": VELOCITY}
 
 
 @pytest.mark.parametrize("kind", ["geometry_msgs/PoseStamped", "std_msgs/String", "geometry_msgs/TwistWithCovariance"])

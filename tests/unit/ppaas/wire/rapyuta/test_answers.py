@@ -35,7 +35,7 @@ def test_a_status_is_of_an_interface() -> None:
 
 def test_errors_of_the_robot_are_invalid_requests() -> None:
     assert json.loads(error_message(InvalidInput("no")).text) == {"type": "ER", "data": "Invalid Request: no"}
-    assert json.loads(error_message(NotFound("node", "a b", ["x y"])).text)["data"].endswith("known: x y")
+    assert json.loads(error_message(NotFound("node", "a b", ["x y"])).text)["data"].endswith("known: 'x y'")
     assert json.loads(error_message(Unavailable("full")).text)["data"] == "full"
     assert json.loads(error_message(InvalidInput("Invalid Request: no")).text)["data"] == "Invalid Request: no"
     assert len(json.loads(error_message(InvalidInput("x" * 9999)).text)["data"]) == MAX_ERROR

@@ -6,6 +6,7 @@ import re
 import msgspec
 import pytest
 
+from engine.master.places import robot_key
 from ppaas import distribution
 from robots.cli.doctor import packages
 from robots.cli.doctor.examination import Examination
@@ -25,6 +26,7 @@ def fleet(ppaas: CommandLine) -> CommandLine:
 
 async def test_robot_that_is_well_ends_with_0(fleet: CommandLine) -> None:
     fleet.cloud.observations = healthy()
+    fleet.cloud.presence.came(robot_key("ann", "tb1"))
     ended = await fleet("doctor", "tb1")
     assert (ended.status, ended.err) == (0, "")
     assert ended.out.startswith("tb1: all is well (watched for 5.0 s)\n")
@@ -41,6 +43,7 @@ async def test_findings_are_printed_in_words_and_end_with_1(fleet: CommandLine) 
 
 async def test_complete_answer_is_printed_as_json(fleet: CommandLine) -> None:
     fleet.cloud.observations = healthy()
+    fleet.cloud.presence.came(robot_key("ann", "tb1"))
     said = json.loads((await fleet("doctor", "tb1", "--json")).out)
     assert (said["robot"], said["level"], said["connected"]) == ("tb1", "ok", True)
 
