@@ -59,10 +59,10 @@ def hold_the_interpreter(launch: Launch) -> None:
 def live_again(launch: Launch) -> int:
     """Run the warm-up in a forked process, and report the modules and kernels that it had to load."""
     from engine.container.warm_up.scripted_session import warm_up
-    from engine.runtimes.compilation.kernel_modules import modules
+    from engine.runtimes.compilation.kernel_modules import loaded as kernel_modules
 
     def loaded() -> set[str]:
-        kernels = (found for module in modules() for found in vars(module).values() if hasattr(found, "py_func"))
+        kernels = (found for module in kernel_modules() for found in vars(module).values() if hasattr(found, "py_func"))
         return {
             *sys.modules,
             *(f"{kernel.py_func.__name__}{signature}" for kernel in kernels for signature in kernel.signatures),
