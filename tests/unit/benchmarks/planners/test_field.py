@@ -6,6 +6,7 @@ from rich.progress import Progress
 
 from benchmarks.planners import field, grids
 from benchmarks.planners.peers import NAVFN, Peer
+from ppaas.distribution import NAME, install_hint
 from ppaas.errors import InvalidParameter, InvalidPlanner
 
 
@@ -36,12 +37,12 @@ def test_the_time_after_a_pause_is_the_median_without_the_pause(monkeypatch) -> 
 
 def test_others_are_measured_or_left_out_with_a_reason() -> None:
     absent = Peer("f", "absent-peer", "absent_peer", "nothing", NAVFN.prepare, NAVFN.told)
-    too_far = Peer("f", "ppaas", "ppaas", "nothing", lambda *_: raise_too_far, NAVFN.told)
+    too_far = Peer("f", NAME, "ppaas", "nothing", lambda *_: raise_too_far, NAVFN.told)
     with Progress(disable=True) as progress:
         others = {"navfn": NAVFN, "absent": absent, "far": too_far}
         result = field.measure(grids.empty(40), None, [1], progress, runs=1, others=others)
     assert set(result["beside"]) == {"navfn"} and result["beside"]["navfn"] > 0.0
-    assert result["left_out"] == {"absent": "not installed: pip install '.[bench]'", "far": "too far"}
+    assert result["left_out"] == {"absent": f"not installed: {install_hint('bench')}", "far": "too far"}
 
 
 def raise_too_far() -> None:
