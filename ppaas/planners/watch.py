@@ -2,7 +2,7 @@
 
 import math
 
-from ppaas.compile_time import compile_seconds
+from ppaas.compile_time import compile_stopwatch
 from ppaas.errors import InvalidInput, PlanCancelled, PlanTimeout
 from ppaas.planners.base import PlanRequest
 
@@ -14,7 +14,7 @@ def proceed() -> None:
 class Watch:
     """Watch over the time limit and the cancellation of one request, from its construction on.
 
-    Time that the calling thread spends on compiling kernels does not count.
+    Several threads may check it. Time that the calling thread spends on compiling kernels meanwhile does not count.
 
     Parameters
     ----------
@@ -30,11 +30,12 @@ class Watch:
     def __init__(self, request: PlanRequest) -> None:
         _check_request(request)
         self._request = request
-        self._began = request.clock() - compile_seconds()
+        self._compiled = compile_stopwatch()
+        self._began = request.clock()
 
     def seconds(self) -> float:
         """Return the time since construction, without that of compiling kernels [s]."""
-        return self._request.clock() - compile_seconds() - self._began
+        return self._request.clock() - self._began - self._compiled()
 
     def check(self) -> None:
         """Raise if the work must end.
