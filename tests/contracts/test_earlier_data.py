@@ -200,7 +200,7 @@ def test_a_log_of_maps_in_an_unknown_format_is_refused_by_name(files: Path) -> N
 
 @pytest.mark.parametrize("kind", [CloneCheckpoint, PlanRecord])
 def test_a_record_in_an_unknown_format_is_refused_by_name(kind: type[msgspec.Struct]) -> None:
-    with pytest.raises(Unavailable, match=f"a stored {kind.__name__} cannot be read .*: restore it from a backup"):
+    with pytest.raises(Unavailable, match=f"a stored {kind.__name__} is damaged .*: restore it from a backup"):
         decode(msgspec.msgpack.encode({"format": 99}), kind)
 
 
