@@ -2,6 +2,7 @@
 
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import ContextVar
 from typing import Any
 
 import numba
@@ -21,6 +22,8 @@ from ppaas.planners.watch import Watch
 def clock(monkeypatch: pytest.MonkeyPatch) -> ManualClock:
     made = ManualClock()
     monkeypatch.setattr(compile_time, "monotonic", made)
+    nothing: Any = ContextVar("nothing", default=compile_time._NOTHING)
+    monkeypatch.setattr(compile_time, "_compiled", nothing)  # what this thread compiled has times of another clock
     return made
 
 
