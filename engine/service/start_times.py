@@ -37,8 +37,8 @@ class StartTimes:
 
     def patience(self, container: str, timeout: float) -> float:
         """Return the time for which an answer may still be awaited [s], if that is ``timeout`` without `postpone`."""
-        now = self._clock()
-        return timeout - (now - self._patient.get(container, now - timeout))
+        since = self._patient.get(container)
+        return 0.0 if since is None else timeout - (self._clock() - since)
 
     def is_awaited(self, container: str) -> bool:
         """Return whether a container was ordered and has not answered yet."""

@@ -1,5 +1,8 @@
 """Tests of the start times of containers."""
 
+from hypothesis import given
+from hypothesis import strategies as st
+
 from engine.service.start_times import StartTimes
 from ppaas.clock import ManualClock
 
@@ -37,3 +40,8 @@ def test_patience_begins_again_each_time_that_a_container_waits_for_kernels() ->
     assert times.patience("c1", 10.0) == 6.0
     times.forget("c1")
     assert times.patience("c1", 10.0) == 0.0
+
+
+@given(st.floats(0.0, 1e9), st.floats(1e-3, 1e3))
+def test_a_container_that_waits_for_no_kernels_gets_no_patience_at_any_time(now: float, timeout: float) -> None:
+    assert StartTimes(ManualClock(now)).patience("c1", timeout) == 0.0, "a rounding error would be waited for again"
