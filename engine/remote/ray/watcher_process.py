@@ -125,9 +125,8 @@ class WatcherProcess:
         return process
 
     def kill(self, machine: str) -> None:
-        """Kill the frozen agent of a machine; it is restarted."""
-        if self._process is not None and self._process.stdin is not None:
-            self._process.stdin.write(machine.encode() + b"\n")
+        """Kill the frozen agent of a machine; it is restarted. A watcher that has just exited kills none."""
+        self._write(machine)
 
     async def stop(self) -> None:
         """Stop all agents, and the watcher."""
@@ -135,9 +134,16 @@ class WatcherProcess:
             self._keeper.cancel()
             with contextlib.suppress(asyncio.CancelledError):
                 await self._keeper
-        if self._process is not None and self._process.stdin is not None:
-            self._process.stdin.write(b"\n")
+        if self._process is not None:
+            self._write("")
             await end(self._process, STOP_GRACE)
+
+    def _write(self, line: str) -> None:
+        """Write a line to the watcher, unless it has exited: its pipe is closed then, and refuses writes."""
+        if self._process is None or self._process.stdin is None or self._process.stdin.is_closing():
+            logger.warning("the watcher of the Ray cluster does not run; it gets no commands")
+            return
+        self._process.stdin.write(line.encode() + b"\n")
 
 
 def read_address(text: str) -> tuple[str, int] | None:
