@@ -10,7 +10,7 @@ from benchmarks.chaos.cloud_processes import MACHINES, STANDBY
 from benchmarks.harness.cloud_under_test import Target
 from benchmarks.harness.free_ports import free_ports
 from benchmarks.harness.front import Front
-from benchmarks.harness.joining import BLINK, JoinedMachine, ticket_of
+from benchmarks.harness.joining import BLINK, JoinedMachine, joined_machines, ticket_of
 from engine.remote.replica import LAST
 from ppaas.errors import PPaaSError, Unavailable
 from robots.client.rest import RestClient
@@ -147,7 +147,7 @@ class ChaosSite:
         wanted = len(self._machines) + 1
         try:
             async with asyncio.timeout(JOIN_TIMEOUT):
-                while len(await rest.items("/v1/machines")) < wanted:  # noqa: ASYNC110 - the cloud sends no event
+                while len(await joined_machines(rest)) < wanted:  # noqa: ASYNC110 - the cloud sends no event
                     await asyncio.sleep(BLINK)
         except TimeoutError as error:
             raise Unavailable(f"not all {wanted} machines joined the cloud within {JOIN_TIMEOUT:g} s") from error

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 from benchmarks.engine.options import EngineOptions
 from benchmarks.harness.cloud_under_test import LINGER, Target, logged_in
+from benchmarks.harness.joining import joined_machines
 from ppaas.clock import monotonic
 from ppaas.errors import NotFound, Unavailable
 from robots.client.rest_paths import path_of
@@ -137,7 +138,7 @@ async def machines_beyond(target: Target, known: Collection[str]) -> list[str]:
     """
     deadline = monotonic() + JOIN_TIMEOUT
     while monotonic() < deadline:
-        there = [view["id"] for view in await target.rest.items("/v1/machines") if view["id"] not in known]
+        there = [name for name in await joined_machines(target.rest) if name not in known]
         if there:
             return there
         await asyncio.sleep(0.05)

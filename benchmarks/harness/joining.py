@@ -45,6 +45,11 @@ async def ticket_of(data: Path, *arguments: str) -> str:
     return told.decode().strip()
 
 
+async def joined_machines(rest: RestClient) -> list[str]:
+    """Return the names of the machines of a cloud that have joined, without those that still start."""
+    return [view["id"] for view in await rest.items("/v1/machines") if view["state"] != "starting"]
+
+
 class JoinedMachine:
     """The process of a machine, which becomes its agent.
 
@@ -94,7 +99,7 @@ class JoinedMachine:
             The process exited, or the machine did not join within `JOIN_TIMEOUT`.
         """
         deadline = monotonic() + JOIN_TIMEOUT
-        while self.name not in [view["id"] for view in await rest.items("/v1/machines")]:
+        while self.name not in await joined_machines(rest):
             if self._process.returncode is not None or monotonic() > deadline:
                 raise Unavailable(f"machine {self.name!r} did not join: status {self._process.returncode}")
             await asyncio.sleep(BLINK)

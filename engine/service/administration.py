@@ -29,6 +29,8 @@ class Administration:
         Executes the master's orders.
     cut_off : callable
         Removes a machine, as it is requested, and closes its link.
+    check_started : callable
+        Raises ``Starting`` for a machine that has not joined yet but is about to.
     """
 
     def __init__(
@@ -36,8 +38,10 @@ class Administration:
         master: Master,
         execute: Callable[[list[Order]], None],
         cut_off: Callable[[RemovalRequested], None],
+        check_started: Callable[[str], None],
     ) -> None:
         self._master = master
+        self._check_started = check_started
         self._execute = execute
         self._cut_off = cut_off
         self._file: Path | None = None
@@ -73,7 +77,8 @@ class Administration:
             ) from error
 
     def settings(self, machine: str) -> MachineSettings:
-        """Return the settings of a machine; raises ``NotFound`` if there is no such machine."""
+        """Return the settings of a machine; raises ``NotFound`` or ``Starting`` if it has not joined."""
+        self._check_started(machine)
         return self._master.machine(machine).settings
 
     def configure(self, machine: str, settings: MachineSettings) -> None:
@@ -83,9 +88,12 @@ class Administration:
         ------
         InvalidParameter, NotFound
             As ``Master.handle`` raises them.
+        Starting
+            The machine has not joined yet.
         Unavailable
             The settings are in effect, but could not be stored.
         """
+        self._check_started(machine)
         self._execute(self._master.handle(SettingsChanged(machine, settings)))
         self._keep()
 
@@ -96,9 +104,12 @@ class Administration:
         ------
         Conflict, NotFound
             As ``Master.handle`` raises them.
+        Starting
+            The machine has not joined yet.
         Unavailable
             The machine is removed, but this could not be stored.
         """
+        self._check_started(machine)
         self._cut_off(RemovalRequested(machine, force))
         self._keep()
 

@@ -28,7 +28,7 @@ from engine.service.listener import CloudListener
 from engine.service.start_times import StartTimes
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.start_state import KernelProgress, StartState
-from ppaas.errors import PPaaSError, Unavailable
+from ppaas.errors import PPaaSError, Starting, Unavailable
 
 logger = logging.getLogger(__name__)
 
@@ -130,6 +130,11 @@ class MachineEvents:
     def machine_start_ended(self, machine: str) -> None:
         """Note that a machine is about to register, or has failed."""
         self._starting.pop(machine, None)
+
+    def check_started(self, machine: str) -> None:
+        """Raise ``Starting`` if a machine has not joined yet but is about to: it takes no settings until then."""
+        if machine in self._starting and machine not in self._master.machines:
+            raise Starting(f"machine {machine!r} is starting: wait until it has joined", retry_after=1.0)
 
     def start_state(self) -> StartState:
         """Return whether containers can start, and the kernels that machines compile."""

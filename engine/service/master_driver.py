@@ -106,12 +106,12 @@ class MasterDriver:
         self._timed: WeakKeyDictionary[PlaceLink, tuple[str | None, float | None]] = WeakKeyDictionary()
         self._opened = listener.place_opened
         self._times = StartTimes()
-        self.of_machines = MachineEvents(
+        machines = self.of_machines = MachineEvents(
             master, checkpoints, self._links, self._times,
             execute=self._execute, container_lost=self._report_lost, alive=self._compiles, listener=listener,
         )  # fmt: skip
-        self._control = self.of_machines.listen(run_dir / "control.sock", secret)
-        self.administration = Administration(master, self._execute, self.of_machines.cut_off)
+        self._control = machines.listen(run_dir / "control.sock", secret)
+        self.administration = Administration(master, self._execute, machines.cut_off, machines.check_started)
         self._background = Background()
         self._watching = Background()
         self._closing = False

@@ -60,9 +60,9 @@ def on_ray(cluster: RayCluster, port: int = 0) -> tuple[str, ...]:
 
 
 async def machines_when(rest: RestClient, holds: Callable[[list[dict[str, Any]]], object]) -> list[dict[str, Any]]:
-    """Return the machines once a condition holds for them."""
+    """Return the machines that have joined once a condition holds for them."""
     async with asyncio.timeout(HERE):
-        while not holds(machines := await rest.items("/v1/machines")):
+        while not holds(machines := [one for one in await rest.items("/v1/machines") if one["state"] != "starting"]):
             await asyncio.sleep(0.05)
     return machines
 

@@ -58,9 +58,9 @@ class JoinedMachine:
             )
 
     async def is_in(self, rest: RestClient) -> None:
-        """Wait until the machine has joined the cloud."""
+        """Wait until the machine has joined the cloud; one that still starts is listed before."""
         async with asyncio.timeout(PATIENCE):
-            while self.name not in await machines(rest):
+            while self.name not in await joined_machines(rest):
                 assert self.process.poll() is None, self.log.read_text()
                 await asyncio.sleep(0.05)
         self._family = psutil.Process(self.process.pid).children(recursive=True)
@@ -91,6 +91,11 @@ class JoinedMachine:
 async def machines(rest: RestClient) -> list[str]:
     """Return the names of the machines of a cloud."""
     return [machine["id"] for machine in await rest.items("/v1/machines")]
+
+
+async def joined_machines(rest: RestClient) -> list[str]:
+    """Return the names of the machines of a cloud that have joined, without those that still start."""
+    return [machine["id"] for machine in await rest.items("/v1/machines") if machine["state"] != "starting"]
 
 
 async def container_of(rest: RestClient, robot: str) -> dict[str, Any]:

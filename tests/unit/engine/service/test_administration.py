@@ -21,7 +21,7 @@ def started(file: Path) -> tuple[Master, Administration]:
     def cut_off(request: RemovalRequested) -> None:
         master.handle(request)
 
-    administration = Administration(master, lambda orders: None, cut_off)
+    administration = Administration(master, lambda orders: None, cut_off, lambda machine: None)
     administration.keep_in(file)
     return master, administration
 

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import AsyncIterator
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,7 @@ from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import SESSION_STATE
 from engine.specs.machine_settings import MachineSettings
 from engine.specs.start_state import READY, KernelProgress, StartState
-from ppaas.errors import Conflict, NotFound
+from ppaas.errors import Conflict, NotFound, Starting
 from storage.memory.store import MemoryStore
 from storage.records import CloneCheckpoint
 from tests.support.engine.engine_links import dial_control, dial_link, hello
@@ -236,6 +237,13 @@ async def test_a_machine_that_starts_beside_a_ready_one_keeps_no_request_waiting
     reports = await dial_control(tmp_path / "control.sock")
     reports.write(control_link.MachineStarting("m3", "secret", PROGRESS))
     await until(lambda: service.start_state() == StartState(machines={"m3": PROGRESS}))
+    for request in (
+        service.administration.settings,
+        service.administration.remove,
+        partial(service.administration.configure, settings=MachineSettings()),
+    ):
+        with pytest.raises(Starting, match="machine 'm3' is starting: wait until it has joined"):
+            request("m3")  # it is listed, hence not unknown
     await reports.close()
     await until(lambda: service.start_state() == READY)
 
