@@ -56,6 +56,19 @@ async def test_a_watcher_that_dies_is_started_again(tmp_path: Path, head: str, m
     await watched.process.stop()
 
 
+async def test_commands_to_a_watcher_that_has_exited_are_dropped_with_a_warning(
+    tmp_path: Path, head: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    watched = Watched(tmp_path, head)
+    await watched.process.start()
+    psutil.Process(watched.process.pid).send_signal(signal.SIGKILL)
+    await until(lambda: "exited with status -9" in caplog.text)
+    watched.process.kill("m1")
+    await watched.process.stop()
+    assert caplog.text.count("it gets no commands") == 2
+    assert len(watched.noted()) == 1
+
+
 @pytest.mark.parametrize(("does", "expected"), [("refuse", "wrong token"), ("crash", "status 3")])
 async def test_failed_connection_is_reported_with_its_reason(
     tmp_path: Path, head: str, does: str, expected: str
