@@ -85,13 +85,20 @@ def build_layers(
     layers = MapLayers(
         grid,
         Costmap(costs, grid.info),
-        distance,
+        _read_only(distance),
         keepout=barriers,
         barred_distance=None if to_lethal is distance else to_lethal,
         speed=None if speed is None else sampled(speed, grid.info),
         zones=zones,
     )
     return with_causes(layers)
+
+
+def _read_only(distance: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return a read-only view: kernels of localization are compiled for one, since robots share the layers of a map."""
+    view = distance.view()
+    view.flags.writeable = False
+    return view
 
 
 def _barriers(masks: Sequence[GridMap | None], zones: ZoneSet, info: GridInfo) -> GridMap | None:
