@@ -1,7 +1,8 @@
 """Codec of VDA 5050: messages as JSON of a version, and back.
 
 Received messages are checked for what the schemas require: fields that must be there, types, and values of
-enumerations. Unknown fields are ignored, and optional ones may be left out.
+enumerations. Unknown fields are ignored, and optional ones may be left out. Parts of a factsheet may be left out, too,
+and count as left out if they cannot be read; the size of the AGV is refused instead.
 """
 
 import re
@@ -97,12 +98,25 @@ def decode(topic: str, payload: bytes, version: Version) -> tuple[Header, Any]:
         tree = spelling.from_version_3(topic, tree)
     try:
         header = msgspec.convert(tree, Header)
-        decoded = msgspec.convert(tree, body)
+        decoded = msgspec.convert(_without_unreadable_parts(tree) if body is Factsheet else tree, body)
     except msgspec.ValidationError as error:
         raise MalformedMessage(f"{topic}: {_told(topic, str(error), version)}") from error
     if not understand(version, header.version):
         raise InvalidInput(f"{topic}: field 'version' is {header.version[:20]!r}, but {version.value} is spoken here")
     return header, decoded
+
+
+def _without_unreadable_parts(sheet: dict[str, Any]) -> dict[str, Any]:
+    """Return a factsheet without the parts that cannot be read, except the size: a robot is driven by it."""
+    return {name: part for name, part in sheet.items() if name == "physicalParameters" or _is_readable(name, part)}
+
+
+def _is_readable(name: str, part: Any) -> bool:
+    try:
+        msgspec.convert({name: part}, Factsheet)
+    except msgspec.ValidationError:
+        return False
+    return True
 
 
 def _object(topic: str, payload: bytes) -> dict[str, Any]:

@@ -136,12 +136,15 @@ class MobileRobotGeometry(Fields):
 
 
 class Factsheet(Fields):
-    """Factsheet of an AGV."""
+    """Factsheet of an AGV.
 
-    type_specification: TypeSpecification
-    physical_parameters: PhysicalParameters
-    protocol_limits: ProtocolLimits
-    protocol_features: ProtocolFeatures
-    mobile_robot_geometry: MobileRobotGeometry
-    load_specification: dict[str, Any]
+    The schemas require all parts but the configuration; AGVs leave out others as well, and vda-5050-lib leaves out all.
+    """
+
+    type_specification: TypeSpecification | None = None
+    physical_parameters: PhysicalParameters | None = None
+    protocol_limits: ProtocolLimits | None = None
+    protocol_features: ProtocolFeatures | None = None
+    mobile_robot_geometry: MobileRobotGeometry | None = None
+    load_specification: dict[str, Any] | None = None
     mobile_robot_configuration: dict[str, Any] | None = None

@@ -185,8 +185,9 @@ def to_version_3(topic: str, message: Tree) -> Tree:
             if name in zone:
                 zone[LIMITATION] = zone[name]
     elif topic == topics.FACTSHEET:
-        specification = message["typeSpecification"]
-        specification[KINEMATIC] = specification[KINEMATICS]
+        specification = message.get("typeSpecification")
+        if specification is not None:
+            specification[KINEMATIC] = specification[KINEMATICS]
     dropped = _ONLY_2_FIELDS.get(topic)
     return message if dropped is None else _spelled(message, {}, {}, dropped)
 

@@ -117,6 +117,8 @@ class AgvRobot:
                 self._take_position(body.mobile_robot_position, body.velocity, now)
             case Factsheet():
                 self._sheet = body
+                if body.physical_parameters is None:
+                    self._notices.warn(f"AGV {self._agv.name} sends a factsheet without a size: give it by --radius")
                 self._compare()
                 self._control.settings = settings_of(body, self._options.settings)
                 self._sheet_came.set()

@@ -12,10 +12,17 @@ LEAST_NODES = 2
 
 def settings_of(sheet: Factsheet, usual: Settings) -> Settings:
     """Return the settings with the top speed and the largest number of nodes that a factsheet gives."""
-    speed = sheet.physical_parameters.maximum_speed
-    nodes = sheet.protocol_limits.maximum_array_lengths.get("order.nodes", 0)
+    limits = sheet.protocol_limits
+    nodes = 0 if limits is None else limits.maximum_array_lengths.get("order.nodes", 0)
     return replace(
         usual,
-        top_speed=speed if math.isfinite(speed) and speed > 0.0 else usual.top_speed,
+        top_speed=top_speed_of(sheet) or usual.top_speed,
         max_nodes=min(usual.max_nodes, nodes) if nodes >= LEAST_NODES else usual.max_nodes,
     )
+
+
+def top_speed_of(sheet: Factsheet) -> float | None:
+    """Return the top speed that a factsheet gives [m/s]; None if it gives none that an AGV could have."""
+    if (body := sheet.physical_parameters) is None:
+        return None
+    return body.maximum_speed if math.isfinite(body.maximum_speed) and body.maximum_speed > 0.0 else None

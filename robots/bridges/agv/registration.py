@@ -10,7 +10,7 @@ from typing import Any
 
 from ppaas.errors import Conflict, NotFound
 from ppaas.robot_model.known_models import robot_model
-from ppaas.wire.vda5050.factsheets import Factsheet
+from ppaas.wire.vda5050.factsheets import Factsheet, PhysicalParameters
 from ppaas.wire.vda5050.topics import Address
 from robots.bridges.agv.options import FleetOptions
 from robots.client.rest import RestClient
@@ -169,22 +169,22 @@ def names_of(address: Address) -> dict[str, str]:
     return {"manufacturer": address.manufacturer, "serialNumber": address.serial}
 
 
-def radius_of(sheet: Factsheet) -> float:
+def radius_of(body: PhysicalParameters) -> float:
     """Return the radius of the circle around length and width of an AGV [m]."""
-    return 0.5 * math.hypot(sheet.physical_parameters.length, sheet.physical_parameters.width)
+    return 0.5 * math.hypot(body.length, body.width)
 
 
 def differences(known: Mapping[str, Any], sheet: Factsheet | None) -> tuple[str, ...]:
     """Return how the file of a robot differs from the factsheet of its AGV, in words."""
     costmap = known.get("parameters", {}).get("global_costmap", {})
-    if sheet is None or "footprint" in costmap:
+    body = None if sheet is None else sheet.physical_parameters
+    if body is None or "footprint" in costmap:
         return ()
     filed = costmap.get("robot_radius", robot_model(str(known["model"])).robot_radius)
-    if abs(filed - radius_of(sheet)) <= SAME_SIZE:
+    if abs(filed - radius_of(body)) <= SAME_SIZE:
         return ()
-    body = sheet.physical_parameters
     return (
-        f"the radius is {filed:.2f} m by the robot's file, and {radius_of(sheet):.2f} m by the factsheet "
+        f"the radius is {filed:.2f} m by the robot's file, and {radius_of(body):.2f} m by the factsheet "
         f"({body.length:.2f} x {body.width:.2f} m): correct global_costmap.robot_radius in the file unless it is meant",
     )
 
@@ -192,8 +192,8 @@ def differences(known: Mapping[str, Any], sheet: Factsheet | None) -> tuple[str,
 def robot_file(address: Address, map_id: str, sheet: Factsheet | None, radius: float | None) -> RobotFile:
     """Return the file of the robot that an AGV is; the radius [m] is that of the circle around its factsheet's size."""
     sizes: dict[str, Any] = {}
-    if sheet is not None:
-        radius = radius_of(sheet)
+    if sheet is not None and sheet.physical_parameters is not None:
+        radius = radius_of(sheet.physical_parameters)
     if radius is not None:
         sizes = {"global_costmap": {"robot_radius": radius}}
     return RobotFile(

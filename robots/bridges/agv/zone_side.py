@@ -1,7 +1,6 @@
 """Zones of the cloud's map for one AGV: those that it can respect, as a set of VDA 5050."""
 
 import logging
-import math
 from collections.abc import Sequence
 
 from ppaas.wire.vda5050.factsheets import Factsheet
@@ -10,6 +9,7 @@ from ppaas.wire.vda5050.master.zone_control import ZoneControl, zone_set_of
 from ppaas.wire.vda5050.versions import Version
 from ppaas.wire.vda5050.zones import Zone as AgvZone
 from ppaas.zones.zone import Zone
+from robots.bridges.agv.limits import top_speed_of
 
 logger = logging.getLogger(__name__)
 
@@ -64,9 +64,9 @@ class ZoneSide:
 
     def _respected(self, zones: Sequence[Zone], sheet: Factsheet) -> list[AgvZone]:
         """Return the zones that the AGV can respect; the log names the others."""
-        speed = sheet.physical_parameters.maximum_speed
-        expressed, problems = expressed_zones(zones, speed if math.isfinite(speed) and speed > 0.0 else None)
-        supported = sheet.type_specification.supported_zones or []
+        expressed, problems = expressed_zones(zones, top_speed_of(sheet))
+        kind = sheet.type_specification
+        supported = (kind and kind.supported_zones) or []
         found = []
         for zone in expressed:
             if zone.zone_type not in SENT:

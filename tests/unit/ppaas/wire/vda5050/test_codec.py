@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from ppaas.errors import InvalidInput, MalformedMessage, MessageTooLarge, PPaaSError
 from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.codec import BODIES, MAX_PAYLOAD, decode, encode
+from ppaas.wire.vda5050.factsheets import Factsheet
 from ppaas.wire.vda5050.fields import Fields
 from ppaas.wire.vda5050.states import State
 from ppaas.wire.vda5050.versions import Version
@@ -201,3 +202,37 @@ def test_kinematics_have_the_names_of_the_schemas_of_3_0_0_and_3_0_1() -> None:
 def test_a_set_of_zones_that_is_none_is_refused(zone_set: object) -> None:
     with pytest.raises(MalformedMessage):
         decode(topics.ZONE_SET, changed(Version.V3_0, topics.ZONE_SET, zoneSet=zone_set), Version.V3_0)
+
+
+# -- factsheets that lack parts ----------------------------------------------------------------------------------------
+
+PARTS = ["typeSpecification", "protocolLimits", "protocolFeatures", "loadSpecification"]
+BOTH = [Version.V2_1, Version.V3_0]
+
+
+@pytest.mark.parametrize("version", BOTH)
+def test_a_factsheet_that_is_a_header_alone_is_read(version: Version) -> None:
+    sent = json.loads(payload_of(version, topics.FACTSHEET))
+    bare = {name: part for name, part in sent.items() if not isinstance(part, dict)}
+    header, sheet = decode(topics.FACTSHEET, json.dumps(bare).encode(), version)
+    assert (header.serial_number, sheet) == (sent["serialNumber"], Factsheet())
+    assert json.loads(encode(topics.FACTSHEET, header, sheet, version)) == bare
+
+
+@pytest.mark.parametrize("version", BOTH)
+@pytest.mark.parametrize("name", PARTS)
+@pytest.mark.parametrize("part", [7, [], "", None, {"seriesName": 7, "timing": 7, "agvActions": 7}])
+def test_a_part_of_a_factsheet_that_cannot_be_read_counts_as_left_out(version: Version, name: str, part: Any) -> None:
+    whole = decode(topics.FACTSHEET, payload_of(version, topics.FACTSHEET), version)[1]
+    read = decode(topics.FACTSHEET, changed(version, topics.FACTSHEET, **{name: part}), version)[1]
+    own = next(one.name for one in msgspec.structs.fields(Factsheet) if one.encode_name == name)
+    assert read == msgspec.structs.replace(
+        whole, **{own: part if name == PARTS[3] and isinstance(part, dict) else None}
+    )
+
+
+@pytest.mark.parametrize("version", BOTH)
+@pytest.mark.parametrize("size", [7, {}, {"width": "wide"}])
+def test_a_size_that_cannot_be_read_is_refused(version: Version, size: object) -> None:
+    with pytest.raises(MalformedMessage, match="factsheet"):
+        decode(topics.FACTSHEET, changed(version, topics.FACTSHEET, physicalParameters=size), version)

@@ -73,6 +73,7 @@ def test_topics_of_both_major_versions_are_subscribed_to():
 def test_the_file_of_a_robot_has_the_size_of_the_factsheet():
     file = robot_file(address("7"), "office", FACTSHEET, None)
     body = FACTSHEET.physical_parameters
+    assert body is not None
     expected = 0.5 * (body.length**2 + body.width**2) ** 0.5
     assert file.parameters == {"follow_path": {}, "global_costmap": {"robot_radius": pytest.approx(expected)}}
     assert (file.map, file.cores) == ("office", CORES)

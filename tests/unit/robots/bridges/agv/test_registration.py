@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from ppaas.errors import Conflict, NotFound
+from ppaas.wire.vda5050.factsheets import Factsheet
 from ppaas.wire.vda5050.topics import Address
 from ppaas.wire.vda5050.versions import Version
 from robots.bridges.agv.options import FleetOptions
@@ -126,13 +127,21 @@ async def test_an_agv_whose_factsheet_cannot_be_read_is_not_registered_without_a
     assert not robots.files
 
 
+@pytest.mark.parametrize(("radius", "expected"), [(None, {}), (0.6, {"global_costmap": {"robot_radius": 0.6}})])
+def test_a_factsheet_without_a_size_counts_as_none(radius: float | None, expected: dict[str, Any]) -> None:
+    file = robot_file(agv("alpha/1"), "hall", Factsheet(), radius)
+    assert file.parameters == {"follow_path": {}, **expected}
+
+
 def test_a_factsheet_that_differs_from_the_file_is_reported() -> None:
+    assert FACTSHEET.physical_parameters is not None
     file = robot_file(agv("alpha/1"), "hall", FACTSHEET, None)
     assert differences({"model": "turtlebot2", "parameters": file.parameters}, FACTSHEET) == ()
     small = {"model": "turtlebot2", "parameters": {"global_costmap": {"robot_radius": 0.25}}}
     (text,) = differences(small, FACTSHEET)
     assert text.startswith(
-        f"the radius is 0.25 m by the robot's file, and {radius_of(FACTSHEET):.2f} m by the factsheet"
+        f"the radius is 0.25 m by the robot's file, and "
+        f"{radius_of(FACTSHEET.physical_parameters):.2f} m by the factsheet"
     )
     assert differences({"model": "turtlebot2", "parameters": {}}, FACTSHEET)
-    assert differences(small, None) == ()
+    assert differences(small, None) == differences(small, Factsheet()) == ()

@@ -36,6 +36,7 @@ def zones(*rules: dict[str, Any]) -> Sequence[Zone]:
 
 
 def sheet(*supported: str) -> Factsheet:
+    assert FACTSHEET.type_specification is not None
     return replace(FACTSHEET, type_specification=replace(FACTSHEET.type_specification, supported_zones=[*supported]))
 
 
@@ -126,6 +127,7 @@ async def test_an_agv_gets_the_zones_that_it_supports_and_uses_them(caplog) -> N
     tested.robot.use_zones(given)
     (sent,) = await told(tested)
     assert sent["mapId"] == "hall", "as the AGV names it"
+    assert FACTSHEET.physical_parameters is not None
     speed = 0.5 * FACTSHEET.physical_parameters.maximum_speed
     assert [(zone["zoneId"], zone["zoneType"], zone.get("maximumSpeed")) for zone in sent["zones"]] == [
         ("dock", "BLOCKED", None),
