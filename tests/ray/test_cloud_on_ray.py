@@ -73,7 +73,10 @@ async def check_endpoints(rest: RestClient, machines: set[str]) -> None:
         while not machines <= {endpoint["machine"] for endpoint in await rest.items("/v1/endpoints")}:
             await asyncio.sleep(0.1)
     for endpoint in await rest.items("/v1/endpoints"):
-        health = await RestClient(endpoint["url"]).get("/v1/health")
+        # An endpoint learns by its next report that machines have joined.
+        async with asyncio.timeout(HERE):
+            while (health := await RestClient(endpoint["url"]).get("/v1/health"))["status"] == "starting":
+                await asyncio.sleep(0.1)
         assert (health["endpoint"], health["status"]) == (endpoint["id"], "ok")
 
 
