@@ -48,16 +48,13 @@ class ListenerFaults:
 
     def deliver(self, name: str, listener: Callable[P, object], *args: P.args, **kwargs: P.kwargs) -> PPaaSError | None:
         """Call a listener that may refuse by an error of the project, which is returned without a line in the log."""
-        refusals: list[PPaaSError] = []
-
-        def refusing() -> None:
-            try:
-                listener(*args, **kwargs)
-            except PPaaSError as refusal:
-                refusals.append(refusal)
-
-        fault = self.call(name, refusing)
-        return refusals[0] if refusals else fault
+        try:
+            listener(*args, **kwargs)
+        except PPaaSError as refusal:
+            return refusal
+        except Exception as error:  # noqa: BLE001 - it is logged by `_note`
+            return self._note(name, error)
+        return None
 
     def _note(self, name: str, error: Exception) -> PPaaSError:
         known = (name, type(error)) in self._known

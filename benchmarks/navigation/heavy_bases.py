@@ -24,7 +24,7 @@ ACC_LIM_THETA = 1.0
 
 
 class HeavyBase(NamedTuple):
-    """Fastest speed of a base [m/s], and its acceleration, which is that of its brakes, too [m/s²]."""
+    """Fastest speed of a base [m/s], and the limit of its acceleration and its brakes [m/s²]."""
 
     max_vel_x: float
     acc_lim_x: float

@@ -41,8 +41,9 @@ def main() -> None:
     if stamp.all_compiled(noted):
         return
     notes, output = ModuleNotes(noted), _take_standard_output()
-    report: compile_pool.Report = _Printed(output) if sys.argv[1:] else _Progress(output)
+    report: compile_pool.Report = _Progress(output)
     if sys.argv[1:]:
+        report = _Printed(output)
         threading.Thread(target=_read_wanted, args=(notes,), daemon=True).start()
     stamp.note(noted, compile_pool.compile_all(_modules(root), notes, urgent=False, report=report))
 
