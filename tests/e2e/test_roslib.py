@@ -49,9 +49,12 @@ def check_driving(found: dict[str, Any]) -> None:
     failure = found["cancelled"]["failed"]
     assert failure.startswith(CANCELED), failure
     assert found["navigateFeedback"] == [
-        ["current_pose", "navigation_time", "estimated_time_remaining", "number_of_recoveries", "distance_remaining"],
+        [
+            "current_pose", "navigation_time", "estimated_time_remaining", "number_of_recoveries", "distance_remaining",
+            "position_tracking_error", "heading_tracking_error",
+        ],
         ["sec", "nanosec"],
-    ]
+    ]  # fmt: skip
     assert "moon" in found["refused"]["failed"]
     assert (found["ros1Feedback"], found["ros1Cancelled"]) == (["base_position"], 2)
     frames = found["frames"]

@@ -53,6 +53,7 @@ async def test_roslibpy_drives_a_robot_by_topics_actions_and_services(cloud: Run
     assert (found["byTopic"], found["ros1Ends"], found["ros1Feedback"]) == (3, [3, 2], ["base_position"])
     assert found["ros2Feedback"] == [
         "current_pose", "navigation_time", "estimated_time_remaining", "number_of_recoveries", "distance_remaining",
+        "position_tracking_error", "heading_tracking_error",
     ]  # fmt: skip
     assert found["ros2Cancelled"][0] == "CANCELED"
     assert found["ros2Refused"][0] == "UNKNOWN" and "moon" in found["ros2Refused"][1]

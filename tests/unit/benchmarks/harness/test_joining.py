@@ -22,7 +22,7 @@ class OtherMachines:
     """REST client of a cloud whose only machine is another one."""
 
     async def items(self, path: str) -> list[dict[str, Any]]:
-        return [{"id": "local"}]
+        return [{"id": "local", "state": "ready"}]
 
 
 @contextlib.asynccontextmanager
