@@ -4,6 +4,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import msgspec
+
 LANES = (
     "a lane is a feature with the geometry LineString and the properties "
     '{"name": "…", "kind": "lane"}, and "one_way": true where no edge leads back; nodes are not needed'
@@ -43,7 +45,19 @@ def foreign_text(text: str) -> str:
         )
     if _RMF_YAML.search(text):
         return f"zones are not valid JSON: this is YAML of Open-RMF, a building map or navigation graph: {LANES}"
+    if _is_sequence(text):
+        return "zones are not valid JSON: these are features one by one (GeoJSONSeq): export one FeatureCollection"
     return ""
+
+
+def _is_sequence(text: str) -> bool:
+    """Return whether each line of a text is a feature (RFC 8142, and newline-delimited GeoJSON)."""
+    first = text.lstrip("\x1e \r\n").partition("\n")[0]
+    try:
+        tree = msgspec.json.decode(first)
+    except (msgspec.DecodeError, UnicodeError, RecursionError):
+        return False
+    return isinstance(tree, dict) and tree.get("type") == "Feature"
 
 
 def _route_graph(features: Sequence[Any]) -> str:

@@ -12,6 +12,12 @@ from ppaas.zones.shapes import Area
 from ppaas.zones.validity import mended
 from ppaas.zones.zone import NO_ZONES, Zone, ZoneSet
 
+_OF_A_MACHINE = {"localtime", "posixrules", "Factory"}
+"""Names in a time zone database that mean another zone on each computer, or none."""
+
+_LEAPING = "right/"
+"""Begin of the names of time zones whose clocks count leap seconds, as no computer's clock does."""
+
 
 class CheckedZones(NamedTuple):
     """Zones that may be published, and warnings on what was mended in them or may be wrong."""
@@ -42,6 +48,7 @@ def checked_zones(text: str | bytes, info: GridInfo | None = None, before: ZoneS
     zones = [
         msgspec.structs.replace(zone, geometry=mended(zone.name, zone.geometry, faults, notes)) for zone in read.zones
     ]
+    _check_time_zones(read, faults)
     faults.check()
     found = msgspec.structs.replace(read, zones=zones)
     if info is not None:
@@ -83,7 +90,9 @@ def _check_one(zone: Zone, info: GridInfo, faults: Faults, notes: Notes) -> None
         box = f"{_range(area, 0)} × {_range(area, 1)}"
         advice = "are its positions longitudes and latitudes? They must be x, y in metres in the frame of the map"
         whole = f"zone {zone.name!r} is not on the map: it is at {box}; {advice}"
-        faults.add(zone.name, f"it is not on the map: it is at {box}", (area.low[0], area.low[1]), whole=whole)
+        faults.add(
+            zone.name, f"it is not on the map: it is at {box}", (float(area.low[0]), float(area.low[1])), whole=whole
+        )
     elif off:
         x, y = off[0].representative_point().coords[0]
         notes.add(f"a part at ({x:.6g}, {y:.6g}) is not on the map", zone.name)
@@ -91,6 +100,14 @@ def _check_one(zone: Zone, info: GridInfo, faults: Faults, notes: Notes) -> None
 
 def _range(area: Area, axis: int) -> str:
     return f"{area.low[axis]:.6g} to {area.high[axis]:.6g} m"
+
+
+def _check_time_zones(zones: ZoneSet, faults: Faults) -> None:
+    """Add faults for time zones that are not the same everywhere, or that count leap seconds."""
+    for zone in zones.zones:
+        name = zones.time_zone_of(zone)
+        if zone.rule.times and (name in _OF_A_MACHINE or name.startswith(_LEAPING)):
+            faults.add(zone.name, f"its time zone {name!r} is no place: give a name such as 'Europe/Berlin', or 'UTC'")
 
 
 def _compare_time_zones(zones: ZoneSet, before: ZoneSet, notes: Notes) -> None:

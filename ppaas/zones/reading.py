@@ -1,16 +1,17 @@
 """Zones from GeoJSON (RFC 7946) as editors write it, and zones as GeoJSON."""
 
-import json
 from typing import Any, NamedTuple
 
 import msgspec
 
 from ppaas.errors import InvalidZones
-from ppaas.zones.faults import Faults
-from ppaas.zones.foreign import foreign_file, foreign_text
+from ppaas.zones.decoding import decoded, type_of
+from ppaas.zones.faults import Faults, place_text
+from ppaas.zones.foreign import foreign_file
 from ppaas.zones.notes import Notes
-from ppaas.zones.shapes import Geometry
-from ppaas.zones.zone import AnyRule, Zone, ZoneSet
+from ppaas.zones.shapes import Geometry, first_place
+from ppaas.zones.tables import rule_of
+from ppaas.zones.zone import Zone, ZoneSet, check_zone
 
 EDITORS = {"fid", "id", "title", "description"}
 """Properties that editors of GeoJSON add, which are ignored; and all that begin with the following."""
@@ -18,6 +19,8 @@ EDITORS = {"fid", "id", "title", "description"}
 STYLES = ("stroke", "fill", "marker-", "_")
 
 DEFAULT_TIME_ZONE = "UTC"
+
+EMPTY_PARTS = "parts without positions were left out"
 
 DEEPEST = 3
 """Largest number of lists that positions are in, those of a MultiPolygon."""
@@ -47,17 +50,19 @@ def read_zones(text: str | bytes) -> ReadZones:
     InvalidZones
         It is not JSON or not a feature collection, or a zone is not valid; the text says which, and why.
     """
-    tree = _decoded(text)
+    notes = Notes()
+    tree = decoded(text, notes)
     features = tree.get("features")
     if tree.get("type") != "FeatureCollection" or not isinstance(features, list):
         missing = "" if "features" in tree else ": Object missing required field `features`"
         raise InvalidZones(foreign_file(tree) or f"zones must be a FeatureCollection of GeoJSON{missing}")
     if graph := foreign_file(tree):
         raise InvalidZones(graph)
-    faults, notes = Faults(), Notes()
+    faults = Faults()
     read = [_zone_of(number, feature, faults, notes) for number, feature in enumerate(features)]
-    faults.check()
     zones = [zone for zone in read if zone is not None]
+    _check_names(zones, faults)
+    faults.check()
     return ReadZones(_set_of(zones, tree.get("time_zone"), notes), notes)
 
 
@@ -81,27 +86,6 @@ def _with_time_zone(zones: ZoneSet, zone: Zone) -> Zone:
     return msgspec.structs.replace(zone, rule=rule)
 
 
-def _decoded(text: str | bytes) -> dict[str, Any]:
-    try:
-        decoded = text.decode(json.detect_encoding(text)) if isinstance(text, bytes) else text.removeprefix("\ufeff")
-    except UnicodeError as error:
-        raise InvalidZones(f"zones are not valid JSON: {error!s:.300}") from error
-    try:
-        tree = msgspec.json.decode(decoded)
-    except (msgspec.DecodeError, UnicodeError) as error:
-        raise InvalidZones(foreign_text(decoded) or f"zones are not valid JSON: {error!s:.300}") from error
-    except RecursionError as error:
-        raise InvalidZones("zones are not valid: they are nested too deeply") from error
-    if not isinstance(tree, dict):
-        raise InvalidZones(f"zones must be a FeatureCollection of GeoJSON: Expected `object`, got `{_type_of(tree)}`")
-    return tree
-
-
-def _type_of(value: Any) -> str:
-    kinds = {list: "array", str: "str", int: "int", float: "float", bool: "bool", type(None): "null"}
-    return kinds.get(type(value), type(value).__name__)
-
-
 def _zone_of(number: int, feature: Any, faults: Faults, notes: Notes) -> Zone | None:
     """Read a feature; add a fault and return None if it is not a zone."""
     members = feature if isinstance(feature, dict) else {}
@@ -119,13 +103,34 @@ def _zone_of(number: int, feature: Any, faults: Faults, notes: Notes) -> Zone | 
     }
     name = given.get("name", number)
     try:
-        rule = _rule_of(given, notes)
-    except (msgspec.ValidationError, InvalidZones) as error:
+        rule = rule_of(given, notes)
+    except InvalidZones as error:
         whole = f"properties of zone {name!r:.80}: {error!s:.300}"
-        faults.add(str(name), f"{error!s:.300}", whole=whole)
+        faults.add(str(name), f"{error!s:.300}", first_place(members.get("geometry")), whole)
         return None
     geometry = _geometry_of(rule.name, number, members.get("geometry"), faults, notes)
-    return None if geometry is None else Zone(geometry, rule)
+    if geometry is None:
+        return None
+    zone = Zone(geometry, rule)
+    try:
+        check_zone(zone)
+    except InvalidZones as error:
+        place = error.faults[0].place if error.faults else first_place(members.get("geometry"))
+        whole = str(error) if error.faults or str(error).startswith("zone ") else f"zone {zone.name!r}: {error}"
+        faults.add(zone.name, error.faults[0].text if error.faults else str(error), place, whole)
+        return None
+    return zone
+
+
+def _check_names(zones: list[Zone], faults: Faults) -> None:
+    """Add a fault for each zone that has the name of one before it."""
+    first: dict[str, Zone] = {}
+    for zone in zones:
+        if (other := first.setdefault(zone.name, zone)) is not zone:
+            at, then = first_place(zone.geometry.coordinates), first_place(other.geometry.coordinates)
+            begins = f"; they begin at {place_text(then)} and {place_text(at)}" if then and at else ""
+            whole = f"two zones have the name {zone.name!r}: rename one of them{begins}"
+            faults.add(zone.name, whole, at, whole)
 
 
 def _geometry_of(name: str, number: int, given: Any, faults: Faults, notes: Notes) -> Geometry | None:
@@ -135,13 +140,16 @@ def _geometry_of(name: str, number: int, given: Any, faults: Faults, notes: Note
             name, "it has no geometry", whole=f"{where} has no geometry: draw a polygon, or leave the feature out"
         )
         return None
+    has_places = isinstance(given, dict) and "coordinates" in given
     try:
-        plain = given | {"coordinates": _plain(given["coordinates"], name, notes)} if "coordinates" in given else given
+        plain = given | {"coordinates": _plain(given["coordinates"], name, notes)} if has_places else given
         found: Geometry = msgspec.convert(plain, Geometry)
     except msgspec.ValidationError as error:
         advice = "; a zone is a Polygon or MultiPolygon, a lane a LineString or MultiLineString"
-        text = f"{error!s:.200}{advice if 'Invalid value' in str(error) else ''}"
-        faults.add(name, text, whole=f"{where}: {text}")
+        place = first_place(given)
+        begins = f"; it begins at {place_text(place)}" if place else ""
+        text = f"{error!s:.200}{advice if 'Invalid value' in str(error) else ''}{begins}"
+        faults.add(name, text, place, whole=f"{where}: {text}")
         return None
     return found
 
@@ -151,7 +159,10 @@ def _plain(coordinates: Any, name: str, notes: Notes, depth: int = DEEPEST) -> A
     if not depth or not isinstance(coordinates, list) or not coordinates or not isinstance(coordinates[0], list):
         return coordinates
     if not all(isinstance(place, list) and place and not isinstance(place[0], list) for place in coordinates):
-        return [_plain(part, name, notes, depth - 1) for part in coordinates]
+        parts = [_plain(part, name, notes, depth - 1) for at, part in enumerate(coordinates) if part != [] or at == 0]
+        if len(parts) < len(coordinates):
+            notes.add(EMPTY_PARTS, name)
+        return parts
     flat = [place[:2] for place in coordinates]
     if any(len(place) > 2 for place in coordinates):
         notes.add("heights were left out: zones are in the plane", name)
@@ -161,37 +172,11 @@ def _plain(coordinates: Any, name: str, notes: Notes, depth: int = DEEPEST) -> A
     return kept
 
 
-def _rule_of(given: dict[str, Any], notes: Notes) -> AnyRule:
-    """Return the rule of properties, also of those that a table has changed; notes what was changed back."""
-    try:
-        rule: AnyRule = msgspec.convert(given, AnyRule)
-    except msgspec.ValidationError as wrong:
-        mended = {key: _as_it_was(key, value) for key, value in given.items()}
-        try:
-            rule = msgspec.convert(mended, AnyRule, strict=False)
-        except msgspec.ValidationError:
-            raise wrong from None
-    else:
-        return rule
-    notes.add("properties of a table are read as what they were: whole floats as integers, text as values", rule.name)
-    return rule
-
-
-def _as_it_was(key: str, value: Any) -> Any:
-    if key == "times" and isinstance(value, str):
-        try:
-            return msgspec.json.decode(value)
-        except msgspec.DecodeError as error:
-            raise InvalidZones(f"'times' is text that is not valid JSON: {error!s:.100}") from error
-    if key == "name" and isinstance(value, int | float) and not isinstance(value, bool):
-        return f"{value:g}"
-    return int(value) if isinstance(value, float) and value.is_integer() else value
-
-
 def _set_of(zones: list[Zone], given: Any, notes: Notes) -> ZoneSet:
     """Return a set whose zones have a time zone of their own only if that is not the one of the set."""
     if given is not None and not isinstance(given, str):
-        raise InvalidZones(f"time_zone must be a name such as 'Europe/Berlin', not `{_type_of(given)}`")
+        raise InvalidZones(f"time_zone must be a name such as 'Europe/Berlin', not `{type_of(given)}`")
+    given = (given or "").strip() or None
     timed = [zone for zone in zones if zone.rule.times]
     own = {zone.rule.time_zone for zone in timed}
     if given is None and len(own) == 1:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from datetime import UTC, date, datetime, time, timedelta
 from typing import Annotated, Literal
-from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
+from zoneinfo import ZoneInfo, ZoneInfoNotFoundError, available_timezones
 
 import msgspec
 from msgspec import Meta
@@ -95,9 +95,9 @@ def time_zone_of(name: str) -> ZoneInfo:
     try:
         return ZoneInfo(name)
     except (ZoneInfoNotFoundError, ValueError, OSError) as error:
-        raise InvalidZones(
-            f"there is no time zone {name!r:.80}: give a name such as 'Europe/Berlin', or 'UTC'"
-        ) from error
+        meant = name.strip().lower()
+        known = next((zone for zone in sorted(available_timezones()) if zone.lower() == meant), "Europe/Berlin")
+        raise InvalidZones(f"there is no time zone {name!r:.80}: give a name such as {known!r}, or 'UTC'") from error
 
 
 def is_in_force(times: Sequence[Hours], zone: ZoneInfo, now: float) -> bool:

@@ -2,12 +2,13 @@
 
 import math
 from itertools import pairwise
+from typing import Any
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.errors import InvalidZones
+from ppaas.errors import InvalidZones, ZoneFault
 from ppaas.polygons import Points, distances_to_edges, within_polygon
 
 AT_ONCE = 1 << 20
@@ -137,25 +138,48 @@ def lines_of(geometry: Geometry) -> list[Ring]:
             return []
 
 
+def first_place(tree: Any, depth: int = 8) -> tuple[float, float] | None:
+    """Return the first finite position in decoded GeoJSON of any kind, valid or not; None if it has none."""
+    if isinstance(tree, dict):
+        return first_place(tree.get("coordinates", tree.get("geometries")), depth - 1)
+    if not isinstance(tree, list) or depth <= 0:
+        return None
+    if len(tree) > 1 and all(type(each) in (int, float) and abs(each) < math.inf for each in tree[:2]):
+        return float(tree[0]), float(tree[1])
+    return next((place for part in tree if (place := first_place(part, depth - 1)) is not None), None)
+
+
 def check_geometry(geometry: Geometry, name: str) -> int:
     """Return the number of positions of a geometry.
 
     Raises
     ------
     InvalidZones
-        It has no positions, too few for a ring or line, or one that is not finite or too far; the text names ``name``.
+        It has no positions, too few for a ring or line, or one that is not finite or too far; the text names ``name``,
+        and the fault has a place.
     """
     rings, lines = rings_of(geometry), lines_of(geometry)
-    if not rings and not lines:
-        raise InvalidZones(f"zone {name!r} has no coordinates")
+    if not any(rings) and not any(lines):
+        raise InvalidZones(f"zone {name!r} has no coordinates: draw it, or leave the feature out")
     for place in (place for part in rings + lines for place in part):
         if len(place) < 2 or not all(math.isfinite(each) and abs(each) <= FARTHEST for each in place[:2]):
-            raise InvalidZones(
-                f"zone {name!r}: a position must be x, y in metres up to {FARTHEST:g} in the map's frame, not "
-                f"{place!s:.80}"
-            )
-    if any(len({tuple(place[:2]) for place in ring}) < 3 for ring in rings):
-        raise InvalidZones(f"zone {name!r}: a ring needs three different positions or more")
-    if any(any(one[:2] == other[:2] for one, other in pairwise(line)) or len(line) < 2 for line in lines):
-        raise InvalidZones(f"zone {name!r}: a line needs two positions or more, each different from the one before")
+            raise _wrong(
+                geometry, name,
+                f"a position must be x, y in metres up to {FARTHEST:g} in the map's frame, not {place!s:.80}",
+                place,
+            )  # fmt: skip
+    for ring in rings:
+        if len({tuple(place[:2]) for place in ring}) < 3:
+            raise _wrong(geometry, name, "a ring needs three different positions or more", ring)
+    for line in lines:
+        if any(one[:2] == other[:2] for one, other in pairwise(line)) or len(line) < 2:
+            text = "a line needs two positions or more, each different from the one before"
+            raise _wrong(geometry, name, text, line)
     return sum(map(len, rings + lines))
+
+
+def _wrong(geometry: Geometry, name: str, text: str, where: Any) -> InvalidZones:
+    """Return the error for a part of a geometry, with its place, or else that of the first position."""
+    place = first_place(where) or first_place(geometry.coordinates)
+    at = "" if place is None else f", at ({place[0]:.6g}, {place[1]:.6g})"
+    return InvalidZones(f"zone {name!r}: {text}{at}", [ZoneFault(name, text, place)])

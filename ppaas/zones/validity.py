@@ -14,6 +14,7 @@ import numpy as np
 
 from ppaas.zones.faults import Faults, place_text
 from ppaas.zones.notes import Notes
+from ppaas.zones.reading import EMPTY_PARTS
 from ppaas.zones.shapes import (
     Geometry,
     MultiPolygon,
@@ -30,13 +31,16 @@ if TYPE_CHECKING:
 SMALLEST_AREA, SHORTEST = 1e-4, 0.01
 """Least area of a polygon [m²], and least length of a line [m]; degrees taken for metres are smaller."""
 
+SAME_PLACE = 1e-3
+"""Distance up to which the last position of an outline is meant to be its first [m]."""
+
 _REASON = re.compile(r"^(?P<what>[^\[]+)\[(?P<x>\S+) (?P<y>\S+)\]")
 """Reason why a geometry is not valid, in the words of GEOS."""
 
 _CLOSED = "the outline was closed: its last position must be its first"
 _TURNED = "the outline was reversed: RFC 7946 has outlines counterclockwise and holes clockwise"
 _JOINED = "parts that overlap or touch were joined"
-_EMPTY_PARTS = "parts without positions were left out"
+_SLIVERS = "parts and holes that enclose less than 1 cm² were left out"
 
 _DEGREES = "are its positions longitudes and latitudes? They must be x, y in metres in the frame of the map"
 
@@ -69,7 +73,8 @@ def mended(name: str, geometry: Geometry, faults: Faults, notes: Notes) -> Geome
         given = polygons_of(geometry)
         polygons = [[_closed(name, ring, notes) for ring in rings] for rings in given if rings]
         if len(polygons) < len(given):
-            notes.add(_EMPTY_PARTS, name)
+            notes.add(EMPTY_PARTS, name)
+        polygons = _without_slivers(name, polygons, notes)
         found = [fault for rings in polygons if (fault := _fault_of_polygon(rings)) is not None]
         result = MultiPolygon(polygons) if found else _joined(name, polygons, notes)
     for fault in found:
@@ -85,10 +90,27 @@ def outline_fault(corners: Sequence[Sequence[float]]) -> str:
 
 
 def _closed(name: str, ring: Ring, notes: Notes) -> Ring:
+    """Return a closed ring; a last position that is the first but for rounding is replaced by it."""
     if ring[0] == ring[-1]:
         return ring
     notes.add(_CLOSED, name)
-    return [*ring, ring[0]]
+    rounded = len(ring) > 3 and math.dist(ring[0], ring[-1]) <= SAME_PLACE
+    return [*(ring[:-1] if rounded else ring), ring[0]]
+
+
+def _without_slivers(name: str, polygons: list[list[Ring]], notes: Notes) -> list[list[Ring]]:
+    """Return polygons without small holes, and without small parts unless all are small, as overlays leave them."""
+    parts = [rings for rings in polygons if not _is_sliver(rings[0])] or polygons
+    kept = [[rings[0], *(hole for hole in rings[1:] if not _is_sliver(hole))] for rings in parts]
+    if sum(map(len, kept)) < sum(map(len, polygons)):
+        notes.add(_SLIVERS, name)
+    return kept
+
+
+def _is_sliver(ring: Ring) -> bool:
+    import shapely  # noqa: PLC0415 - only clouds and bridges have it
+
+    return bool(shapely.convex_hull(shapely.LineString(ring)).area < SMALLEST_AREA)
 
 
 def _fault_of_polygon(rings: list[Ring]) -> Fault | None:
@@ -122,7 +144,7 @@ def _fault_of_ring(ring: Ring, what: str) -> Fault | None:
     place = float(reason["x"]), float(reason["y"])
     touches = reason["what"].startswith("Ring")
     how = (
-        f"touches itself at {place_text(place)}: draw a MultiPolygon, or a hole"
+        f"touches itself at {place_text(place)}: leave out a corner that leads back, or draw a MultiPolygon or a hole"
         if touches
         else f"crosses itself at {place_text(place)}: put its corners in their order around the area"
     )

@@ -2,7 +2,7 @@
 
 import math
 from collections import defaultdict
-from typing import Annotated
+from typing import Annotated, get_args
 
 import msgspec
 from msgspec import Meta
@@ -107,6 +107,9 @@ class Capacity(Rule, frozen=True, tag="capacity"):
 
 AnyRule = KeepOut | SpeedZone | OneWay | Lane | NoStop | Capacity
 
+KINDS = tuple(str(rule.__struct_config__.tag) for rule in get_args(AnyRule))
+"""Names of the kinds of zones."""
+
 
 class Zone(msgspec.Struct, frozen=True, tag="Feature", rename={"rule": "properties"}):
     """Zone of a map: a feature of GeoJSON.
@@ -168,7 +171,7 @@ class ZoneSet(msgspec.Struct, frozen=True, tag="FeatureCollection", rename={"zon
             if each.name in names:
                 raise InvalidZones(f"two zones have the name {each.name!r}: rename one of them")
             names.add(each.name)
-        positions = sum(_check(each) for each in self.zones)
+        positions = sum(check_zone(each) for each in self.zones)
         if positions > MOST_POSITIONS:
             raise InvalidZones(f"the zones of a map may have {MOST_POSITIONS} positions, not {positions}")
         on_lanes = sum(len(line) for each in self.lanes for line in lines_of(each.geometry))
@@ -205,8 +208,8 @@ class ZoneSet(msgspec.Struct, frozen=True, tag="FeatureCollection", rename={"zon
 NO_ZONES = ZoneSet()
 
 
-def _check(zone: Zone) -> int:
-    """Check a zone; return the number of its positions."""
+def check_zone(zone: Zone) -> int:
+    """Check a zone by itself, and return the number of its positions; ``InvalidZones`` if it is wrong."""
     positions, rule = check_geometry(zone.geometry, zone.name), zone.rule
     is_line = bool(lines_of(zone.geometry))
     if rule.time_zone is not None:

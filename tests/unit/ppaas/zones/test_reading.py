@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from ppaas.errors import InvalidZones
+from ppaas.zones.gate import checked_zones
 from ppaas.zones.reading import geojson_of, read_zones, with_time_zones, zones_of
 from ppaas.zones.zone import Capacity, KeepOut, Lane, OneWay, Zone, ZoneSet
 from tests.support.geojson import LINE, SQUARE, collection, feature
@@ -128,8 +129,64 @@ def test_a_time_zone_is_a_name(given: dict[str, Any]) -> None:
 
 
 def test_an_unknown_time_zone_of_a_zone_is_refused() -> None:
-    with pytest.raises(InvalidZones, match="there is no time zone 'Mars'"):
+    with pytest.raises(InvalidZones, match="zone 'a': there is no time zone 'Mars'"):
         zones_of(collection(feature(times=WORK, time_zone="Mars")))
+    with pytest.raises(InvalidZones, match="there is no time zone 'asia/tokyo': give a name such as 'Asia/Tokyo'"):
+        zones_of(collection(feature(times=WORK, time_zone="asia/tokyo")))
+
+
+@pytest.mark.parametrize("given", ["", " ", None])
+def test_an_empty_time_zone_is_none_and_lets_times_be_in_utc_with_a_word(given: str | None) -> None:
+    zones, notes = read_zones(collection(feature(times=WORK), time_zone=given))
+    assert zones.time_zone == "UTC"
+    assert "so they are in UTC" in notes.texts()[0]
+
+
+@pytest.mark.parametrize("name", ["localtime", "posixrules", "Factory", "right/Europe/Berlin"])
+def test_time_zones_that_differ_from_computer_to_computer_are_not_published_but_stay(name: str) -> None:
+    data = collection(feature(times=WORK), time_zone=name)
+    try:
+        stored = zones_of(data)
+    except InvalidZones:
+        return  # this computer has none of that name
+    assert stored.time_zone == name
+    with pytest.raises(InvalidZones, match=r"zone 'a': its time zone .* is no place"):
+        checked_zones(data)
+    assert checked_zones(collection(feature(), time_zone=name)).warnings == [], "it has no times"
+
+
+# Faults and places ---------------------------------------------------------------------------------------------------
+
+
+def test_zones_of_one_name_are_both_named_by_their_places() -> None:
+    other = {"type": "LineString", "coordinates": [[3, 4], [5, 4]]}
+    with pytest.raises(InvalidZones, match=r"two zones have the name 'a': .* at \(0, 0\) and \(3, 4\)") as caught:
+        zones_of(collection(feature(), feature(other, kind="lane")))
+    assert [(fault.zone, fault.place) for fault in caught.value.faults] == [("a", (3.0, 4.0))]
+
+
+@pytest.mark.parametrize(
+    ("geometry", "place"),
+    [
+        ({"type": "Point", "coordinates": [3, 4]}, (3.0, 4.0)),
+        ({"type": "GeometryCollection", "geometries": [SQUARE]}, (0.0, 0.0)),
+        ({"type": "Polygon", "coordinates": [[[7, 8], [9, 8], [7, 8]]]}, (7.0, 8.0)),
+        ({"type": "Polygon", "coordinates": [[[7, 8], [9e9, 8], [7, 9], [7, 8]]]}, (9e9, 8.0)),
+        ({"type": "LineString", "coordinates": [[7, 8]]}, (7.0, 8.0)),
+        ({"type": "Polygon", "coordinates": [[[7, 8], ["9", 8], [7, 9], [7, 8]]]}, (7.0, 8.0)),
+        ({"type": "MultiPolygon", "coordinates": []}, None),
+    ],
+)
+def test_a_geometry_that_is_none_is_refused_with_the_zone_and_its_place(geometry: Any, place: Any) -> None:
+    with pytest.raises(InvalidZones, match="zone 'dock'") as caught:
+        zones_of(collection(feature(name="good"), feature(geometry, name="dock")))
+    assert [(fault.zone, fault.place) for fault in caught.value.faults] == [("dock", place)]
+
+
+def test_a_wrong_property_is_refused_with_the_place_of_its_zone() -> None:
+    with pytest.raises(InvalidZones) as caught:
+        zones_of(collection(feature({"type": "Point", "coordinates": [3, 4]}, kind="moat")))
+    assert caught.value.faults[0].place == (3.0, 4.0)
 
 
 # Files that are no zones ---------------------------------------------------------------------------------------------

@@ -104,6 +104,19 @@ MENDED: dict[str, tuple[Any, Any, str, dict[str, Any]]] = {
         polygon(BIG, square(2, 2, 1)), polygon(BIG, square(2, 2, 1)[::-1]), "holes clockwise", {}
     ),
     "not closed": (polygon(BIG[:-1]), polygon(BIG), "the outline was closed", {}),
+    "closed but for rounding": (
+        polygon([*BIG[:-1], [1e-7, -1e-7]]), polygon(BIG), "the outline was closed", {}
+    ),
+    "an empty hole": (polygon(BIG, []), polygon(BIG), "parts without positions were left out", {}),
+    "a hole of an overlay": (
+        polygon(BIG, square(2, 2, 1e-4)), polygon(BIG), "enclose less than 1 cm² were left out", {}
+    ),
+    "a part of an overlay": (
+        polygons([square(2, 2, 1e-4)], [BIG]), polygon(BIG), "enclose less than 1 cm² were left out", {}
+    ),
+    "an empty part of lanes": (
+        lines([[0, 0], [1, 0]], []), lines([[0, 0], [1, 0]]), "parts without positions were left out", LANE
+    ),
     "repeated": (polygon([BIG[0], *BIG]), polygon(BIG), "positions that follow themselves were left out", {}),
     "heights": (polygon([[*place, 1.5] for place in BIG]), polygon(BIG), "heights were left out", {}),
     "heights that are null": (polygon([[*place, None] for place in BIG]), polygon(BIG), "heights were left out", {}),

@@ -1,0 +1,58 @@
+"""Properties of zones as tables of a GIS, OpenStreetMap and PostgreSQL have them."""
+
+from typing import Any
+
+import pytest
+
+from ppaas.errors import InvalidZones
+from ppaas.zones.reading import read_zones, zones_of
+from ppaas.zones.zone import KINDS, Capacity, KeepOut, Lane, SpeedZone
+from tests.support.geojson import LINE, collection, feature
+
+
+@pytest.mark.parametrize("name", [1_000_001, 1_000_001.0])
+def test_numbers_as_names_keep_all_digits(name: float) -> None:
+    zones = zones_of(collection(feature(name=name), feature(name=1_000_002)))
+    assert [zone.name for zone in zones.zones] == ["1000001", "1000002"]
+
+
+@pytest.mark.parametrize(
+    ("properties", "rule"),
+    [
+        ({"times": "", "time_zone": " "}, KeepOut(name="a")),
+        ({"times": "null"}, KeepOut(name="a")),
+        ({"kind": "capacity", "robots": "2.0", "max_speed": ""}, Capacity(name="a", robots=2)),
+        ({"kind": "speed_limit", "max_speed": "", "percent": 50}, SpeedZone(name="a", percent=50.0)),
+    ],
+)
+def test_cells_of_a_table_that_are_empty_have_no_value(properties: dict[str, Any], rule: Any) -> None:
+    assert zones_of(collection(feature(**properties))).zones[0].rule == rule
+
+
+@pytest.mark.parametrize(
+    ("word", "one_way"), [("yes", True), ("T", True), ("TRUE", True), ("no", False), ("f", False), ("0", False)]
+)
+def test_switches_are_read_as_openstreetmap_and_postgresql_write_them(word: str, one_way: bool) -> None:
+    zones, notes = read_zones(collection(feature(LINE, kind="lane", one_way=word)))
+    assert zones.zones[0].rule == Lane(name="a", one_way=one_way)
+    assert "read as what they were" in notes.texts()[0]
+
+
+@pytest.mark.parametrize("kind", ["KEEP_OUT", "moat", None, ""])
+def test_kinds_are_listed_where_it_is_none_of_them(kind: str | None) -> None:
+    with pytest.raises(InvalidZones, match=f"its kind is one of {', '.join(KINDS)}"):
+        zones_of(collection(feature(kind=kind)))
+
+
+@pytest.mark.parametrize(
+    ("hours", "text"),
+    [
+        ({"from": "8:00"}, "Expected a time of day such as '08:30' or '24:00' - at `$.times[0].from`"),
+        ({"to": "17:00:00"}, "Expected a time of day such as '08:30' or '24:00' - at `$.times[0].to`"),
+        ({"since": "2026-05-01"}, "give a moment such as '2026-05-01T08:00:00'"),
+    ],
+)
+def test_times_that_are_none_are_refused_with_an_example(hours: dict[str, str], text: str) -> None:
+    with pytest.raises(InvalidZones) as caught:
+        zones_of(collection(feature(times=[hours])))
+    assert text in str(caught.value)
