@@ -70,6 +70,8 @@ class ChaosReport(msgspec.Struct, frozen=True):
         Descriptions of all errors, with their times.
     fleet, fleet_contacts : int
         Number of further robots, which take part in traffic, and of their contacts with each other.
+    throttled, throttled_messages : int
+        Number of clients of each robot that subscribed with throttle rates, and of the messages that they received.
     """
 
     seed: int
@@ -94,6 +96,8 @@ class ChaosReport(msgspec.Struct, frozen=True):
     wrong: list[str]
     fleet: int = 0
     fleet_contacts: int = 0
+    throttled: int = 0
+    throttled_messages: int = 0
 
     @property
     def passed(self) -> bool:
@@ -125,6 +129,11 @@ class ChaosReport(msgspec.Struct, frozen=True):
             f"paths by REST: {_counted(self.paths)}; the cloud was restarted {self.cloud_starts} times"
             + (f", another process took over {self.take_overs} times" if self.standby else ""),
             *([f"{self.fleet} more robots in traffic: {self.fleet_contacts} contacts"] if self.fleet else ()),
+            *(
+                [f"{self.throttled} throttled clients of each robot: {self.throttled_messages} messages"]
+                if self.throttled
+                else ()
+            ),
             *(f"WRONG: {one}" for one in self.wrong),
             "nothing was lost, repeated or left behind" if self.passed else f"errors: {len(self.wrong)}",
         ]

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 HELP = "kill and stop random processes of a cloud while robots drive: reports losses and leftovers"
 
-MOST_ROBOTS, MOST_MACHINES = 32, 8
+MOST_ROBOTS, MOST_MACHINES, MOST_THROTTLED = 32, 8, 16
 LONGEST = 24 * 60.0
 
 
@@ -57,6 +57,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="number of further robots, which take part in the traffic of a warehouse (%(default)s)",
     )
+    parser.add_argument(
+        "--throttled",
+        type=whole(0, MOST_THROTTLED),
+        default=0,
+        metavar="N",
+        help="number of further clients of each robot, which subscribe with throttle rates (%(default)s)",
+    )
     parser.add_argument("--seed", type=int, default=1, help="seed of the faults (%(default)s)")
 
 
@@ -77,6 +84,7 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
         every=arguments.every,
         seed=arguments.seed,
         fleet=arguments.fleet,
+        throttled=arguments.throttled,
     )
     report = event_loop.run(run(options, progress))
     rows = report.rows()
