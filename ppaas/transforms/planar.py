@@ -65,7 +65,7 @@ class TransformTree:
     Parameters
     ----------
     cache_time : float
-        Length of a frame's buffer, back from its newest transform [s].
+        Length of a frame's buffer, back from its newest transform [s]. An infinite one is sorted, and never cleared.
     """
 
     def __init__(self, cache_time: float = CACHE_TIME) -> None:
@@ -90,7 +90,7 @@ class TransformTree:
         self._connect(parent, child, pose)
         self._static.pop(child, None)
         buffer = self._moving.setdefault(child, [])
-        if buffer:
+        if buffer and self._cache_time < math.inf:
             self._note_clock(child, buffer, pose, stamp)
         index = bisect.bisect_left(buffer, stamp, key=_stamp_of)
         if index < len(buffer) and buffer[index][0] == stamp:

@@ -49,6 +49,8 @@ class BagFrames:
         self._source: tuple[str, str] | None = None
         self._above: dict[str, _Above] = {}
         self._times: tuple[float, ...] = ()
+        self._others: dict[str, None] = {}
+        self._wrong: list[TransformError] = []
         self.base = names.base or BASE_LINK
 
     def add_transforms(self, transforms: Iterable[Any], *, static: bool) -> None:
@@ -57,14 +59,31 @@ class BagFrames:
             self._add(_stamped(each.header, each.child_frame_id, each.transform), static=static)
 
     def add_odometry(self, topic: str, message: Any) -> None:
-        """Add odometry, unless transforms move its frame. Of several topics, the first counts."""
-        child = message.child_frame_id.lstrip("/")
+        """Add odometry, unless transforms move its frame. Of several topics, the first counts.
+
+        Frames without a name, or with one for both, are those of the odometry and the robot.
+        """
+        parent, child = message.header.frame_id.lstrip("/"), message.child_frame_id.lstrip("/")
+        if not child or child == parent:
+            parent, child = ("" if unprefixed(parent) in BASES else parent), self._root_base()
         if self._source is None and self._tree.newest(child) is None:
             self._source = topic, child
         if self._source == (topic, child):
             pose = message.pose.pose
             moved = Transform(_vector(pose.position), _quaternion(pose.orientation))
-            self._add(TransformStamped(_header(message.header), child, moved), static=False)
+            header = _header(message.header, parent or self._names.odom or ODOM)
+            self._add(TransformStamped(header, child, moved), static=False)
+        elif self._source is not None:
+            self._others[topic] = None
+
+    def _root_base(self) -> str:
+        """Return the frame of the robot by its name, or the one above the others."""
+        known = (frame for frame in self._above_all() if unprefixed(frame) in BASES)
+        return self._names.base or next(known, BASE_LINK)
+
+    def _above_all(self) -> list[str]:
+        """Return the frames that have no parent."""
+        return sorted({above.parent for above in self._above.values()} - self._above.keys())
 
     def join(self) -> None:
         """Find the frame of the robot, and merge unconnected frames of its names with it, as a clone does."""
@@ -88,8 +107,8 @@ class BagFrames:
             if is_level(transform.transform.rotation):
                 self._tree.set_message(transform, static=static)
             self._body.hear((transform,))
-        except TransformError:
-            return
+        except TransformError as error:
+            self._wrong.append(error)
 
     def _note(self, transform: TransformStamped, pose: Rigid) -> None:
         """Note the parent of a frame, and whether the frame moves in it."""
@@ -99,6 +118,15 @@ class BagFrames:
             self._above[child] = _Above(parent, pose)
         elif not known.moved and pose != known.first:
             self._above[child] = known._replace(moved=True)
+
+    def notes(self) -> list[str]:
+        """Return what of the odometry and the transforms is not used."""
+        notes = []
+        if self._others and self._source is not None:
+            notes.append(f"odometry on {self._source[0]} is used, that on {', '.join(self._others)} is not")
+        if self._wrong:
+            notes.append(f"{len(self._wrong)} transforms or poses of odometry left out; the first: {self._wrong[0]}")
+        return notes
 
     # -- names ---------------------------------------------------------------------------------------------------------
 
@@ -120,9 +148,12 @@ class BagFrames:
                 f"odometry at the time of any of them: they are stamped {first:.1f} to {last:.1f} s, and odometry and "
                 f"transforms {min(self._times):.1f} to {max(self._times):.1f} s: set one clock where it is recorded"
             )
+        frames = ", ".join(self._tree.frames())
+        if not frames and self._wrong:
+            return f"odometry that can be used: {self._wrong[0]}"
         return (
             f"odometry ({self.odom} → {self.base}) at the time of any of them; its frames are "
-            f"{', '.join(self._tree.frames()) or 'none'}: name those of the robot by --odom-frame and --base-frame"
+            f"{frames or 'none'}: name those of the robot by --odom-frame and --base-frame"
         )
 
     # -- poses ---------------------------------------------------------------------------------------------------------
@@ -167,8 +198,10 @@ def _stamped(header: Any, child: str, transform: Any) -> TransformStamped:
     return TransformStamped(_header(header), child, moved)
 
 
-def _header(header: Any) -> Header:
-    return Header(stamp=Time(header.stamp.sec, header.stamp.nanosec), frame_id=header.frame_id)
+def _header(header: Any, frame: str | None = None) -> Header:
+    return Header(
+        stamp=Time(header.stamp.sec, header.stamp.nanosec), frame_id=header.frame_id if frame is None else frame
+    )
 
 
 def _vector(at: Any) -> Vector3:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from ppaas.errors import InvalidInput, TransformError
 from ppaas.geometry import Pose2D
@@ -14,6 +14,7 @@ from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.perception.level_scans import LevelScan, level_scan
 from ppaas.transforms.planar import tf_time
 from robots.recordings.bag_frames import BagFrames
+from robots.recordings.bag_times import BagMessage, of_one_clock, with_stamps
 from robots.recordings.bags.bag import ROS_ENCODINGS, Bag
 from robots.recordings.bags.bag import messages as in_words
 from robots.recordings.bags.objects import BagObjects, full_type
@@ -34,12 +35,8 @@ NO_ODOMETRY = (
 )
 
 
-class BagMessage(NamedTuple):
-    """Message of a bag, with its topic and its type."""
-
-    topic: str
-    kind: str
-    message: Any
+FEW = 0.02
+"""Share of scans before the first or after the last odometry up to which they are not worth a note."""
 
 
 def read_bag(path: Path, frames: RecordedFrames) -> Recording:
@@ -82,26 +79,54 @@ def recording_of(
     InvalidInput
         As `read_bag`.
     """
+    notes = with_stamps(messages, _headers)
+    messages, more = of_one_clock(messages, _headers, lambda message: message.kind in SCANS)
     bag = BagFrames(frames)
-    for topic, kind, message in messages:
+    for topic, kind, message, _ in messages:
         if kind in TRANSFORMS:
-            bag.add_transforms(message.transforms, static=topic.endswith("tf_static"))
-    for topic, kind, message in messages:
+            bag.add_transforms(message.transforms, static=_is_static(topic))
+    for topic, kind, message, _ in messages:
         if kind == ODOMETRY:
             bag.add_odometry(topic, message)
     bag.join()
-    scans = [(topic, message) for topic, kind, message in messages if kind in SCANS]
+    notes += more + bag.notes()
+    scans = [(message.topic, message.message) for message in messages if message.kind in SCANS]
     wanted = frames.scan_topic
     chosen = [message for topic, message in scans if wanted is None or topic.strip("/") == wanted.strip("/")]
     if not chosen:
         where = "" if wanted is None else f" on {wanted!r}"
         raise InvalidInput(f"{path} has no scans{where} ({SCAN}); its topics are: {contents()}")
     lasers = {scan.header.frame_id.lstrip("/") for scan in chosen}
-    if bag.has_odometry(lasers):
-        return Recording(tuple(_looks(chosen, bag, path, bag.odometry)))
-    _check_frames(lasers, bag, path)
-    looks = _looks(chosen, bag, path, lambda _: Pose2D(0.0, 0.0))
-    return Recording(tuple(looks), notes=(NO_ODOMETRY,), has_odometry=False)
+    has_odometry = bag.has_odometry(lasers)
+    if has_odometry:
+        notes += _unplaced(lasers, bag)
+    else:
+        _check_frames(lasers, bag, path)
+        notes.append(NO_ODOMETRY)
+    looks, left_out = _looks(chosen, bag, path, bag.odometry if has_odometry else lambda _: Pose2D(0.0, 0.0))
+    return Recording(tuple(looks), (*notes, *left_out), has_odometry)
+
+
+def _is_static(topic: str) -> bool:
+    return topic.endswith("tf_static")
+
+
+def _headers(message: BagMessage) -> list[tuple[str, Any]]:
+    """Return the frames and headers in a message that are of its time."""
+    if message.kind in TRANSFORMS:
+        moved = [] if _is_static(message.topic) else message.message.transforms
+        return [(each.child_frame_id, each.header) for each in moved]
+    return [(message.message.header.frame_id, message.message.header)]
+
+
+def _unplaced(frames: set[str], bag: BagFrames) -> list[str]:
+    """Return notes on lasers whose place on the robot is not known."""
+    return [
+        f"no transform leads from {bag.base} to the laser {frame or 'without a frame'}: it is taken to be there, and "
+        "to look ahead"
+        for frame in sorted(frames)
+        if bag.mount(frame) is None
+    ]
 
 
 def _check_frames(frames: set[str], bag: BagFrames, path: Path) -> None:
@@ -118,30 +143,42 @@ def _messages(bag: Bag, objects: BagObjects) -> Iterator[BagMessage]:
     for message in bag.messages():
         kind = full_type(message.channel.type)
         if kind in USED and message.channel.encoding in ROS_ENCODINGS and (found := objects.read(message)) is not None:
-            yield BagMessage(message.channel.topic, kind, found)
+            yield BagMessage(message.channel.topic, kind, found, message.log_time)
 
 
-def _looks(scans: list[Any], bag: BagFrames, path: Path, odometry: Callable[[float], Pose2D]) -> list[Look]:
-    """Return the scans at whose time there is odometry, in the order of their stamps."""
+def _looks(
+    scans: list[Any], bag: BagFrames, path: Path, odometry: Callable[[float], Pose2D]
+) -> tuple[list[Look], list[str]]:
+    """Return the scans at whose time there is odometry, in the order of their stamps, and notes on the others."""
     looks: list[tuple[Look, str]] = []
     refused: list[InvalidInput] = []
+    repeated = early = 0
     for message in sorted(scans, key=_stamp):
         stamp, frame = _stamp(message), message.header.frame_id.lstrip("/")
         try:
             odom, true = odometry(stamp), bag.true_pose(stamp)
             level = _level(message, bag)
         except TransformError:
-            continue  # before the first transform, or after the last
+            early += 1  # before the first transform, or after the last
+            continue
         except InvalidInput as error:
             refused.append(error)
             continue
-        if not looks or (stamp, frame) != (looks[-1][0].stamp, looks[-1][1]):
-            looks.append((Look(stamp, odom, level.scan, true, level.laser), frame))
+        if looks and (stamp, frame) == (looks[-1][0].stamp, looks[-1][1]):
+            repeated += 1
+            continue
+        looks.append((Look(stamp, odom, level.scan, true, level.laser), frame))
     if not looks:
         stamps = [_stamp(scan) for scan in scans]
         missing = bag.missing(min(stamps), max(stamps))
         raise refused[0] if refused else InvalidInput(f"{path} has {len(scans)} scans, but no {missing}")
-    return [look for look, _ in looks]
+    reasons = [
+        (early if early > FEW * len(scans) else 0, "there is no odometry at their time"),
+        (repeated, "they have frame and stamp of another one"),
+        (len(refused), str(refused[0]) if refused else ""),
+    ]
+    notes = [f"{count} of {len(scans)} scans left out: {reason}" for count, reason in reasons if count]
+    return [look for look, _ in looks], notes
 
 
 def _stamp(scan: Any) -> float:

@@ -1,7 +1,7 @@
 """Files of a bag: one file, or those of a folder in the order in which they were recorded."""
 
 import re
-from pathlib import Path, PurePosixPath
+from pathlib import Path, PureWindowsPath
 from typing import Any, NamedTuple
 
 from ppaas.errors import InvalidInput
@@ -82,7 +82,7 @@ def _listed(metadata: Path) -> list[str]:
     try:
         content = yaml.safe_load(metadata.read_text("utf-8"))
         about: dict[str, Any] = content["rosbag2_bagfile_information"]
-        names = [PurePosixPath(name).name for name in about["relative_file_paths"]]
+        names = [PureWindowsPath(name).name for name in about["relative_file_paths"]]
         by, what = about.get("compression_format") or "zstd", about.get("compression_mode") or ""
     except (yaml.YAMLError, UnicodeDecodeError, LookupError, TypeError, AttributeError):
         return []

@@ -10,7 +10,9 @@ from ppaas.recording.reader import Channel, Message
 
 
 def full_type(name: str) -> str:
-    """Return the name of a type, of ROS 1 or ROS 2, as ``package/msg/Name``."""
+    """Return the name of a type, of ROS 1, ROS 2 or its DDS, as ``package/msg/Name``."""
+    if "::" in name:
+        name = name.replace("::dds_::", "::").removesuffix("_").replace("::", "/")
     package, _, rest = name.partition("/")
     return name if "/" in rest else f"{package}/msg/{rest}"
 

@@ -241,7 +241,7 @@ def test_several_lasers_without_known_places_are_refused() -> None:
 
 
 def test_the_first_of_several_echoes_is_the_range() -> None:
-    (kind, message) = scan(1.5, count=3)[1:]
+    (_, kind, message, _) = scan(1.5, count=3)
     assert kind == SCAN
     message.ranges = [Of(echoes=np.array(echoes, np.float32)) for echoes in ([1.0, 3.0], [], [2.0])]
     (look,) = looks_of(*DRIVE, BagMessage("/echoes", ECHOES, message))

@@ -36,10 +36,11 @@ def test_split_bags_of_ros_1_are_one_recording(tmp_path: Path) -> None:
 
 
 def test_metadata_gives_the_order_and_later_files_follow(tmp_path: Path) -> None:
-    listed = ("b_1.mcap", "run/b_0.mcap")
-    assert names(folder(tmp_path, "b_0.mcap", "b_1.mcap", "b_2.mcap", "other.mcap", listed=listed)) == [
+    listed = ("b_1.mcap", "run/b_0.mcap", "..\\run\\b_3.mcap")
+    assert names(folder(tmp_path, "b_0.mcap", "b_1.mcap", "b_2.mcap", "b_3.mcap", "other.mcap", listed=listed)) == [
         "b_1.mcap",
         "b_0.mcap",
+        "b_3.mcap",
         "b_2.mcap",
     ]
 

@@ -6,7 +6,7 @@ import pytest
 
 from ppaas.recording.reader import Channel, Message
 from robots.recordings.bags.bag import Bag
-from robots.recordings.bags.objects import BagObjects
+from robots.recordings.bags.objects import BagObjects, full_type
 from tests.support.recordings.bags import SCAN, make_bag, room
 
 
@@ -30,6 +30,19 @@ def test_types_that_the_release_lacks_are_read() -> None:
     channel = Channel("/old", "cdr", "old_msgs/Pair", "ros2msg", b"uint8 first\nfloat32 second\n", {})
     found = BagObjects().read(Message(channel, 0, 0, 0, b"\x00\x01\x00\x00\x07\x00\x00\x00\x00\x00\x80\x3f"))
     assert (found.first, found.second) == (7, 1.0)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "sensor_msgs/LaserScan",
+        "sensor_msgs/msg/LaserScan",
+        "sensor_msgs::msg::dds_::LaserScan_",
+        "sensor_msgs::msg::LaserScan",
+    ],
+)
+def test_types_are_known_by_their_names_in_ros_1_ros_2_and_dds(name: str) -> None:
+    assert full_type(name) == SCAN
 
 
 def test_idl_is_read() -> None:
