@@ -4,16 +4,28 @@ g2o measures errors in the frame of the measured pose, so that the information o
 second node; that of `PoseGraph` is in the frame of the first.
 """
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ppaas.errors import InvalidGraph
 from ppaas.geometry import wrap_angle
-from ppaas.mapping.graph.g2o_elements import EDGE, FIX, VERTEX, Elements, LeftOut, read_elements
+from ppaas.mapping.graph.g2o_elements import EDGE, FIX, TORO_ORDER, VERTEX, Elements, LeftOut, read_elements
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
 from ppaas.planar_poses import rotated, symmetric, upper_triangle, wrap_angles
+
+ROUNDED = 1e-5
+"""Share of its largest number by which an information matrix may be short of positive semidefinite: many programs write
+six digits, by which the matrix of a long corridor is."""
+
+_TAG = re.compile(r"[A-Za-z][A-Za-z0-9_:]{2,}")
+"""An element of a format of graphs, and not any text or binary content."""
+
+_INDEX_BITS = 48
+"""Bits of the number in the keys of gtsam; those above are a letter, and a label, of another robot or another chain."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +46,8 @@ class GraphFile:
         Ids in lines FIX that no vertex has, with the number of the line.
     left_out : dict of str to LeftOut
         Lines that are not part of the graph, such as those of landmarks, by tag.
+    edges : sequence of sequence of float
+        Measurement and information of each edge, as the file has them, in the order of g2o.
     """
 
     graph: PoseGraph
@@ -42,17 +56,18 @@ class GraphFile:
     fixed: tuple[int, ...]
     unknown_fixed: dict[int, int]
     left_out: dict[str, LeftOut]
+    edges: Sequence[Sequence[float]]
 
     def lines(self) -> Iterator[str]:
-        """Yield the lines of the graph with the ids, the order and the fixed vertices of the file."""
-        return _lines(self.graph, self.ids, self.order, self.fixed)
+        """Yield the lines of the graph with the ids, the order, the edges and the fixed vertices of the file."""
+        return _lines(self.graph, self.ids, self.order, self.fixed, self.edges)
 
 
 def parse_g2o(lines: Iterable[str]) -> GraphFile:
     """Return the graph of the lines of a file of g2o or TORO.
 
-    An edge between an id and the next higher one of the file is odometry, any other a closure. Lines of scans
-    (ROBOTLASER1) and of parameters have no effect.
+    An edge between an id and the next higher one of the file is odometry, any other a closure; so is one between keys
+    of gtsam with different letters. Lines of scans (ROBOTLASER1) and of parameters have no effect.
 
     Raises
     ------
@@ -62,7 +77,7 @@ def parse_g2o(lines: Iterable[str]) -> GraphFile:
     """
     elements = read_elements(lines)
     if not elements.vertices:
-        raise InvalidGraph(f"the graph has no {VERTEX}")
+        raise InvalidGraph(_without_vertices(elements))
     ids = tuple(sorted(elements.vertices))
     nodes = {vertex: node for node, vertex in enumerate(ids)}
     return GraphFile(
@@ -72,21 +87,37 @@ def parse_g2o(lines: Iterable[str]) -> GraphFile:
         fixed=tuple(nodes[vertex] for vertex in elements.fixed if vertex in nodes),
         unknown_fixed={vertex: line for vertex, line in elements.fixed.items() if vertex not in nodes},
         left_out=elements.left_out,
+        edges=[numbers for _, _, numbers in elements.edges],
     )
+
+
+def _without_vertices(elements: Elements) -> str:
+    """Return what a file without vertices has instead, and what it needs."""
+    tags = [tag for tag in elements.left_out if _TAG.fullmatch(tag)][:5]
+    edges = [f"{len(elements.edges)} edges"] if elements.edges else []
+    found = ", ".join(edges + tags)
+    has = f" It has {found}: give the start poses of its nodes in lines {VERTEX}." if found else ""
+    return f"the graph has no {VERTEX}.{has}"
 
 
 def format_g2o(graph: PoseGraph) -> Iterator[str]:
     """Yield the lines of a graph, each with its newline; node 0 is fixed."""
-    nodes = range(graph.node_count)
-    return _lines(graph, nodes, nodes, nodes[:1])
+    nodes, edges = range(graph.node_count), graph.edges
+    information = upper_triangle(rotated(edges.information, -edges.measurements[:, 2]))
+    numbers = np.concatenate((edges.measurements, information), axis=1).tolist()
+    return _lines(graph, nodes, nodes, nodes[:1], numbers)
 
 
-def _lines(graph: PoseGraph, ids: Sequence[int], order: Sequence[int], fixed: Sequence[int]) -> Iterator[str]:
+def _lines(
+    graph: PoseGraph,
+    ids: Sequence[int],
+    order: Sequence[int],
+    fixed: Sequence[int],
+    numbers: Sequence[Sequence[float]],
+) -> Iterator[str]:
     poses, edges = graph.poses.tolist(), graph.edges
     for node in order:
         yield f"{VERTEX} {ids[node]} {_joined(poses[node])}\n"
-    information = upper_triangle(rotated(edges.information, -edges.measurements[:, 2]))
-    numbers = np.concatenate((edges.measurements, information), axis=1).tolist()
     for first, second, row in zip(edges.first.tolist(), edges.second.tolist(), numbers, strict=True):
         yield f"{EDGE} {ids[first]} {ids[second]} {_joined(row)}\n"
     # The order has no meaning, but gtsam 4.3 reads no edge after such a line.
@@ -94,7 +125,7 @@ def _lines(graph: PoseGraph, ids: Sequence[int], order: Sequence[int], fixed: Se
         yield f"{FIX} {ids[node]}\n"
 
 
-def _joined(numbers: list[float]) -> str:
+def _joined(numbers: Sequence[float]) -> str:
     return " ".join(map(repr, numbers))
 
 
@@ -105,8 +136,8 @@ def _graph_of(elements: Elements, nodes: dict[int, int]) -> PoseGraph:
         graph.add_node((x, y, wrap_angle(theta)))
     values = np.array([numbers for _, _, numbers in elements.edges]).reshape(-1, 9)
     measurements = np.column_stack((values[:, :2], wrap_angles(values[:, 2])))
-    information = rotated(symmetric(values[:, 3:]), measurements[:, 2])
-    least = np.linalg.eigvalsh(information)[:, 0] if len(values) else values[:, 0]
+    information, least = _semidefinite(rotated(symmetric(values[:, 3:]), measurements[:, 2]))
+    ids = list(nodes)
     for edge, (number, ends, _) in enumerate(elements.edges):
         unknown = [end for end in ends if end not in nodes]
         if unknown:
@@ -114,8 +145,26 @@ def _graph_of(elements: Elements, nodes: dict[int, int]) -> PoseGraph:
         first, second = (nodes[end] for end in ends)
         if first == second:
             raise InvalidGraph(f"line {number}: edge from vertex {ends[0]} to itself")
-        if least[edge] < -1e-9 * np.abs(information[edge]).max():
-            raise InvalidGraph(f"line {number}: the information matrix is not positive semidefinite")
-        kind = EdgeKind.ODOMETRY if abs(second - first) == 1 else EdgeKind.CLOSURE
+        if least[edge] < -ROUNDED:
+            order = f" in the order of TORO, {TORO_ORDER}" if number in elements.of_toro else ""
+            raise InvalidGraph(f"line {number}: the information matrix is not positive semidefinite{order}")
+        is_next = abs(second - first) == 1 and _chain(ids[first]) == _chain(ids[second])
+        kind = EdgeKind.ODOMETRY if is_next else EdgeKind.CLOSURE
         graph.add_edge(first, second, measurements[edge], information[edge], kind)
     return graph
+
+
+def _chain(vertex: int) -> int:
+    """Return the letter and label in a key of gtsam, 0 for other ids."""
+    return max(vertex, 0) >> _INDEX_BITS
+
+
+def _semidefinite(information: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return (m, 3, 3) matrices without their negative eigenvalues, and the least of each, by its largest number."""
+    if not len(information):
+        return information, np.empty(0)
+    values, vectors = np.linalg.eigh(information)
+    largest = np.maximum(np.abs(information).max(axis=(1, 2)), np.finfo(np.float64).tiny)
+    clipped = (vectors * np.maximum(values, 0.0)[:, np.newaxis]) @ vectors.transpose(0, 2, 1)
+    negative = values[:, 0] < 0.0
+    return np.where(negative[:, np.newaxis, np.newaxis], clipped, information), values[:, 0] / largest

@@ -18,7 +18,10 @@ _TORO = {"VERTEX2": VERTEX, "EDGE2": EDGE}
 """Tags of TORO, and those of g2o for the same elements."""
 
 _OF_TORO = (0, 1, 2, 3, 4, 7, 5, 8, 6)
-"""Numbers of an edge of TORO in the order of g2o: TORO writes the information as xx, xy, yy, θθ, xθ, yθ."""
+"""Numbers of an edge of TORO in the order of g2o."""
+
+TORO_ORDER = "xx xy yy θθ xθ yθ"
+"""Order of the information of an edge of TORO; that of g2o is xx xy xθ yy yθ θθ."""
 
 _NUMBERS = {VERTEX: (1, 3), EDGE: (2, 9)}
 """Ids and numbers after each tag."""
@@ -59,12 +62,15 @@ class Elements:
         Ids of fixed vertices, and the numbers of their lines.
     left_out : dict of str to LeftOut
         Lines that were left out, by tag.
+    of_toro : set of int
+        Numbers of the lines of edges of TORO.
     """
 
     vertices: dict[int, tuple[float, ...]] = field(default_factory=dict)
     edges: list[tuple[int, tuple[int, ...], tuple[float, ...]]] = field(default_factory=list)
     fixed: dict[int, int] = field(default_factory=dict)
     left_out: dict[str, LeftOut] = field(default_factory=dict)
+    of_toro: set[int] = field(default_factory=set)
 
 
 def read_elements(lines: Iterable[str]) -> Elements:
@@ -73,7 +79,8 @@ def read_elements(lines: Iterable[str]) -> Elements:
     Raises
     ------
     InvalidGraph
-        A line is malformed, repeats a vertex, or is of a graph in space. The text names the number of the line.
+        A line is malformed, repeats a vertex with another pose, or is of a graph in space. The text names the number of
+        the line.
     """
     elements = Elements()
     for number, line in enumerate(lines, 1):
@@ -112,9 +119,10 @@ def _add(elements: Elements, number: int, words: list[str]) -> None:
     if id_count > 1:
         if tag in _TORO:
             numbers = tuple(numbers[place] for place in _OF_TORO)
+            elements.of_toro.add(number)
         elements.edges.append((number, ids, numbers))
-    elif elements.vertices.setdefault(ids[0], numbers) is not numbers:
-        raise InvalidGraph(f"line {number}: vertex {ids[0]} is defined twice")
+    elif elements.vertices.setdefault(ids[0], numbers) != numbers:
+        raise InvalidGraph(f"line {number}: vertex {ids[0]} is defined twice, with different poses")
 
 
 def _numbers(kind: type[Number], words: list[str], line: int, tag: str) -> tuple[Number, ...]:

@@ -101,7 +101,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _make(arguments: argparse.Namespace) -> None:
     """Map the log or solve the graph, and print the answer."""
-    if arguments.log.suffix == GRAPH:
+    from robots.cli.verbs.slam_graph import is_graph  # noqa: PLC0415
+
+    if arguments.format is None and is_graph(arguments.log):
         show(_solve(arguments), SOLVED, as_json=arguments.json)
     else:
         columns = COLUMNS if arguments.score is None else (*COLUMNS, *SCORES)

@@ -1,7 +1,12 @@
 """Solves pose graphs of files, for ``ppaas slam GRAPH.g2o``."""
 
 import time
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from io import BufferedReader, TextIOWrapper
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +19,20 @@ from ppaas.mapping.graph.g2o import GraphFile, parse_g2o
 from ppaas.mapping.graph.pose_graph import EdgeKind
 from ppaas.mapping.graph.robust_weights import TRUSTED
 from ppaas.mapping.graph.solver import GraphSolver, Robust, SolverOptions
+from robots.recordings.bags.files import has_bag_name
+from robots.recordings.bags.uncompressed import SUFFIXES, UncompressedFile
+
+ENDING = ".g2o"
+"""Ending of the names of pose graphs."""
+
+TAGS = ("VERTEX", "EDGE", "FIX")
+"""Beginnings of the first lines of pose graphs."""
+
+SCANS = ("ROBOTLASER", "FLASER")
+"""Beginnings of lines with scans, of which a map is made."""
+
+MOST_COMMENTS = 1000
+"""Number of lines among which the first element is."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +53,18 @@ class SolvedGraph:
     content: bytes
     answer: dict[str, Any]
     notes: list[str]
+
+
+def is_graph(path: Path) -> bool:
+    """Return whether a file is a pose graph: by its name, or by lines of vertices and edges and none of scans."""
+    bare = path.with_suffix("") if path.suffix[1:].lower() in SUFFIXES else path
+    if bare.suffix.lower() == ENDING:
+        return True
+    if has_bag_name(path) or not path.is_file():
+        return False
+    with UncompressedFile(path) as file, _text(file) as lines:
+        first = next((line.split()[0] for line in islice(lines, MOST_COMMENTS) if line.split("#", 1)[0].split()), "")
+        return first.startswith(TAGS) and not any(line.startswith(SCANS) for line in lines)
 
 
 def solve_file(path: Path, method: str | None = None) -> SolvedGraph:
@@ -75,11 +106,22 @@ def solve_file(path: Path, method: str | None = None) -> SolvedGraph:
 
 
 def _read(path: Path) -> GraphFile:
-    try:
-        with path.open(encoding="utf-8-sig", errors="replace") as lines:
-            return parse_g2o(lines)
-    except OSError as error:
-        raise InvalidInput(f"cannot read the graph: {error}") from error
+    with UncompressedFile(path) as file, _text(file) as lines:
+        found = parse_g2o(lines)
+        if file.cut:
+            raise InvalidInput(
+                f"cannot read {path}: its compressed content ends early, and a part of a graph is another one"
+            )
+        return found
+
+
+@contextmanager
+def _text(file: UncompressedFile) -> Iterator[TextIOWrapper]:
+    """Read a file as text in UTF-8, or in UTF-16 with a byte-order mark."""
+    with BufferedReader(file) as stream:
+        encoding = "utf-16" if stream.peek(2)[:2] in (BOM_UTF16_LE, BOM_UTF16_BE) else "utf-8-sig"
+        with TextIOWrapper(stream, encoding=encoding, errors="replace") as lines:
+            yield lines
 
 
 def _solve(file: GraphFile, method: str | None) -> Choice:
@@ -97,7 +139,8 @@ def _notes(file: GraphFile) -> list[str]:
         for tag, lines in file.left_out.items()
     ]
     notes += [
-        f"line {line}: FIX names vertex {vertex}, which no line defines" for vertex, line in file.unknown_fixed.items()
+        f"line {line}: FIX names vertex {vertex}, which no VERTEX_SE2 defines"
+        for vertex, line in file.unknown_fixed.items()
     ]
     parts = components(file.graph)
     count, held = int(parts.max()) + 1, len(np.unique(parts[list(file.fixed)]))

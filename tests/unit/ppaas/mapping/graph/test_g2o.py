@@ -139,3 +139,53 @@ def test_edges_between_the_same_vertices_all_count():
     edge = "EDGE_SE2 0 1 {} 0 0 1 0 0 1 0 1"
     file = parse_g2o(["VERTEX_SE2 0 0 0 0", "VERTEX_SE2 1 0 0 0", edge.format(1), edge.format(2), edge.format(1)])
     assert GraphSolver().solve(file.graph).poses[1] == pytest.approx([4 / 3, 0, 0])
+
+
+def test_edges_are_written_with_the_numbers_of_the_file():
+    # Turning the information into the frame of the other node and back would change the last digits.
+    numbers = "0.98765432109876 0.1234567890123 7.1 44.72136 1.2345678901234 0.1 44.72136 -0.3 29.123456789"
+    lines = ["VERTEX_SE2 0 0 0 0", "VERTEX_SE2 1 1 0 0", f"EDGE_SE2 0 1 {numbers}"]
+    assert f"EDGE_SE2 0 1 {numbers}\n" in list(parse_g2o(lines).lines())
+
+
+def test_edges_between_chains_of_gtsam_are_closures():
+    # The last pose of robot a and the first one of robot b follow each other, but nobody drove from one to the other.
+    a, b = (ord(letter) << 56 for letter in "ab")
+    vertices = [f"VERTEX_SE2 {robot + number} 0 0 0" for robot in (a, b) for number in range(2)]
+    edges = [f"EDGE_SE2 {ends} 1 0 0 1 0 0 1 0 1" for ends in (f"{a} {a + 1}", f"{b + 1} {b}", f"{a + 1} {b}")]
+    kinds = parse_g2o(vertices + edges).graph.edges.kinds
+    assert kinds.tolist() == [EdgeKind.ODOMETRY, EdgeKind.ODOMETRY, EdgeKind.CLOSURE]
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7, -2.0])
+def test_information_that_is_short_of_semidefinite_by_rounding_is_taken(angle):
+    # That of a corridor at 45°, written with six digits, as C++ writes by default.
+    line = f"EDGE_SE2 3 4 1 0 {angle} 500000 -500001 0 500000 0 1"
+    information = parse_g2o([*SMALL, line]).graph.edges.information[-1]
+    assert np.linalg.eigvalsh(information)[0] >= -1e-9
+    assert np.trace(information) == pytest.approx(1000002, rel=1e-5)
+    with pytest.raises(InvalidGraph, match=r"line 10: .* not positive semidefinite"):
+        parse_g2o([*SMALL, line.replace("500001", "501000")])
+
+
+def test_a_vertex_may_be_repeated_as_it_is():
+    # As in files of several programs that were put together.
+    assert parse_g2o([*SMALL, "VERTEX_SE2 7 1 2.0 0.50"]).graph.node_count == 3
+
+
+@pytest.mark.parametrize(
+    ("lines", "text"),
+    [
+        (["EDGE2 0 1 1 0 0 1 0 1 1 0 0"] * 3, "It has 3 edges: give the start poses of its nodes in lines VERTEX_SE2."),
+        (["Pose2d_Node 0", "Pose2d_Factor 0 (0, 0, 0)"], "It has Pose2d_Node, Pose2d_Factor: give"),
+        (["\x00\x01\ufffd \x07"], "the graph has no VERTEX_SE2.$"),
+    ],
+)
+def test_what_a_file_without_vertices_has_is_named(lines, text):
+    with pytest.raises(InvalidGraph, match=text):
+        parse_g2o(lines)
+
+
+def test_information_of_toro_in_the_order_of_g2o_is_refused_with_the_order():
+    with pytest.raises(InvalidGraph, match=r"line 10: .* in the order of TORO, xx xy yy θθ xθ yθ"):
+        parse_g2o([*SMALL, "EDGE2 3 4 1 0 0 100 0 0 100 0 400"])
