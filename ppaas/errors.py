@@ -12,6 +12,7 @@
     │   ├── InvalidZones            invalid zones of a map
     │   ├── InvalidGraph            invalid pose graph, or file of one
     │   └── InvalidParameter        unknown, of the wrong type, or out of range
+    │       └── InvalidRobot        parts of a robot file that its clone refuses
     ├── NotFound                    unknown map, robot, planner, topic …
     ├── Conflict                    the resource exists already, or is in use
     │   └── MapsNotMerged           two maps do not overlap, or fit in several ways
@@ -141,6 +142,32 @@ class InvalidParameter(InvalidInput):
     """A parameter is unknown, of the wrong type or out of range."""
 
     slug = "invalid-parameter"
+
+
+class RobotFault(NamedTuple):
+    """Part of a robot file that its clone refuses.
+
+    ``parameter`` is its path in the file, such as ``parameters.dwa.sim_time``; empty if no single part is at fault.
+    ``text`` is why it is refused, in the words of the clone.
+    """
+
+    parameter: str
+    text: str
+
+
+class InvalidRobot(InvalidParameter):
+    """The clone of a robot would refuse its file; ``faults`` are all that were found."""
+
+    slug = "invalid-robot"
+    faults: tuple[RobotFault, ...] = ()
+
+    def __init__(self, faults: Sequence[RobotFault]) -> None:
+        self.faults = tuple(faults)
+        parts = [f"{fault.parameter or 'the robot file'}: {fault.text}" for fault in faults]
+        if len(parts) > 1:
+            parts = [f"({number}) {part}" for number, part in enumerate(parts, start=1)]
+        each = "correct or remove" if len(parts) == 1 else f"correct or remove each of {len(parts)}:"
+        super().__init__(f"{each} {'; '.join(parts)}")
 
 
 class NotFound(PPaaSError):

@@ -50,6 +50,7 @@ STATUS: dict[type[errors.PPaaSError], tuple[int, str]] = {
     errors.InvalidUrdf: (422, "Invalid URDF"),
     errors.InvalidZones: (422, "Invalid zones"),
     errors.InvalidParameter: (422, "Invalid parameter"),
+    errors.InvalidRobot: (422, "Invalid robot"),
     errors.NotFound: (404, "Not found"),
     errors.Conflict: (409, "Conflict"),
     errors.NotAuthenticated: (401, "Not authenticated"),
@@ -107,8 +108,9 @@ def status_problem(status: int, detail: str, headers: Mapping[str, str] | None =
 
 
 def problem_response(error: errors.PPaaSError, *, to_admin: bool = False) -> Response:
-    """Return the response of an error; planning errors have their Nav2 ``code`` (201–208), and zones their ``faults``.
+    """Return the response of an error.
 
+    Planning errors have their Nav2 ``code`` (201–208), and those of zones and robot files their ``faults``.
     A request that waits in the queue, as it allowed, is not a problem: it is accepted (202) with its position. What
     only operators may read is logged, and sent to administrators.
     """
@@ -127,7 +129,7 @@ def _members(error: errors.PPaaSError) -> dict[str, Any]:
     """Return the members of a problem that only some errors have."""
     if isinstance(error, errors.PlanningError) and error.code:
         return {"code": error.code}
-    if isinstance(error, errors.InvalidZones) and error.faults:
+    if isinstance(error, errors.InvalidZones | errors.InvalidRobot) and error.faults:
         return {"faults": [fault._asdict() for fault in error.faults]}
     return {}
 

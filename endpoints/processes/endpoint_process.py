@@ -20,6 +20,7 @@ from endpoints.processes.config import Config, EndpointConfig, FrontConfig
 from endpoints.processes.far_data_folder import FarAuditLog, FarDataFolder
 from endpoints.processes.shared_logins import MasterLogins
 from endpoints.processes.shared_turns import MasterTurns
+from endpoints.robot_checks.clone_checker import CloneChecker
 from endpoints.services.caches import Caches
 from endpoints.services.robot_facts import RobotFacts
 from endpoints.services.services import Services
@@ -155,13 +156,15 @@ async def _services(
     turns, reserve = MasterTurns(endpoint.master), _path(config.reserve)
     accounts = Accounts(store, logins=MasterLogins(endpoint.master), turns=turns)
     stack.callback(accounts.close)
-    far_folder = FarDataFolder(endpoint.master) if is_far else None
+    far_folder, clones = FarDataFolder(endpoint.master) if is_far else None, CloneChecker()
+    stack.push_async_callback(clones.close)
     services = Services(
         store,
         open_map_store(config.map_store, reserve=reserve),
         accounts,
         endpoint.cloud,
         usage=Usage(turns),
+        clones=clones,
         disk=DiskReserve(reserve) if reserve is not None else None,
         recordings=RecordingsFolder(Path(config.recordings)) if config.recordings else None,
         keep_versions=config.keep_versions,

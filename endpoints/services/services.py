@@ -6,6 +6,7 @@ from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.usage import Usage
 from endpoints.audit.data_folder import DataFolder, DataFolderCalls
 from endpoints.audit.event import AuditLog, MemoryAuditLog
+from endpoints.robot_checks.clone_checker import CloneChecker
 from endpoints.services.control_plane import ControlPlane
 from endpoints.services.heavy_work import HeavyWork
 from endpoints.services.installed_planners import InstalledPlanners
@@ -45,6 +46,8 @@ class Services:
     posegraphs: PosegraphReader = field(default_factory=PosegraphReader)
     shares: ShareCache = field(default_factory=ShareCache)
     refused_connects: RefusedConnects = field(default_factory=RefusedConnects)
+    clones: CloneChecker | None = None
+    """Check of robot files by building their clones; without it, their containers report what they refuse."""
     disk: DiskReserve | None = None
     recordings: RecordingsFolder | None = None
     far_folder: DataFolderCalls | None = None

@@ -13,18 +13,12 @@ from engine.container.monitor.parameters import with_priorities
 from engine.master.places import LINGER, PlaceRequest, robot_key
 from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import MasterDriver
-from engine.specs.containers import MapVersion, RobotConfig
-from engine.specs.continued_maps import continued_map
-from engine.specs.filter_masks import mask_heads
-from engine.specs.joint_maps import joint_map_owner
-from ppaas.errors import Conflict, NotFound, NotPermitted, PPaaSError, Unavailable
+from engine.specs.containers import MapVersion
+from engine.specs.robot_places import check_readable, robot_place
+from ppaas.errors import Conflict, NotFound, PPaaSError, Unavailable
 from ppaas.maps.new_map import new_map_id
-from ppaas.nodes.map_server.costmap_filters import check_no_masks
-from ppaas.nodes.tf.urdf_text import UrdfText
-from ppaas.robot_model.describe import describe
-from ppaas.traffic.taking_part import on_map_with_traffic
 from storage.ports import MapStore, Store
-from storage.records import MapRecord, RobotRecord
+from storage.records import MapRecord
 from storage.versions import OCTOMAP, YAML
 
 logger = logging.getLogger(__name__)
@@ -141,7 +135,7 @@ class RobotSessions:
         if new_map_id(name) is not None:
             return
         with contextlib.suppress(NotFound):  # the map was deleted; the robot may still drive on it
-            _check_readable(self._map_store.map_head(name), user)
+            check_readable(self._map_store.map_head(name), user)
 
     async def _open(self, request: PlaceRequest, *, queue: bool) -> PlaceLink:
         try:
@@ -185,24 +179,10 @@ class RobotSessions:
     def _request(self, user: str, robot: str) -> tuple[PlaceRequest, list[MapRecord]]:
         """Return the request for the place of a robot, and the current versions of its map and masks."""
         record = self._store.robot(user, robot)
-        urdf = self._urdf(user, robot)
-        config = robot_config(record, urdf)
-        config = replace(config, parameters=with_priorities(config.parameters, self._node_priorities))
-        if config.new_map:
-            check_no_masks(config.parameters)
-            continued = continued_map(self._map_store, user, config.parameters)
-            owner = joint_map_owner(self._map_store, user, config.new_map)
-            config = replace(config, continued=continued, map_owner=owner)
-            return PlaceRequest(user, MapVersion(record.map, ""), record.cores, config, labels=record.labels), []
-        version = self._map_store.map_head(record.map)
-        _check_readable(version, user)
-        heads = mask_heads(self._map_store, user, config.parameters)
-        masks = {name: MapVersion(head.id, head.version) for name, head in heads.items()}
-        config = replace(config, masks=masks, in_space=OCTOMAP in version.present.files)
-        if version.traffic:
-            config = replace(config, parameters=on_map_with_traffic(config.parameters))
-        place = MapVersion(version.id, version.version)
-        return PlaceRequest(user, place, record.cores, config, labels=record.labels), [*heads.values(), version]
+        place = robot_place(self._map_store, record, self._urdf(user, robot))
+        parameters = with_priorities(place.config.parameters, self._node_priorities)
+        config = replace(place.config, parameters=parameters)
+        return PlaceRequest(user, place.map, record.cores, config, labels=record.labels), place.heads
 
     def _urdf(self, user: str, robot: str) -> bytes | None:
         try:
@@ -267,23 +247,3 @@ class RobotSessions:
         for task in self._closing.values():
             task.cancel()
         await asyncio.gather(*self._closing.values(), return_exceptions=True)
-
-
-def _check_readable(version: MapRecord, user: str) -> None:
-    if not version.readable_by(user):
-        raise NotPermitted(f"map {version.id!r} is not shared with {user!r}")
-
-
-def robot_config(record: RobotRecord, urdf: bytes | None = None) -> RobotConfig:
-    """Return the configuration of a robot for its clone."""
-    return RobotConfig(
-        id=record.id,
-        model=record.model,
-        initial_pose=record.initial_pose,
-        base_global_planner=record.base_global_planner,
-        base_local_planner=record.base_local_planner,
-        parameters=record.parameters,
-        urdf=None if urdf is None else describe(urdf),
-        urdf_text=b"" if urdf is None else UrdfText.of(urdf).compressed,
-        new_map=new_map_id(record.map) or "",
-    )

@@ -25,9 +25,18 @@ def mask_heads(maps: MapStore, user: str, parameters: Mapping[str, Any]) -> dict
     Raises
     ------
     InvalidParameter
-        A mask is not a map that this user may read, or has no grid; or the parameters of a filter are invalid.
+        A mask is not a map that this user may read, or has no grid; or the parameters of a filter are invalid. The text
+        names all such masks.
     """
-    return {name: _head(maps, user, name, mask) for name, mask in filter_masks(parameters).items()}
+    heads, refused = {}, []
+    for name, mask in filter_masks(parameters).items():
+        try:
+            heads[name] = _head(maps, user, name, mask)
+        except InvalidParameter as error:
+            refused.append(str(error))
+    if refused:
+        raise InvalidParameter("; ".join(refused))
+    return heads
 
 
 def _head(maps: MapStore, user: str, name: str, mask: str) -> MapRecord:

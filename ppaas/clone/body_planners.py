@@ -2,10 +2,10 @@
 
 from typing import Any
 
-from ppaas import planners
 from ppaas.clone.outline_planning import Outline, by_outline
 from ppaas.parameters import FOOTPRINT
 from ppaas.planners.base import Planner
+from ppaas.planners.registry import PLANNERS
 from ppaas.plugins import parameters_in_use
 from ppaas.robot_model.known_models import RobotModel
 
@@ -22,9 +22,9 @@ def planner_of(body: RobotModel, name: str, parameters: dict[str, Any]) -> Plann
     InvalidParameter
         A parameter is unknown or invalid.
     """
-    planner = planners.create(name, **parameters)
+    planner = PLANNERS.create(name, parameters)
     if body.footprint and FOOTPRINT not in parameters and FOOTPRINT in parameters_in_use(planner):
-        planner = planners.create(name, **parameters, footprint=body.footprint)
+        planner = PLANNERS.create(name, {**parameters, FOOTPRINT: body.footprint})
     if body.inner_radius is not None and FOOTPRINT not in parameters:
         planner = by_outline(planner, Outline(body.footprint, body.inner_radius))
     return planner

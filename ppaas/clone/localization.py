@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -145,6 +146,7 @@ def _load_kernels(of: str = "") -> None:
             module.warm()
 
 
+@lru_cache(maxsize=4)  # the check of a robot file builds its clone again and again
 def blank_layers(resolution: float) -> MapLayers:
     """Return the layers of a map that is all unknown, around the origin of the map frame; cells in [m]."""
     corner = -0.5 * BLANK * resolution

@@ -9,6 +9,7 @@ from starlette.responses import Response
 from endpoints.rest.dependencies import Administered, Looked, Provided
 from endpoints.rest.media_types import is_format, media_type_of
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
+from endpoints.rest.robots.clone_faults import check_clone
 from endpoints.rest.robots.schemas import UrdfAnswer
 from endpoints.services.services import Services
 from ppaas.robot_model.describe import describe
@@ -41,6 +42,7 @@ async def put_urdf(robot: Administered, request: Request, services: Provided, re
         raise HTTPException(415, f"send XML with the header 'Content-Type: {XML}'")
     urdf = await request.body()
     described = await run_in_threadpool(describe, urdf)
+    await check_clone(services, robot.record, urdf)
     if await services.usage.in_turn(robot.user, _put, services, robot.user, robot.id, urdf):
         response.status_code = 201
     return described

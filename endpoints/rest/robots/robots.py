@@ -17,6 +17,7 @@ from endpoints.rest.merge_patch import merge
 from endpoints.rest.names import RobotAddress
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
 from endpoints.rest.paging import Page, Paging
+from endpoints.rest.robots.clone_faults import check_clone, urdf_of
 from endpoints.rest.robots.schemas import (
     STORED_FIELDS,
     RobotAnswer,
@@ -33,11 +34,12 @@ from endpoints.sharing.access import access_of
 from endpoints.sharing.shared_robots import ReachedRobot, own_robots, reach, robots_shared_with
 from endpoints.sharing.told_topics import DESCRIPTION, PARAMETERS, may_hear
 from engine.rights.globs import split_address
+from engine.specs.clone_to_check import FIELDS
 from engine.specs.filter_masks import mask_heads, no_mask
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, InvalidParameter, NotFound
 from ppaas.maps.new_map import new_map_id
-from ppaas.nodes.map_server.costmap_filters import check_no_masks, filter_masks
+from ppaas.nodes.map_server.costmap_filters import filter_masks
 from ppaas.robot_model.describe import describe
 from ppaas.traffic.taking_part import TRAFFIC
 from storage.records import RobotRecord, User
@@ -65,8 +67,9 @@ async def put_robot(
     owner, name = split_address(robot_id, user.id)
     before = await run_in_threadpool(_replaced, services, user, robot_id)
     await _check_map(services, user, owner, file)
-    await _check_masks(services, user, owner, file, {} if before is None else before.parameters)
     record = _record(name, owner, file)
+    await check_clone(services, record, await run_in_threadpool(urdf_of, services.store, owner, name))
+    await _check_masks(services, user, owner, file, {} if before is None else before.parameters)
     if before is None:
         await removal.make_free(services, owner, name)
     if await services.usage.in_turn(owner, _put, services, record):
@@ -113,9 +116,10 @@ async def change_robot(
     file = _merge(before, change.model_dump(exclude_unset=True))
     if file.map != before.map:
         await _check_map(services, user, robot.user, file)
-    if (file.map, file.parameters) != (before.map, before.parameters):
-        await _check_masks(services, user, robot.user, file, before.parameters)
     record = replace(_record(robot.id, robot.user, file), shares=before.shares, since=before.since)
+    if any(getattr(record, name) != getattr(before, name) for name in ("map", *FIELDS)):
+        await check_clone(services, record, await run_in_threadpool(urdf_of, services.store, robot.user, robot.id))
+        await _check_masks(services, user, robot.user, file, before.parameters)
     await run_in_threadpool(services.store.put_robot, record, instead_of=before)
     return record
 
@@ -172,13 +176,10 @@ async def _check_map(services: Services, user: User, owner: str, file: RobotFile
 
 
 async def _check_masks(services: Services, user: User, owner: str, file: RobotFile, before: dict[str, Any]) -> None:
-    """Reject a file whose masks are missing or unreadable now; they are looked up again when the robot connects."""
-    if new_map_id(file.map) is not None:
-        check_no_masks(file.parameters)
+    """Reject a file that names masks, other than before, that its owner reads, and the caller does not."""
+    if owner == user.id or user.role == "admin" or new_map_id(file.map) is not None:
         return
     heads = await run_in_threadpool(mask_heads, services.map_store, owner, file.parameters)
-    if owner == user.id or user.role == "admin":
-        return
     known = set(filter_masks(before).values())
     for name, head in heads.items():
         if head.id not in known and not head.readable_by(user.id):

@@ -7,6 +7,7 @@ from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
+from numba import config
 from numpy.typing import NDArray
 
 from ppaas.costmap.costmap import Costmap
@@ -147,6 +148,8 @@ class Lattice(Planner):
 @cache
 def _load_kernels() -> None:
     """Compile or load the kernels before the first request, whose time limit would else include compilation."""
+    if config.DISABLE_JIT:  # there is nothing to compile, and plain Python would not wrap their hashes
+        return
     for kernels in (indexed_heap, reeds_shepp, dubins, driving, pose_tree, steering, hybrid_astar, shortcuts):
         kernels.warm()
     cell = Costmap(np.zeros((1, 1), np.uint8), GridInfo(1.0, 1, 1))

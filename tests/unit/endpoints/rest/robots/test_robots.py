@@ -95,11 +95,11 @@ async def test_a_robot_that_makes_a_map_has_no_masks(
     await publish(ann)
     file = {"map": "house", "parameters": {"keepout_filter": {"filter_mask": "house"}}}
     problem = problem_of(
-        await client.put("/v1/robots/tb1", headers=ann, json=file | {"map": "new:x"}), 422, "invalid-parameter"
+        await client.put("/v1/robots/tb1", headers=ann, json=file | {"map": "new:x"}), 422, "invalid-robot"
     )
     assert "keepout_filter: a robot that makes a new map cannot have the mask 'house'" in problem["detail"]
     assert (await client.put("/v1/robots/tb1", headers=ann, json=file)).status_code == 201
-    problem_of(await client.patch("/v1/robots/tb1", headers=ann, json={"map": "new:x"}), 422, "invalid-parameter")
+    problem_of(await client.patch("/v1/robots/tb1", headers=ann, json={"map": "new:x"}), 422, "invalid-robot")
 
 
 @pytest.mark.parametrize("map_id", ["nowhere", "secret"])
@@ -127,7 +127,7 @@ async def test_masks_of_a_robot_file_must_be_readable_maps(
         put = await client.put("/v1/robots/tb1", headers=ann, json=FILE | {"parameters": parameters})
         patched = await client.patch("/v1/robots/tb1", headers=ann, json={"parameters": parameters})
         for answer in (put, patched):
-            assert error in problem_of(answer, 422, "invalid-parameter")["detail"]
+            assert error in problem_of(answer, 422, "invalid-robot")["detail"]
     assert services.store.robots("ann") == before
 
 

@@ -1,0 +1,57 @@
+"""Program that checks robot files: reads ``CloneToCheck`` as lines of JSON, and writes the faults of each as a line.
+
+An empty line says first that it is ready.
+
+Its arguments are the permitted third-party plug-ins as a JSON array of ``group:name``, where ``null`` permits all, and
+the process that it ends with.
+"""
+
+import os
+import sys
+import tempfile
+from pathlib import Path
+from typing import BinaryIO
+
+import msgspec
+
+from engine.processes.parent_watch import end_with
+from engine.specs.clone_to_check import CloneToCheck
+from ppaas.log_lines import log_lines
+from ppaas.plugins import permit_only
+
+NICE = 5
+"""Addition to the nice value: robots' containers come first."""
+
+
+def main(allowed: str, parent: str) -> None:
+    """Check files until standard input ends."""
+    end_with(int(parent))
+    os.nice(NICE)
+    answers = _own_output()
+    log_lines("%(levelname)s robot check %(name)s: %(message)s")
+    names = msgspec.json.decode(allowed, type=list[str] | None)
+    if names is not None:
+        permit_only(names)
+    from engine.container.checking.clone_check import CloneCheck  # noqa: PLC0415 - loads plug-ins
+
+    with tempfile.TemporaryDirectory(prefix="ppaas-check-") as folder:
+        check, decoder = CloneCheck(Path(folder)), msgspec.json.Decoder(CloneToCheck)
+        _write(answers, b"")
+        for line in sys.stdin.buffer:
+            _write(answers, msgspec.json.encode(check.faults(decoder.decode(line))))
+
+
+def _write(answers: BinaryIO, line: bytes) -> None:
+    answers.write(line + b"\n")
+    answers.flush()
+
+
+def _own_output() -> BinaryIO:
+    """Return standard output for answers alone; what plug-ins print goes to standard error."""
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    return answers
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

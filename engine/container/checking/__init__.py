@@ -1,0 +1,1 @@
+"""Check of robot files: builds clones as containers do, without running them."""

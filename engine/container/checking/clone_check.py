@@ -1,0 +1,122 @@
+"""Builds the clone of a robot on an empty map, as its container would, and reports what that refuses."""
+
+import logging
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from msgspec.structs import replace
+
+from engine.container.current_map import CurrentMap
+from engine.container.graph_building import build_graph
+from engine.container.shared_plans import PlanningNotes, SharedPlans
+from engine.specs.clone_to_check import FIELDS, CloneToCheck
+from engine.specs.containers import ContainerSpec, Launch, MapVersion, RobotConfig
+from engine.specs.layer_files import write_layers
+from ppaas.clock import monotonic
+from ppaas.clone.file_faults import all_faults
+from ppaas.controllers.registry import CONTROLLERS
+from ppaas.costmap.costmap import Costmap
+from ppaas.costmap.map_layers import MapLayers
+from ppaas.errors import NotFound, PPaaSError, RobotFault, Unavailable
+from ppaas.geometry import Pose2D
+from ppaas.maps.grid import GridInfo, GridMap
+from ppaas.nodes.graph import Graph
+from ppaas.planners.registry import PLANNERS
+from ppaas.plans.reuse.measured_times import Times
+from ppaas.plugins import permitted
+from ppaas.recoveries.registry import RECOVERIES
+from ppaas.thread_budget import one_thread
+
+logger = logging.getLogger(__name__)
+
+T = TypeVar("T")
+
+SEARCH = 5.0
+"""Time for the search for further faults of a file [s]."""
+
+_EDGE = 64
+"""Edge of the empty map [cells]."""
+
+_MAP = MapVersion("map", "1")
+
+
+class CloneCheck:
+    """Check of clones.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder for the layers of empty maps, which exists.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def faults(self, clone: CloneToCheck) -> list[RobotFault]:
+        """Return all faults of a robot file that its clone refuses; none if it is built.
+
+        A failure that is no error for users is logged, and does not count: its container reports it.
+        """
+        given = {name: getattr(clone.robot, name) for name in FIELDS}
+        bare = replace(clone.robot, continued=None, urdf_text=b"", **_DEFAULTS)
+        layers, end = self._layers(clone.resolution), monotonic() + SEARCH
+        return all_faults(given, lambda file: _refusal_of(replace(bare, **file), layers), lambda: monotonic() < end)
+
+    def _layers(self, resolution: float) -> Path:
+        folder = self._folder / repr(resolution)
+        if not folder.exists():
+            folder.mkdir()
+            info = GridInfo(resolution, _EDGE, _EDGE, Pose2D(0.0, 0.0))
+            free = GridMap(np.zeros(info.shape, np.int8), info)
+            far = np.full(info.shape, _EDGE * resolution, np.float32)
+            costs = Costmap(np.zeros(info.shape, np.uint8), info)
+            write_layers(folder, MapLayers(free, costs, far, keepout=free, barred_distance=far, speed=free), 0.0)
+        return folder
+
+
+_DEFAULTS: Mapping[str, Any] = {
+    "model": "turtlebot2", "base_global_planner": "dijkstra", "base_local_planner": "dwa", "parameters": {},
+}  # fmt: skip
+"""Values of parts that are left out."""
+
+
+def _refusal_of(robot: RobotConfig, layers: Path) -> str | None:
+    try:
+        _build(robot, layers)
+    except NotFound as error:
+        return None if _may_be_elsewhere(error) else str(error)
+    except Unavailable as error:  # a library is missing here, which the machine of the container may have
+        logger.warning("the clone of robot %r cannot be checked: %s", robot.id, error)
+    except PPaaSError as error:
+        return str(error)
+    except Exception:
+        logger.exception("the check of the clone of robot %r failed", robot.id)
+    return None
+
+
+def _build(robot: RobotConfig, layers: Path) -> None:
+    spec = ContainerSpec("check", "check", _MAP, 1.0, robot)
+    launch = Launch(spec, str(layers), "", "", "", (), 1)
+    times = Times()
+    current = CurrentMap(launch, SharedPlans(times, _nothing), times, PlanningNotes(times))
+    build_graph(Graph(_no_work), launch, one_thread, current)
+
+
+def _nothing() -> None:
+    """Do nothing: no job runs."""
+
+
+def _no_work(work: Callable[[Callable[[], bool]], T], cancelled: object, done: object) -> None:
+    """Run no job: a clone that is only built plans nothing and loads no kernels in advance."""
+
+
+def _may_be_elsewhere(error: NotFound) -> bool:
+    """Return whether an unknown plug-in is one that is allowed, and so may be installed where containers run."""
+    return any(
+        f"{group}:{registry.own_name(error.name)}" in (permitted() or ()) for group, registry in _REGISTRIES.items()
+    )
+
+
+_REGISTRIES = {"ppaas.planners": PLANNERS, "ppaas.controllers": CONTROLLERS, "ppaas.recoveries": RECOVERIES}
