@@ -1,5 +1,6 @@
 """Scan tracker: the pose of each scan from odometry and the last key frames, and the choice of new key frames."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -239,6 +240,12 @@ class ScanTracker:
     def rebase(self, odometry: Pose2D) -> None:
         """Continue from other odometry, as after a reset: the robot is taken not to have moved since the last scan."""
         self._odometry = odometry
+
+    def remount(self, mount: Pose2D) -> None:
+        """Take another pose of the laser in the robot's frame. Key frames are poses of the laser, and stay."""
+        geometry = replace(self.key_frames.geometry, mount=mount)
+        self._mount, self.key_frames.geometry = mount, geometry
+        self._doubt = TrackingDoubt(geometry)
 
     def correct(self, poses: NDArray[np.float64]) -> None:
         """Move key frames, as after a closure; later key frames and the current pose move with the last one given.

@@ -15,6 +15,9 @@ MAP = "map"
 """Frame of the map, in which Move Base plans and drives."""
 
 ODOM = "odom"
+SCAN_ODOM = "scan_odom"
+"""Odometry frame of a robot without odometry that makes a map: the robot stands still in it."""
+
 BASE_LINK = "base_link"
 BASE_FOOTPRINT = "base_footprint"
 
@@ -66,6 +69,11 @@ class FrameNames:
         """Return whether a frame is that of the map: ``map`` by any of its names, or without one."""
         name = frame.lstrip("/")
         return name in ("", MAP, self.map) or unprefixed(name) == MAP
+
+
+def is_scan_odometry(message: TFMessage) -> bool:
+    """Return whether transforms are those of mapping for a robot without odometry, not of the robot."""
+    return any(each.header.frame_id == SCAN_ODOM for each in message.transforms)
 
 
 def prefixed(prefix: str, frame: str) -> str:
@@ -156,8 +164,17 @@ class FrameListener:
 
     @property
     def odom(self) -> str:
-        """Frame of the odometry: that of the parameters, or else the parent of the highest frame that moves."""
-        return self.names.odom or self.tree.moving_parent(self.base, MAP) or ODOM
+        """Frame of the odometry: that of the parameters, or else the parent of the highest frame that moves.
+
+        Of a robot without odometry it is `SCAN_ODOM`, whatever the parameters name.
+        """
+        found = self.tree.moving_parent(self.base, MAP)
+        return SCAN_ODOM if found == SCAN_ODOM else self.names.odom or found or ODOM
+
+    @property
+    def is_without_odometry(self) -> bool:
+        """Whether the robot makes a map without odometry."""
+        return self.odom == SCAN_ODOM
 
     def newest(self) -> float | None:
         """Return the stamp of the newest odometry [s]; None if there is none."""
@@ -219,6 +236,15 @@ class FrameListener:
         known = self._known(frame)
         return self._body.lookup(self.base, known).z if self._body.connected(self.base, known) else 0.0
 
+    def knows(self, frame: str) -> bool:
+        """Return whether a sensor is connected with the robot's body; one without a frame is at its origin."""
+        name = frame.lstrip("/")
+        return not name or self._body.connected(self.base, self._known(name))
+
+    def root_below(self, frame: str) -> str:
+        """Return the highest frame above the robot's body that is below another frame, or that has no parent."""
+        return self._body.root(self.base, frame)
+
     def _known(self, frame: str) -> str:
         """Return a frame by its name, with the prefix of the robot if it is known only with it."""
         full = prefixed(self.names.prefix, frame)
@@ -232,6 +258,8 @@ class FrameListener:
 
     def odometry_silence(self, now: float) -> float:
         """Return the time since the odometry last moved the robot's body, infinite if it never did [s]."""
+        if self.is_without_odometry:
+            return float("inf")
         try:
             moving = self.tree.moving_between(self.odom, self.base)
         except TransformError:

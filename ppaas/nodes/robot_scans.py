@@ -149,6 +149,11 @@ class WaitingData(Generic[S]):
         self._scans = [*self._scans, scan][-self._most :]
 
     @property
+    def oldest(self) -> float | None:
+        """Stamp of the oldest scan that waits [s]; None if none does."""
+        return min((scan.stamp for scan in self._scans), default=None)
+
+    @property
     def problem(self) -> str:
         """Reason why scans are dropped, and what to do; empty as long as others are used."""
         if not self.ahead:

@@ -215,6 +215,10 @@ class TransformTree:
         down, up = self._path(target, source)
         return [child for child in (*down, *up) if child in self._moving]
 
+    def moving_apart_from(self, frame: str) -> list[str]:
+        """Return the frames whose transform to their parent moves, without those below a frame."""
+        return [child for child in self._moving if frame not in self._chain(child)[1:]]
+
     def lookup(self, target: str, source: str, stamp: float | None = None) -> Pose2D:
         """Return the pose of ``source`` in ``target``.
 

@@ -163,9 +163,10 @@ class LatestFrames:
             raise not_connected(target, source, self.frames())
         return down[: down.index(common)], up[: up.index(common)]
 
-    def root(self, frame: str) -> str:
-        """Return the frame above a frame that has no parent; the frame itself if it has none."""
-        return self._chain(frame)[-1]
+    def root(self, frame: str, below: str = "") -> str:
+        """Return the frame above a frame that has no parent, or whose parent is ``below``; itself if it has none."""
+        chain = self._chain(frame)
+        return chain[chain.index(below) - 1] if below in chain[1:] else chain[-1]
 
     def _chain(self, frame: str) -> list[str]:
         """Return a frame and its ancestors, up to the root or to where a loop closes."""

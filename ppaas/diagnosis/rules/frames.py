@@ -6,7 +6,7 @@ from ppaas.diagnosis.observations.facts import FrameFacts, Observations
 from ppaas.diagnosis.rules.finding import Finding, error
 from ppaas.diagnosis.rules.words import names, nearest
 from ppaas.nodes import topics
-from ppaas.nodes.frames import MAP, prefixed
+from ppaas.nodes.frames import MAP, SCAN_ODOM, prefixed
 
 
 def frames(seen: Observations) -> Iterator[Finding]:
@@ -28,7 +28,7 @@ def _one(frame: FrameFacts) -> Iterator[Finding]:
         text = f"Two programs publish the transform of '{frame.name}': it jumps to and fro."
         advice = "Stop one of them: for example publish_tf of the base if an EKF publishes it, or amcl on the robot."
         yield error("frames-two-senders", text, advice, "tf")
-    elif len(set(frame.parents)) > 1:
+    elif len(set(frame.parents) - {SCAN_ODOM}) > 1:  # odometry may have come since
         text = f"Frame '{frame.name}' was given several parents: {names(frame.parents)}."
         yield error("frames-two-parents", text, "Let one program publish it, below one parent.", "tf")
 

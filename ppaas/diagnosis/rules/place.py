@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from ppaas.diagnosis.observations.facts import Observations, PlaceFacts
 from ppaas.diagnosis.rules.finding import Finding, error, ok, warn
 from ppaas.diagnosis.rules.scans import BLIND
+from ppaas.diagnosis.rules.sensors import SCANS_ALONE
 from ppaas.diagnosis.rules.words import capital, percent, seconds
 from ppaas.nodes import topics
 
@@ -29,7 +30,7 @@ def place(seen: Observations) -> Iterator[Finding]:
     if seen.follows_paths:
         yield from _own_place(facts)
         return
-    if facts.problem and _is_named(seen):
+    if facts.problem and (_is_named(seen) or facts.problem == SCANS_ALONE):
         return
     if facts.problem and (seen.topic(topics.SCAN.name).refused or facts.problem.startswith(BLIND)):
         return  # the rules on frames, refusals and ranges say the same

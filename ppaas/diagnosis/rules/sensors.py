@@ -25,6 +25,12 @@ WIDE = 1e6
 GROWTH = 0.3
 """Growth of the delay of messages from which the link cannot carry them [s]."""
 
+SCANS_ALONE = (
+    "no odometry comes: the map is made of scans alone, with steps of up to 0.25 m and 0.25 rad between two of them, "
+    "and the robot is not driven; publish nav_msgs/Odometry on 'odom', or its transform on 'tf', to drive it"
+)
+"""Status of mapping while a robot has no odometry."""
+
 TYPES = {topics.SCAN.name: "sensor_msgs/LaserScan", topics.ODOM.name: "nav_msgs/Odometry"}
 HOW = {
     topics.SCAN.name: "Publish sensor_msgs/LaserScan on 'scan', 5 to 20 times a second.",
@@ -47,6 +53,10 @@ def sensors(seen: Observations) -> Iterator[Finding]:
 
 def _silent(seen: Observations, facts: TopicFacts) -> Iterator[Finding]:
     name = facts.name
+    if name == topics.ODOM.name and seen.place.problem == SCANS_ALONE:
+        text = "The robot makes its map without odometry: by scans alone, which fails in bare corridors and fast turns."
+        yield error("maps-without-odometry", text, f"It is not driven. {HOW[name]}", name)
+        return
     if name == topics.ODOM.name and _moves_by_tf(seen):
         text = "No odometry comes on 'odom', but tf moves the robot: Move Base does not know its velocity."
         yield warn("odom-by-tf-only", text, "Publish nav_msgs/Odometry on 'odom' too; its twist is used.", name)

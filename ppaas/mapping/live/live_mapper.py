@@ -134,6 +134,10 @@ class LiveMapper:
         """Continue from other odometry, as after a reset of the wheels."""
         self._tracker.rebase(odometry)
 
+    def remount(self, mount: Pose2D) -> None:
+        """Take another pose of the laser in the robot's frame; the map stays."""
+        self._tracker.remount(mount)
+
     # -- mappings that are kept ----------------------------------------------------------------------------------------
 
     @property

@@ -30,10 +30,15 @@ class MappingLaser:
         Name of its frame.
     geometry : LaserGeometry
     parameters : SlamParameters
+
+    Attributes
+    ----------
+    is_assumed : bool
+        Whether its mount is only assumed.
     """
 
     def __init__(self, frame: str, geometry: LaserGeometry, parameters: SlamParameters) -> None:
-        self.frame, self.geometry = frame, geometry
+        self.frame, self.geometry, self.is_assumed = frame, geometry, False
         self._parameters = parameters
         self._last: tuple[Pose2D, float] | None = None
 
@@ -104,6 +109,10 @@ class MappingLaser:
         hit_nothing = np.zeros(geometry.beams, np.bool_)
         hit_nothing[begin:end] = ~(measured < reach)  # NaN too: frames of JSON have null for infinity
         return with_open_beams(found, hit_nothing, reach, moved, speed)
+
+    def move(self, mount: Pose2D) -> None:
+        """Take another pose of the laser in the robot's frame, which is known now."""
+        self.geometry, self.is_assumed = replace(self.geometry, mount=mount), False
 
     def forget_motion(self) -> None:
         """Take the laser to be at rest during the next scan, as after a reset of the odometry."""

@@ -46,6 +46,8 @@ class Head(msgspec.Struct, frozen=True, tag="head", omit_defaults=True):
     scan : int
         Index of the scan of that key frame, which it keeps when others are removed; -1 in the heads of earlier
         releases.
+    without_odometry : bool
+        Whether the map is made of scans alone.
     """
 
     key_frame: int
@@ -56,6 +58,7 @@ class Head(msgspec.Struct, frozen=True, tag="head", omit_defaults=True):
     correction: Triple | None = None
     shared: bool = False
     scan: int = -1
+    without_odometry: bool = False
 
 
 class Logbook:

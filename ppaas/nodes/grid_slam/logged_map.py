@@ -110,7 +110,7 @@ class LoggedMapNode(Node):
         if self._growing is not None:
             shared = self._is_shared(self._growing)
             head = self._logbook.head(self._growing, self._map_to_odom, paused=self._paused, shared=shared)
-            return msgspec.json.encode(head)
+            return msgspec.json.encode(msgspec.structs.replace(head, without_odometry=self._is_without_odometry))
         if self._mapper is None or self._laser is None or self._mapper.keeps:
             return None
         robot = self._mapper.pose @ self._laser.geometry.mount.inverse()
@@ -173,6 +173,11 @@ class LoggedMapNode(Node):
         if not mapper.parts.is_whole:
             return None
         return Current(mapper, laser.frame, self._front_end.max_key_frames)
+
+    @property
+    def _is_without_odometry(self) -> bool:
+        """Whether the map is made of scans alone."""
+        return False
 
     def _is_shared(self, _mapper: LiveMapper) -> bool:
         """Return whether a map is in a frame that other robots know."""

@@ -70,7 +70,8 @@ class GridSlamNode(ScanMappingNode):
     they come. Loop closures are searched for in jobs; their results move the key frames, the map and the robot.
 
     Scans wait until odometry has reached their stamps. If the odometry is reset, the robot is assumed not to have
-    moved. While no scan can be used, or the map is not complete, ``grid_slam/status`` gives the reason.
+    moved. A robot that sends scans alone is mapped without odometry (`ScanOdometry`). While no scan can be used, or the
+    map is not complete, ``grid_slam/status`` gives the reason.
 
     Parameters
     ----------
@@ -91,7 +92,7 @@ class GridSlamNode(ScanMappingNode):
     name: ClassVar[str] = "grid_slam"
     demands: ClassVar[Demands] = Demands(0.3, rates={topics.SCAN.name: topics.SCAN_RATE})
     subscribes: ClassVar[tuple[Topic, ...]] = (
-        topics.SCAN, topics.TF, topics.TF_STATIC, topics.INITIAL_POSE, topics.ROBOTS,
+        topics.SCAN, topics.ODOM, topics.TF, topics.TF_STATIC, topics.INITIAL_POSE, topics.ROBOTS,
     )  # fmt: skip
     publishes: ClassVar[tuple[Topic, ...]] = (
         topics.TF, topics.MAP, topics.MAP_METADATA, topics.MAP_UPDATES, topics.SLAM_POSE, topics.AMCL_POSE,
@@ -147,15 +148,24 @@ class GridSlamNode(ScanMappingNode):
         if topic == topics.SCAN.name:
             self._on_scan(expect(message, LaserScan))
             return
+        if topic == topics.ODOM.name:
+            self._intake.scan_odometry.odometry_came()
+            return
         if topic == topics.ROBOTS.name:
             self._others.hear(message, self.context.elapsed())
             return
         if topic == topics.INITIAL_POSE.name:
             self._on_initial_pose(expect(message, PoseWithCovarianceStamped))
             return
+        self._on_transforms(topic, expect(message, TFMessage))
+
+    def _on_transforms(self, topic: str, message: TFMessage) -> None:
         try:
-            self._frames.hear(topic, expect(message, TFMessage), self.context.elapsed(), self.context.now())
+            self._frames.hear(topic, message, self.context.elapsed(), self.context.now())
         finally:
+            before = self._intake.scan_odometry.heard(message)
+            if before is not None:
+                self._change_odometry(before)
             self._use_scans()
 
     def on_call(self, service: str, request: Message, reply: Reply) -> None:

@@ -64,10 +64,19 @@ class PosePublisher:
     def publish_transform(self, map_to_odom: Pose2D, stamp: float) -> None:
         """Publish the pose of the odometry frame in the map frame, stamped ``transform_timeout`` after a time [s].
 
-        Nothing is published if ``transform_publish_period`` is 0.
+        Without odometry it is stamped with that time: it is then all of the robot's motion. Nothing is published if
+        ``transform_publish_period`` is 0.
         """
-        parameters = self._parameters
-        if parameters.transform_publish_period > 0.0:
-            good_until = Time.of(stamp + parameters.transform_timeout)
-            correction = transform_message(MAP, self._frames.odom, map_to_odom, good_until)
+        timeout = 0.0 if self._frames.is_without_odometry else self._parameters.transform_timeout
+        self._publish(map_to_odom, stamp + timeout)
+
+    def publish_start(self, map_to_odom: Pose2D) -> None:
+        """Publish the transform of other odometry from its newest time on, for a robot whose first it is."""
+        newest = self._frames.newest()
+        if newest is not None:
+            self._publish(map_to_odom, newest)
+
+    def _publish(self, map_to_odom: Pose2D, stamp: float) -> None:
+        if self._parameters.transform_publish_period > 0.0:
+            correction = transform_message(MAP, self._frames.odom, map_to_odom, Time.of(stamp))
             self._context.publish(topics.TF.name, TFMessage([correction]))

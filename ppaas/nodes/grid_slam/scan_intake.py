@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from ppaas.errors import PPaaSError
+from ppaas.errors import PPaaSError, TransformError
 from ppaas.geometry import Pose2D
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.nodes.amcl.continuity import Continuity
@@ -12,6 +12,7 @@ from ppaas.nodes.grid_slam.laser import MappingLaser
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
 from ppaas.nodes.grid_slam.status import StatusPublisher
 from ppaas.nodes.robot_scans import RobotScan, ScanReader, WaitingScans
+from ppaas.nodes.scan_odometry import ScanOdometry
 from ppaas.nodes.scan_silence import ScanSilence
 
 
@@ -33,6 +34,8 @@ class ScanIntake:
     ----------
     silence : ScanSilence
         Watches whether scans come and are used.
+    scan_odometry : ScanOdometry
+        Odometry of a robot that has none.
     """
 
     def __init__(
@@ -40,7 +43,7 @@ class ScanIntake:
     ) -> None:
         self._context, self._frames, self._status = context, frames, status
         self._scans, self._waiting, self._continuity = ScanReader(frames, warns=True), WaitingScans(), Continuity()
-        self.silence = ScanSilence(frames)
+        self.silence, self.scan_odometry = ScanSilence(frames), ScanOdometry(context, frames)
         self._every, self._least_interval = parameters.throttle_scans, parameters.least_interval
         self._count, self._used_at = 0, float("-inf")
 
@@ -61,9 +64,15 @@ class ScanIntake:
             The frame of the scan is unknown.
         """
         self.silence.scan_came(self._context.elapsed())
+        self.scan_odometry.scan_came(message, self._waiting.oldest)
         scan, newest = self._scans.read(message, self._context.elapsed()), self._frames.newest()
         if laser is not None:
             laser.check(scan)
+        if self.scan_odometry.assumes(scan.frame) and not self.scan_odometry.is_active:
+            raise TransformError(
+                f"no transform says where laser {scan.frame!r} is on the robot, which has odometry now: publish "
+                f"{self._frames.base!r} → {scan.frame!r} on 'tf_static'"
+            )
         if scan.stamp:
             self._continuity.check_stamp(scan.stamp, newest, scan.frame)
         if newest is None:
@@ -90,6 +99,10 @@ class ScanIntake:
         odom = self._frames.odometry(stamp)
         self.silence.scan_used(self._context.elapsed())
         return odom, self._continuity.note(odom, stamp, self._context.elapsed(), scan.frame)
+
+    def rebase(self, odometry: Pose2D) -> None:
+        """Take it that the robot has not moved since the last scan, at a pose of other odometry."""
+        self._continuity.odom = odometry
 
     def is_due(self, stamp: float) -> bool:
         """Return whether a scan is to be used by ``throttle_scans`` and ``minimum_time_interval``; count it."""

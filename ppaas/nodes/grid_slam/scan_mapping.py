@@ -12,13 +12,14 @@ from ppaas.nodes.base import Context
 from ppaas.nodes.frames import FrameListener
 from ppaas.nodes.grid_slam.closure_jobs import ClosureJobs
 from ppaas.nodes.grid_slam.laser import MappingLaser
+from ppaas.nodes.grid_slam.logbook import Head
 from ppaas.nodes.grid_slam.logged_map import LoggedMapNode
 from ppaas.nodes.grid_slam.map_services import MapSaver, MapServices
 from ppaas.nodes.grid_slam.other_robots import OtherRobots
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
 from ppaas.nodes.grid_slam.pose_publisher import PosePublisher
 from ppaas.nodes.grid_slam.scan_intake import ScanIntake
-from ppaas.nodes.grid_slam.status import StatusPublisher, blindness_status, lost_status
+from ppaas.nodes.grid_slam.status import StatusPublisher, blindness_status, lost_status, odometry_status
 from ppaas.nodes.jobs import LongWork
 from ppaas.nodes.key_frame_path import KeyFramePublisher
 from ppaas.nodes.robot_scans import RobotScan
@@ -143,11 +144,13 @@ class ScanMappingNode(LoggedMapNode):
             return "the map is being restored: scans are used in a moment"
         if self._paused:
             return "mapping is paused: call 'pause' to resume it"
-        return self._maps.problem or self._map_error or lost_status(self._mapper) or self._blindness
+        problem = self._maps.problem or self._map_error or lost_status(self._mapper) or self._blindness
+        return problem or odometry_status(self._frames)
 
     def _track(self, scan: RobotScan, odom: Pose2D, stamp: float, moment: Time) -> None:
         laser, mapper = self._started(scan)
         laser.check(scan)
+        self._settle_mount(scan, laser, mapper)
         points = laser.points(scan, odom, stamp, frees=self._frees(scan.scan.range_max))
         expected = self._map_to_odom @ odom @ laser.geometry.mount
         self._blindness = "" if points.points.any() else blindness_status(scan.scan)
@@ -173,6 +176,35 @@ class ScanMappingNode(LoggedMapNode):
             self._mapper = self._new_mapper(self._laser)
             self._logbook.begin(self._laser.frame)
         return self._laser, self._mapper
+
+    def _settle_mount(self, scan: RobotScan, laser: MappingLaser, mapper: LiveMapper) -> None:
+        """Take the mount of the laser as soon as a transform says it, if it was only assumed."""
+        if self._intake.scan_odometry.assumes(scan.frame):
+            laser.is_assumed = True
+        elif laser.is_assumed:
+            laser.move(scan.laser)
+            if len(mapper.key_frames):
+                mapper.remount(scan.laser)
+                self._map_to_odom = mapper.pose @ scan.laser.inverse() @ mapper.odometry.inverse()
+                self._logbook.begin(laser.frame)  # it has the mount
+
+    def _change_odometry(self, before: Pose2D) -> None:
+        """Go on with odometry that a robot without any has now, as if it had not moved since the last scan."""
+        odom = self._frames.odometry()
+        self._on_odometry_reset(before, odom)
+        self._intake.rebase(odom)
+        if self._mapper is not None:
+            self._poses.publish_start(self._map_to_odom)
+
+    def restore(self, state: bytes) -> None:
+        """Go on without odometry at once if the map was made so; otherwise as `LoggedMapNode.restore`."""
+        super().restore(state)
+        if isinstance(self._head, Head) and self._head.without_odometry:
+            self._intake.scan_odometry.resume()
+
+    @property
+    def _is_without_odometry(self) -> bool:
+        return self._intake.scan_odometry.is_active
 
     def _on_odometry_reset(self, before: Pose2D, odom: Pose2D) -> None:
         self._map_to_odom = self._map_to_odom @ before @ odom.inverse()

@@ -2,11 +2,13 @@
 
 from ppaas.diagnosis.observations.scans import scan_facts
 from ppaas.diagnosis.rules.scans import BLIND, missing_readings
+from ppaas.diagnosis.rules.sensors import SCANS_ALONE
 from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.messages.base.std_msgs import String
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context
+from ppaas.nodes.frames import FrameListener
 
 
 class StatusPublisher:
@@ -31,6 +33,11 @@ class StatusPublisher:
         if text != self.reported:
             self.reported = text
             self._context.publish(topics.GRID_SLAM_STATUS.name, String(text))
+
+
+def odometry_status(frames: FrameListener) -> str:
+    """Return what a robot without odometry has to do without; empty if it has some."""
+    return SCANS_ALONE if frames.is_without_odometry else ""
 
 
 def lost_status(mapper: LiveMapper | None) -> str:

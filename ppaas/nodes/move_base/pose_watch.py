@@ -2,8 +2,9 @@
 
 import math
 
+from ppaas.diagnosis.rules.sensors import SCANS_ALONE
 from ppaas.errors import PPaaSError, TransformError
-from ppaas.nodes.frames import FrameListener
+from ppaas.nodes.frames import ODOM, FrameListener
 
 
 class PoseWatch:
@@ -68,7 +69,9 @@ class PoseWatch:
 
     def _without_odometry(self, silence: float) -> str:
         parent, child = self.moved_frame
-        odom, base = self._frames.odom, self._frames.base
+        odom, base = self._frames.names.odom or ODOM, self._frames.base
+        if self._frames.is_without_odometry:
+            return SCANS_ALONE + self._refused_odometry
         if math.isfinite(silence) or self._refused_odometry:
             return f"no odometry {_since(silence)}{self._refused_odometry}"
         if not child:

@@ -9,7 +9,7 @@ from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.base import Context, Node, Payload, Topic
 from ppaas.nodes.frames import ODOM as ODOM_FRAME
-from ppaas.nodes.frames import FrameNames, prefixed
+from ppaas.nodes.frames import FrameNames, is_scan_odometry, prefixed
 from ppaas.nodes.message_checks import expect, finite_pose
 from ppaas.nodes.tf.body_frames import BodyFrames
 from ppaas.nodes.tf.robot_transforms import RobotTransforms
@@ -94,6 +94,8 @@ class StatePublisherNode(Node):
             self._on_odometry(expect(message, Odometry))
             return
         transforms = expect(message, TFMessage)
+        if is_scan_odometry(transforms):
+            return  # it ends with the first odometry of the robot, which is published below
         if any(transforms is own for own in self._own):
             self._own = [own for own in self._own if own is not transforms]
             return
