@@ -2,7 +2,7 @@
 
 import logging
 import secrets
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import msgspec
@@ -18,6 +18,7 @@ from endpoints.accounts.user_lookup import counted_name, find_user
 from endpoints.accounts.user_turns import LocalTurns, UserTurns, in_turn
 from ppaas.clock import Clock, epoch
 from ppaas.errors import Conflict, InvalidInput, NotAuthenticated, NotFound, NotPermitted, Unavailable
+from storage.disk_space.refused_tokens import RefusedToken
 from storage.names import check_name
 from storage.ports import UserStore
 from storage.records import Role, User
@@ -87,6 +88,10 @@ class Accounts:
         self.rapyuta = RapyutaPasswords(
             store, self._passwords, tokens=self._tokens, logins=self._logins, turns=self._turns
         )
+
+    async def refuse(self, tokens: Iterable[RefusedToken]) -> None:
+        """Refuse tokens that were revoked before a restart of the cloud, and remove them from the store."""
+        await self._tokens.refuse(tokens)
 
     def close(self) -> None:
         """End the threads that hash passwords, and the removal of revoked tokens."""

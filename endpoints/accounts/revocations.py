@@ -1,6 +1,7 @@
 """Revocations of tokens, which hold in the whole cloud at once, also where the store cannot be written yet."""
 
 import asyncio
+import contextlib
 import logging
 
 from starlette.concurrency import run_in_threadpool
@@ -41,16 +42,26 @@ class Revocations:
         NotFound
             The store has no such token.
         Unavailable
-            Neither the store nor the other endpoints can be reached: only this endpoint refuses the token.
+            The revocation is not kept; see `refuse`.
         """
         try:
             await run_in_threadpool(self._remove, user_id, token_hash)
         except Unavailable as error:
-            if (user_id, token_hash) not in self._refused:
-                later = asyncio.create_task(self._remove_later(user_id, token_hash))
-                self._refused[user_id, token_hash] = later
-            await self._logins.refuse_token(user_id, token_hash)
+            await self.refuse(user_id, token_hash)
             logger.warning("a token of user %r is refused, and removed from the store later: %s", user_id, error)
+
+    async def refuse(self, user_id: str, token_hash: str) -> None:
+        """Refuse a token that was revoked, until the store could remove it.
+
+        Raises
+        ------
+        Unavailable
+            Only this endpoint refuses it, or all do, but not after a restart of the cloud.
+        """
+        if (user_id, token_hash) not in self._refused:
+            later = asyncio.create_task(self._remove_later(user_id, token_hash))
+            self._refused[user_id, token_hash] = later
+        await self._logins.refuse_token(user_id, token_hash)
 
     async def is_refused(self, user_id: str, token_hash: str) -> bool:
         """Return whether a token was revoked; without the other endpoints, as far as this one knows."""
@@ -78,6 +89,8 @@ class Revocations:
             try:
                 await run_in_threadpool(self._remove, user_id, token_hash)
             except Unavailable:
+                with contextlib.suppress(Unavailable):  # another master may lead now, which does not know it
+                    await self._logins.refuse_token(user_id, token_hash)
                 continue
             except NotFound:
                 logger.debug("a revoked token was removed meanwhile")

@@ -4,6 +4,8 @@ import logging
 from collections.abc import Callable
 from typing import Protocol
 
+from starlette.concurrency import run_in_threadpool
+
 from endpoints.accounts.fair_queue import LoginKind, Origin
 from endpoints.accounts.login_throttle import LoginThrottle
 from endpoints.accounts.socket_tickets import SocketTickets
@@ -11,6 +13,7 @@ from endpoints.accounts.unsaved_tokens import UnsavedTokens
 from ppaas.bounded_dict import BoundedDict
 from ppaas.clock import Clock, monotonic
 from ppaas.listener_faults import ListenerFaults
+from storage.disk_space.refused_tokens import RefusedTokenFile
 from storage.records import Token
 
 logger = logging.getLogger(__name__)
@@ -70,7 +73,13 @@ class SharedLogins(Protocol):
         ...
 
     async def refuse_token(self, user: str, token_hash: str) -> None:
-        """Refuse a token of a user that was revoked and cannot be removed from the store yet."""
+        """Refuse a token of a user that was revoked and cannot be removed from the store yet.
+
+        Raises
+        ------
+        Unavailable
+            It is refused, but only until the process ends that keeps the logins.
+        """
         ...
 
     async def is_refused(self, user: str, token_hash: str) -> bool:
@@ -89,9 +98,12 @@ class LocalLogins:
     ----------
     clock : callable
         Returns monotonic time [s].
+    file : RefusedTokenFile, optional
+        Keeps refused tokens on the disk, opened; without it they are refused until this process ends.
     """
 
-    def __init__(self, clock: Clock = monotonic) -> None:
+    def __init__(self, clock: Clock = monotonic, file: RefusedTokenFile | None = None) -> None:
+        self._file = file
         self._throttles: dict[LoginKind, LoginThrottle] = {
             "password": LoginThrottle(clock),
             "rapyuta": LoginThrottle(clock),
@@ -150,6 +162,8 @@ class LocalLogins:
     async def refuse_token(self, user: str, token_hash: str) -> None:
         """Refuse a token of a user that cannot be removed from the store yet."""
         self._refused[user, token_hash] = None
+        if self._file is not None:
+            await run_in_threadpool(self._file.add, user, token_hash)
 
     async def is_refused(self, user: str, token_hash: str) -> bool:
         """Return whether a token of a user is refused."""
@@ -158,3 +172,5 @@ class LocalLogins:
     async def removed_token(self, user: str, token_hash: str) -> None:
         """Forget a refused token, because it was removed from the store."""
         self._refused.pop((user, token_hash), None)
+        if self._file is not None:
+            await run_in_threadpool(self._file.remove, user, token_hash)

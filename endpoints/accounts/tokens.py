@@ -4,6 +4,7 @@ import contextlib
 import hashlib
 import logging
 import secrets
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from starlette.concurrency import run_in_threadpool
@@ -15,6 +16,7 @@ from endpoints.accounts.token_cache import TokenCache
 from endpoints.accounts.unsaved_tokens import UNSAVED_LIFETIME
 from ppaas.clock import Clock
 from ppaas.errors import NotAuthenticated, NotFound, Unavailable
+from storage.disk_space.refused_tokens import RefusedToken
 from storage.ports import UserStore
 from storage.records import Token, User
 from storage.sharing_records import TokenScope
@@ -68,6 +70,11 @@ class Tokens:
         self._cache = cache
         self._logins = logins
         self._revocations = Revocations(store, logins)
+
+    async def refuse(self, tokens: Iterable[RefusedToken]) -> None:
+        """Refuse tokens that were revoked before a restart of the cloud, and remove them from the store."""
+        for user_id, token_hash in tokens:
+            await self._revocations.refuse(user_id, token_hash)
 
     def close(self) -> None:
         """Stop to remove revoked tokens from the store."""

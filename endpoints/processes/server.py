@@ -49,6 +49,7 @@ from ppaas.errors import InvalidInput
 from ppaas.log_lines import log_lines
 from ppaas.plugins import permit_only
 from ppaas.wire.foxglove.installed import check_installed
+from storage.disk_space.refused_tokens import RefusedTokenFile
 from storage.urls.opening import local_path
 from storage.urls.passwords import chosen_url
 
@@ -233,7 +234,9 @@ async def _start(
     """Start the local machine, and meanwhile the endpoints."""
     machine = asyncio.create_task(engine.start())
     try:
-        logins, turns = LocalLogins(), LocalTurns()
+        refused = RefusedTokenFile(arguments.data)
+        revoked = await asyncio.to_thread(refused.open)
+        logins, turns = LocalLogins(file=refused), LocalTurns()
         logins.on_forget(partial(engine.cloud.announce, "user"))
         engine.endpoints.serve_also(lambda: Extra(SharedLogins, logins))
         engine.endpoints.serve_also(partial(_served_turns, turns))
@@ -245,6 +248,7 @@ async def _start(
         )  # fmt: skip
         engine.endpoints.serve_also(lambda: Extra(DataFolderCalls, services.data_folder))
         stack.callback(services.accounts.close)
+        await services.accounts.refuse(revoked)
         engine.cloud.news.listen(Caches(services).hear)
         engine.cloud.fact_sources.add(RobotFacts(services).here)
         await _ensure_admin(services.accounts, arguments, stack)

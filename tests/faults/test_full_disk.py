@@ -1,5 +1,6 @@
 """The disk becomes full during writes: it is reported, acknowledged writes are complete, others are absent."""
 
+import asyncio
 import subprocess
 import sys
 from contextlib import closing
@@ -7,12 +8,16 @@ from pathlib import Path
 
 import pytest
 
-from ppaas.errors import Unavailable
+from endpoints.accounts.accounts import Accounts
+from endpoints.accounts.shared_logins import LocalLogins
+from ppaas.errors import NotAuthenticated, Unavailable
+from storage.disk_space.refused_tokens import RefusedTokenFile
 from storage.files.store import FileMapStore
 from storage.sqlite.store import SqliteStore
 from storage.store_and_forward.plan_outbox import PlanOutbox
 from tests.support.sources import ROOT
 from tests.support.storage.records import found_map, pgm, plan
+from tests.support.waiting import until
 
 # A limit of 2 MB per file acts as a full disk. Prints the number of each accepted write, and the error.
 WRITER = """
@@ -112,3 +117,54 @@ def test_an_outbox_accepts_plans_again_once_there_is_space(tmp_path: Path) -> No
             outbox.put([plan(f"p{number}", poses=bytes(5600))])
     outbox.remove(list(outbox.oldest(99)))
     assert outbox.put([plan("more", poses=bytes(5600))]) == 1
+
+
+REVOKER = """
+import asyncio, resource, sys
+from contextlib import suppress
+from pathlib import Path
+from endpoints.accounts.accounts import Accounts
+from endpoints.accounts.shared_logins import LocalLogins
+from endpoints.accounts.tokens import token_id
+from ppaas.errors import Unavailable
+from storage.disk_space.refused_tokens import SLOT, SLOTS, RefusedTokenFile
+from storage.sqlite.store import SqliteStore
+from tests.support.storage.records import robot
+
+async def main(folder):
+    file, store = RefusedTokenFile(folder), SqliteStore(folder / "store.sqlite")
+    file.open()
+    accounts = Accounts(store, logins=LocalLogins(file=file))
+    await accounts.register("ann", "correct horse")
+    print(token := await accounts.login("ann", "correct horse"))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (SLOT * SLOTS, SLOT * SLOTS))  # what there is can be written in place
+    for size in (20_000, 1):
+        with suppress(Unavailable):
+            for number in range(10_000):
+                store.put_robot(robot(f"p{number}", description=size * "x"))
+    await accounts.revoke("ann", token_id(token))
+    print("acknowledged", token_id(token) in [one.hash for one in store.tokens("ann")], flush=True)
+
+asyncio.run(main(Path(sys.argv[1])))
+"""
+
+
+async def test_a_token_that_was_revoked_on_a_full_disk_stays_revoked_after_a_restart(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", REVOKER, str(tmp_path)]
+    done = await asyncio.to_thread(
+        subprocess.run, command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    token, acknowledged = done.stdout.splitlines()
+    assert acknowledged == "acknowledged True", "the store still has it"
+    file = RefusedTokenFile(tmp_path)
+    with closing(SqliteStore(tmp_path / "store.sqlite")) as store:
+        accounts = Accounts(store, logins=LocalLogins(file=file))
+        accounts._tokens._revocations._retry = 0.01
+        await accounts.refuse(file.open())
+        with pytest.raises(NotAuthenticated):
+            await accounts.authenticate(token)
+        await until(lambda: not store.tokens("ann") and not RefusedTokenFile(tmp_path).open())
+        with pytest.raises(NotAuthenticated):
+            await accounts.authenticate(token)
+        accounts.close()

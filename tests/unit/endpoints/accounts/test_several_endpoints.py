@@ -308,6 +308,22 @@ async def test_a_token_that_cannot_be_removed_yet_is_refused_everywhere_and_remo
         await second.authenticate(token)
 
 
+async def test_the_next_master_learns_the_tokens_that_are_refused(both: list[Accounts], store: FullStore) -> None:
+    first, second = both
+    first._tokens._revocations._retry = 0.01
+    token = await first.login("ann", PASSWORD)
+    store.keeps_tokens = True
+    await first.revoke("ann", token_id(token))
+    next_master = LocalLogins()
+    for accounts in both:
+        accounts._logins = accounts._tokens._logins = accounts._tokens._revocations._logins = next_master
+    await until(lambda: next_master._refused)
+    with pytest.raises(NotAuthenticated):
+        await second.authenticate(token)
+    store.keeps_tokens = False
+    await until(lambda: not next_master._refused)
+
+
 async def test_a_token_is_refused_also_while_the_store_cannot_even_be_read(
     both: list[Accounts], store: FullStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
