@@ -91,8 +91,9 @@ def _arrays_of(layers: MapLayers) -> dict[str, NDArray[Any]]:
         arrays["keepout"] = layers.keepout.data
     if layers.barred_distance is not None:
         arrays["barred_distance"] = layers.barred_distance
-    if layers.speed is not None:
-        arrays["speed"] = layers.speed.data
+    for name, mask in (("speed", layers.speed), ("overhead", layers.overhead)):
+        if mask is not None:
+            arrays[name] = mask.data
     return arrays
 
 
@@ -113,7 +114,7 @@ def open_layers(folder: Path) -> MapLayers:
         header = msgspec.json.decode((folder / _INFO).read_bytes(), type=_Info)
         info = GridInfo(header.resolution, header.width, header.height, Pose2D(*header.origin))
         arrays = {name: _map_array(folder / f"{name}.npy", layer, info.shape) for name, layer in header.layers.items()}
-        grids = {name: GridMap(arrays[name], info) for name in ("keepout", "speed") if name in arrays}
+        grids = {name: GridMap(arrays[name], info) for name in ("keepout", "speed", "overhead") if name in arrays}
         layers = MapLayers(
             GridMap(arrays["grid"], info),
             Costmap(arrays["costmap"], info),

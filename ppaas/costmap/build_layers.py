@@ -83,14 +83,13 @@ def build_layers(
     if barriers is not None:
         raise_costs(costs, barriers.data)
     layers = MapLayers(
-        grid,
-        Costmap(costs, grid.info),
-        _read_only(distance),
+        grid, Costmap(costs, grid.info), _read_only(distance),
         keepout=barriers,
         barred_distance=None if to_lethal is distance else to_lethal,
         speed=None if speed is None else sampled(speed, grid.info),
         zones=zones,
-    )
+        overhead=None if overhead is None else spread(overhead, grid.info),
+    )  # fmt: skip
     return with_causes(layers)
 
 

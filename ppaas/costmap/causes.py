@@ -1,4 +1,4 @@
-"""Causes of lethal places: the map, a keep-out zone by its name, a mask, another robot, a person, a sensor.
+"""Causes of lethal places: the map, a keep-out zone by its name, a mask, the octomap, a robot, a person, a sensor.
 
 Layers keep no cause for each cell. It is looked for when a plan is refused: the nearest cell that is lethal made it so.
 """
@@ -16,18 +16,19 @@ from ppaas.zones.zone import KeepOut, Zone
 if TYPE_CHECKING:
     from ppaas.costmap.map_layers import MapLayers
 
-Kind = Literal["map", "zone", "mask", "robot", "person", "sensor"]
+Kind = Literal["map", "zone", "mask", "octomap", "robot", "person", "sensor"]
 
 REACH = 3.0
 """Distance from a place up to which causes are looked for [m]."""
 
-_KINDS: tuple[Kind, ...] = ("zone", "mask", "robot", "person", "map", "sensor")
+_KINDS: tuple[Kind, ...] = ("zone", "mask", "octomap", "robot", "person", "map", "sensor")
 """Causes in the order in which they count where several are equally near: sensors see walls, robots and people, too."""
 
 _NOUNS = {
     "map": "an obstacle of the map",
     "zone": "the keep-out zone {}",
     "mask": "a keep-out mask",
+    "octomap": "an obstacle of the octomap at the height of the robot",
     "robot": "robot {}",
     "person": "a person",
     "sensor": "an obstacle that the sensors see",
@@ -96,7 +97,7 @@ class Causes:
         cell = self.layers.grid.info.cell_of(x, y)
         if cell is None:
             return
-        yield from barriers_at(self.layers, x, y, REACH)[:1]
+        yield from barriers_at(self.layers, x, y, REACH)
         yield Cause("map", "", float(self.layers.distance[cell]))
 
     def _of_bodies(self, x: float, y: float) -> Iterator[Cause]:
@@ -111,9 +112,9 @@ class Causes:
 
 
 def barriers_at(layers: "MapLayers", x: float, y: float, within: float) -> list[Cause]:
-    """Return the keep-out zones within a distance of a place, or a mask if no zone is there; the nearest first.
+    """Return the keep-out zones, the mask and the obstacles of an octomap within a distance of a place, nearest first.
 
-    A zone counts if the layers bar it now: it has no times, or is in force.
+    A zone counts if the layers bar it now: it has no times, or is in force. Cells in a zone count as the zone alone.
 
     Parameters
     ----------
@@ -125,18 +126,31 @@ def barriers_at(layers: "MapLayers", x: float, y: float, within: float) -> list[
     """
     if layers.keepout is None:
         return []
-    barred, apart = _barred_near(layers.keepout.data, layers.grid.info, (x, y), within)
-    if not len(barred):
-        return []
+    info = layers.grid.info
+    cells = _barred_near(layers.keepout.data, info, (x, y), within)
+    barred = info.to_world(cells).reshape(-1, 2)
     zones = list(kept_out_zones(layers, barred))
-    found = [(float(zone.area.distances(np.array([(x, y)]))[0]), zone.name) for zone in zones]
-    causes = [Cause("zone", name, distance) for distance, name in sorted(found) if distance <= within]
-    return causes or [Cause("mask", "", float(apart.min()))]
+    found = [Cause("zone", zone.name, float(zone.area.distances(np.array([(x, y)]))[0])) for zone in zones]
+    in_none = np.ones(len(cells), np.bool_)
+    for zone in zones:
+        in_none &= zone.area.distances(barred) > _reach(info)
+    apart = np.hypot(barred[:, 0] - x, barred[:, 1] - y)
+    of_octomap = np.zeros(len(cells), np.bool_)
+    if layers.overhead is not None:
+        of_octomap = layers.overhead.data[cells[:, 0], cells[:, 1]] == OCCUPIED
+    kinds: tuple[tuple[Kind, NDArray[np.bool_]], ...] = (("octomap", of_octomap), ("mask", ~of_octomap))
+    found += [Cause(kind, "", float(apart[of & in_none].min())) for kind, of in kinds if (of & in_none).any()]
+    return sorted((cause for cause in found if cause.distance <= within), key=lambda one: one.distance)
+
+
+def _reach(info: GridInfo) -> float:
+    """Return the distance from a zone up to which the centre of a cell that it bars lies [m]."""
+    return float(0.51 * np.sqrt(2.0) * info.resolution)
 
 
 def kept_out_zones(layers: "MapLayers", barred: NDArray[np.float64]) -> Iterator[Zone]:
     """Yield the keep-out zones that touch some of (n, 2) centres of barred cells [m]."""
-    reach = 0.51 * np.sqrt(2.0) * layers.grid.info.resolution
+    reach = _reach(layers.grid.info)
     for zone in layers.zones.zones:
         if not isinstance(zone.rule, KeepOut):
             continue
@@ -148,13 +162,12 @@ def kept_out_zones(layers: "MapLayers", barred: NDArray[np.float64]) -> Iterator
 
 def _barred_near(
     keepout: NDArray[np.int8], info: GridInfo, place: tuple[float, float], within: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the (n, 2) centres of cells of a keep-out mask that bar a place within a distance, and the distances."""
+) -> NDArray[np.int64]:
+    """Return the (n, 2) cells of a keep-out mask that bar a place within a distance [m]."""
     row, column = (int(index) for index in info.to_cells(place))
     reach = int(within / info.resolution) + 1
     top, left = max(row - reach, 0), max(column - reach, 0)
     window = keepout[top : max(row + reach + 1, 0), left : max(column + reach + 1, 0)]
-    centres = info.to_world(np.argwhere(window == OCCUPIED) + np.array((top, left))).reshape(-1, 2)
-    apart = np.hypot(centres[:, 0] - place[0], centres[:, 1] - place[1])
-    near = apart <= within
-    return centres[near], apart[near]
+    cells = np.argwhere(window == OCCUPIED) + np.array((top, left))
+    centres = info.to_world(cells).reshape(-1, 2)
+    return cells[np.hypot(centres[:, 0] - place[0], centres[:, 1] - place[1]) <= within]

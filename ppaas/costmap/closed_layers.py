@@ -42,4 +42,4 @@ def with_closed(layers: MapLayers, closed: list[Zone], robot_radius: float, cost
         keepout=GridMap(keepout, info),
         distance=layers.distance,
     )
-    return with_causes(replace(made, speed=layers.speed, zones=layers.zones))
+    return with_causes(replace(made, speed=layers.speed, zones=layers.zones, overhead=layers.overhead))

@@ -28,6 +28,8 @@ class MapLayers:
     barred_distance : (height, width) float32 array, optional
         With ``keepout`` or another lethal threshold: distance to the nearest cell that is lethal for this robot or 100
         in ``keepout`` [m].
+    overhead : GridMap, optional
+        Part of ``keepout`` that is an octomap at the heights of the robot, in the cells of the map: 100 is occupied.
     speed : GridMap, optional
         Mask of the speed filter, in the cells of the map.
     zones : ZoneSet
@@ -41,6 +43,7 @@ class MapLayers:
     barred_distance: NDArray[np.float32] | None = None
     speed: GridMap | None = None
     zones: ZoneSet = NO_ZONES
+    overhead: GridMap | None = None
 
     @property
     def to_lethal(self) -> NDArray[np.float32]:

@@ -1,10 +1,13 @@
 """Causes of lethal places, by their names."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from engine.specs.layer_files import open_layers, write_layers
 from ppaas.costmap.build_layers import build_layers, recosted
-from ppaas.costmap.causes import Body, Cause, Causes
+from ppaas.costmap.causes import Body, Cause, Causes, barriers_at
 from ppaas.costmap.closed_layers import with_closed
 from ppaas.costmap.global_parameters import CostParameters
 from ppaas.costmap.map_layers import MapLayers
@@ -51,6 +54,38 @@ def test_a_zone_that_is_in_force_is_named(layers: MapLayers) -> None:
     closed = with_closed(layers, [NIGHT], 0.2, CostParameters())
     assert kind_at(closed, 5.5, 5.5) == ("zone", "night")
     assert kind_at(closed, 2.5, 2.5) == ("zone", "spill")
+
+
+@pytest.fixture(scope="module")
+def shelf() -> MapLayers:
+    """Return the layers of a room with a zone, a mask, and a shelf of an octomap between the two and in the zone."""
+    info = GridInfo(0.1, 80, 80)
+    mask, overhead = np.zeros(info.shape, np.int8), np.zeros(info.shape, np.int8)
+    mask[60:70, 10:20] = OCCUPIED
+    overhead[45:50, 10:20] = overhead[22:25, 22:25] = OCCUPIED
+    return build_layers(
+        walled_map(8, 8, []), zones=ZONES, keepout=GridMap(mask, info), overhead=GridMap(overhead, info)
+    )
+
+
+def test_an_octomap_is_told_from_masks_and_zones(shelf: MapLayers, tmp_path: Path) -> None:
+    write_layers(tmp_path, shelf, created=0.0)
+    for layers in (shelf, open_layers(tmp_path), with_closed(shelf, [NIGHT], 0.2, CostParameters())):
+        assert kind_at(layers, 1.5, 4.7) == ("octomap", "")
+        assert kind_at(layers, 1.5, 5.2) == ("octomap", "")
+        assert kind_at(layers, 1.5, 6.5) == ("mask", "")
+        assert kind_at(layers, 2.35, 2.35) == ("zone", "spill")
+
+
+def test_the_nearest_barrier_counts_although_a_zone_is_farther_off(shelf: MapLayers) -> None:
+    assert kind_at(shelf, 2.0, 4.5) == ("octomap", "")
+    nearest = [(cause.kind, cause.name) for cause in barriers_at(shelf, 1.9, 4.5, 3.0)]
+    assert nearest == [("octomap", ""), ("zone", "spill"), ("mask", "")]
+
+
+def test_a_refused_goal_names_the_octomap(shelf: MapLayers) -> None:
+    with pytest.raises(GoalOccupied, match=r"the goal .* is in an obstacle of the octomap at the height of the robot"):
+        create_planner("dijkstra").plan(shelf.costmap, PlanRequest(Pose2D(6.5, 6.5), Pose2D(1.5, 4.7)))
 
 
 def test_a_costmap_without_masks_names_none(layers: MapLayers) -> None:
