@@ -16,7 +16,7 @@ from pathlib import Path
 from ppaas.errors import Unavailable
 from storage.disk_errors import disk_errors
 from storage.sqlite.earlier_plans import move_plans
-from storage.sqlite.plan_schema import BEFORE_PLAN_TABLES, PLAN_TABLES, renew_plans
+from storage.sqlite.plan_schema import BEFORE_PLAN_TABLES, PLAN_TABLES, add_plan_checksums, renew_plans
 from storage.sqlite.wal_checkpoints import WalCheckpointer
 from storage.store_errors import NO_STORE, unusable
 
@@ -89,6 +89,7 @@ MIGRATIONS: tuple[tuple[Migration, ...], ...] = (
         """CREATE TABLE IF NOT EXISTS tasks (user TEXT NOT NULL, map TEXT NOT NULL, id TEXT NOT NULL,
            record BLOB NOT NULL, PRIMARY KEY (user, map, id)) STRICT""",
     ),
+    (add_plan_checksums,),
 )
 """Schema migrations, as SQL statements and functions. Entry *n* migrates a file from version *n* to *n* + 1, and is
 never changed after a release."""

@@ -14,9 +14,9 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.plans.encoding.body import read_bodies
 from ppaas.plans.encoding.chunks import ENDS_AFTER, ENDS_BEFORE
 from ppaas.plans.encoding.recipes import numbers_in
+from storage.sqlite.plan_rows import COLUMNS, PlanRow, readable
 from storage.sqlite.plan_schema import SPAN
 
 MAX_UNCOUNTED = 2048
@@ -48,20 +48,23 @@ def counted_up_to(connection: sqlite3.Connection) -> int:
 
 def uncounted(connection: sqlite3.Connection) -> tuple[list[Uncounted], NDArray[np.int64], NDArray[np.int64]]:
     """Return the uncounted plans, the entries that they refer to, and the end of each plan's part of these."""
-    query = """SELECT sequence, context, scope, body, recipe FROM plans JOIN contexts ON contexts.id = context
-               WHERE sequence > (SELECT counted FROM tally) ORDER BY sequence"""
-    rows = connection.execute(query).fetchall()
-    chunks, stops = numbers_in([recipe for *_, recipe in rows])
+    query = f"""SELECT {COLUMNS}, context, scope FROM plans JOIN contexts ON contexts.id = context
+                WHERE sequence > (SELECT counted FROM tally) ORDER BY sequence"""
+    places = {}
+    for *row, context, scope in connection.execute(query):
+        places[PlanRow(*row)] = context, scope
+    read = readable([*places])
+    chunks, stops = numbers_in([row.recipe for row, _ in read])
     plans = []
-    for (sequence, context, scope, body, recipe), own in zip(rows, read_bodies([row[3] for row in rows]), strict=True):
+    for row, own in read:
         unshared = ENDS_BEFORE + ENDS_AFTER if own.shared else own.count
-        created, size = own.numbers()[0], len(body) + len(recipe)
-        plans.append(Uncounted(sequence, context, scope, created, own.count, unshared, size))
+        created, size = own.numbers()[0], len(row.body) + len(row.recipe)
+        plans.append(Uncounted(row.sequence, *places[row], created, own.count, unshared, size))
     return plans, chunks, stops
 
 
 def count_plans(connection: sqlite3.Connection) -> None:
-    """Count the plans that are not counted yet."""
+    """Count the plans that are not counted yet; damaged ones count for nothing."""
     plans, chunks, stops = uncounted(connection)
     if not plans:
         return

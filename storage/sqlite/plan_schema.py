@@ -4,7 +4,8 @@ Rows are small and many, so each index is a table of its own without other colum
 
 - ``scopes``: map versions that have plans.
 - ``contexts``: fields that many plans have in common (``storage.plan_entry.PlanContext``), and sums over their plans.
-- ``plans``: the body of each plan, and the ids of its shared segments (``ppaas.plans.encoding.recipes``).
+- ``plans``: the body of each plan, the ids of its shared segments (``ppaas.plans.encoding.recipes``), and a checksum of
+  both and of its context (``storage.sqlite.plan_rows``).
 - ``plan_ids``: plans by a hash of their id.
 - ``plan_spots``: plans by length and ends, the *cell* of a plan (``ppaas.plans.encoding.end_buckets``).
 - ``plan_spans``: for each scope and each run of ``SPAN`` consecutive plans, their oldest and newest times.
@@ -29,7 +30,7 @@ PLAN_TABLES = (
        scope INTEGER NOT NULL, plans INTEGER NOT NULL, waypoints INTEGER NOT NULL, loose INTEGER NOT NULL,
        bytes INTEGER NOT NULL) STRICT""",
     """CREATE TABLE plans (sequence INTEGER PRIMARY KEY, context INTEGER NOT NULL, body BLOB NOT NULL,
-       recipe BLOB NOT NULL) STRICT""",
+       recipe BLOB NOT NULL, crc INTEGER) STRICT""",
     "CREATE TABLE plan_ids (hash INTEGER, plan INTEGER, PRIMARY KEY (hash, plan)) STRICT, WITHOUT ROWID",
     "CREATE TABLE plan_spots (spot INTEGER, plan INTEGER, PRIMARY KEY (spot, plan)) STRICT, WITHOUT ROWID",
     """CREATE TABLE plan_spans (scope INTEGER, span INTEGER, oldest REAL NOT NULL, newest REAL NOT NULL,
@@ -55,3 +56,9 @@ def renew_plans(connection: sqlite3.Connection) -> None:
             connection.execute(f"DROP TABLE {words[2]}")
     for statement in PLAN_TABLES:
         connection.execute(statement)
+
+
+def add_plan_checksums(connection: sqlite3.Connection) -> None:
+    """Add the column of checksums, which are missing in the rows of earlier releases."""
+    if "crc" not in {name for _, name, *_ in connection.execute("PRAGMA table_info(plans)")}:
+        connection.execute("ALTER TABLE plans ADD COLUMN crc INTEGER")

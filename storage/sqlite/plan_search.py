@@ -17,6 +17,7 @@ from ppaas.plans.encoding.end_buckets import IN_BUCKET, buckets_near, holds, may
 from storage.plan_entry import head_of
 from storage.plan_query import PlanStoreQuery
 from storage.records import PlanRecord
+from storage.sqlite.plan_rows import COLUMNS, PlanRow, readable_rows
 
 MIN_PER_CELL = 16
 """Plans of one cell that are examined, at least; more if the caller wants more. They are equally long, and their ends
@@ -29,12 +30,10 @@ _FIRST = "SELECT (SELECT min(spot) FROM plan_spots WHERE spot BETWEEN value AND 
 _NEXT = """WITH RECURSIVE next (place) AS (SELECT ? UNION ALL
         SELECT (SELECT min(spot) FROM plan_spots WHERE spot > place AND spot <= ?) FROM next WHERE place IS NOT NULL)
     SELECT place FROM next WHERE place IS NOT NULL LIMIT ? OFFSET 1"""
-_IN_CELL = """SELECT record, body FROM plan_spots JOIN plans ON sequence = plan JOIN contexts ON contexts.id = context
+_IN_CELL = f"""SELECT {COLUMNS} FROM plan_spots JOIN plans ON sequence = plan JOIN contexts ON contexts.id = context
     WHERE spot = ? ORDER BY plan LIMIT ?"""
 
 Bucket = list[int]
-Row = tuple[bytes, bytes]
-"""Context and body of a plan."""
 
 
 def plans_between(connection: sqlite3.Connection, search: PlanStoreQuery, limit: int) -> list[PlanRecord]:
@@ -47,21 +46,22 @@ def plans_between(connection: sqlite3.Connection, search: PlanStoreQuery, limit:
     return found
 
 
-def _rows(connection: sqlite3.Connection, search: PlanStoreQuery, limit: int) -> Iterator[list[Row]]:
+def _rows(connection: sqlite3.Connection, search: PlanStoreQuery, limit: int) -> Iterator[list[PlanRow]]:
     """Yield batches of plans from candidate cells; each batch has ``limit`` plans or more, except the last."""
-    rows: list[Row] = []
+    rows: list[PlanRow] = []
     for cell in _Cells(connection, search).candidates():
-        rows += connection.execute(_IN_CELL, (cell, max(limit, MIN_PER_CELL)))
+        rows += map(PlanRow._make, connection.execute(_IN_CELL, (cell, max(limit, MIN_PER_CELL))))
         if len(rows) >= limit:
             yield rows
             rows = []
     yield rows
 
 
-def _joining(rows: list[Row], search: PlanStoreQuery) -> Iterator[PlanRecord]:
+def _joining(rows: list[PlanRow], search: PlanStoreQuery) -> Iterator[PlanRecord]:
     """Yield the heads of the plans that match the query exactly."""
-    for at, own in bodies_near([body for _, body in rows], search.start, search.goal, search.tolerance):
-        if search.joins(*own.ends()) and search.matches(head := head_of(rows[at][0], own)):
+    intact = readable_rows(rows)
+    for at, own in bodies_near([row.body for row in intact], search.start, search.goal, search.tolerance):
+        if search.joins(*own.ends()) and search.matches(head := head_of(intact[at].context, own)):
             yield head
 
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from ppaas.errors import NotFound, PPaaSError, Unavailable
-from ppaas.plans.encoding.body import id_in, read_bodies
+from ppaas.plans.encoding.body import id_in
 from ppaas.plans.encoding.chunks import ENDS_BEFORE
 from ppaas.plans.encoding.codes import entry_id, poses_in, unpack
 from ppaas.plans.encoding.end_buckets import cell_number
@@ -26,6 +26,7 @@ from storage.sqlite.connections import SqliteConnections
 from storage.sqlite.group_commit import GroupCommit
 from storage.sqlite.plan_counts import counted_up_to, rows_of, uncounted
 from storage.sqlite.plan_removal import remove_span
+from storage.sqlite.plan_rows import COLUMNS, PlanRow, plan_faults, readable, readable_rows
 from storage.sqlite.plan_schema import SPAN
 from storage.sqlite.plan_search import plans_between
 from storage.sqlite.plan_writes import IdCache, PlanTransaction, sequence_of, sequences_of
@@ -33,9 +34,9 @@ from storage.sqlite.plan_writes import IdCache, PlanTransaction, sequence_of, se
 MAX_CHUNKS, MAX_PLANS = 256, 32
 """Largest number of entries of a cell of the map, and of plans, that a search for passages examines."""
 
-_WHOLES = """SELECT record, body, recipe FROM {given} AS sought JOIN plans ON sequence = sought.id
+_WHOLES = f"""SELECT {COLUMNS} FROM {{given}} AS sought JOIN plans ON sequence = sought.id
     JOIN contexts ON contexts.id = context"""
-_PLAN = "SELECT record, body FROM plans JOIN contexts ON contexts.id = context WHERE sequence = ?"
+_PLAN = f"SELECT {COLUMNS} FROM plans JOIN contexts ON contexts.id = context WHERE sequence = ?"
 
 
 class PlanTables:
@@ -159,16 +160,22 @@ class PlanTables:
         parts, first = [], ENDS_BEFORE
         with self._connections.reading_snapshot() as connection:
             sequence = _existing_sequence(connection, plan_id)
-            scope = _scope(connection, sequence)
-            later = Counter(uncounted(connection)[1].tolist())
-            for chunk in _recipe(connection, sequence):
+            row = _row(connection, sequence)
+            common, later = context_of(row.context), Counter(uncounted(connection)[1].tolist())
+            scope = scope_of(common.map, common.version)
+            for chunk in read_recipe(row.recipe):
                 count, data, refs = connection.execute(query, (chunk,)).fetchone()
                 parts.append(PlanPart(entry_id(scope, unpack(data)).hex(), first, count, refs + later[chunk]))
                 first += count
         return parts
 
-    def segment_faults(self) -> Iterator[str]:
-        """Yield the segments whose content is not that of their hash."""
+    def plan_faults(self) -> Iterator[str]:
+        """Yield the plans that cannot be read, and the segments whose content is not that of their hash."""
+        with self._connections.reading() as connection:
+            yield from plan_faults(connection)
+        yield from self._segment_faults()
+
+    def _segment_faults(self) -> Iterator[str]:
         query = """SELECT chunk, entry, data, map, version FROM chunk_ids JOIN chunks ON chunks.id = chunk
                    JOIN scopes ON scopes.id = scope ORDER BY chunk"""
         with self._connections.reading() as connection:
@@ -215,27 +222,27 @@ def _whole(connection: sqlite3.Connection, sequence: int) -> PlanRecord:
 
 def _wholes(connection: sqlite3.Connection, sequences: list[int]) -> Iterator[PlanRecord]:
     """Yield the plans of these sequence numbers; segments that they share are read once."""
-    rows = rows_of(connection, _WHOLES, sequences)
-    recipes = [read_recipe(recipe) for _, _, recipe in rows]
+    rows = [PlanRow(*row) for row in rows_of(connection, _WHOLES, sequences)]
+    for row in rows:
+        row.check()
+    recipes = [read_recipe(row.recipe) for row in rows]
     data = _entries(connection, set(itertools.chain.from_iterable(recipes)))
-    for (context, body, _), recipe in zip(rows, recipes, strict=True):
+    for row, recipe in zip(rows, recipes, strict=True):
         if not data.keys() >= set(recipe):
-            raise Unavailable(f"plan {id_in(body)!r} is damaged (a segment is missing): restore it from a backup")
-        yield record_of(context, body, [poses_in([data[chunk] for chunk in recipe])] if recipe else [])
+            raise Unavailable(f"plan {id_in(row.body)!r} is damaged (a segment is missing): restore it from a backup")
+        yield record_of(row.context, row.body, [poses_in([data[chunk] for chunk in recipe])] if recipe else [])
 
 
-def _recipe(connection: sqlite3.Connection, sequence: int) -> list[int]:
-    return read_recipe(connection.execute("SELECT recipe FROM plans WHERE sequence = ?", (sequence,)).fetchone()[0])
+def _row(connection: sqlite3.Connection, sequence: int) -> PlanRow:
+    """Return the row of a plan; ``Unavailable`` if it is damaged."""
+    row = PlanRow(*connection.execute(_PLAN, (sequence,)).fetchone())
+    row.check()
+    return row
 
 
 def _entries(connection: sqlite3.Connection, chunks: set[int]) -> dict[int, bytes]:
     query = "SELECT sought.id, data FROM {given} AS sought JOIN chunks ON chunks.id = sought.id"
     return dict(rows_of(connection, query, list(chunks)))
-
-
-def _scope(connection: sqlite3.Connection, sequence: int) -> bytes:
-    common = context_of(connection.execute(_PLAN, (sequence,)).fetchone()[0])
-    return scope_of(common.map, common.version)
 
 
 def _newest(connection: sqlite3.Connection, map_id: str, before: tuple[float, str]) -> Iterator[PlanRecord]:
@@ -259,11 +266,11 @@ def _newest(connection: sqlite3.Connection, map_id: str, before: tuple[float, st
 
 
 def _heads(connection: sqlite3.Connection, map_id: str, span: int) -> Iterator[PlanRecord]:
-    query = """SELECT record, body FROM plans JOIN contexts ON contexts.id = context JOIN scopes ON scopes.id = scope
-               WHERE sequence BETWEEN ? AND ? AND map = ?"""
-    rows = connection.execute(query, (span * SPAN, span * SPAN + SPAN - 1, map_id)).fetchall()
-    for (context, _), own in zip(rows, read_bodies([body for _, body in rows]), strict=True):
-        yield head_of(context, own)
+    query = f"""SELECT {COLUMNS} FROM plans JOIN contexts ON contexts.id = context JOIN scopes ON scopes.id = scope
+                WHERE sequence BETWEEN ? AND ? AND map = ?"""
+    rows = connection.execute(query, (span * SPAN, span * SPAN + SPAN - 1, map_id))
+    for row, own in readable([PlanRow(*row) for row in rows]):
+        yield head_of(row.context, own)
 
 
 def _passing(connection: sqlite3.Connection, search: PlanStoreQuery) -> Iterator[int]:
@@ -278,8 +285,8 @@ def _passing(connection: sqlite3.Connection, search: PlanStoreQuery) -> Iterator
     both = sorted(sampled[0] & sampled[1])
     either = sorted(sampled[0] ^ sampled[1])[:MAX_CHUNKS]
     likely = dict.fromkeys((*both[:MAX_CHUNKS], *either, *sorted(later)))
-    query = "SELECT recipe, sequence FROM {given} AS sought JOIN plans ON sequence = sought.id"
-    recipes = {plan: recipe for recipe, plan in rows_of(connection, query, list(likely))}
+    rows = readable_rows([PlanRow(*row) for row in rows_of(connection, _WHOLES, list(likely))])
+    recipes = {row.sequence: row.recipe for row in rows}
     plans = [plan for plan in likely if plan in recipes]
     chunks, stops = numbers_in([recipes[plan] for plan in plans])
     passes = [np.isin(chunks, list(near)).astype(np.int64) for near in (near_start, near_goal)]

@@ -13,7 +13,6 @@ from typing import TypeVar
 import numpy as np
 
 from ppaas.errors import InvalidInput
-from ppaas.plans.encoding.body import id_in, read_body
 from ppaas.plans.encoding.codes import entry_id, pack, poses_of, unpack, waypoints_in
 from ppaas.plans.encoding.end_buckets import cell_number, index_keys_of
 from ppaas.plans.encoding.granularity import GRANULARITY, inner_granularity
@@ -23,6 +22,7 @@ from storage.encoding import decode
 from storage.plan_entry import PlanEntry, context_of, entries_of
 from storage.records import PlanRecord
 from storage.sqlite.plan_counts import MAX_UNCOUNTED, add_to_context, count_plans, rows_of
+from storage.sqlite.plan_rows import COLUMNS, PlanRow, checksum, readable
 
 logger = logging.getLogger(__name__)
 
@@ -31,9 +31,10 @@ MAX_REMEMBERED, MAX_CONTEXTS = 1 << 17, 1 << 12
 
 _AT_ONCE = 512
 
-_OF_HASH = "SELECT sequence, body FROM plan_ids JOIN plans ON sequence = plan WHERE hash = ?"
-_OF_HASHES = """SELECT sequence, body FROM {given} AS sought JOIN plan_ids ON hash = sought.id
-    JOIN plans ON sequence = plan"""
+_OF_HASH = f"""SELECT {COLUMNS} FROM plan_ids JOIN plans ON sequence = plan JOIN contexts ON contexts.id = context
+    WHERE hash = ?"""
+_OF_HASHES = f"""SELECT {COLUMNS} FROM {{given}} AS sought JOIN plan_ids ON hash = sought.id
+    JOIN plans ON sequence = plan JOIN contexts ON contexts.id = context"""
 
 Value = TypeVar("Value")
 
@@ -124,10 +125,14 @@ class PlanTransaction:
     def remove(self, sequence: int) -> None:
         """Remove a plan, and the entries that no other plan refers to."""
         count_plans(self._connection)
-        query = """SELECT context, record, body, recipe FROM plans JOIN contexts ON contexts.id = context
-                   WHERE sequence = ?"""
-        context, record, body, recipe = self._connection.execute(query, (sequence,)).fetchone()
-        own, common = read_body(body), context_of(record)
+        query = f"SELECT context, {COLUMNS} FROM plans JOIN contexts ON contexts.id = context WHERE sequence = ?"
+        context, *columns = self._connection.execute(query, (sequence,)).fetchone()
+        read = readable([PlanRow(*columns)])
+        if not read:
+            self._remove_damaged(sequence)
+            return
+        [((_, _, record, body, recipe), own)] = read
+        common = context_of(record)
         scope = scope_of(common.map, common.version)
         shared = sum(self._release(scope, chunk, refs) for chunk, refs in Counter(read_recipe(recipe)).items())
         length = np.array([own.numbers()[1]])
@@ -143,6 +148,17 @@ class PlanTransaction:
         set_counted = "UPDATE tally SET counted = (SELECT coalesce(max(sequence), 0) FROM plans) RETURNING counted"
         self._counted = self._last = self._one(set_counted)
 
+    def _remove_damaged(self, sequence: int) -> None:
+        """Remove a plan that cannot be read. Its segments stay, and so do the sums that it is part of."""
+        for query in (
+            "FROM plans WHERE sequence = ?",
+            "FROM plan_ids WHERE plan = ?",
+            "FROM plan_spots WHERE plan = ?",
+        ):
+            self._connection.execute(f"DELETE {query}", (sequence,))
+        set_counted = "UPDATE tally SET counted = (SELECT coalesce(max(sequence), 0) FROM plans) RETURNING counted"
+        self._counted = self._last = self._one(set_counted)
+
     def _add(self, entries: list[PlanEntry]) -> None:
         contexts = self._contexts({entry.context for entry in entries})
         numbers = self._chunks(entries, {entry.scope: contexts[entry.context][1] for entry in entries})
@@ -152,9 +168,9 @@ class PlanTransaction:
         numbered = list(enumerate(entries, self._last + 1))
         many = self._connection.executemany
         many(
-            "INSERT INTO plans VALUES (?, ?, ?, ?)",
+            "INSERT INTO plans (sequence, context, body, recipe, crc) VALUES (?, ?, ?, ?, ?)",
             [
-                (number, contexts[entry.context][0], entry.body, recipe)
+                (number, contexts[entry.context][0], entry.body, recipe, checksum(entry.context, entry.body, recipe))
                 for (number, entry), recipe in zip(numbered, recipes, strict=True)
             ],
         )
@@ -250,18 +266,25 @@ class PlanTransaction:
 
 
 def sequence_of(connection: sqlite3.Connection, plan_id: str) -> int | None:
-    """Return the sequence number of a plan, or None if it does not exist."""
-    return sequences_of(connection, [plan_id]).get(plan_id)
+    """Return the sequence number of a plan, or None if it does not exist.
+
+    Without a plan of that id that can be read, it is that of a damaged one with the hash of the id.
+    """
+    found = sequences_of(connection, [plan_id]).get(plan_id)
+    if found is None:
+        rows = map(PlanRow._make, connection.execute(_OF_HASH, (_hash(plan_id),)))
+        found = next((row.sequence for row in rows if not readable([row])), None)
+    return found
 
 
 def sequences_of(connection: sqlite3.Connection, plan_ids: Collection[str]) -> dict[str, int]:
-    """Return the sequence numbers of the existing plans among these ids."""
+    """Return the sequence numbers of the existing plans among these ids, without damaged ones."""
     hashes = [_hash(plan_id) for plan_id in plan_ids]
     if len(hashes) == 1:  # the common case; joining a table of one row takes twice as long
         rows = connection.execute(_OF_HASH, hashes).fetchall()
     else:
         rows = rows_of(connection, _OF_HASHES, hashes)
-    found = {id_in(body): sequence for sequence, body in rows}
+    found = {own.plan_id: row.sequence for row, own in readable([PlanRow(*row) for row in rows])}
     return {plan_id: found[plan_id] for plan_id in plan_ids if plan_id in found}
 
 

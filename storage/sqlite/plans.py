@@ -93,9 +93,9 @@ class SqlitePlans:
         """Return the shared segments of a plan, in order; ``NotFound`` if the plan does not exist."""
         return self._tables.plan_parts(plan_id)
 
-    def segment_faults(self) -> Iterator[str]:
-        """Yield the segments of plans whose content is not that of their hash."""
-        return self._tables.segment_faults()
+    def plan_faults(self) -> Iterator[str]:
+        """Yield the plans that cannot be read, and the segments whose content is not that of their hash."""
+        return self._tables.plan_faults()
 
     def plan_statistics(self, map_id: str | None = None) -> PlanStatistics:
         """Return the size of the plans of a map, or of all plans."""

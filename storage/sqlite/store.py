@@ -86,11 +86,11 @@ class SqliteStore(SqlitePlans, SqliteHistory, SqlitePeople, SqliteTasks, SqliteL
             yield from ((data, kind, f"{table}/{key}") for data, key in rows)
 
     def file_faults(self) -> Iterator[str]:
-        """Yield what is damaged in the file: pages, indexes, values of a wrong type, and segments of plans."""
+        """Yield what is damaged in the file: pages, indexes, values of a wrong type, plans and their segments."""
         with self._connections.reading() as connection:
             rows = connection.execute("PRAGMA integrity_check").fetchall()
         yield from (text for (text,) in rows if text != "ok")
-        yield from self.segment_faults()
+        yield from self.plan_faults()
 
     def shrink_log(self) -> None:
         """Move the write-ahead log into the file and empty it, to free space; does nothing if that is not possible."""
