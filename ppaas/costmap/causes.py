@@ -170,4 +170,5 @@ def _barred_near(
     window = keepout[top : max(row + reach + 1, 0), left : max(column + reach + 1, 0)]
     cells = np.argwhere(window == OCCUPIED) + np.array((top, left))
     centres = info.to_world(cells).reshape(-1, 2)
-    return cells[np.hypot(centres[:, 0] - place[0], centres[:, 1] - place[1]) <= within]
+    near: NDArray[np.int64] = cells[np.hypot(centres[:, 0] - place[0], centres[:, 1] - place[1]) <= within]
+    return near

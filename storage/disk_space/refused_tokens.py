@@ -124,7 +124,8 @@ def _read(slot: bytes) -> RefusedToken | None:
     data = slot[_CHECKSUM:].rstrip(b"\0")
     if not data or zlib.crc32(data) != int.from_bytes(slot[:_CHECKSUM]):
         return None
-    return msgspec.msgpack.decode(data, type=RefusedToken)
+    token: RefusedToken = msgspec.msgpack.decode(data, type=RefusedToken)
+    return token
 
 
 def _not_kept(reason: str) -> Unavailable:
