@@ -1,5 +1,7 @@
 """Fixtures of the real servers. Each starts for the first test that needs it, and is shared by all tests of a run."""
 
+import contextlib
+import functools
 import uuid
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -58,16 +60,38 @@ def cassandra_store(cassandra_server: "CassandraServer") -> "Iterator[CassandraS
 
 
 @pytest.fixture(scope="session")
-def hdfs_server(tmp_path_factory: pytest.TempPathFactory) -> "Iterator[HdfsServer]":
-    """Return a running HDFS, or skip if it is not installed; a test that kills it starts it again."""
+def hdfs_servers(tmp_path_factory: pytest.TempPathFactory) -> "Iterator[Callable[[str | None], HdfsServer]]":
+    """Return a function that returns a running HDFS of a version (default: that of the image), one of each."""
     from tests.servers.hdfs_server import HdfsServer
 
-    yield from _running(HdfsServer, "HDFS", tmp_path_factory.mktemp("hdfs"))
+    with contextlib.ExitStack() as stack:
+
+        @functools.cache
+        def running(version: str | None) -> HdfsServer:
+            folder = tmp_path_factory.mktemp("hdfs")
+            kind = functools.partial(HdfsServer, version=version)
+            return stack.enter_context(contextlib.contextmanager(_running)(kind, "HDFS", folder))
+
+        yield running
+
+
+@pytest.fixture
+def hdfs_server(request: pytest.FixtureRequest, hdfs_servers: "Callable[[str | None], HdfsServer]") -> "HdfsServer":
+    """Return a running HDFS, of the version that tests may be parametrized with, or skip if it is not installed.
+
+    A test that kills it starts it again.
+    """
+    return hdfs_servers(getattr(request, "param", None))
 
 
 @pytest.fixture
 def hdfs_store(hdfs_server: "HdfsServer") -> "HdfsMapStore":
     """Return an empty map store in HDFS."""
+    return empty_hdfs_store(hdfs_server)
+
+
+def empty_hdfs_store(server: "HdfsServer") -> "HdfsMapStore":
+    """Return an empty map store in a running HDFS."""
     from storage.hdfs.store import HdfsMapStore
 
-    return HdfsMapStore(hdfs_server.url(f"maps/{uuid.uuid4().hex}"))
+    return HdfsMapStore(server.url(f"maps/{uuid.uuid4().hex}"))

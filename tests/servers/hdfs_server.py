@@ -6,14 +6,13 @@ import subprocess
 from pathlib import Path
 from xml.sax.saxutils import escape
 
+import requests
 from hdfs import InsecureClient
 
 from benchmarks.harness.free_ports import free_ports
-from tests.servers.jars import jars_of, java
+from tests.servers.jars import HDFS, jars_of, java
 from tests.servers.java_server import JavaServer
-from tests.support.sources import ROOT
 
-HERE = ROOT / "docker" / "hdfs"
 PACKAGE = "org.apache.hadoop.hdfs.server"
 JVM = [
     *("-Xmx128m", "-Xss256k", "-XX:+UseSerialGC", "-XX:TieredStopAtLevel=1", "-XX:ReservedCodeCacheSize=32m"),
@@ -29,21 +28,24 @@ class HdfsServer:
     ----------
     folder : Path
         For its data, its settings and its logs.
+    version : str, optional
+        Version of Hadoop. Default: that of the image.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, version: str | None = None) -> None:
         self._folder = folder
+        jars = jars_of(HDFS) if version is None else jars_of(HDFS, hadoop=version)
         rpc, self.port, *of_datanode = free_ports(6)
         folder.mkdir(parents=True, exist_ok=True)
         settings = _settings(folder, rpc, self.port, of_datanode)
         (folder / "hdfs-site.xml").write_text(_xml(settings))
         (folder / "core-site.xml").write_text(_xml({"fs.defaultFS": f"hdfs://127.0.0.1:{rpc}"}))
-        shutil.copy(HERE / "log4j.properties", folder)
+        shutil.copy(HDFS.with_name("log4j.properties"), folder)
         for daemon in ("hdfs", "datanode"):
             (folder / "webapps" / daemon).mkdir(
                 parents=True
             )  # the daemons require these folders, but serve nothing from them
-        self._java = [java(), *JVM, f"-Djava.io.tmpdir={folder}", "-cp", f"{folder}:{jars_of(HERE / 'pom.xml')}/*"]
+        self._java = [java(), *JVM, f"-Djava.io.tmpdir={folder}", "-cp", f"{folder}:{jars}/*"]
         name_node = [*self._java, f"{PACKAGE}.namenode.NameNode"]
         data_node = [*self._java, f"{PACKAGE}.datanode.DataNode"]
         self.name_node = JavaServer(name_node, folder, "namenode", self._lists)
@@ -73,6 +75,12 @@ class HdfsServer:
     def url(self, path: str) -> str:
         """Return the URL of a store in a folder."""
         return f"hdfs://127.0.0.1:{self.port}/{path}?user={getpass.getuser()}"
+
+    def version(self) -> str:
+        """Return the version of Hadoop that runs."""
+        query = {"qry": "Hadoop:service=NameNode,name=NameNodeInfo"}
+        answer = requests.get(f"http://127.0.0.1:{self.port}/jmx", params=query, timeout=20).json()
+        return str(answer["beans"][0]["SoftwareVersion"])
 
     def client(self) -> InsecureClient:
         """Return a client with all permissions: the user that started HDFS is its superuser."""

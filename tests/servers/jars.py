@@ -12,6 +12,10 @@ from tests.support.sources import ROOT
 JARS = ROOT / "build" / "jars"
 FETCH_TIMEOUT = 900.0
 
+HDFS = ROOT / "docker" / "hdfs" / "pom.xml"
+OTHER_HADOOPS = ("3.5.0",)
+"""Versions of Hadoop that the map store is tested with, beside that of the image."""
+
 
 class Missing(Exception):
     """A requirement of a server is not installed; the message says what to install."""
@@ -33,22 +37,30 @@ def keytool() -> str:
     return found
 
 
-def jars_of(pom: Path) -> Path:
+def jars_of(pom: Path, **properties: str) -> Path:
     """Return a folder with all jars on which a Maven project file depends at run time.
+
+    Parameters
+    ----------
+    pom : Path
+        The project file.
+    **properties : str
+        Values of its properties, such as a version, instead of those in the file.
 
     Raises
     ------
     Missing
         The jars are not there, and Maven is not installed or cannot download them.
     """
-    digest = hashlib.sha256(pom.read_bytes()).hexdigest()[:12]
+    given = [f"-D{name}={value}" for name, value in sorted(properties.items())]
+    digest = hashlib.sha256(pom.read_bytes() + "".join(given).encode()).hexdigest()[:12]
     folder = JARS / f"{pom.parent.name}-{digest}"
     if not folder.is_dir():
-        _fetch(pom, folder)
+        _fetch(pom, given, folder)
     return folder
 
 
-def _fetch(pom: Path, folder: Path) -> None:
+def _fetch(pom: Path, given: list[str], folder: Path) -> None:
     maven = shutil.which("mvn")
     if maven is None:
         raise Missing(f"no mvn, and no jars in {folder}: install Maven")
@@ -56,7 +68,7 @@ def _fetch(pom: Path, folder: Path) -> None:
     with tempfile.TemporaryDirectory(prefix=".fetching-", dir=JARS) as aside:
         jars = Path(aside) / "jars"
         goal = ["dependency:copy-dependencies", "-DincludeScope=runtime", f"-DoutputDirectory={jars}"]
-        command = [maven, "--batch-mode", "--quiet", "--file", str(pom), *goal]
+        command = [maven, "--batch-mode", "--quiet", "--file", str(pom), *given, *goal]
         done = subprocess.run(command, capture_output=True, text=True, timeout=FETCH_TIMEOUT, check=False)
         if done.returncode or not jars.is_dir():
             raise Missing(f"mvn cannot download the dependencies of {pom}: {(done.stdout + done.stderr).strip()[:500]}")
@@ -65,12 +77,14 @@ def _fetch(pom: Path, folder: Path) -> None:
 
 
 def main() -> None:
-    """Download the jars of all servers, the same as in the images; print which are missing."""
-    for pom in sorted((ROOT / "docker").glob("*/pom.xml")):
+    """Download the jars of all servers, those of the images and of other versions; print which are missing."""
+    wanted: list[tuple[Path, dict[str, str]]] = [(pom, {}) for pom in sorted((ROOT / "docker").glob("*/pom.xml"))]
+    for pom, properties in [*wanted, *((HDFS, {"hadoop": version}) for version in OTHER_HADOOPS)]:
+        name = " ".join([pom.parent.name, *properties.values()])
         try:
-            print(f"jars of {pom.parent.name}: {jars_of(pom)}")  # noqa: T201
+            print(f"jars of {name}: {jars_of(pom, **properties)}")  # noqa: T201
         except Missing as error:
-            print(f"jars of {pom.parent.name}: {error}", file=sys.stderr)  # noqa: T201
+            print(f"jars of {name}: {error}", file=sys.stderr)  # noqa: T201
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 import requests
@@ -21,9 +22,13 @@ from ppaas.errors import NotFound, Unavailable
 from storage.hdfs.store import HdfsMapStore
 from storage.records import Publication
 from tests.servers.hdfs_server import HdfsServer
+from tests.servers.jars import HDFS, OTHER_HADOOPS
 from tests.support.storage.records import found_map, house, pgm, put_map
 
-pytestmark = pytest.mark.servers
+pytestmark = [
+    pytest.mark.servers,
+    pytest.mark.parametrize("hdfs_server", [None, *OTHER_HADOOPS], indirect=True, ids=["image", *OTHER_HADOOPS]),
+]
 
 OLD, NEW = house(image=pgm(value=0)), house(image=pgm(value=254))
 
@@ -33,6 +38,12 @@ def server(hdfs_server: HdfsServer) -> Iterator[HdfsServer]:
     """Return the server; both daemons are restarted after the test."""
     yield hdfs_server
     hdfs_server.start()
+
+
+def test_the_version_runs_that_is_asked_for(request: pytest.FixtureRequest, hdfs_server: HdfsServer) -> None:
+    of_image = ElementTree.parse(HDFS).getroot().find("{*}properties/{*}hadoop")
+    assert of_image is not None
+    assert hdfs_server.version() == (request.node.callspec.params["hdfs_server"] or of_image.text)
 
 
 def test_acknowledged_maps_survive_kills_of_both_daemons(server: HdfsServer, hdfs_store: HdfsMapStore) -> None:
