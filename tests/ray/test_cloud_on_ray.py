@@ -5,6 +5,8 @@ import contextlib
 import itertools
 import os
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -287,6 +289,27 @@ async def test_a_killed_cloud_finds_its_nodes_again(tmp_path: Path, cluster: Ray
     with running_cloud(tmp_path, *arguments) as again:
         await machines_when(await again.admin(), len)
         assert node.agent().pid == agent
+    await wait_until_nothing_is_left(cluster)
+
+
+OTHER_WORK = """
+import sys
+import ray
+class Work:
+    def has_begun(self): return True
+ray.init(sys.argv[1], namespace="others", log_to_driver=False, _node_ip_address=sys.argv[1].partition(":")[0])
+work = ray.remote(Work).options(name="work", lifetime="detached", num_cpus=2).remote()
+assert ray.get(work.has_begun.remote())
+"""
+
+
+async def test_a_machine_has_the_cores_that_other_work_of_ray_leaves(tmp_path: Path, cluster: RayCluster) -> None:
+    cluster.join(cores=3)
+    others = [sys.executable, "-c", OTHER_WORK, cluster.address]
+    await asyncio.to_thread(subprocess.run, others, check=True, timeout=HERE)
+    with running_cloud(tmp_path, *on_ray(cluster)) as cloud:
+        (machine,) = await machines_when(await cloud.admin(), len)
+        assert machine["cores"] == 1
     await wait_until_nothing_is_left(cluster)
 
 

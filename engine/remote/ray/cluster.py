@@ -7,7 +7,7 @@ from typing import Any
 
 import msgspec
 import ray
-from ray._private.state import available_resources_per_node  # Ray has no public function for it
+from ray.autoscaler.v2.sdk import get_cluster_status
 from ray.exceptions import RayError
 from ray.util import get_node_ip_address
 from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
@@ -17,7 +17,7 @@ from engine.remote.endpoint_processes import at_address
 from engine.remote.machines import make_ticket
 from engine.remote.ray.actor import AgentActor
 from engine.remote.ray.config import NodeConfig, WatchConfig
-from engine.remote.ray.nodes import ClusterNode, read_nodes
+from engine.remote.ray.nodes import ClusterNode, free_cores, read_nodes
 from ppaas.errors import Unavailable
 
 TICKET_VALID = 300.0
@@ -103,7 +103,16 @@ class RayCluster:
 
     def nodes(self) -> list[ClusterNode]:
         """Return the nodes that can be machines."""
-        return read_nodes(ray.nodes(), available_resources_per_node())  # type: ignore[no-untyped-call]
+        return read_nodes(ray.nodes())  # type: ignore[no-untyped-call]
+
+    def free_cores(self, node: ClusterNode) -> int:
+        """Return the number of whole CPUs of a node that no other work of Ray holds.
+
+        ``ray.available_resources`` adds up all nodes. The status of the cluster, which Ray computes also where nothing
+        scales the cluster, has each node.
+        """
+        status = get_cluster_status(ray.get_runtime_context().gcs_address)
+        return free_cores(node, [*status.active_nodes, *status.idle_nodes])
 
     def find(self, node: ClusterNode) -> RayKeeper | None:
         """Return the existing keeper of a node's agent, or None."""

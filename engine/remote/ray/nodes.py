@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 from engine.specs.machine_settings import MOST_LABELS
 from storage.names import is_name
@@ -25,8 +25,6 @@ class ClusterNode:
         Address of its host.
     cores : int
         Number of whole CPUs.
-    free : int
-        Number of whole CPUs that are not reserved in Ray.
     labels : dict of str to str
         Labels that it was started with or got from Ray, as labels of a machine.
     """
@@ -34,7 +32,6 @@ class ClusterNode:
     id: str
     address: str
     cores: int
-    free: int
     labels: dict[str, str] = field(default_factory=dict)
 
     @property
@@ -43,24 +40,37 @@ class ClusterNode:
         return self.id[:MACHINE_NAME]
 
 
-def read_nodes(table: Iterable[Mapping[str, Any]], free: Mapping[str, Mapping[str, float]]) -> list[ClusterNode]:
+def read_nodes(table: Iterable[Mapping[str, Any]]) -> list[ClusterNode]:
     """Return the nodes that can be machines: those that run and have at least one whole CPU.
 
     Parameters
     ----------
     table : iterable of mappings
         Result of ``ray.nodes()``, which contains dead nodes too.
-    free : mapping of str to mapping of str to float
-        Free amount of each resource, by id of the node.
     """
     nodes = []
     for row in table:
         cores = int(row["Resources"].get("CPU", 0.0))
         if row["Alive"] and cores >= 1:
-            left = int(free.get(row["NodeID"], {}).get("CPU", 0.0))
             labels = machine_labels(row["Labels"])
-            nodes.append(ClusterNode(row["NodeID"], row["NodeManagerAddress"], cores, left, labels))
+            nodes.append(ClusterNode(row["NodeID"], row["NodeManagerAddress"], cores, labels))
     return nodes
+
+
+class Usage(Protocol):
+    """A node in Ray's status of a cluster."""
+
+    @property
+    def node_id(self) -> str | None:
+        """Its id; None before it runs."""
+
+    def available_resources(self) -> Mapping[str, float]:
+        """Return the amount of each resource that no work of Ray holds."""
+
+
+def free_cores(node: ClusterNode, status: Iterable[Usage]) -> int:
+    """Return the number of whole CPUs of a node that no work of Ray holds; none of a node that the status lacks."""
+    return sum(int(usage.available_resources().get("CPU", 0.0)) for usage in status if usage.node_id == node.id)
 
 
 def machine_labels(labels: Mapping[str, str]) -> dict[str, str]:

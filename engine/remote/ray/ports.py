@@ -40,6 +40,10 @@ class Cluster(Protocol):
         """Return the nodes that can be machines."""
         ...
 
+    def free_cores(self, node: ClusterNode) -> int:
+        """Return the number of whole CPUs of a node that nothing else holds."""
+        ...
+
     def find(self, node: ClusterNode) -> Keeper | None:
         """Return the existing keeper of a node's agent, from before a restart of the supervisor, or None."""
         ...

@@ -94,7 +94,8 @@ class Supervisor:
             tries.count, tries.not_before, tries.warned = tries.count + 1, self._clock(), False
 
     def _start_new(self, node: ClusterNode, tries: _Tries) -> Keeper | None:
-        cores = min(node.free, self._cores or node.free)
+        free = self._cluster.free_cores(node)
+        cores = min(free, self._cores or free)
         if cores < 1:  # Ray would queue it without an error
             if not tries.warned:
                 tries.warned = True

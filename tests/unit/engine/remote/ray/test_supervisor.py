@@ -42,12 +42,16 @@ class FakeCluster:
 
     def __init__(self, *nodes: ClusterNode) -> None:
         self.there = list(nodes)
+        self.free: dict[str, int] = {}
         self.known: dict[str, FakeKeeper] = {}
         self.kept: list[tuple[str, int, FakeKeeper]] = []
         self.up = True
 
     def nodes(self) -> list[ClusterNode]:
         return self.there
+
+    def free_cores(self, node: ClusterNode) -> int:
+        return self.free.get(node.id, node.cores)
 
     def find(self, node: ClusterNode) -> FakeKeeper | None:
         return self.known.get(node.id)
@@ -73,12 +77,13 @@ class FakeClock:
         return self.now
 
 
-def node(name: str, free: int = 4) -> ClusterNode:
-    return ClusterNode(name * 10, f"host-{name}", 4, free)
+def node(name: str) -> ClusterNode:
+    return ClusterNode(name * 10, f"host-{name}", 4)
 
 
 def test_each_node_gets_one_agent_with_the_cores_that_are_free():
-    cluster = FakeCluster(node("a"), node("b", free=3))
+    cluster = FakeCluster(node("a"), node("b"))
+    cluster.free["b" * 10] = 3
     supervisor = Supervisor(cluster)
     supervisor.reconcile()
     cluster.there.append(node("c"))
@@ -88,25 +93,28 @@ def test_each_node_gets_one_agent_with_the_cores_that_are_free():
 
 
 def test_no_more_cores_are_used_than_configured():
-    cluster = FakeCluster(node("a"), node("b", free=1))
+    cluster = FakeCluster(node("a"), node("b"))
+    cluster.free["b" * 10] = 1
     Supervisor(cluster, cores=2).reconcile()
     assert sorted(cluster.begun) == [("a" * 10, 2), ("b" * 10, 1)]
 
 
 def test_a_node_without_a_free_core_waits_and_is_logged_once(caplog: pytest.LogCaptureFixture):
-    cluster = FakeCluster(node("a", free=0))
+    cluster = FakeCluster(node("a"))
+    cluster.free["a" * 10] = 0
     supervisor = Supervisor(cluster)
     for _ in range(3):
         supervisor.reconcile()
     assert cluster.begun == []
     assert caplog.text.count("no free core") == 1
-    cluster.there = [node("a", free=2)]
+    cluster.free["a" * 10] = 2
     supervisor.reconcile()
     assert cluster.begun == [("a" * 10, 2)]
 
 
 def test_existing_agent_is_adopted_although_it_holds_all_cores():
-    cluster = FakeCluster(node("a", free=0))
+    cluster = FakeCluster(node("a"))
+    cluster.free["a" * 10] = 0
     cluster.known["a" * 10] = FakeKeeper()
     supervisor = Supervisor(cluster)
     supervisor.reconcile()
