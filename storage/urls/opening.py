@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TypeVar, cast
 
-from ppaas.distribution import install_hint
+from ppaas.distribution import check_versions, install_hint
 from ppaas.errors import InvalidInput, NotFound
 from storage.disk_space.guarded import GuardedStore
 from storage.disk_space.reserve import DiskReserve
@@ -114,6 +114,8 @@ def _open(url: str, backends: Mapping[str, Backend[S]], *, create: bool = True) 
     if backend is None:
         raise InvalidInput(f"unknown scheme of a store {scheme!r}; known: {', '.join(f'{name}:' for name in backends)}")
     arguments = backend.arguments(url)
+    if backend.extra is not None:
+        check_versions(backend.extra)
     try:
         kind = backend.load()
     except ModuleNotFoundError as error:

@@ -16,7 +16,7 @@ import msgspec
 from engine.processes.child_process import end
 from engine.protocols.refusals import error_of
 from engine.remote.ray.config import WatchAnswer, WatchConfig, WatchRefused
-from ppaas.distribution import install_hint
+from ppaas.distribution import check_versions, install_hint
 from ppaas.errors import InvalidInput, Unavailable
 
 if TYPE_CHECKING:
@@ -57,11 +57,14 @@ class WatcherProcess:
     ------
     InvalidInput
         The extra ``ray`` is not installed, or the address is invalid.
+    Unavailable
+        Ray is older than tried.
     """
 
     def __init__(self, config: WatchConfig, command: Sequence[str] = COMMAND) -> None:
         if importlib.util.find_spec("ray") is None:
             raise InvalidInput(f"machines on Ray need the extra ray: {install_hint('ray')}")
+        check_versions("ray")
         self._config = config
         self._command = command
         self._endpoint = read_address(config.address)

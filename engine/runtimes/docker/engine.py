@@ -12,9 +12,10 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from engine.processes.instances import is_dead
-from ppaas.distribution import install_hint
+from ppaas.distribution import check_versions, install_hint
 from ppaas.errors import Unavailable
 
+check_versions("docker")
 try:
     from docker.client import DockerClient
     from docker.errors import DockerException, ImageNotFound, NotFound

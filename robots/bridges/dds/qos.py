@@ -4,7 +4,7 @@ import re
 from types import SimpleNamespace
 from typing import Any
 
-from ppaas.distribution import install_hint
+from ppaas.distribution import check_versions, install_hint
 from ppaas.errors import InvalidInput, MalformedMessage
 from ppaas.wire.ros.graph import Entity, Kind, Qos
 from ppaas.wire.ros.rmw_zenoh import ros_type
@@ -22,7 +22,10 @@ def imported() -> Any:
     ------
     InvalidInput
         It is not installed; the text says how to install it.
+    Unavailable
+        A package of the extra is older or newer than tried.
     """
+    check_versions("ros2")
     try:
         from cyclonedds import _clayer, builtin, core, domain, pub, sub, topic, util  # noqa: PLC0415 - of the extra ros2
     except ImportError as error:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from ppaas.clock import epoch
-from ppaas.distribution import install_hint
+from ppaas.distribution import check_versions, install_hint
 from ppaas.errors import InvalidInput, MalformedMessage, Unavailable
 from ppaas.wire.ros import ros_types
 from ppaas.wire.ros.graph import Entity, Kind, Qos, release_of
@@ -303,6 +303,7 @@ def _is_open(host: str, port: int) -> bool:
 
 
 def _imported() -> Any:
+    check_versions("ros2")
     try:
         import xxhash  # noqa: F401, PLC0415 - of identities in the graph
         import zenoh  # noqa: PLC0415 - of the extra ros2

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from ppaas.errors import InvalidInput
+from ppaas import distribution
+from ppaas.errors import InvalidInput, Unavailable
 from storage.files.store import FileMapStore
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
@@ -68,3 +69,12 @@ def test_unused_backends_are_not_imported() -> None:
 def test_a_local_store_needs_no_outbox(tmp_path: Path) -> None:
     assert type(open_store("memory:", outbox=tmp_path / "outbox.sqlite")) is MemoryStore
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("url", "driver"), [("cassandra://db/ppaas", "cassandra-driver"), ("hdfs://namenode/maps", "hdfs")]
+)
+def test_an_old_driver_is_named(url: str, driver: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(distribution, "version", lambda name: "1.0" if name == driver else "99.0")
+    with pytest.raises(Unavailable, match=rf"{driver} 1\.0 \(needed: >="):
+        (open_map_store if driver == "hdfs" else open_store)(url)

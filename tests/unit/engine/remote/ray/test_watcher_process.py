@@ -14,6 +14,7 @@ import pytest
 from engine.remote.ray import watcher_process
 from engine.remote.ray.config import WatchConfig
 from engine.remote.ray.watcher_process import WatcherProcess, read_address
+from ppaas import distribution
 from ppaas.errors import InvalidInput, Unavailable
 from tests.support.waiting import until
 
@@ -92,6 +93,12 @@ async def test_without_a_listening_cluster_no_watcher_is_started(tmp_path: Path,
 async def test_a_missing_extra_is_named(tmp_path: Path, head: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(watcher_process.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(InvalidInput, match=r"\.\[ray\]"):
+        Watched(tmp_path, head)
+
+
+async def test_an_old_ray_is_named(tmp_path: Path, head: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(distribution, "version", lambda name: "2.9.3")
+    with pytest.raises(Unavailable, match=r"ray 2\.9\.3 \(needed: >="):
         Watched(tmp_path, head)
 
 

@@ -4,6 +4,7 @@ import sys
 
 import pytest
 
+from ppaas import distribution
 from robots.cli.main import main
 
 
@@ -45,3 +46,13 @@ def test_what_is_not_installed_is_named(
     monkeypatch.setitem(sys.modules, module, None)
     assert main(["bridge", "ros2", "tb1", "--token", "t", "--transport", transport]) == 1
     assert advice in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("transport", "package", "found"), [("dds", "cyclonedds", "12.0"), ("zenoh", "xxhash", "3.4")])
+def test_a_package_of_an_untried_version_is_named(
+    transport: str, package: str, found: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    version = distribution.version
+    monkeypatch.setattr(distribution, "version", lambda name: found if name == package else version(name))
+    assert main(["bridge", "ros2", "tb1", "--token", "t", "--transport", transport]) == 1
+    assert f"{package} {found} (needed: >=" in capsys.readouterr().err
