@@ -4,6 +4,7 @@ A COLLADA file has its own unit, which counts, and an up axis, which does not (`
 """
 
 import math
+import re
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 from xml.etree.ElementTree import Element, ParseError
@@ -30,6 +31,10 @@ _NODE = 256
 
 _HEADER, _FACET = 84, np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 """Bytes before the first facet of a binary STL file, and a facet."""
+
+
+_CONTINUED = re.compile(rb"\\\r?\n")
+"""End of a line of OBJ that goes on in the next one."""
 
 
 class Extent(NamedTuple):
@@ -77,20 +82,22 @@ def _stl(data: bytes) -> Points:
         return facets["corners"].reshape(-1, 3).astype(np.float64)
     if not _is_text(data):
         raise ValueError(f"it has {len(data)} bytes, too few for {count} facets")
-    return _vertices(data, b"vertex")
+    return _vertices(data.lower(), b"vertex")
 
 
 def _is_text(data: bytes) -> bool:
-    return data.lstrip()[:5].lower() == b"solid" and b"facet" in data[:4096]
+    return data.lstrip()[:5].lower() == b"solid" and b"facet" in data[:4096].lower()
 
 
 def _obj(data: bytes) -> Points:
-    return _vertices(data, b"v")
+    return _vertices(_CONTINUED.sub(b" ", data), b"v")
 
 
 def _vertices(data: bytes, word: bytes) -> Points:
     """Return the points in the lines that begin with a word."""
     rows = [line.split()[1:4] for line in data.splitlines() if line.split()[:1] == [word]]
+    if any(len(row) < 3 for row in rows):
+        raise ValueError(f"a line {word.decode()!r} has fewer than three numbers")
     return np.array(rows, np.float64).reshape(-1, 3)
 
 
@@ -109,9 +116,16 @@ def _dae(data: bytes) -> Points:
     unit = root.find("asset/unit")
     scale = float(unit.get("meter", "1")) if unit is not None else 1.0
     scene = _Scene(root)
-    placed = [points for node in root.findall("library_visual_scenes/visual_scene/node")
-              for points in scene.placed(node, np.eye(4))]  # fmt: skip
+    placed = [points for node in _shown(root).findall("node") for points in scene.placed(node, np.eye(4))]
     return np.concatenate(placed or list(scene.geometries.values()) or [np.empty((0, 3))]) * scale
+
+
+def _shown(root: Element) -> Element:
+    """Return the scene that a COLLADA file shows, of several in its library; the first if it names none."""
+    scenes = root.findall("library_visual_scenes/visual_scene")
+    named = root.find("scene/instance_visual_scene")
+    wanted = "" if named is None else named.get("url", "")[1:]
+    return next((each for each in scenes if each.get("id") == wanted), scenes[0] if scenes else root)
 
 
 def _positions(geometry: Element) -> Points:

@@ -62,7 +62,7 @@ def _check_expanded(root: Element) -> None:
 
 def _text(data: bytes) -> str:
     try:
-        text = data.decode("utf-8-sig")
+        text = data.decode("utf-8-sig").lstrip()  # tinyxml2 takes lines before the declaration, expat does not
     except UnicodeDecodeError as error:
         raise InvalidUrdf("the URDF is not valid UTF-8: save it in UTF-8") from error
     declared = _ENCODING.match(text)

@@ -1,7 +1,7 @@
 """Map files: the YAML file of map_server with the image that it names, or a map of the MovingAI benchmarks."""
 
 import re
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 
 from ppaas.errors import InvalidInput, InvalidMap
 from ppaas.maps.formats.image import ENDINGS
@@ -76,7 +76,7 @@ def _image_of(file: Path, name: str) -> Path:
     image = file.parent / (Path(name).expanduser() if name.startswith("~/") else name)
     if image.is_file():
         return image
-    beside = file.parent / Path(name).name
+    beside = file.parent / PureWindowsPath(name).name  # of paths with slashes, too
     advice = f"; {str(beside)!r} does: write `image: {beside.name}`" if beside.is_file() else ""
     raise InvalidMap(f"cannot read the map: image {str(image)!r} does not exist{advice}")
 

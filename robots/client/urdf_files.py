@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from functools import cache
 from html import unescape
 from pathlib import Path
+from urllib.parse import unquote
 
 from ppaas.errors import InvalidInput
 from ppaas.robot_model.mesh_extents import MAX_BYTES, READERS, Extent, extent_of
@@ -17,6 +18,7 @@ ABOVE = 3
 """Number of folders above a URDF in which packages are looked for: a URDF is usually in ``PACKAGE/urdf``."""
 
 _COLLISION = re.compile(r"<collision[\s>].*?</collision>", re.DOTALL)
+_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 _MESH = re.compile(r"<mesh\b(?P<attributes>[^<>]*)>")
 _FILENAME = re.compile(r"""\bfilename\s*=\s*(?:"([^"]*)"|'([^']*)')""")
 
@@ -62,7 +64,7 @@ def _with_boxes(text: str, folders: list[Path]) -> str:
         file = _found(unescape(name[1] or name[2] or ""), folders)
         return mesh[0] if file is None else f'<mesh bounding_box="{box_of(file)}"{mesh["attributes"]}>'
 
-    if _COLLISION.search(text):
+    if _COLLISION.search(_COMMENT.sub("", text)):
         return _COLLISION.sub(lambda collision: _MESH.sub(boxed, collision[0]), text)
     return _MESH.sub(boxed, text)
 
@@ -81,6 +83,7 @@ def _found(name: str, folders: list[Path]) -> Path | None:
     if name.lower().rpartition(".")[2] not in READERS:
         return None
     scheme, separator, rest = name.partition("://")
+    rest = unquote(rest)
     inner = Path((rest if separator else name).lstrip("/"))
     if not separator or scheme == "file":
         candidates = [Path("/") / inner if separator or name.startswith("/") else folder / inner for folder in folders]

@@ -9,16 +9,13 @@ from typing import TYPE_CHECKING
 
 from ppaas.errors import InvalidMap
 from ppaas.maps.buffer import Buffer
-from ppaas.maps.formats.pillow_rows import PillowRows, check_size, pillow_errors
+from ppaas.maps.formats.pillow_rows import ORIENTATION, PillowRows, check_size, check_upright, pillow_errors
 
 if TYPE_CHECKING:
     from PIL.ImageFile import ImageFile
 
 MAX_SCANS = 64
 """Largest number of scans of a progressive JPEG; each is decoded over the whole image."""
-
-_UPRIGHT = 1
-"""Orientation of an image whose first row is its top."""
 
 _SCAN = b"\xff\xda"
 
@@ -36,7 +33,7 @@ def open_picture(image: Buffer, name: str) -> PillowRows:
     Raises
     ------
     InvalidMap
-        The file is broken or truncated, it is too large, or it is a TIFF that is compressed or turned.
+        The file is broken or truncated, it is too large, it is turned, or it is a compressed TIFF.
     """
     data = image[: len(image)]
     if name == "JPEG" and data.count(_SCAN) > MAX_SCANS:
@@ -59,14 +56,11 @@ def _opened(data: bytes, name: str) -> "ImageFile":
     check_size(name, *file.size)
     if name == "TIFF" and file.info.get("compression") != "raw":
         raise InvalidMap("the TIFF is compressed: save the map's image without compression, or as PNG")
-    if name == "TIFF" and _orientation(file) != _UPRIGHT:
-        raise InvalidMap(f"the TIFF is turned (orientation {_orientation(file)}): save the map's image upright")
+    if name == "TIFF":
+        check_upright(name, file.tag_v2.get(ORIENTATION))  # type: ignore[attr-defined]
+    if name == "JPEG":
+        check_upright(name, file.getexif().get(ORIENTATION))
     return file
-
-
-def _orientation(file: "ImageFile") -> object:
-    """Return the tag by which viewers turn a TIFF; readers of maps disagree on whether to."""
-    return file.tag_v2.get(274, _UPRIGHT)  # type: ignore[attr-defined]
 
 
 def _reader(name: str) -> "type[ImageFile]":

@@ -24,6 +24,12 @@ MAX_PIXELS = 1 << 26
 BROKEN = (OSError, SyntaxError, ValueError, KeyError, IndexError, TypeError, EOFError, struct.error, zlib.error)
 """Errors that Pillow raises for broken files."""
 
+ORIENTATION = 274
+"""Tag of TIFF and EXIF."""
+
+_TURNED = range(2, 9)
+"""Values of the tag of images whose first row is not their top, or that are mirrored."""
+
 _GREY = ("1", "L")
 _DEEP_GREY = ("I;16", "I;16L", "I;16B", "I;16N")
 _TOO_DEEP = ("I", "F")
@@ -69,6 +75,12 @@ class PillowRows:
 
     def check(self) -> None:
         """Do nothing, since the image has been decoded completely."""
+
+
+def check_upright(name: str, orientation: object) -> None:
+    """Raise ``InvalidMap`` for an orientation by which viewers turn an image, since readers of maps disagree on it."""
+    if orientation in _TURNED:
+        raise InvalidMap(f"the {name} is turned (orientation {orientation}): save the map's image upright")
 
 
 @contextmanager

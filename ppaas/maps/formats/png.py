@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from ppaas.errors import InvalidMap
 from ppaas.maps.buffer import Buffer
-from ppaas.maps.formats.pillow_rows import PillowRows, check_size, pillow_errors
+from ppaas.maps.formats.pillow_rows import ORIENTATION, PillowRows, check_size, check_upright, pillow_errors
 
 if TYPE_CHECKING:
     from PIL.PngImagePlugin import PngImageFile
@@ -36,13 +36,16 @@ def open_png(image: Buffer) -> PillowRows:
     Raises
     ------
     InvalidMap
-        The file is broken or truncated, has a wrong checksum, or is too large.
+        The file is broken or truncated, has a wrong checksum, is too large, or is turned by its EXIF.
     """
     data = image[: len(image)]
     check_chunks(data)
     with pillow_errors(_NAME):
         _opened(data).verify()  # checksums, which decoding ignores; Pillow then has to open the file again
-        return PillowRows(_opened(data), _NAME)
+        file = _opened(data)
+        rows = PillowRows(file, _NAME)
+        check_upright(_NAME, file.getexif().get(ORIENTATION))
+        return rows
 
 
 def png_size(image: Buffer) -> tuple[int, int]:

@@ -144,3 +144,9 @@ def test_any_attribute_value_is_read_or_raises_a_typed_error(number, instead):
     quoted = instead.replace("&", "").replace("<", "").replace('"', "")
     with suppress(PPaaSError):
         describe(example("turtlebot3_burger").replace(number.encode(), quoted.encode("utf-8", "surrogatepass")))
+
+
+def test_lines_before_the_declaration_are_taken_as_ros_takes_them():
+    """As in texts of launch files, which begin with a line end."""
+    urdf = b'\n <?xml version="1.0"?><robot name="a"><link name="base_link"/></robot>'
+    assert describe(urdf) == describe(urdf.strip())

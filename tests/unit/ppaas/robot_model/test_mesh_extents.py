@@ -52,6 +52,17 @@ def test_extent_of_an_stl_file_binary_or_text():
     check(extent_of("base.stl", text()))
 
 
+def test_words_of_an_stl_file_may_be_in_capitals():
+    check(extent_of("base.stl", text().upper()))
+
+
+def test_lines_of_an_obj_file_may_go_on_in_the_next_one():
+    lines = [f"v \\\n {x} {y} \\\r\n {z}" for x, y, z in CORNERS]
+    check(extent_of("base.obj", "\n".join(lines).encode()))
+    with pytest.raises(InvalidInput, match="a line 'v' has fewer than three numbers"):
+        extent_of("base.obj", b"v 1 2 3\nv 1 2\n")
+
+
 def test_extent_of_an_obj_file():
     lines = [f"v {x} {y} {z} 1.0" for x, y, z in CORNERS]
     check(extent_of("base.obj", "\n".join(["# made by hand", *lines, "vn 9 9 9", "f 1 2 3"]).encode()))
@@ -68,6 +79,13 @@ def test_nodes_of_a_collada_file_move_what_is_below_them():
     check(extent_of("a.dae", dae(turned)), (-0.5, 0.4, 0.0), (0.5, 1.6, 0.6))
     below = f"<node><translate>0 0 5</translate>{node('<translate>0 0 1</translate>')}</node>"
     check(extent_of("a.dae", dae(below)), (-0.3, -0.25, 6.0), (0.3, 0.25, 6.3))
+
+
+def test_of_several_scenes_of_a_collada_file_the_one_that_it_shows_counts():
+    two = f'{node("<translate>50 0 0</translate>")}</visual_scene><visual_scene id="shown">{node("")}'
+    shown = '<scene><instance_visual_scene url="#shown"/></scene></COLLADA>'
+    check(extent_of("a.dae", dae(two).replace(b"</COLLADA>", shown.encode())))
+    check(extent_of("a.dae", dae(two)), (49.7, -0.25, 0.0), (50.3, 0.25, 0.3))
 
 
 def test_nodes_that_are_placed_by_reference_count():

@@ -66,6 +66,8 @@ def test_an_image_beside_is_named_where_the_path_is_of_another_computer(tmp_path
     (tmp_path / "a.pgm").write_bytes(IMAGE)
     with pytest.raises(InvalidMap, match=r"'/nowhere/maps/a\.pgm' does not exist; '.*a\.pgm' does: write"):
         find_map_files(map_of(tmp_path, "/nowhere/maps/a.pgm"))
+    with pytest.raises(InvalidMap, match=r"write `image: a\.pgm`"):
+        find_map_files(map_of(tmp_path, "C:\\maps\\a.pgm"))
     with pytest.raises(InvalidMap, match=r"b\.pgm' does not exist$"):
         find_map_files(map_of(tmp_path, "b.pgm"))
 

@@ -43,6 +43,19 @@ def test_mesh_of_the_package_of_the_urdf_is_found(folder: Path, name: str):
     assert is_known(read(folder / "r" / "urdf" / "r.urdf", link("base_link", mesh)))
 
 
+def test_mesh_of_a_url_with_spaces_is_found(folder: Path):
+    shutil.copy(folder / "r" / "meshes" / "base.stl", folder / "my base.stl")
+    mesh = part(MESH.format(f"file://{folder}/my%20base.stl"))
+    assert is_known(read(folder / "r.urdf", link("base_link", mesh)))
+
+
+def test_collisions_in_comments_do_not_keep_visuals_from_their_extents(folder: Path):
+    path = folder / "r" / "urdf" / "r.urdf"
+    visual = f"<visual><geometry>{MESH.format('package://r/meshes/base.stl')}</geometry></visual>"
+    comment = '<!-- <collision><geometry><box size="1 1 1"/></geometry></collision> -->'
+    assert is_known(read(path, f'<link name="base_link">{comment}{visual}</link>'))
+
+
 def test_mesh_beside_the_urdf_is_found_whatever_its_package(folder: Path):
     shutil.copy(folder / "r" / "meshes" / "base.stl", folder)
     assert is_known(read(folder / "r.urdf", link("base_link", part(MESH.format("package://other/meshes/base.stl")))))

@@ -86,6 +86,18 @@ def test_a_tiff_that_viewers_turn_is_refused(orientation):
         parse(data, "TIFF")
 
 
+@pytest.mark.parametrize("orientation", [0, 1, 3, 6, 8])
+def test_a_jpeg_that_viewers_turn_by_its_exif_is_refused(orientation):
+    exif = Image.Exif()
+    exif[274] = orientation
+    data = written("JPEG", "L", exif=exif)
+    if orientation < 2:
+        assert parse(data, "JPEG").shape[:2] == GREYS.shape
+        return
+    with pytest.raises(InvalidMap, match=rf"the JPEG is turned \(orientation {orientation}\)"):
+        parse(data, "JPEG")
+
+
 def test_samples_of_32_bits_are_refused():
     file = io.BytesIO()
     Image.fromarray(GREYS.astype(np.float32)).save(file, "TIFF")

@@ -158,3 +158,15 @@ def test_arbitrary_bytes_are_read_or_raise_invalid_map(rubbish, place):
             assert parse_png(image).dtype == np.uint8
         except InvalidMap as error:
             assert str(error)
+
+
+@pytest.mark.parametrize("orientation", [1, 6])
+def test_a_png_that_viewers_turn_by_its_exif_is_refused(orientation):
+    exif, file = Image.Exif(), io.BytesIO()
+    exif[274] = orientation
+    Image.fromarray(np.zeros((2, 3), np.uint8)).save(file, "PNG", exif=exif)
+    if orientation == 1:
+        assert parse_png(file.getvalue()).shape[:2] == (2, 3)
+        return
+    with pytest.raises(InvalidMap, match=r"the PNG is turned \(orientation 6\): save the map's image upright"):
+        parse_png(file.getvalue())
