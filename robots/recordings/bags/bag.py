@@ -39,6 +39,13 @@ def is_bag_file(path: Path) -> bool:
         return False
 
 
+def _is_blank(path: Path) -> bool:
+    """Return whether a file has no content but zeros and a part of the first bytes of a bag."""
+    with UncompressedFile(path) as file:
+        head = file.read(_LONGEST) or b""
+    return not any(head) or any(magic.startswith(head) and magic != head for magic in _MAGIC)
+
+
 def messages(count: int) -> str:
     """Return a number of messages in words."""
     return f"{count} {'message' if count == 1 else 'messages'}"
@@ -76,6 +83,8 @@ class Bag:
     def messages(self) -> Iterator[Message]:
         """Yield the messages of all files, in the order of recording; a file that is cut off is read up to the cut.
 
+        Of several files, one without content counts as cut off, since a recorder may have just opened it.
+
         Raises
         ------
         InvalidInput
@@ -84,6 +93,9 @@ class Bag:
         self.topics.clear()
         self.cut.clear()
         for path in self._files.paths:
+            if len(self._files.paths) > 1 and _is_blank(path):
+                self.cut.append(path)
+                continue
             try:
                 for message in self._of_file(path):
                     channel = message.channel

@@ -38,7 +38,7 @@ def files_of(path: Path) -> BagFiles:
     """Return the files of a bag.
 
     In a folder, those are the files that its ``metadata.yaml`` lists, and later ones of the same recording; without it,
-    as a recorder that was killed leaves a folder, all files of one recording.
+    as a recorder that was killed leaves a folder, or if all files were renamed, all files of one recording.
 
     Raises
     ------
@@ -49,7 +49,9 @@ def files_of(path: Path) -> BagFiles:
         if not path.is_dir():
             path.stat()
             return BagFiles((path,))
-        found = sorted((file for file in path.iterdir() if has_bag_name(file)), key=_order)
+        found = sorted(
+            (file for file in path.iterdir() if has_bag_name(file) and not file.name.startswith(".")), key=_order
+        )
         listed = _listed(path / METADATA)
     except OSError as error:
         raise unreadable(path, error) from error
@@ -59,8 +61,10 @@ def files_of(path: Path) -> BagFiles:
     missing = [name for name in listed if name not in present]
     known = {_recording(file) for file in present.values()}
     later = [file for file in found if file not in present.values() and _recording(file) in known]
-    if not present:
+    if not present and not found:
         raise InvalidInput(f"cannot read the bag {path}: {METADATA} lists {listed[0]}, which is not there")
+    if not present:
+        return BagFiles(_of_one_recording(found, path), (f"{METADATA} of {path} lists other files: it is not used",))
     notes = (
         f"{METADATA} of {path} lists {', '.join(missing)}, which {'is' if len(missing) == 1 else 'are'} not there",
     )
@@ -106,7 +110,9 @@ def _of_one_recording(found: list[Path], folder: Path) -> tuple[Path, ...]:
         raise InvalidInput(f"the folder {folder} has no bag: no file in it ends with .mcap, .db3 or .bag")
     if len(recordings) > 1:
         names = ", ".join(sorted(recordings.values())[:5])
-        raise InvalidInput(f"the folder {folder} has several bags ({names}) and no {METADATA}: name one of the files")
+        raise InvalidInput(
+            f"the folder {folder} has several bags ({names}) and no {METADATA} of them: name one of the files"
+        )
     return tuple(found)
 
 

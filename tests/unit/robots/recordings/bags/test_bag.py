@@ -160,6 +160,19 @@ def test_a_folder_whose_last_file_is_cut_is_read_up_to_there(tmp_path: Path) -> 
     assert recording.notes == (f"{last} is cut off, and was read up to the cut",)
 
 
+@pytest.mark.parametrize("content", [b"", b"\x89MCA", bytes(5000)], ids=["empty", "begun", "zeros"])
+@pytest.mark.parametrize("number", [0, 2])
+def test_a_folder_is_read_without_a_file_that_has_no_content_yet(tmp_path: Path, number: int, content: bytes) -> None:
+    bag = make_bag(tmp_path / "drive", "mcap", SCANS, files=3)
+    blank = bag / f"drive_{number}.mcap"
+    blank.write_bytes(content)
+    recording = read_recording(bag)
+    assert 0.6 * SCANS < len(recording.looks) < SCANS
+    assert recording.notes == (f"{blank} is cut off, and was read up to the cut",)
+    with pytest.raises(InvalidInput, match=r"it is (empty|no bag)"):
+        read_recording(blank)
+
+
 def test_a_bag_of_ros_1_whose_recorder_was_killed_is_read(tmp_path: Path) -> None:
     """It has no index, its last chunk has no sizes yet, and its name ends with ``.active``."""
     path = single(tmp_path, "bag")

@@ -50,6 +50,18 @@ def test_files_that_were_compressed_or_decompressed_since_are_found(tmp_path: Pa
     assert names(folder(tmp_path, "b_0.mcap", "b_1.mcap.gz", listed=listed)) == ["b_0.mcap", "b_1.mcap.gz"]
 
 
+def test_files_that_were_all_renamed_are_read_without_their_metadata(tmp_path: Path) -> None:
+    found = files_of(folder(tmp_path, "hall_1.mcap", "hall_0.mcap", listed=("drive_0.mcap", "drive_1.mcap")))
+    assert [file.name for file in found.paths] == ["hall_0.mcap", "hall_1.mcap"]
+    assert found.notes == (f"metadata.yaml of {tmp_path} lists other files: it is not used",)
+    with pytest.raises(InvalidInput, match="has several bags"):
+        files_of(folder(tmp_path, "other.mcap"))
+
+
+def test_hidden_files_of_other_systems_are_no_bags(tmp_path: Path) -> None:
+    assert names(folder(tmp_path, "._drive_0.mcap", "drive_0.mcap", ".drive_1.mcap")) == ["drive_0.mcap"]
+
+
 def test_missing_files_are_noted(tmp_path: Path) -> None:
     found = files_of(folder(tmp_path, "b_1.db3", listed=("b_0.db3", "b_1.db3")))
     assert [file.name for file in found.paths] == ["b_1.db3"]
@@ -60,7 +72,9 @@ def test_missing_files_are_noted(tmp_path: Path) -> None:
 
 
 def test_a_folder_of_several_bags_is_refused_by_their_names(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match=r"has several bags \(a_1.mcap, b.mcap\) and no metadata.yaml: name one"):
+    with pytest.raises(
+        InvalidInput, match=r"has several bags \(a_1.mcap, b.mcap\) and no metadata.yaml of them: name one"
+    ):
         files_of(folder(tmp_path, "a_0.mcap", "a_1.mcap", "b.mcap"))
 
 
