@@ -1,6 +1,5 @@
 """Picture of zones on a map, also of those that are not valid: with a cross where they are wrong."""
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,8 @@ from PIL import Image, ImageDraw
 
 from ppaas.errors import ZoneFault
 from ppaas.maps.grid import GridMap
+from ppaas.zones.decoding import decoded
+from ppaas.zones.notes import Notes
 from ppaas.zones.shapes import Geometry, Ring, lines_of, rings_of
 from robots.pictures.grid_image import GridImage
 from robots.pictures.path import Colour, Point, check_picture
@@ -55,8 +56,7 @@ def write_zones(path: Path, grid: GridMap, geojson: bytes, faults: Sequence[Zone
 def draw(grid: GridMap, geojson: bytes, faults: Sequence[ZoneFault] = ()) -> GridImage:
     """Return the picture."""
     image = GridImage.of(grid, MOST, LEAST)
-    features = msgspec.json.decode(geojson.decode(json.detect_encoding(geojson)))["features"]
-    for feature in features:
+    for feature in decoded(geojson, Notes())["features"]:
         _draw_feature(image, feature)
     brush = ImageDraw.Draw(image.picture)
     for fault in faults:
@@ -70,7 +70,8 @@ def _draw_feature(image: GridImage, feature: Any) -> None:
         geometry = msgspec.convert(feature["geometry"], Geometry)
     except (msgspec.ValidationError, KeyError, TypeError):
         return
-    rule = feature.get("properties") or {}
+    properties = feature.get("properties")
+    rule = properties if isinstance(properties, dict) else {}
     colour = _COLOURS.get(str(rule.get("kind")), _OTHER)
     _fill(image, [_pixels(image, ring) for ring in rings_of(geometry)], colour)
     brush = ImageDraw.Draw(image.picture)

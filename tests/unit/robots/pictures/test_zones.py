@@ -25,5 +25,7 @@ def test_the_quarters_of_a_crossed_outline_show_and_its_crossing_is_marked() -> 
 def test_features_that_are_no_zones_are_left_out() -> None:
     point = feature({"type": "Point", "coordinates": [0, 0]})
     odd = [feature(None), point, {"type": "Feature", "geometry": LINE, "properties": None}, 1]
+    odd.append({"type": "Feature", "geometry": LINE, "properties": ["a"]})
+    odd.append(feature({"type": "LineString", "coordinates": [[float("nan"), 0], [1, 1]]}))
     image = draw(GRID, b"\xef\xbb\xbf" + collection(*odd), [ZoneFault("a", "it has no geometry")])
     assert image.picture.size == (1000, 1000)
