@@ -181,15 +181,17 @@ class NotFound(PPaaSError):
         The requested name.
     known : iterable of str, optional
         The existing names, if they are few and not secret.
+    advice : str, optional
+        What to do.
     """
 
     slug = "not-found"
 
-    def __init__(self, kind: str, name: str, known: "tuple[str, ...] | list[str]" = ()) -> None:
+    def __init__(self, kind: str, name: str, known: "tuple[str, ...] | list[str]" = (), *, advice: str = "") -> None:
         self.kind = kind
         self.name = name
         hint = f"; known: {listed(sorted(known))}" if known else ""
-        super().__init__(f"unknown {kind} {name!r}{hint}")
+        super().__init__(f"unknown {kind} {name!r}{hint}{advice and f'; {advice}'}")
 
 
 class Conflict(PPaaSError):

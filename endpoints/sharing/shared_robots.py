@@ -13,9 +13,9 @@ from engine.rights.access import Access
 from engine.rights.globs import split_address
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Conflict, NotFound, NotPermitted
-from storage.ports import RobotStore, UserStore
+from storage.ports import RobotStore
 from storage.records import MapRecord, PlanRecord, RobotRecord, User
-from storage.sharing_records import GROUP, Share, grantees_of
+from storage.sharing_records import Share, grantees_of
 from storage.store_cache import StoreCache
 
 ATTEMPTS = 16
@@ -153,16 +153,6 @@ def plans_shown(store: RobotStore, caller: User, head: MapRecord) -> Callable[[P
 def is_author(user: User, plan: PlanRecord) -> bool:
     """Return whether a user requested a stored plan; one that is older than the user is of a former user of the id."""
     return user.id == plan.user and user.since <= plan.created
-
-
-def check_grantee(store: UserStore, grantee: str) -> None:
-    """Raise ``NotFound`` unless a user exists, or a group has a member."""
-    if not grantee.startswith(GROUP):
-        store.user(grantee)
-        return
-    group = grantee.removeprefix(GROUP)
-    if not any(group in user.groups for user in store.users()):
-        raise NotFound("group", group)
 
 
 def changed_shares(

@@ -21,6 +21,7 @@ from endpoints.rest.paging import Page
 from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.services.services import Services
 from endpoints.services.version_removal import follow_publication
+from endpoints.sharing.named_users import check_readers
 from endpoints.sharing.shared_robots import may_read
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, NotFound
@@ -110,7 +111,8 @@ async def change_map(
     await owned_head(services, user, map_id)
     fields: dict[str, Any] = change.model_dump(exclude_unset=True)
     if "readers" in fields:
-        fields["readers"] = tuple(dict.fromkeys(fields["readers"] or ()))
+        readers = fields["readers"] = tuple(dict.fromkeys(fields["readers"] or ()))
+        await run_in_threadpool(check_readers, services.store, services.map_store, map_id, readers)
     if "description" in fields:
         fields["description"] = fields["description"] or ""
     if "traffic" in fields:
@@ -185,6 +187,7 @@ async def publish_upload(
     The version has the zones of the one before, unless the form says otherwise.
     """
     upload.keeps = ONLY_ZONES if form.keeps_zones else frozenset()
+    await run_in_threadpool(check_readers, services.store, services.map_store, form.id, form.readers or ())
     info = await run_in_threadpool(check_contents, upload)
     owner = await run_in_threadpool(_owner, services, user, form.id)
     publication = Publication(

@@ -13,7 +13,8 @@ from endpoints.rest.paging import Page
 from endpoints.rest.schemas import RequestBody, ResponseBody, TopicGlobs
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.services.services import Services
-from endpoints.sharing.shared_robots import ReachedRobot, changed_shares, check_grantee
+from endpoints.sharing.named_users import check_grantee
+from endpoints.sharing.shared_robots import ReachedRobot, changed_shares
 from ppaas.errors import InvalidParameter, NotFound
 from storage.sharing_records import ALL, Share, ShareRole
 

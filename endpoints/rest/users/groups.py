@@ -16,6 +16,7 @@ from endpoints.rest.schemas import RequestBody, ResponseBody
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.rest.users.schemas import MAX_GROUPS, distinct
 from endpoints.services.services import Services
+from endpoints.sharing.named_users import check_users
 from endpoints.sharing.shared_robots import end_shares
 from ppaas.errors import InvalidParameter, NotFound
 from storage.sharing_records import GROUP
@@ -68,9 +69,9 @@ async def put_group(
         raise InvalidParameter(f"a group has at least one member: to remove {group_id!r}, delete it")
     groups = await run_in_threadpool(_groups, services)
     members, before = distinct(file.members), set(groups.get(group_id, ()))
-    for member in set(members) - before:
-        user = await run_in_threadpool(services.store.user, member)  # raises before any of them is changed
-        _joined(user.groups, member, group_id)
+    joining = await run_in_threadpool(check_users, services.store, sorted(set(members) - before))
+    for user in joining:  # raises before any of them is changed
+        _joined(user.groups, user.id, group_id)
     for member in sorted(set(members) - before):
         await services.accounts.change(member, regroup=partial(_joined, user=member, group=group_id))
     await _leave(services, group_id, before - set(members))

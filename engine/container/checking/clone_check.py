@@ -25,7 +25,7 @@ from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.nodes.graph import Graph
 from ppaas.planners.registry import PLANNERS
 from ppaas.plans.reuse.measured_times import Times
-from ppaas.plugins import permitted
+from ppaas.plugins import PluginRegistry, permitted
 from ppaas.recoveries.registry import RECOVERIES
 from ppaas.thread_budget import one_thread
 
@@ -119,4 +119,8 @@ def _may_be_elsewhere(error: NotFound) -> bool:
     )
 
 
-_REGISTRIES = {"ppaas.planners": PLANNERS, "ppaas.controllers": CONTROLLERS, "ppaas.recoveries": RECOVERIES}
+_REGISTRIES: dict[str, PluginRegistry[Any]] = {
+    "ppaas.planners": PLANNERS,
+    "ppaas.controllers": CONTROLLERS,
+    "ppaas.recoveries": RECOVERIES,
+}

@@ -148,7 +148,8 @@ class Lattice(Planner):
 @cache
 def _load_kernels() -> None:
     """Compile or load the kernels before the first request, whose time limit would else include compilation."""
-    if config.DISABLE_JIT:  # there is nothing to compile, and plain Python would not wrap their hashes
+    # Without compilation there is nothing to load, and plain Python would not wrap their hashes.
+    if config.DISABLE_JIT:  # type: ignore[attr-defined]  # numba sets it from the environment
         return
     for kernels in (indexed_heap, reeds_shepp, dubins, driving, pose_tree, steering, hybrid_astar, shortcuts):
         kernels.warm()

@@ -15,6 +15,7 @@ from endpoints.services.services import Services
 from ppaas.clock import ManualClock
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
+from storage.names import is_name
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.robot_world import World, robot_world
 from tests.support.storage.records import YAML, pgm
@@ -80,8 +81,8 @@ Publish = Callable[..., Awaitable[httpx.Response]]
 
 
 @pytest.fixture
-def publish(client: httpx.AsyncClient) -> Publish:
-    """Return a function that publishes a map."""
+def publish(client: httpx.AsyncClient, services: Services) -> Publish:
+    """Return a function that publishes a map, and creates the users who are to read it."""
 
     async def send(
         headers: dict[str, str],
@@ -90,6 +91,9 @@ def publish(client: httpx.AsyncClient) -> Publish:
         image: bytes = pgm(),
         **fields: str,
     ) -> httpx.Response:
+        for reader in map(str.strip, fields.get("readers", "").split(",")):
+            if is_name(reader) and reader not in {known.id for known in services.store.users()}:
+                await services.accounts.register(reader, PASSWORD)
         files = {"yaml": ("house.yaml", yaml), "image": ("house.pgm", image)}
         return await client.post("/v1/maps", headers=headers, data={"id": map_id, **fields}, files=files)
 
