@@ -1,8 +1,8 @@
 """Records as bytes.
 
-The format is MessagePack with field names, so a new field with a default can be read from older records. The last field
-of a record is its checksum, so that a damaged byte is found even if the record can still be read. Releases that know no
-checksums skip the field; records that they wrote have none, and are read as they are.
+The format is MessagePack with field names, so a new field with a default can be read from older records. The last two
+fields are the release that wrote the record, and a checksum, so that a damaged byte is found even if the record can
+still be read. Releases that know neither skip both; records that they wrote are read as they are.
 """
 
 import logging
@@ -12,7 +12,9 @@ from typing import TypeVar
 
 import msgspec
 
+from ppaas import __version__
 from ppaas.errors import InvalidInput, Unavailable
+from storage.store_errors import damaged, of_another_release
 
 logger = logging.getLogger(__name__)
 
@@ -21,6 +23,7 @@ R = TypeVar("R", bound=msgspec.Struct)
 Placed = tuple[bytes, str]
 """A record as bytes, and its place: the table and the key."""
 
+_WRITTEN_BY = msgspec.msgpack.encode("release") + msgspec.msgpack.encode(__version__)
 _FIELD = msgspec.msgpack.encode("crc")
 _UINT32 = b"\xce"
 _TAIL = len(_FIELD) + 5
@@ -30,7 +33,7 @@ _FIX, _MOST_FIX, _MAP16 = 0x80, 15, 0xDE
 
 
 def encode(record: msgspec.Struct) -> bytes:
-    """Return a record as bytes, with a checksum.
+    """Return a record as bytes, with the release and a checksum.
 
     Raises
     ------
@@ -39,8 +42,9 @@ def encode(record: msgspec.Struct) -> bytes:
     """
     data = encode_plain(record)
     fields, begin = _header(data)
-    checksum = _UINT32 + zlib.crc32(data).to_bytes(4)
-    return b"".join((_header_of(fields + 1), memoryview(data)[begin:], _FIELD, checksum))
+    fields_of_record = memoryview(data)[begin:]
+    checksum = zlib.crc32(_WRITTEN_BY, zlib.crc32(fields_of_record, zlib.crc32(_header_of(fields + 1))))
+    return b"".join((_header_of(fields + 2), fields_of_record, _WRITTEN_BY, _FIELD, _UINT32, checksum.to_bytes(4)))
 
 
 def encode_plain(record: msgspec.Struct) -> bytes:
@@ -70,27 +74,28 @@ def decode(data: bytes, kind: type[R], place: str = "") -> R:
     Raises
     ------
     Unavailable
-        The bytes are damaged, or were written by a release with another format.
+        The bytes are damaged, or were written by another release that has other records.
     """
+    place = place or f"a stored {kind.__name__}"
+    if not is_intact(data):
+        raise damaged(place, "its checksum differs")
     try:
-        if is_intact(data):
-            return msgspec.msgpack.decode(data, type=kind)
-        reason = "its checksum differs"
+        return msgspec.msgpack.decode(data, type=kind)
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError, InvalidInput) as error:
-        reason = str(error)
-    raise Unavailable(f"{place or f'a stored {kind.__name__}'} is damaged ({reason}): restore it from a backup")
+        if _has_checksum(data):
+            raise of_another_release(place, _release_of(data), error) from error
+        raise damaged(place, error) from error
 
 
 def is_intact(data: bytes) -> bool:
     """Return whether a record has its checksum, or none."""
-    tail = bytes(data[-_TAIL:])
-    if not tail.startswith(_FIELD + _UINT32):
+    if not _has_checksum(data):
         return True
     fields, begin = _header(data)
     if fields < 1:
         return False
     plain = zlib.crc32(memoryview(data)[begin:-_TAIL], zlib.crc32(_header_of(fields - 1)))
-    return plain == int.from_bytes(tail[-4:])
+    return plain == int.from_bytes(data[-4:])
 
 
 def decode_readable(rows: Iterable[Placed], kind: type[R], limit: int | None = None) -> list[R]:
@@ -104,6 +109,24 @@ def decode_readable(rows: Iterable[Placed], kind: type[R], limit: int | None = N
         except Unavailable as error:
             logger.error("a record is left out of a list: %s", error)
     return found
+
+
+def _has_checksum(data: bytes) -> bool:
+    return bytes(data[-_TAIL:]).startswith(_FIELD + _UINT32)
+
+
+def _release_of(data: bytes) -> str:
+    """Return the release that wrote a record; empty if it does not say so."""
+    try:
+        return msgspec.msgpack.decode(data, type=_Written).release
+    except msgspec.MsgspecError:
+        return ""
+
+
+class _Written(msgspec.Struct, frozen=True):
+    """The release that wrote a record."""
+
+    release: str = ""
 
 
 def _header(data: bytes) -> tuple[int, int]:

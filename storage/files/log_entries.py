@@ -5,9 +5,11 @@ from collections.abc import Iterable
 
 import msgspec
 
+from ppaas import __version__
 from ppaas.errors import NotFound
 from storage.records import MapFile, MapRecord, MapReview, MapVersionRecord, Publication
 from storage.staged_uploads import StagedUpload
+from storage.store_errors import damaged, of_another_release
 from storage.versions import ONLY_ZONES, but_zones, check_files, files_after, map_version
 
 
@@ -44,27 +46,41 @@ class LogEntry(msgspec.Struct, frozen=True):
         return MapRecord(map_id, self.owner, self.present, self.readers, self.description, self.traffic)
 
 
+_WRITTEN_BY = b'"release":' + msgspec.json.encode(__version__) + b","
 _CRC = b'{"crc":"'
 _CRC_END = len(_CRC) + 8
 
 
 def encode_entry(entry: LogEntry) -> bytes:
-    """Return an entry as JSON, whose first field is the CRC-32 of the rest; other releases ignore that field."""
-    rest = msgspec.json.encode(entry)[1:]
+    """Return an entry as JSON, after the CRC-32 of the rest and the release; earlier releases ignore these fields."""
+    rest = _WRITTEN_BY + msgspec.json.encode(entry)[1:]
     return _CRC + f"{zlib.crc32(rest):08x}".encode() + b'",' + rest
 
 
-def decode_entry(data: bytes) -> LogEntry:
+class _Written(msgspec.Struct, frozen=True):
+    """The release that wrote an entry."""
+
+    release: str = ""
+
+
+def decode_entry(data: bytes, place: str) -> LogEntry:
     """Return the entry; one of an earlier release has no CRC.
 
     Raises
     ------
-    msgspec.MsgspecError
-        The data is damaged.
+    Unavailable
+        The data is damaged, or was written by another release that has other entries. Its cause is a ``MsgspecError``
+        or a ``UnicodeDecodeError``.
     """
-    if data.startswith(_CRC) and f"{zlib.crc32(data[_CRC_END + 2 :]):08x}".encode() != data[len(_CRC) : _CRC_END]:
-        raise msgspec.DecodeError("its checksum differs")
-    return msgspec.json.decode(data, type=LogEntry)
+    has_crc = data.startswith(_CRC)
+    try:
+        if has_crc and f"{zlib.crc32(data[_CRC_END + 2 :]):08x}".encode() != data[len(_CRC) : _CRC_END]:
+            raise msgspec.DecodeError("its checksum differs")
+        return msgspec.json.decode(data, type=LogEntry)
+    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
+        if has_crc and isinstance(error, msgspec.ValidationError):
+            raise of_another_release(place, msgspec.json.decode(data, type=_Written).release, error) from error
+        raise damaged(place, error) from error
 
 
 class LatestEntry(msgspec.Struct, frozen=True):

@@ -209,7 +209,7 @@ class LoggedMapStore:
         try:
             return self._latest(map_id).record
         except Unavailable as error:
-            if not isinstance(error.__cause__, msgspec.MsgspecError):
+            if not isinstance(error.__cause__, msgspec.MsgspecError | UnicodeDecodeError):
                 raise
             if map_id not in self._damaged:
                 self._damaged.add(map_id)
@@ -221,10 +221,7 @@ class LoggedMapStore:
 
     def _read(self, map_id: str, number: int) -> LogEntry:
         path = entry_path(map_id, number)
-        try:
-            return decode_entry(self._disk.read(path))
-        except msgspec.MsgspecError as error:
-            raise Unavailable(f"{path} of the maps is damaged ({error}): restore it from a backup") from error
+        return decode_entry(self._disk.read(path), f"{path} of the maps")
 
     def _history(self, latest: LatestEntry, head: MapRecord, before: int | None = None) -> Iterator[MapVersionRecord]:
         """Yield the publications, newest first. Each entry has the version that was current when it was written."""

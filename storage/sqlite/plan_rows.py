@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from ppaas.errors import Unavailable
 from ppaas.plans.encoding.body import PlanBody, read_bodies, read_body
+from storage.store_errors import damaged, of_another_release
 
 logger = logging.getLogger(__name__)
 
@@ -40,15 +41,18 @@ class PlanRow(NamedTuple):
     def check(self) -> None:
         """Raise ``Unavailable`` if the row is damaged, or if another release wrote it in another format."""
         if not self.is_intact:
-            raise Unavailable(self.fault("its checksum differs"))
+            raise damaged(self.place, "its checksum differs")
         try:
             read_body(self.body)
         except Unavailable as error:
-            raise Unavailable(self.fault(str(error))) from error
+            if self.crc is not None:
+                raise of_another_release(self.place, "", error) from error
+            raise damaged(self.place, error) from error
 
-    def fault(self, reason: str) -> str:
-        """Return a text that names the row."""
-        return f"plans/{self.sequence} is damaged ({reason}): restore it from a backup"
+    @property
+    def place(self) -> str:
+        """Table and key."""
+        return f"plans/{self.sequence}"
 
 
 def checksum(context: bytes, body: bytes, recipe: bytes) -> int:
@@ -85,7 +89,7 @@ def _intact(rows: Sequence[PlanRow]) -> Iterator[PlanRow]:
         if row.is_intact:
             yield row
         else:
-            logger.error("a plan is left out: %s", row.fault("its checksum differs"))
+            logger.error("a plan is left out: %s", damaged(row.place, "its checksum differs"))
 
 
 def _is_readable(row: PlanRow) -> bool:

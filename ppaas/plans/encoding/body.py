@@ -165,7 +165,7 @@ def id_in(data: bytes) -> str:
     """Return the id of the plan with this body."""
     flags = data[0] if data else 0
     if flags & 0x0F != FORMAT:
-        raise Unavailable(f"a stored plan has format {flags & 0x0F}, which this release cannot read: upgrade PPaaS")
+        raise Unavailable(f"a stored plan has format {flags & 0x0F}, and this release reads {FORMAT}: upgrade PPaaS")
     return data[1:17].hex() if flags & HEX else data[2 : 2 + sum(data[1:2])].decode()
 
 
