@@ -11,7 +11,7 @@ from typing import Any
 from fastapi import FastAPI
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
 from starlette.routing import compile_path
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -149,7 +149,10 @@ def add_problem_handlers(app: FastAPI, operations: Operations) -> None:
 
 
 class UnexpectedErrors:
-    """ASGI middleware that answers unexpected exceptions with status 500 and logs them once."""
+    """ASGI middleware that answers unexpected exceptions with status 500 and logs them once.
+
+    A client that disconnects while its body is read is none: that is no fault of the cloud, and not logged.
+    """
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app
@@ -165,6 +168,10 @@ class UnexpectedErrors:
 
         try:
             await self._app(scope, receive, watch)
+        except ClientDisconnect:
+            # Nobody reads the answer, but those who record requests and their outcome need one.
+            if not started:
+                await status_problem(400, "the connection ended before the body was complete")(scope, receive, send)
         except Exception:
             # A started response can only be aborted; the server does this and logs it.
             if started or scope["type"] != "http":

@@ -109,6 +109,34 @@ async def test_unexpected_errors_are_logged_once_and_not_disclosed(
     assert "POST /v1/maps/house/plans" in records[0].getMessage()
 
 
+async def test_an_upload_that_its_client_aborts_is_no_failure_of_the_cloud(
+    services: Services, log_in: LogIn, caplog: pytest.LogCaptureFixture
+) -> None:
+    form = b'--edge\r\nContent-Disposition: form-data; name="id"\r\n\r\nhouse'
+    received = iter(({"type": "http.request", "body": form, "more_body": True}, {"type": "http.disconnect"}))
+    sent: list[Any] = []
+
+    async def receive() -> Any:
+        return next(received)
+
+    async def send(message: Any) -> None:
+        sent.append(message)
+
+    headers = {
+        "Authorization": (await log_in("ann"))["Authorization"],
+        "Content-Type": "multipart/form-data; boundary=edge",
+    }
+    scope = {
+        "type": "http", "method": "POST", "path": "/v1/maps", "raw_path": b"/v1/maps", "query_string": b"",
+        "root_path": "", "scheme": "http", "http_version": "1.1", "client": ("127.0.0.1", 1), "server": ("cloud", 80),
+        "headers": [(name.lower().encode(), value.encode()) for name, value in headers.items()],
+    }  # fmt: skip
+    with caplog.at_level(logging.WARNING):
+        await create_app(services)(scope, receive, send)
+    assert [message["status"] for message in sent if "status" in message] == [400]
+    assert not caplog.records
+
+
 async def test_bodies_over_the_limit_are_refused_with_or_without_a_length(
     client: httpx.AsyncClient, services: Services
 ) -> None:
