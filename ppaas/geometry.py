@@ -10,6 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 Poses = NDArray[np.float64]
 """(n, 7) array with rows x, y, z [m], qx, qy, qz, qw, the layout of ``geometry_msgs/Pose``."""
 
+FARTHEST = 1e8
+"""Largest coordinate of a position of a robot [m]: more than twice round the Earth.
+
+Sums of far larger ones lose the metres in which a map is, so that a pose would be wrong without a sign.
+"""
+
 
 class Pose2D(NamedTuple):
     """Pose in the plane: x, y [m], theta [rad]."""
@@ -39,6 +45,10 @@ class Pose2D(NamedTuple):
     def is_finite(self) -> bool:
         """Return whether no component is NaN or infinite."""
         return all(map(math.isfinite, self))
+
+    def is_near(self) -> bool:
+        """Return whether its position is within `FARTHEST` of the origin."""
+        return abs(self.x) <= FARTHEST and abs(self.y) <= FARTHEST
 
 
 def wrap_angle(angle: float) -> float:

@@ -4,7 +4,7 @@ import math
 from typing import TypeVar
 
 from ppaas.errors import InvalidInput, TransformError
-from ppaas.geometry import Pose2D
+from ppaas.geometry import FARTHEST, Pose2D
 from ppaas.messages.base.message import Message
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.nodes.base import Payload
@@ -33,13 +33,15 @@ def finite_pose(pose: Pose, what: str) -> Pose2D:
     Raises
     ------
     InvalidInput
-        A number is not finite, or the orientation is not a quaternion.
+        A number is not finite or too large for a position, or the orientation is not a quaternion.
     """
     p, q = pose.position, pose.orientation
     if not all(map(math.isfinite, (p.x, p.y, p.z, q.x, q.y, q.z, q.w))):
         raise InvalidInput(f"the position and orientation of {what} must be finite")
     if q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < 1e-12:
         raise InvalidInput(f"the orientation of {what} is all zero; without rotation it has w = 1")
+    if max(abs(p.x), abs(p.y)) > FARTHEST:
+        raise InvalidInput(f"the position of {what}, ({p.x:.3g}, {p.y:.3g}), is too far away: send metres")
     return pose.planar()
 
 

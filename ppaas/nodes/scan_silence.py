@@ -8,6 +8,13 @@ SILENT = 2.0
 """Time without a scan that is used after which the pose counts as not renewed [s]."""
 
 
+ODOMETRY_SILENT = 0.8
+"""Time without odometry after which it has stopped, and scans that are ahead of it do not blame the clocks [s].
+
+It is shorter than ``robot_scans.MOST_AHEAD``, so that the first scan that is ahead of stopped odometry is told right.
+"""
+
+
 class ScanSilence:
     """Watches whether scans come and are used.
 
@@ -42,10 +49,26 @@ class ScanSilence:
         if now - self._used_at <= SILENT or not math.isfinite(self._came_at):
             return ""
         if now - self._came_at > SILENT:
-            return "no scan comes any more"
-        silence = self._frames.odometry_silence(now)
-        if silence <= SILENT:
+            return "no scan comes any more, or none that can be read"
+        if self._frames.odometry_silence(now) <= SILENT:
             return "scans wait for odometry, whose stamps do not reach theirs: stamp both with the same clock"
-        why = "has not come" if math.isinf(silence) else "does not come any more"
+        return self._lacks_odometry(now)
+
+    def reason_ahead(self, problem: str, now: float) -> str:
+        """Return why scans are ahead of the odometry: their clock, as ``problem`` says, or odometry that has stopped.
+
+        Parameters
+        ----------
+        problem : str
+            Text on the clocks; empty if no scan is ahead.
+        now : float
+            Time by the executor's clock [s].
+        """
+        if problem and self._frames.odometry_silence(now) > ODOMETRY_SILENT:
+            return self._lacks_odometry(now)
+        return problem
+
+    def _lacks_odometry(self, now: float) -> str:
+        why = "has not come" if math.isinf(self._frames.odometry_silence(now)) else "does not come any more"
         refused = f"; a transform is refused: {self._refused_transform}" if self._refused_transform else ""
         return f"scans wait for odometry, which {why} or is refused{refused}"

@@ -83,7 +83,8 @@ class TransformTree:
         Raises
         ------
         TransformError
-            A number is not finite, a frame has no name, or the frames would form a loop.
+            A number is not finite, or beyond `ppaas.geometry.FARTHEST`; a frame has no name, or the frames would form
+            a loop.
         """
         if not math.isfinite(stamp):
             raise TransformError(f"stamp of transform {parent!r} → {child!r} is not finite")
@@ -150,6 +151,10 @@ class TransformTree:
             raise TransformError(f"transform {parent!r} → {child!r}: both frames need a name")
         if not pose.is_finite():
             raise TransformError(f"transform {parent!r} → {child!r} is not finite")
+        if not pose.is_near():
+            raise TransformError(
+                f"transform {parent!r} → {child!r}, ({pose.x:.3g}, {pose.y:.3g}), is too far: send metres"
+            )
         if static:
             self._open_loop(parent, child)
         if child in self._chain(parent):

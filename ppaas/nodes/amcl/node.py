@@ -196,8 +196,9 @@ class AmclNode(Node):
     def _process_waiting(self) -> list[PPaaSError]:
         """Use the scans that odometry has reached; return the errors of those that cannot be used."""
         errors = self._waiting.process(self._frames.newest(), self.context.elapsed(), self._process)
-        if self._waiting.problem:
-            self._report(self._waiting.problem)
+        problem = self._silence.reason_ahead(self._waiting.problem, self.context.elapsed())
+        if problem:
+            self._report(problem)
         return errors
 
     def _process(self, scan: RobotScan, stamp: float) -> None:

@@ -84,8 +84,9 @@ class ScanIntake:
     def process(self, use: Callable[[RobotScan, float], None]) -> list[PPaaSError]:
         """Use the scans that odometry has reached, each with its time [s]; return the errors of those not usable."""
         errors = self._waiting.process(self._frames.newest(), self._context.elapsed(), use)
-        if self._waiting.problem:
-            self._status.report(self._waiting.problem)
+        problem = self.silence.reason_ahead(self._waiting.problem, self._context.elapsed())
+        if problem:
+            self._status.report(problem)
         return errors
 
     def odometry(self, scan: RobotScan, stamp: float) -> tuple[Pose2D, Pose2D | None]:

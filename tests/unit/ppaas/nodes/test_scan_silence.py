@@ -81,20 +81,20 @@ def robot(request: pytest.FixtureRequest) -> Robot:
 def test_scans_that_stop_are_reported_until_they_come_again(robot: Robot) -> None:
     robot.scans = False
     assert robot.drive(1.5) == ""
-    assert robot.drive(2.0) == "no scan comes any more"
+    assert robot.drive(2.0) == "no scan comes any more, or none that can be read"
     robot.scans = True
     assert robot.drive(0.5) == ""
 
 
 def test_odometry_that_stops_is_reported_although_scans_come(robot: Robot) -> None:
     robot.odometry = False
-    assert "odometry" in robot.drive(5.0)
+    assert robot.drive(5.0) == "scans wait for odometry, which does not come any more or is refused"
     robot.odometry = True
     assert robot.drive(0.5) == ""
 
 
 def test_odometry_that_is_refused_is_reported_although_scans_come(robot: Robot) -> None:
-    assert "odometry" in robot.drive(5.0, broken=True)
+    assert robot.drive(5.0, broken=True) == "scans wait for odometry, which does not come any more or is refused"
     assert robot.drive(0.5) == ""
 
 

@@ -162,7 +162,7 @@ def test_a_clock_that_is_set_ahead_and_back_again_is_followed():
 def test_a_single_stamp_far_ahead_does_not_keep_the_frame_there():
     tree = TransformTree()
     for stamp in (100.0, 4e9, 100.05):
-        tree.set("odom", "base_link", Pose2D(stamp, 0, 0), stamp)
+        tree.set("odom", "base_link", Pose2D(1, 0, 0), stamp)
     assert tree.newest("base_link") == 100.05
 
 
@@ -249,6 +249,8 @@ def test_frame_can_change_its_parent():
         ("a", "", Pose2D(0, 0, 0), 0.0),
         ("a", "b", Pose2D(math.nan, 0, 0), 0.0),
         ("a", "b", Pose2D(0, 0, math.inf), 0.0),
+        ("a", "b", Pose2D(1e300, 0, 0), 0.0),
+        ("a", "b", Pose2D(0, -2e8, 0), 0.0),
         ("a", "b", Pose2D(0, 0, 0), math.nan),
         ("a", "a", Pose2D(0, 0, 0), 0.0),
     ],

@@ -74,7 +74,15 @@ def without_rotation(x: float, y: float) -> Odometry:
     return message
 
 
-@pytest.mark.parametrize("wrong", [odometry(Pose2D(math.inf, 0, 0), 1.0), without_rotation(1.0, 2.0)])
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        odometry(Pose2D(math.inf, 0, 0), 1.0),
+        odometry(Pose2D(1e300, 0, 0), 1.0),
+        odometry(Pose2D(0, -1.1e8, 0), 1.0),
+        without_rotation(1.0, 2.0),
+    ],
+)
 def test_invalid_odometry_is_refused(wrong):
     graph, frames = publisher()
     with pytest.raises(InvalidInput):
