@@ -21,6 +21,7 @@
     ├── QuotaExceeded               a limit of the user or the machine is reached
     │   └── TooManyAttempts         too many failed logins
     ├── Unavailable                 temporary: no capacity, a store or a container failed; try again
+    │   ├── Damaged                 a stored record that cannot be read
     │   ├── Starting                kernels are being compiled, as on the first start on a computer
     │   ├── Queued                  waiting for capacity, as requested
     │   └── Idle                    released after a time without messages and goals
@@ -265,6 +266,10 @@ class Unavailable(PPaaSError):
     def public(self) -> str:
         """Text for clients."""
         return str(self) if self._public is None else self._public
+
+
+class Damaged(Unavailable):
+    """A stored record that cannot be read: it is restored from a backup, or removed."""
 
 
 class Starting(Unavailable):

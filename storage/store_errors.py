@@ -1,7 +1,7 @@
 """Errors of stores: the text for operators names the file or the address, the text for clients does not."""
 
 from ppaas import __version__
-from ppaas.errors import Unavailable
+from ppaas.errors import Damaged, Unavailable
 
 NO_STORE = "a store of this cloud cannot be used now: try again later"
 """Text for clients; the reason is for the administrators, who read it in the log and with the health."""
@@ -22,9 +22,9 @@ def unusable(place: object, advice: str, public: str = NO_STORE) -> Unavailable:
     return Unavailable(f"{place}: {advice}", public=public)
 
 
-def damaged(place: str, reason: object) -> Unavailable:
+def damaged(place: str, reason: object) -> Damaged:
     """Return the error of a record that cannot be read."""
-    return Unavailable(f"{place} is damaged ({reason}): restore it from a backup")
+    return Damaged(f"{place} is damaged ({reason}): restore it from a backup")
 
 
 def of_another_release(place: str, release: str, reason: object) -> Unavailable:

@@ -14,9 +14,11 @@ from endpoints.accounts.scoped_user import ScopedUser
 from endpoints.rest.names import RobotAddress
 from endpoints.rest.paging import Paging
 from endpoints.services.services import Services
+from endpoints.sharing.access import access_of
 from endpoints.sharing.shared_robots import ReachedRobot, reach, reads_itself, shows_map
 from endpoints.sharing.told_topics import check_told
-from ppaas.errors import InvalidParameter, NotFound, NotPermitted
+from engine.rights.globs import split_address
+from ppaas.errors import Damaged, InvalidParameter, NotFound, NotPermitted
 from storage.records import MapRecord, User
 from storage.sharing_records import ShareRole
 
@@ -129,9 +131,24 @@ def _robot_for(role: ShareRole) -> Callable[..., Awaitable[ReachedRobot]]:
     return reached
 
 
+async def removable(robot_id: RobotAddress, services: Provided, user: AnyCaller) -> tuple[str, str]:
+    """Return owner and id of the robot of a path, which the caller may remove, also if its record is damaged.
+
+    The shares of a damaged one cannot be read: its owner removes it, or an administrator of the cloud.
+    """
+    owner, name = split_address(robot_id, user.id)
+    try:
+        access = (await run_in_threadpool(reach, services.store, user, robot_id)).access
+    except Damaged:
+        access = access_of(user, owner, name, ())
+    access.check_role("administer")
+    return owner, name
+
+
 Looked = Annotated[ReachedRobot, Depends(looked_at)]
 Driven = Annotated[ReachedRobot, Depends(_robot_for("drive"))]
 Administered = Annotated[ReachedRobot, Depends(_robot_for("administer"))]
+Removable = Annotated[tuple[str, str], Depends(removable)]
 
 
 async def is_in_use(services: Services, map_id: str) -> bool:

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.removal import robots as removal
-from endpoints.rest.dependencies import Administered, AnyCaller, Looked, Provided
+from endpoints.rest.dependencies import Administered, AnyCaller, Looked, Provided, Removable
 from endpoints.rest.merge_patch import merge
 from endpoints.rest.names import RobotAddress
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
@@ -125,17 +125,20 @@ async def change_robot(
 
 
 @router.delete("/{robot_id}", status_code=204, responses=KNOWN | problems(403, 404, 409))
-async def remove_robot(robot: Administered, services: Provided) -> None:
+async def remove_robot(robot: Removable, services: Provided) -> None:
     """Remove a robot with its URDF, recordings, checkpoints, shares, and the owner's tokens for it alone.
+
+    That works with a damaged record, too.
 
     It is refused (409) while the robot is connected. A container that waits for it to come back ends first, and with it
     the sockets of its operators.
     """
-    [connected] = await services.cloud.connected([(robot.user, robot.id)])
+    owner, name = robot
+    [connected] = await services.cloud.connected([robot])
     if connected:
-        raise Conflict(f"robot {robot.id!r} is connected: disconnect it first")
-    await services.cloud.end_places(robot.user, NotFound("robot", robot.id), robot.id)
-    await removal.remove_robot(services, robot.user, robot.id)
+        raise Conflict(f"robot {name!r} is connected: disconnect it first")
+    await services.cloud.end_places(owner, NotFound("robot", name), name)
+    await removal.remove_robot(services, owner, name)
 
 
 async def _listed(services: Services, robots: Sequence[ReachedRobot]) -> list[RobotListed]:
