@@ -87,6 +87,11 @@ def decode(data: bytes, kind: type[R], place: str = "") -> R:
         raise damaged(place, error) from error
 
 
+def is_as_written(data: bytes) -> bool:
+    """Return whether a record has its checksum: if it cannot be decoded, another release wrote it."""
+    return _has_checksum(data) and is_intact(data)
+
+
 def is_intact(data: bytes) -> bool:
     """Return whether a record has its checksum, or none."""
     if not _has_checksum(data):

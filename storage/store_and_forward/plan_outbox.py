@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from storage.disk_errors import disk_errors
-from storage.encoding import decode, decode_readable, encode
+from storage.encoding import decode, decode_readable, encode, is_as_written
 from storage.records import PlanRecord
 from storage.sqlite.connections import Schema, SqliteConnections
 from storage.store_errors import unusable
@@ -51,6 +51,7 @@ class PlanOutbox:
         self._path = path
         self._max_bytes = max_bytes
         self._connections = SqliteConnections(path, schema=OUTBOX)
+        self._of_others: set[int] = set()
 
     def close(self) -> None:
         """Close the file."""
@@ -62,9 +63,10 @@ class PlanOutbox:
             return int(connection.execute("SELECT count(*) FROM plans").fetchone()[0])
 
     def is_empty(self) -> bool:
-        """Return whether no plan is queued."""
+        """Return whether no plan is queued that this release can send, as far as `oldest` has seen."""
+        query = "SELECT 1 FROM plans WHERE sequence NOT IN (SELECT value FROM json_each(?)) LIMIT 1"
         with self._connections.reading() as connection:
-            return connection.execute("SELECT 1 FROM plans LIMIT 1").fetchone() is None
+            return connection.execute(query, (str(sorted(self._of_others)),)).fetchone() is None
 
     def put(self, records: Iterable[PlanRecord]) -> int:
         """Queue plans, all or none; return the number of plans that were not queued already.
@@ -89,14 +91,22 @@ class PlanOutbox:
             return connection.executemany(insert, rows).rowcount
 
     def oldest(self, count: int) -> dict[int, PlanRecord]:
-        """Return the oldest queued plans by sequence number, in order; damaged ones are dropped, which is logged."""
-        with self._connections.reading() as connection:
-            query = "SELECT sequence, record, 'outbox/' || id FROM plans ORDER BY sequence LIMIT ?"
-            rows = connection.execute(query, (count,)).fetchall()
-        read = {sequence: decode_readable([(data, place)], PlanRecord) for sequence, data, place in rows}
-        if damaged := [sequence for sequence, found in read.items() if not found]:
-            self.remove(damaged)  # they would block the queue for ever
-        return {sequence: found[0] for sequence, found in read.items() if found}
+        """Return the oldest queued plans by sequence number, in order.
+
+        Damaged ones are dropped, and those that another release wrote in another form wait for it; both are logged.
+        """
+        query = """SELECT sequence, record, 'outbox/' || id FROM plans
+                   WHERE sequence NOT IN (SELECT value FROM json_each(?)) ORDER BY sequence LIMIT ?"""
+        while True:
+            with self._connections.reading() as connection:
+                rows = connection.execute(query, (str(sorted(self._of_others)), count)).fetchall()
+            read = {sequence: decode_readable([(data, place)], PlanRecord) for sequence, data, place in rows}
+            unreadable = {sequence: data for sequence, data, _ in rows if not read[sequence]}
+            self._of_others |= {sequence for sequence, data in unreadable.items() if is_as_written(data)}
+            if damaged := unreadable.keys() - self._of_others:
+                self.remove(sorted(damaged))  # they would block the queue for ever
+            if len(unreadable) < len(rows) or not rows:
+                return {sequence: found[0] for sequence, found in read.items() if found}
 
     def remove(self, sequences: Sequence[int]) -> None:
         """Remove sent plans from the queue."""

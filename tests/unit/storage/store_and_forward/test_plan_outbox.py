@@ -1,8 +1,11 @@
 """The outbox stores plans durably, in order, up to its maximum size."""
 
+import sqlite3
 import subprocess
 import sys
+from contextlib import closing
 from pathlib import Path
+from typing import cast
 
 import pytest
 
@@ -95,3 +98,20 @@ def test_accepted_plans_survive_a_killed_process(tmp_path: Path) -> None:
     kept = [record.id for record in PlanOutbox(path).oldest(10**6).values()]
     assert kept[: len(taken)] == [f"p{number}" for number in taken]
     assert len(kept) - len(taken) <= 1, "at most the one that was being taken"
+
+
+def test_a_damaged_plan_is_dropped_and_one_of_another_release_waits_for_it(
+    outbox: PlanOutbox, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    outbox.put([plan("a", planner=cast(str, 5)), plan("b"), plan("c"), plan("d", planner=cast(str, 5))])
+    with closing(sqlite3.connect(tmp_path / "outbox.sqlite", isolation_level=None)) as connection:
+        connection.execute("UPDATE plans SET record = x'81' WHERE id = 'b'")
+    assert list(outbox.oldest(1).values()) == [plan("c")]
+    assert list(outbox.oldest(9).values()) == [plan("c")]
+    outbox.remove(list(outbox.oldest(9)))
+    assert outbox.oldest(9) == {}
+    assert len(outbox) == 2, "those of another release"
+    assert outbox.is_empty(), "there is nothing to send"
+    assert "outbox/a is a record of another release" in caplog.text
+    assert "outbox/b is damaged" in caplog.text
+    assert len(PlanOutbox(tmp_path / "outbox.sqlite")) == 2
