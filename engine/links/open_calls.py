@@ -19,13 +19,21 @@ Done = Callable[[Outcome], None]
 calls."""
 
 
+Complete = Callable[[bytes], bytes]
+"""Called with an answer of a client as JSON; returns it with all its fields, or raises ``MalformedMessage``."""
+
+
 class OpenCall(NamedTuple):
-    """Call without an answer yet; ``client`` is the number of the client to answer it, 0 for the container."""
+    """Call without an answer yet.
+
+    ``client`` is the number of the client to answer it, 0 for the container. ``complete`` completes its answer.
+    """
 
     service: str
     client: int
     done: Done
     alarm: asyncio.TimerHandle
+    complete: Complete | None = None
 
 
 class OpenCalls:
@@ -48,7 +56,7 @@ class OpenCalls:
         """Iterate over a copy of the calls, so that they may end meanwhile."""
         return iter(tuple(self._calls.items()))
 
-    def open(self, service: str, timeout: float, done: Done, client: int = 0) -> int:
+    def open(self, service: str, timeout: float, done: Done, client: int = 0, complete: Complete | None = None) -> int:
         """Add a call and return its number.
 
         Parameters
@@ -61,10 +69,12 @@ class OpenCalls:
             Called once with the outcome, unless the call is cancelled.
         client : int
             Number of the client to answer it; 0 for the container.
+        complete : callable, optional
+            Completes the answer of a client.
         """
         number = next(self._numbers)
         alarm = asyncio.get_running_loop().call_later(timeout, self._late, number, service, timeout)
-        self._calls[number] = OpenCall(service, client, done, alarm)
+        self._calls[number] = OpenCall(service, client, done, alarm, complete)
         return number
 
     def give_up(self, number: int) -> OpenCall | None:

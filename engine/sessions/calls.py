@@ -15,6 +15,7 @@ from engine.sessions.rosapi import introspect
 from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded, UnknownType, rebuild
 from ppaas.messages import service_type
 from ppaas.messages.base.message import Message
+from ppaas.messages.spellings.time_spelling import to_ros2
 from ppaas.wire import rosapi
 from ppaas.wire.arguments import as_object
 from ppaas.wire.fragments import size_of
@@ -119,9 +120,12 @@ class ClientCalls:
         requested = operation.timeout or 0.0
         timeout = min(requested, CALL_TIMEOUT) if requested > 0.0 else CALL_TIMEOUT
         number = next(self._numbers)
+        of_client = service not in self._place.services
+        ros2 = of_client and not operation.type and self._place.client_services.answers_in_ros2(service)
 
         def done(outcome: Outcome) -> None:
             self._calls.pop(number, None)
+            outcome = to_ros2(outcome) if ros2 and isinstance(outcome, bytes) else outcome
             self._answer(operation, _spelled(operation, service, outcome), settle)
 
         arguments = as_object(bytes(operation.args), kind)
@@ -156,7 +160,8 @@ class ClientCalls:
         service = self._wire.names.resolve(operation.service)
         if service in rosapi.SERVICES:
             raise Conflict(f"service {service!r} belongs to the cloud: choose another name")
-        self._place.advertise_service(service, ros1_type(operation.type), self._client, provider)
+        kind, ros2 = ros1_type(operation.type), is_ros2_type(operation.type)
+        self._place.advertise_service(service, kind, self._client, provider, ros2=ros2)
         self._spellings[service] = operation.service
 
     def unadvertise(self, operation: UnadvertiseService) -> None:

@@ -9,7 +9,7 @@ from engine.sessions.place.place import Place
 from ppaas.errors import InvalidInput, MalformedMessage, NotFound
 from ppaas.wire.action_frames import cancel_frame, goal_frame
 from ppaas.wire.actions import ABORTED, CANCELED, SUCCEEDED
-from ppaas.wire.names import ros1_type
+from ppaas.wire.names import is_ros2_type, ros1_type
 from ppaas.wire.operations import ActionFeedback, ActionResult, AdvertiseAction, Id, UnadvertiseAction
 from ppaas.wire.refusals import error_of_text
 from ppaas.wire.rosbridge import RosbridgeSession
@@ -52,7 +52,7 @@ class OfferedActions:
         """
         action = self._wire.names.resolve(operation.action)
         kind = ros1_type(operation.type).removesuffix("Action")
-        self._place.advertise_action(action, kind, self._client, self)
+        self._place.advertise_action(action, kind, self._client, self, ros2=is_ros2_type(operation.type))
         self._spellings[action] = operation
 
     def unadvertise(self, operation: UnadvertiseAction) -> None:

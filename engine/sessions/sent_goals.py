@@ -9,12 +9,13 @@ from engine.sessions.posting import Posting
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, InvalidInput, QuotaExceeded, UnknownType
 from ppaas.messages.base.message import Message
+from ppaas.messages.spellings.time_spelling import to_ros2
 from ppaas.nodes.base import DEFAULT_DEPTH
 from ppaas.wire.action_frames import feedback_frame, result_frame
 from ppaas.wire.action_types import part_of_action
 from ppaas.wire.arguments import as_object
 from ppaas.wire.goals import MAX_GOALS
-from ppaas.wire.names import ros1_type
+from ppaas.wire.names import is_ros2_type, ros1_type
 from ppaas.wire.operations import CancelActionGoal, SendActionGoal
 
 
@@ -74,14 +75,18 @@ class SentGoals:
         kind = self._place.client_actions.types()[action]
         _check_type(action, operation.action_type, kind)
         payload = as_object(bytes(operation.args), _goal_fields(kind))
+        respelled = self._place.client_actions.completes(action) and is_ros2_type(operation.action_type)
 
         def feedback(values: bytes) -> None:
             if operation.feedback:
+                values = to_ros2(values) if respelled else values
                 frame = feedback_frame(operation.action, operation.id, values)
                 self._outbox.put(f"{action}/feedback", frame, DEFAULT_DEPTH)
 
         def done(end: GoalEnd) -> None:
             self._active.pop(number, None)
+            if respelled and isinstance(end.result, bytes):
+                end = end._replace(result=to_ros2(end.result))
             self._send(result_frame(operation.action, operation.id, *end), 0, settle)
 
         number = self._place.client_actions.send(action, payload, epoch(), GoalListener(self._client, feedback, done))

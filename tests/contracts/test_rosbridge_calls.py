@@ -11,7 +11,7 @@ import pytest
 
 from engine.protocols import robot_link
 from engine.protocols.refusals import Refusal
-from tests.support.endpoints.still_place import POSE, StillClient, StillPlace, answers
+from tests.support.endpoints.still_place import POSE, StillClient, StillPlace, answers, error_of, says
 
 LIGHTS = {"service": "/lights", "type": "std_srvs/SetBool"}
 GOAL = {
@@ -38,7 +38,7 @@ async def test_3_2_6_calls_of_an_advertised_service_come_to_the_client(client: S
     assert (call["op"], call["service"], call["args"]) == ("call_service", "/lights", {"data": True})
     client.say(op="service_response", service="/lights", id=call["id"], values={"success": True}, result=True)
     [answer] = await answers(other)
-    assert (answer["id"], answer["values"], answer["result"]) == (7, {"success": True}, True)
+    assert (answer["id"], answer["values"], answer["result"]) == (7, {"success": True, "message": ""}, True)
 
 
 @pytest.mark.parametrize("wrong", [{"type": None}, {"service": 7}, {"service": "a b"}, {"type": "SetBool"}])
@@ -163,7 +163,90 @@ async def test_3_2_9_a_response_may_have_the_id_as_a_number_and_no_values(
     [call] = client.received()
     client.say(op="service_response", service="/lights", id=int(call["id"]), result=True)
     [answer] = await answers(other)
-    assert (answer["result"], answer["values"]) == (True, {})
+    assert (answer["result"], answer["values"]) == (True, {"success": False, "message": ""})
+
+
+PLAN = {"service": "/plan", "type": "nav_msgs/GetPlan"}
+
+
+def ask(client: StillClient, other: StillClient, offered: dict[str, Any], args: Any, **fields: Any) -> dict[str, Any]:
+    """Return the call that comes to the client that advertises a service."""
+    client.say(op="advertise_service", **offered)
+    other.say(op="call_service", service=offered["service"], args=args, id="c", **fields)
+    [call] = client.received()
+    assert isinstance(call, dict)
+    return call
+
+
+async def test_3_2_8_a_request_to_a_client_is_complete(client: StillClient, other: StillClient) -> None:
+    request = ask(client, other, PLAN, {"tolerance": 1, "start": {"header": {"stamp": {"sec": 3, "nanosec": 4}}}})[
+        "args"
+    ]
+    assert request["tolerance"] == 1.0
+    assert request["start"]["header"]["stamp"] == {"secs": 3, "nsecs": 4}
+    assert request["goal"]["pose"]["position"] == {"x": 0.0, "y": 0.0, "z": 0.0}
+
+
+@pytest.mark.parametrize("args", [{"data": "on"}, {"light": True}, [True, False]])
+async def test_3_2_8_a_request_that_is_not_of_its_type_is_refused_to_its_sender(
+    client: StillClient, other: StillClient, args: Any
+) -> None:
+    client.say(op="advertise_service", **LIGHTS)
+    other.say(op="call_service", service="/lights", args=args, id="c")
+    [answer] = await answers(other)
+    assert (answer["id"], answer["result"]) == ("c", False)
+    assert client.received() == []
+
+
+@pytest.mark.parametrize("values", [{"success": "yes"}, {"done": True}, "x", [True, "", 1]])
+async def test_3_2_9_a_response_that_is_not_of_its_type_fails_the_call_and_is_an_error_of_its_sender(
+    client: StillClient, other: StillClient, values: Any
+) -> None:
+    call = ask(client, other, LIGHTS, {"data": True})
+    reported = says(client, op="service_response", service="/lights", id=call["id"], values=values, result=True)
+    assert "the response of service 'lights'" in error_of(reported)["msg"]
+    [answer] = await answers(other)
+    assert answer["result"] is False and "the response of service 'lights'" in answer["values"]
+    error_of(says(client, op="service_response", service="/lights", id=call["id"], result=True), "not-found")
+
+
+async def test_3_2_9_requests_and_responses_of_an_unknown_type_pass_as_they_are(
+    client: StillClient, other: StillClient
+) -> None:
+    odd = {"secs": "any", "values": [None, {}]}
+    call = ask(client, other, {"service": "/odd", "type": "my_msgs/srv/Odd"}, odd)
+    assert call["args"] == odd
+    client.say(op="service_response", service="/odd", id=call["id"], values=odd, result=True)
+    [answer] = await answers(other)
+    assert answer["values"] == odd
+
+
+@pytest.mark.parametrize(
+    ("offered", "called", "asked_in_ros2", "answered_in_ros2"),
+    [
+        ("nav_msgs/GetPlan", {}, False, False),
+        ("nav_msgs/srv/GetPlan", {}, True, True),
+        ("nav_msgs/srv/GetPlan", {"type": "nav_msgs/GetPlan"}, True, False),
+        ("nav_msgs/GetPlan", {"type": "nav_msgs/srv/GetPlan"}, False, True),
+    ],
+)
+async def test_3_2_9_each_client_gets_times_as_the_type_that_it_names_spells_them(
+    client: StillClient,
+    other: StillClient,
+    offered: str,
+    called: dict[str, str],
+    asked_in_ros2: bool,
+    answered_in_ros2: bool,
+) -> None:
+    stamp = {"sec": 3, "nanosec": 4}
+    call = ask(client, other, PLAN | {"type": offered}, {"start": {"header": {"stamp": stamp}}}, **called)
+    assert set(call["args"]["start"]["header"]["stamp"]) == ({"sec", "nanosec"} if asked_in_ros2 else {"secs", "nsecs"})
+    plan = {"header": {"stamp": stamp}}
+    client.say(op="service_response", service="/plan", id=call["id"], values={"plan": plan}, result=True)
+    [answer] = await answers(other)
+    times = set(answer["values"]["plan"]["header"]["stamp"])
+    assert times == ({"sec", "nanosec"} if answered_in_ros2 else {"secs", "nsecs"})
+    assert answer["values"]["plan"]["poses"] == []
 
 
 # -- 3.2.12 Send action goal to 3.2.15 Action result -------------------------------------------------------------------

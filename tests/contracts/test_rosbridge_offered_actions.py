@@ -121,7 +121,51 @@ async def test_3_2_12_arguments_of_a_known_type_may_be_a_list(client: StillClien
     kind = "move_base_msgs/action/MoveBase"
     client.say(op="advertise_action", action="/fly", type=kind)
     other.say(**GOAL | {"action": "fly", "action_type": "move_base_msgs/MoveBaseAction", "args": [{"header": {}}]})
-    assert client.received()[0]["args"] == {"target_pose": {"header": {}}}
+    args = client.received()[0]["args"]
+    assert args["target_pose"]["header"]["stamp"] == {"sec": 0, "nanosec": 0}
+    assert args["target_pose"]["pose"]["position"] == {"x": 0.0, "y": 0.0, "z": 0.0}
+
+
+FLY = {"action": "/fly", "type": "move_base_msgs/action/MoveBase"}
+FLYING = GOAL | {"action": "/fly", "action_type": FLY["type"], "id": "g"}
+
+
+async def test_3_2_12_a_goal_that_is_not_of_its_type_is_refused_to_its_sender(
+    client: StillClient, other: StillClient
+) -> None:
+    client.say(op="advertise_action", **FLY)
+    for args in ({"target_pose": "home"}, {"target": {}}):
+        [result] = says(other, **FLYING | {"args": args})
+        assert (result["op"], result["result"], result["id"]) == ("action_result", False, "g")
+    assert client.received() == []
+
+
+async def test_3_2_14_and_3_2_15_feedback_and_results_are_complete_in_the_spelling_of_the_sender(
+    client: StillClient, other: StillClient
+) -> None:
+    client.say(op="advertise_action", **FLY)
+    for kind, times in ((FLY["type"], {"sec", "nanosec"}), ("move_base_msgs/MoveBase", {"secs", "nsecs"})):
+        executed = send(other, client, **FLYING | {"action_type": kind, "feedback": True})
+        client.say(op="action_feedback", action="/fly", id=executed, values={"base_position": {}})
+        [feedback] = other.received()
+        assert set(feedback["values"]["base_position"]["header"]["stamp"]) == times
+        client.say(op="action_result", action="/fly", id=executed, values=None, status=4, result=True)
+        [result] = other.received()
+        assert (result["values"], result["result"]) == ({}, True)
+
+
+async def test_3_2_14_and_3_2_15_wrong_feedback_is_dropped_and_a_wrong_result_aborts_the_goal(
+    client: StillClient, other: StillClient
+) -> None:
+    client.say(op="advertise_action", **FLY)
+    executed = send(other, client, **FLYING | {"feedback": True})
+    error_of(says(client, op="action_feedback", action="/fly", id=executed, values={"at": 1}), "malformed-message")
+    assert other.received() == []
+    wrong = {"op": "action_result", "action": "/fly", "values": {"found": 1}, "status": 4, "result": True}
+    assert "the result of action 'fly'" in error_of(says(client, **wrong, id=executed))["msg"]
+    [result] = other.received()
+    assert (result["status"], result["result"], result["id"]) == (6, False, "g")
+    assert "the result of action 'fly'" in result["values"]
 
 
 async def test_3_2_12_an_id_names_one_active_goal(client: StillClient, other: StillClient) -> None:

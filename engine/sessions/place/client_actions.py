@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 from engine.sessions.place.asked_clients import client_asked
-from ppaas.errors import NotFound, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
+from engine.sessions.place.message_completion import ActionCompletion, action_completion
+from ppaas.errors import MalformedMessage, NotFound, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
 from ppaas.listener_faults import ListenerFaults
+from ppaas.messages.spellings.time_spelling import to_ros2
 from ppaas.wire.actions import ABORTED, UNKNOWN
 
 logger = logging.getLogger(__name__)
@@ -72,6 +74,8 @@ class _Offer:
     type: str
     client: int
     provider: ActionProvider
+    ros2: bool
+    completion: ActionCompletion
 
 
 @dataclass(slots=True)
@@ -105,10 +109,16 @@ class ClientActions:
         """Return the actions and their types, ``package/Name``."""
         return {name: offer.type for name, offer in self._offers.items()}
 
+    def completes(self, action: str) -> bool:
+        """Return whether feedback and results of an action are completed."""
+        return self._offers[action].completion.result is not None
+
     # -- advertisements ------------------------------------------------------------------------------------------------
 
-    def advertise(self, action: str, kind: str, client: int, provider: ActionProvider) -> None:
+    def advertise(self, action: str, kind: str, client: int, provider: ActionProvider, *, ros2: bool = False) -> None:
         """Advertise an action. The newest client takes it over; goals that another has stay with that.
+
+        ``ros2`` is whether the client spells messages as in ROS 2.
 
         Raises
         ------
@@ -119,7 +129,7 @@ class ClientActions:
             raise QuotaExceeded(
                 f"the clients of a robot may advertise at most {MAX_ACTIONS} actions: unadvertise one first"
             )
-        self._offers[action] = _Offer(kind, client, provider)
+        self._offers[action] = _Offer(kind, client, provider, ros2, action_completion(kind))
 
     def unadvertise(self, action: str, client: int) -> None:
         """Withdraw an action, and abort its goals.
@@ -163,10 +173,15 @@ class ClientActions:
 
         Raises
         ------
+        MalformedMessage
+            It is not a goal of the type of the action, which the cloud knows.
         Unavailable
             The client that advertises it is too slow to take goals, or fails.
         """
         offer, number = self._offers[action], next(self._numbers)
+        if offer.completion.goal is not None:
+            payload = offer.completion.goal(payload)
+            payload = to_ros2(payload) if offer.ros2 else payload
         self._goals[number] = _Goal(action, offer, now, listener)
         try:
             with client_asked(f"action {action!r}"):
@@ -202,8 +217,11 @@ class ClientActions:
             raise slow[0]
 
     def feedback(self, number: int, client: int, values: bytes) -> None:
-        """Take the feedback of a goal from the client that executes it; raises as ``end``."""
-        listener = self._goal_of(number, client).listener
+        """Take the feedback of a goal from the client that executes it; raises as ``end``, but the goal goes on."""
+        goal = self._goal_of(number, client)
+        listener, complete = goal.listener, goal.offer.completion.feedback
+        if complete is not None:
+            values = complete(values)
         if listener is not None:
             self._faults.call(f"the sender of goal {number}", listener.feedback, values)
 
@@ -216,8 +234,18 @@ class ClientActions:
             No such goal is active.
         NotPermitted
             The goal was sent to another client.
+        MalformedMessage
+            The result is not of the type of the action; the goal is aborted with this error.
         """
-        self._goal_of(number, client)
+        goal = self._goal_of(number, client)
+        complete = goal.offer.completion.result
+        if complete is not None and isinstance(end.result, bytes):
+            try:
+                end = end._replace(result=complete(end.result))
+            except MalformedMessage as error:
+                wrong = MalformedMessage(f"the result of action {goal.action!r}: {error}")
+                self._finish(number, GoalEnd(ABORTED, wrong))
+                raise wrong from error
         self._finish(number, end)
 
     def _goal_of(self, number: int, client: int) -> _Goal:

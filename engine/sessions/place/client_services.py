@@ -7,7 +7,9 @@ from typing import Protocol
 
 from engine.links.open_calls import Done, OpenCalls, Outcome
 from engine.sessions.place.asked_clients import client_asked
-from ppaas.errors import NotFound, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
+from engine.sessions.place.message_completion import ServiceCompletion, service_completion
+from ppaas.errors import MalformedMessage, NotFound, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
+from ppaas.messages.spellings.time_spelling import to_ros2
 
 MAX_SERVICES = 200
 """Largest number of services that the clients of one place may advertise."""
@@ -32,6 +34,8 @@ class _Offer:
     type: str
     client: int
     provider: Provider
+    ros2: bool
+    completion: ServiceCompletion
 
 
 class ClientServices:
@@ -50,14 +54,31 @@ class ClientServices:
         offer = self._offers.get(service)
         return offer.type if offer is not None else None
 
+    def answers_in_ros2(self, service: str) -> bool:
+        """Return whether callers that name no type get the completed responses of a service as spelled in ROS 2."""
+        offer = self._offers.get(service)
+        return offer is not None and offer.ros2 and offer.completion.response is not None
+
     def types(self) -> dict[str, str]:
         """Return the services and their types, by the names of ROS 1."""
         return {name: offer.type for name, offer in self._offers.items()}
 
     # -- advertisements ------------------------------------------------------------------------------------------------
 
-    def advertise(self, service: str, kind: str, client: int, provider: Provider) -> None:
+    def advertise(self, service: str, kind: str, client: int, provider: Provider, *, ros2: bool = False) -> None:
         """Advertise a service. The newest client takes it over, so that a reconnecting client need not wait.
+
+        Parameters
+        ----------
+        service : str
+        kind : str
+            Type of the service, by its name in ROS 1.
+        client : int
+            Number of the client.
+        provider : Provider
+            Gets the calls.
+        ros2 : bool
+            Whether the client spells messages as in ROS 2.
 
         Raises
         ------
@@ -68,7 +89,7 @@ class ClientServices:
             raise QuotaExceeded(
                 f"the clients of a robot may advertise at most {MAX_SERVICES} services: unadvertise one first"
             )
-        self._offers[service] = _Offer(kind, client, provider)
+        self._offers[service] = _Offer(kind, client, provider, ros2, service_completion(kind))
 
     def unadvertise(self, service: str, client: int) -> None:
         """Withdraw a service; open calls may still be answered.
@@ -105,6 +126,8 @@ class ClientServices:
     def begin(self, service: str, payload: bytes, timeout: float, done: Done) -> Callable[[], object]:
         """Call a service of a client; ``done`` is called once with the outcome.
 
+        Request and response are completed if the cloud knows the type of the service.
+
         Returns
         -------
         callable
@@ -112,11 +135,16 @@ class ClientServices:
 
         Raises
         ------
+        MalformedMessage
+            The request is not one of the type of the service.
         Unavailable
             The client is too slow to take calls, or fails.
         """
         offer = self._offers[service]
-        number = self._calls.open(service, timeout, done, offer.client)
+        if offer.completion.request is not None:
+            payload = offer.completion.request(payload)
+            payload = to_ros2(payload) if offer.ros2 else payload
+        number = self._calls.open(service, timeout, done, offer.client, offer.completion.response)
         try:
             with client_asked(f"service {service!r}"):
                 offer.provider.requested(number, service, payload)
@@ -130,15 +158,24 @@ class ClientServices:
 
         Raises
         ------
+        MalformedMessage
+            It is not a response of the type of the service; the call has failed with this error.
         NotFound
             No such call is open; it was answered, timed out or was cancelled.
         NotPermitted
             The call was sent to another client.
         """
         try:
-            asked = self._calls[number].client
+            call = self._calls[number]
         except KeyError as error:
             raise NotFound("open call", str(number)) from error
-        if asked != client:
+        if call.client != client:
             raise NotPermitted(f"call {number} was sent to another client")
+        if call.complete is not None and isinstance(answer, bytes):
+            try:
+                answer = call.complete(answer)
+            except MalformedMessage as error:
+                wrong = MalformedMessage(f"the response of service {call.service!r}: {error}")
+                self._calls.end(number, wrong)
+                raise wrong from error
         self._calls.end(number, answer)

@@ -149,8 +149,10 @@ class Place(SharedLink):
             self._listed, self._listed_until = sorted(self.topic_types()), now + LIST_PERIOD
         return self._listed
 
-    def advertise_service(self, service: str, kind: str, client: int, provider: Provider) -> None:
-        """Advertise a service of a client.
+    def advertise_service(
+        self, service: str, kind: str, client: int, provider: Provider, *, ros2: bool = False
+    ) -> None:
+        """Advertise a service of a client, who spells messages as in ROS 2 or in ROS 1.
 
         Raises
         ------
@@ -165,10 +167,12 @@ class Place(SharedLink):
             raise Conflict(f"service {service!r} is provided by the clone: choose another name")
         if self._closed is not None:
             raise self._closed
-        self.client_services.advertise(service, kind, client, provider)
+        self.client_services.advertise(service, kind, client, provider, ros2=ros2)
 
-    def advertise_action(self, action: str, kind: str, client: int, provider: ActionProvider) -> None:
-        """Advertise an action of a client.
+    def advertise_action(
+        self, action: str, kind: str, client: int, provider: ActionProvider, *, ros2: bool = False
+    ) -> None:
+        """Advertise an action of a client, who spells messages as in ROS 2 or in ROS 1.
 
         Raises
         ------
@@ -183,7 +187,7 @@ class Place(SharedLink):
             raise Conflict(f"there is an action {action!r} already: choose another name")
         if self._closed is not None:
             raise self._closed
-        self.client_actions.advertise(action, kind, client, provider)
+        self.client_actions.advertise(action, kind, client, provider, ros2=ros2)
 
     def begin_call(self, service: str, payload: bytes, timeout: float, done: Done) -> Callable[[], object]:
         """Call a service of the clone or of a client; ``done`` is called once with the response as JSON, or an error.
@@ -195,6 +199,8 @@ class Place(SharedLink):
 
         Raises
         ------
+        MalformedMessage
+            The service is one of a client, and the request is not of its type.
         Unavailable
             No container is connected, or the client that provides the service is too slow to take calls.
         """

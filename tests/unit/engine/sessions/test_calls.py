@@ -18,7 +18,13 @@ async def test_a_client_serves_a_service_to_another_client(client: StillClient, 
     assert (asked["op"], asked["service"], asked["args"]) == ("call_service", "/lights", {"data": True})
     client.say(op="service_response", service="/lights", id=asked["id"], result=True, values={"success": True})
     assert await answers(other) == [
-        {"op": "service_response", "service": "lights", "id": "c1", "result": True, "values": {"success": True}}
+        {
+            "op": "service_response",
+            "service": "lights",
+            "id": "c1",
+            "result": True,
+            "values": {"success": True, "message": ""},
+        }
     ]
     client.say(op="service_response", service="/lights", id=asked["id"], result=True, values={})
     assert client.received()[0]["msg"].startswith("not-found")

@@ -8,7 +8,7 @@ from engine.links.open_calls import Outcome
 from engine.sessions.place.client_services import MAX_SERVICES, ClientServices
 from ppaas.errors import NotFound, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
 
-KIND = "std_srvs/Trigger"
+KIND = "my_msgs/Lights"
 
 
 class Provider:

@@ -5,7 +5,13 @@ from typing import Any
 
 import pytest
 
-from engine.sessions.place.message_completion import completion_of
+from engine.sessions.place.message_completion import (
+    ActionCompletion,
+    ServiceCompletion,
+    action_completion,
+    completion_of,
+    service_completion,
+)
 from ppaas.errors import MalformedMessage
 from ppaas.messages import decode, encode
 from ppaas.messages.registry import message_type, message_types
@@ -66,3 +72,26 @@ def test_a_complete_message_is_unchanged(kind: str) -> None:
     whole = encode(decode(cls, b"{}"))
     complete = completion_of(kind, lambda: 0.0)
     assert complete is not None and complete(whole) == whole
+
+
+def test_requests_and_responses_of_a_known_service_are_completed() -> None:
+    request, response = service_completion("std_srvs/SetBool")
+    assert request is not None and response is not None
+    assert json.loads(request(b"{}")) == {"data": False}
+    for values in (b"null", b"{}", b"[]", b"[false]"):
+        assert json.loads(response(values)) == {"success": False, "message": ""}
+    for wrong in (b'{"success": 2}', b'"x"', b'[true, "", 1]'):
+        with pytest.raises(MalformedMessage):
+            response(wrong)
+    assert service_completion("my_msgs/Lights") == ServiceCompletion()
+
+
+def test_goals_feedback_and_results_of_a_known_action_are_completed() -> None:
+    goal, feedback, result = action_completion("move_base_msgs/MoveBase")
+    assert goal is not None and feedback is not None and result is not None
+    assert set(json.loads(goal(b"{}"))) == {"target_pose"}
+    assert set(json.loads(feedback(b"{}"))) == {"base_position"}
+    assert json.loads(result(b"{}")) == {}
+    with pytest.raises(MalformedMessage):
+        feedback(b'{"target_pose": {}}')
+    assert action_completion("my_msgs/Fly") == ActionCompletion()

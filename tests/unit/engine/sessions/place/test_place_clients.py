@@ -1,6 +1,7 @@
 """Topics and services that the clients of a place link advertise to each other."""
 
 import asyncio
+import json
 
 import pytest
 
@@ -77,7 +78,7 @@ async def test_call_reaches_the_client_that_advertises_the_service() -> None:
     with pytest.raises(NotPermitted):
         place.client_services.answer(call, caller, b"{}")
     place.client_services.answer(call, number, b'{"success":true}')
-    assert await asked == b'{"success":true}'
+    assert json.loads(await asked) == {"success": True, "message": ""}
     await container.die()
 
 
@@ -87,7 +88,7 @@ async def test_pending_call_fails_if_the_clone_takes_the_service_over() -> None:
     number = place.join(robot)
     container = await FakeContainer.ready(place, "c1")
     for service in ("drive", "lights"):
-        place.advertise_service(service, "std_srvs/Trigger", number, robot)
+        place.advertise_service(service, "my_msgs/Trigger", number, robot)
     driving, lighting = (asyncio.create_task(place.call(service, b"{}", 5.0)) for service in ("drive", "lights"))
     await until(lambda: len(robot.calls) == 2)
     container.stream.write(robot_link.NodesChanged([robot_link.ServiceInfo("drive", "std_srvs/Trigger")], []))
