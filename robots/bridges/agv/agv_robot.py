@@ -337,6 +337,8 @@ class AgvRobot:
             return "the AGV has sent no state with a position"
         if not position.localized or not knows_place(state):
             return standing(state) or "the AGV does not know where it is"
+        if not Pose2D(position.x, position.y).is_near():
+            return f"the AGV sends the position ({position.x:.3g}, {position.y:.3g}) m, which is none"
         return self._on_other_map(position)
 
     def _on_other_map(self, position: Position | None) -> str:

@@ -1,5 +1,6 @@
 """Errors and conditions that an AGV reports, in words."""
 
+from ppaas.geometry import Pose2D
 from ppaas.wire.vda5050.states import Error, State
 
 STOPPING = frozenset({"CRITICAL", "FATAL"})
@@ -51,5 +52,6 @@ def standing(state: State) -> str:
 
 
 def knows_place(state: State) -> bool:
-    """Return whether the AGV knows where it is."""
-    return state.mobile_robot_position is not None and state.mobile_robot_position.localized
+    """Return whether the AGV knows where it is; a position beyond all places is none."""
+    position = state.mobile_robot_position
+    return position is not None and position.localized and Pose2D(position.x, position.y).is_near()

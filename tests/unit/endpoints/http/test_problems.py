@@ -39,7 +39,11 @@ def test_a_queued_request_is_answered_with_202() -> None:
 
 @pytest.mark.parametrize("kind", [kind for kind in kinds() if kind is not errors.Queued])
 def test_every_error_class_becomes_a_problem(kind: type[errors.PPaaSError]) -> None:
-    error = kind("map", "house") if kind is errors.NotFound else kind("do this")  # type: ignore[call-arg]
+    arguments: dict[type[errors.PPaaSError], tuple[Any, ...]] = {
+        errors.NotFound: ("map", "house"),
+        errors.InvalidRobot: ([errors.RobotFault("map", "is missing")],),
+    }
+    error = kind(*arguments.get(kind, ("do this",)))
     response = problem_response(error)
     answer = httpx.Response(response.status_code, headers=dict(response.headers), content=bytes(response.body))
     body = problem_of(answer, response.status_code, kind.slug)

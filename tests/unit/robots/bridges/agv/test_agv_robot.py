@@ -4,6 +4,7 @@ import asyncio
 import json
 from collections.abc import Callable
 
+import msgspec
 import pytest
 
 from ppaas.geometry import Pose2D
@@ -166,6 +167,17 @@ def test_an_agv_that_sends_a_state_without_a_position_is_not_believed_at_its_old
     tested.say(topics.STATE, tested.agv.lie(mobile_robot_position=None))
     assert localization(tested, published) == "the AGV does not know where it is"
     assert orders(tested) == 0
+
+
+@pytest.mark.parametrize("far", [1e300, -2e8])
+def test_an_agv_whose_position_is_beyond_all_places_is_not_believed(far: float):
+    tested, published = connected()
+    position = tested.agv.state().mobile_robot_position
+    assert position is not None
+    tested.say(topics.STATE, tested.agv.lie(mobile_robot_position=msgspec.structs.replace(position, x=far)))
+    assert localization(tested, published) == "the AGV does not know where it is"
+    assert orders(tested) == 0
+    assert "amcl_pose" not in published.newest
 
 
 def test_an_agv_on_another_map_gets_no_order():
