@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from engine.rights.globs import matches
-from engine.rights.services import configures, lists_names, only_reads
+from engine.rights.services import configures, lists_names, only_reads, passed_on
 from ppaas.errors import NotPermitted
 from ppaas.wire.cancel_goal import CANCEL_GOAL
 from storage.sharing_records import ALL, SHARE_ROLES, Share, ShareRole, TokenScope
@@ -105,11 +105,13 @@ class Access:
         if configures(service) and not self.is_for_the_robot:
             self.check_role("administer")
         self._check_act("call", service, (service,))
+        self._check_passed_on(service)
 
     def check_goal(self, action: str) -> None:
         """Raise ``NotPermitted`` unless the caller may send goals to an action, and cancel them."""
         if not self.is_full:
             self._check_act("send a goal to", action, (action, f"{action}/goal"))
+            self._check_passed_on(action)
 
     def may_read(self, name: str) -> bool:
         """Return whether the caller may subscribe to a topic, or call a service of this name that only reads."""
@@ -124,6 +126,10 @@ class Access:
         return shared, ("*",) if self.scope is None else tuple(self.scope.subscribe)
 
     # -- internals -----------------------------------------------------------------------------------------------------
+
+    def _check_passed_on(self, name: str) -> None:
+        if topic := passed_on(name):
+            self.check_subscribe(topic)
 
     def _grants_role(self, role: ShareRole) -> bool:
         return any(_LEVELS[share.role] >= _LEVELS[role] for share in self.grants)

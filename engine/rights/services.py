@@ -8,7 +8,9 @@ READING = frozenset(
         "compute_fleet_plan",
         "compute_path",
         "dynamic_map",
+        "keepout_filter_mask",
         "make_plan",
+        "map_zones",
         "move_base/compute_path",
         "move_base/make_plan",
         "node_monitor/list_nodes",
@@ -23,11 +25,15 @@ READING = frozenset(
         "rosapi/get_param_names",
         "rosapi/has_param",
         "rosapi/search_param",
+        "speed_filter_mask",
         "static_map",
         "traffic/get_traffic",
     }
 )
 """Services that change nothing of the robot and its clone."""
+
+PASSED_ON = {"tf2_web_republisher": "tf", "republish_tfs": "tf"}
+"""Actions and services whose feedback or stream has the content of a topic."""
 
 CONFIGURING = frozenset(
     {
@@ -53,6 +59,11 @@ def lists_names(service: str) -> bool:
 def only_reads(service: str) -> bool:
     """Return whether a service changes nothing."""
     return service in READING
+
+
+def passed_on(name: str) -> str:
+    """Return the topic whose content an action or a service passes on; empty if there is none."""
+    return PASSED_ON.get(name, "")
 
 
 def configures(service: str) -> bool:

@@ -50,6 +50,22 @@ def test_the_owner_and_administrators_may_do_everything(caller: User) -> None:
     found.check_call("node_monitor/run_node")
 
 
+@pytest.mark.parametrize("topics", [("tf",), ("*",), ("map",), ()])
+def test_transforms_are_passed_on_to_those_who_may_hear_them(topics: tuple[str, ...]) -> None:
+    found = access(Share("bob", "drive", ("*",), topics))
+    hears = may(found.check_subscribe, "tf")
+    assert may(found.check_goal, "tf2_web_republisher") == hears
+    assert may(found.check_call, "republish_tfs") == hears
+    assert may(found.check_goal, "move_base")
+
+
+def test_zones_and_masks_of_the_map_are_read_like_the_map() -> None:
+    for service in ("map_zones", "keepout_filter_mask", "speed_filter_mask"):
+        assert may(access(LOOK).check_call, service)
+        assert may(access(Share("bob", "drive", ("*",), (service,))).check_call, service)
+        assert not may(access(Share("bob", "drive", ("*",), ("odom",))).check_call, service)
+
+
 def test_a_robot_that_is_not_shared_is_unknown() -> None:
     for shares in ((), (Share("carl", "administer"),), (Share("group:bob", "look"), Share("group:hall", "look"))):
         with pytest.raises(NotFound, match="unknown robot 'ann:tb1'"):
