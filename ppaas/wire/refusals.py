@@ -12,6 +12,7 @@ import msgspec
 from ppaas.errors import (
     Conflict,
     InvalidInput,
+    InvalidRobot,
     InvalidZones,
     MessageTooLarge,
     NotAuthenticated,
@@ -19,6 +20,7 @@ from ppaas.errors import (
     NotPermitted,
     PPaaSError,
     QuotaExceeded,
+    RobotFault,
     Unavailable,
     ZoneFault,
     rebuild,
@@ -51,10 +53,11 @@ _SLUGGED = re.compile(r"(?P<slug>[a-z]+(?:-[a-z]+)*): (?P<text>.*)", re.DOTALL)
 
 
 class ReceivedFault(msgspec.Struct):
-    """What is wrong with a zone, and where [m]."""
+    """What is wrong with a zone, and where [m]; or with a parameter of a robot file."""
 
-    zone: str
-    text: str
+    text: str = ""
+    zone: str = ""
+    parameter: str = ""
     place: tuple[float, float] | None = None
 
 
@@ -114,9 +117,11 @@ def error_of_status(status: int, body: bytes = b"") -> PPaaSError:
     except (msgspec.DecodeError, UnicodeDecodeError):
         problem = ReceivedProblem()
     text = problem.detail or problem.title or f"HTTP status {status}"
-    if problem.faults:
-        return InvalidZones(text, [ZoneFault(fault.zone, fault.text, fault.place) for fault in problem.faults])
     error = rebuild(re.split(r"[/:#]", problem.type)[-1], text)
+    if isinstance(error, InvalidZones):
+        error.faults = tuple(ZoneFault(fault.zone, fault.text, fault.place) for fault in problem.faults)
+    elif isinstance(error, InvalidRobot):
+        error.faults = tuple(RobotFault(fault.parameter, fault.text) for fault in problem.faults)
     return error if type(error) is not PPaaSError else rebuild(_class_of_status(status).slug, text)
 
 

@@ -81,3 +81,14 @@ def test_every_error_round_trips_as_text() -> None:
 def test_text_without_a_slug_is_kept_whole() -> None:
     error = error_of_text("robot: it fell over", errors.Unavailable)
     assert (type(error), str(error)) == (errors.Unavailable, "robot: it fell over")
+
+
+def test_faults_of_zones_and_of_robot_files_are_read_and_other_members_do_no_harm() -> None:
+    robot = errors.InvalidRobot([errors.RobotFault("model", "unknown"), errors.RobotFault("", "too tall")])
+    zones = errors.InvalidZones("a crosses itself", [errors.ZoneFault("a", "crosses itself", (1.0, 2.0))])
+    for sent in (robot, zones):
+        faults = [fault._asdict() for fault in sent.faults]
+        read = error_of_status(422, problem(type=f"urn:ppaas:problem:{sent.slug}", detail=str(sent), faults=faults))
+        assert isinstance(read, type(sent)) and (str(read), read.faults) == (str(sent), sent.faults)
+    busy = problem(type="urn:ppaas:problem:conflict", detail="busy", faults=[{"code": 7}])
+    assert str(error_of_status(409, busy)) == "busy"
