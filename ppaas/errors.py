@@ -222,12 +222,8 @@ class NotPermitted(PPaaSError):
 class QuotaExceeded(PPaaSError):
     """A limit of the user or the machine is reached.
 
-    Parameters
-    ----------
-    text : str
-        Names the limit, and what to do.
-    retry_after : float, optional
-        Time until the same request can succeed [s]; None if waiting alone does not help.
+    ``text`` names the limit, and what to do. ``retry_after`` is the time until the same request can succeed [s]; None
+    if waiting alone does not help.
     """
 
     slug = "quota-exceeded"
@@ -275,12 +271,8 @@ class Damaged(Unavailable):
 class Starting(Unavailable):
     """The cloud or a planner is not ready yet, because kernels are being compiled; wait and try again.
 
-    Parameters
-    ----------
-    text : str
-        What is being compiled, and how far that is.
-    retry_after : float, optional
-        Time after which the same request may succeed [s]; None if it is not known.
+    ``text`` says what is being compiled, and how far. ``retry_after`` is the time after which the same request may
+    succeed [s]; None if it is not known.
     """
 
     slug = "starting"
@@ -390,10 +382,10 @@ class PlanCancelled(PlanningError):
 
 
 def _classes_by_slug(root: type[PPaaSError]) -> dict[str, type[PPaaSError]]:
-    """Return a class and all its subclasses, by slug."""
+    """Return a class and all its subclasses, by slug; a subclass without one of its own is left out."""
     found = {root.slug: root}
     for child in root.__subclasses__():
-        found |= _classes_by_slug(child)
+        found = _classes_by_slug(child) | found
     return found
 
 
