@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput, InvalidMap
 from ppaas.maps.formats.pillow_rows import BROKEN
+from ppaas.maps.formats.png import MAGIC as PNG_MAGIC
 from ppaas.maps.formats.png import check_chunks
 from ppaas.perception.depth_scan import MOST_PIXELS
 from ppaas.perception.kernels.depth import Depths
@@ -73,6 +74,10 @@ def decompress(kind: str, data: bytes) -> Depths:
             "the format of a compressed depth image must be '16UC1; compressedDepth png' or '32FC1; compressedDepth "
             f"png', or one of them with rvl, not {kind[:64]!r} of {len(data)} bytes"
         )
+    if data.startswith(PNG_MAGIC):  # as the transport ``compressed`` writes it, without a header
+        if encoding == "32FC1":
+            raise InvalidInput("a depth image in metres needs the header of compressedDepth before its PNG")
+        return _png_pixels(data)
     _, scale, offset = _HEAD.unpack_from(data)
     pixels = codec(data[_HEAD.size :])
     if encoding != "32FC1":
@@ -85,9 +90,12 @@ def decompress(kind: str, data: bytes) -> Depths:
 def _format_of(kind: str) -> tuple[str, Callable[[bytes], NDArray[np.uint16]] | None]:
     """Return the encoding in a format, and the decoder of its codec; None if one of them is unknown.
 
-    A format that names no codec is of early versions, which knew PNG alone (``codec.cpp`` of the transport).
+    A format that names no codec is of early versions, which knew PNG alone (``codec.cpp`` of the transport). The
+    transport ``compressed`` writes ``16UC1; png compressed``.
     """
     encoding, _, rest = (part.strip() for part in kind.partition(";"))
+    if encoding in _ENCODINGS and rest.startswith("png compressed"):
+        return encoding, _png_pixels
     transport, _, codec = rest.partition(" ")
     known = encoding in _ENCODINGS and transport in ("", "compressedDepth")
     return encoding, _CODECS.get(codec.strip()) if known else None

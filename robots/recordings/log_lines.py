@@ -118,18 +118,20 @@ def read_lines(path: Path) -> LogLines:
 
 
 def _texts(path: Path, lines: LogLines) -> Iterator[tuple[int, str]]:
-    """Yield the numbers and texts of the lines of a file."""
+    """Yield the numbers and texts of the lines of a file; comments may be in any encoding."""
     size = 0
-    try:
-        with UncompressedFile(path) as file, TextIOWrapper(BufferedReader(file), encoding="ascii") as texts:
-            for number, line in enumerate(texts, 1):
-                size += len(line)
-                if size > MOST_BYTES:
-                    raise InvalidInput(f"{path} is larger than {MOST_BYTES >> 20} MiB")
-                yield number, line
-            lines.cut = file.cut
-    except UnicodeDecodeError as error:
-        raise InvalidInput(f"cannot read {path}: it is no log of text, and no bag") from error
+    with (
+        UncompressedFile(path) as file,
+        TextIOWrapper(BufferedReader(file), encoding="utf-8-sig", errors="replace") as texts,
+    ):
+        for number, line in enumerate(texts, 1):
+            if "\0" in line:
+                raise InvalidInput(f"cannot read {path}: it is no log of text, and no bag")
+            size += len(line)
+            if size > MOST_BYTES:
+                raise InvalidInput(f"{path} is larger than {MOST_BYTES >> 20} MiB")
+            yield number, line
+        lines.cut = file.cut
 
 
 def _take(lines: LogLines, words: list[str]) -> None:

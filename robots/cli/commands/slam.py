@@ -228,6 +228,6 @@ def _scored(path: Path, stamps: Any, poses: Any) -> dict[str, Any]:
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text("ascii")
-    except (OSError, UnicodeDecodeError) as error:
+        return path.read_text("utf-8-sig", errors="replace")
+    except OSError as error:
         raise InvalidInput(f"cannot read the file: {error}") from error

@@ -50,6 +50,15 @@ def test_formats_without_a_codec_are_png(kind):
     assert np.array_equal(decompress(kind, compress(image)[1]), image)
 
 
+@pytest.mark.parametrize("kind", ["16UC1; png compressed ", "16UC1; compressedDepth png", "mono16; png compressed"])
+def test_png_without_a_header_is_that_of_the_transport_compressed(kind):
+    image = np.arange(12, dtype=np.uint16).reshape(3, 4) * 100
+    png = compress(image)[1][12:]
+    assert np.array_equal(decompress(kind, png), image)
+    with pytest.raises(InvalidInput, match="in metres needs the header"):
+        decompress("32FC1; png compressed", png)
+
+
 @pytest.mark.parametrize("kind", ["32FC1; compressedDepth", "32FC1"])
 def test_metres_of_early_versions_are_read(kind):
     image = np.array([[1.0, 2.0], [4.0, 8.0]], np.float32)

@@ -66,6 +66,13 @@ def test_a_malformed_log_is_refused_with_its_line(tmp_path: Path, text: str, err
         read_log(log(tmp_path, text))
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "latin-1"])
+def test_comments_of_a_log_may_be_in_any_encoding(tmp_path: Path, encoding: str) -> None:
+    path = tmp_path / "drive.log"
+    path.write_bytes(f"{FLASER.strip()}\r\n# Gebäude 079\r\n".encode(encoding))
+    assert len(read_log(path).looks) == 1
+
+
 def test_a_binary_or_missing_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "drive.log").write_bytes(b"\xff\xfe\x00")
     for name, why in (("drive.log", "it is no log of text"), ("nowhere.log", "no such file")):
