@@ -13,10 +13,26 @@ from ppaas.zones.shapes import Geometry, first_place
 from ppaas.zones.tables import rule_of
 from ppaas.zones.zone import Zone, ZoneSet, check_zone
 
-EDITORS = {"fid", "id", "title", "description"}
-"""Properties that editors of GeoJSON add, which are ignored; and all that begin with the following."""
+EDITORS = {"title", "description", "layer", "path", "tessellate", "extrude", "visibility"}
+"""Properties that editors of GeoJSON, QGIS and KML add, which are ignored."""
 
-STYLES = ("stroke", "fill", "marker-", "_")
+KEYS = {
+    "fid",
+    "id",
+    "gid",
+    "ogc_fid",
+    "objectid",
+    "index",
+    "level_0",
+    "level_1",
+    "shape_length",
+    "shape_leng",
+    "shape_area",
+}
+"""Columns that tables of a GIS and of geopandas add, in any case, which are ignored; and all properties that begin with
+the following: styles, and those of OpenStreetMap."""
+
+STYLES = ("stroke", "fill", "marker-", "_", "@")
 
 DEFAULT_TIME_ZONE = "UTC"
 
@@ -96,11 +112,7 @@ def _zone_of(number: int, feature: Any, faults: Faults, notes: Notes) -> Zone | 
         )
         faults.add(str(number), what, whole=f"features[{number}].properties: feature {number} {what}")
         return None
-    given = {
-        key: value
-        for key, value in properties.items()
-        if key not in EDITORS and not key.startswith(STYLES) and value is not None
-    }
+    given = {key: value for key, value in properties.items() if not _is_of_an_editor(key) and value is not None}
     name = given.get("name", number)
     try:
         rule = rule_of(given, notes)
@@ -120,6 +132,10 @@ def _zone_of(number: int, feature: Any, faults: Faults, notes: Notes) -> Zone | 
         faults.add(zone.name, error.faults[0].text if error.faults else str(error), place, whole)
         return None
     return zone
+
+
+def _is_of_an_editor(key: str) -> bool:
+    return key in EDITORS or key.lower() in KEYS or key.startswith(STYLES)
 
 
 def _check_names(zones: list[Zone], faults: Faults) -> None:

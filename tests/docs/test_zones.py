@@ -11,7 +11,7 @@ import pytest
 from endpoints.rest.maps.upload_form import MAX_ZONES
 from ppaas.maps.formats.map_files import read_info
 from ppaas.zones.gate import check_on_map
-from ppaas.zones.reading import EDITORS, STYLES, zones_of
+from ppaas.zones.reading import EDITORS, KEYS, STYLES, zones_of
 from ppaas.zones.schedule import DAYS, Hours
 from ppaas.zones.zone import LONGEST_NAME, MOST_CAPACITIES, MOST_ON_LANES, MOST_POSITIONS, MOST_ZONES, AnyRule, Lane
 from tests.support.cloud.cloud import RunningCloud
@@ -76,6 +76,8 @@ def test_the_numbers_and_ignored_properties_are_those_of_the_code(page: str) -> 
     [named, prefixes] = re.findall(r"editors add: (.*?), and all that begin with (.*?)\.", page)[0]
     assert set(re.findall(r"`(.+?)`", named)) == EDITORS
     assert tuple(re.findall(r"`(.+?)`", prefixes)) == STYLES
+    [columns] = re.findall(r"tables of a GIS add, in capitals or not: (.*?)\.", page)
+    assert set(re.findall(r"`(.+?)`", columns)) == KEYS
 
 
 def test_the_operations_are_those_of_the_service() -> None:

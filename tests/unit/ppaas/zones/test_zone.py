@@ -52,6 +52,7 @@ def test_text_is_read_as_bytes_are(zones: ZoneSet) -> None:
 def test_what_editors_add_is_ignored() -> None:
     noted = feature(fid=1, id=2, title="t", description="d", stroke="#f00", fill=None, max_speed=None)
     noted["properties"] |= {"stroke-width": 2, "fill-opacity": 0.5, "marker-color": "#f00", "_leaflet": {}}
+    noted["properties"] |= {"@id": "way/7", "OBJECTID": 3, "Shape_Area": 1.5, "layer": "zones", "tessellate": -1}
     high = {"type": "Polygon", "coordinates": [[[*place, 7.5] for place in SQUARE["coordinates"][0]]]}
     noted |= {"id": "f1", "bbox": [0, 0, 1, 1], "geometry": high}
     (zone,) = zones_of(text(noted, crs={"type": "name"}, name="layer", in_force=["a"])).zones
