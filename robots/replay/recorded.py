@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from operator import itemgetter
 from pathlib import Path
 from typing import NamedTuple
 
@@ -90,6 +91,9 @@ class Recorded:
     seconds: float = 0.0
     notes: list[str] = field(default_factory=list)
     _start: int = 0
+    _newest: int = 0
+    _in_order: bool = True
+    _heard: list[tuple[int, str, Message]] = field(default_factory=list)
     _first_pose: tuple[float, float, float] | None = None
 
     def read(self) -> "Recorded":
@@ -103,6 +107,9 @@ class Recorded:
         decoder, bag = McapDecoder(), Bag(self.path)
         for message in bag.messages():
             self._note(message, decoder)
+        self.seconds = (self._newest - self._start) / 1e9
+        for at, topic, found in sorted(self._heard, key=itemgetter(0)):
+            self.outcomes.take(topic, found, (at - self._start) / 1e9)
         self.notes = bag.notes(ENCODINGS)
         self.skipped = decoder.skipped
         self.file = _robot_file(bag.attachments.get(ROBOT_FILE))
@@ -114,7 +121,15 @@ class Recorded:
         return self
 
     def inputs(self) -> Iterator[Input]:
-        """Yield what is to be sent, in the order of time; raises as ``read``."""
+        """Yield what is to be sent, in the order of time; raises as ``read``.
+
+        Chunks of MCAP may overlap in time: then all messages are in memory at once.
+        """
+        inputs = self._inputs()
+        yield from inputs if self._in_order else sorted(inputs, key=itemgetter(0))
+
+    def _inputs(self) -> Iterator[Input]:
+        """Yield what is to be sent, in the order of the file."""
         decoder = McapDecoder()
         for message in Bag(self.path).messages():
             topic = self._topic(message)
@@ -129,9 +144,11 @@ class Recorded:
         return self._first_pose
 
     def _note(self, message: McapMessage, decoder: McapDecoder) -> None:
-        self._start = self._start or message.log_time
-        self.seconds = max(self.seconds, (message.log_time - self._start) / 1e9)
         topic = self._topic(message)
+        if not self._start or (topic != topics.TF_STATIC.name and message.log_time):
+            self._start = min(self._start or message.log_time, message.log_time)
+        self._in_order = self._in_order and message.log_time >= self._newest
+        self._newest = max(self._newest, message.log_time)
         if topic in INPUTS and _is_input(message):
             if _decoded(topic, message, decoder) is not None:
                 self.counts[topic] += 1
@@ -140,7 +157,7 @@ class Recorded:
             if isinstance(found, OccupancyGrid):
                 self.grid = from_message(found)
             elif found is not None:
-                self.outcomes.take(topic, found, (message.log_time - self._start) / 1e9)
+                self._heard.append((message.log_time, topic, found))
                 if isinstance(found, PoseWithCovarianceStamped) and self._first_pose is None:
                     pose = found.pose.pose.planar()
                     self._first_pose = (pose.x, pose.y, pose.theta)

@@ -98,6 +98,35 @@ def test_bags_of_others(tmp_path: Path, encoding: str, package: str) -> None:
     assert (recorded.grid, recorded.file) == (None, None)
 
 
+def overlapping(*messages: tuple[str, str, dict[str, Any], int]) -> bytes:
+    """Return MCAP with a chunk for each message, given with its time [s]: chunks may be in any order."""
+    types, stream = ros_types("jazzy"), BytesIO()
+    writer: Any = Writer(stream, chunk_size=1)
+    writer.start(profile="ros2")
+    for topic, kind, content, at in messages:
+        schema = writer.register_schema(kind, "ros2msg", types.definition(kind).encode())
+        channel = writer.register_channel(topic, "cdr", schema)
+        writer.add_message(channel, START + at * 10**9, types.encode(kind, content), START)
+    writer.finish()
+    return stream.getvalue()
+
+
+def test_messages_whose_chunks_overlap_are_sent_in_the_order_of_time(tmp_path: Path) -> None:
+    """As of writers with a chunk for each topic, and of files that were put together."""
+    scan_type, odom_type, twist_type = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry", "geometry_msgs/msg/Twist"
+    turned = {"transforms": [{"child_frame_id": "laser", "transform": {"rotation": {"w": 1.0}}}]}
+    scans = [("/scan", scan_type, LASER, at) for at in (2, 4)]
+    odometry = [("/odom", odom_type, {"header": {"frame_id": "odom"}}, at) for at in (1, 3, 5)]
+    speeds = [("/cmd_vel", twist_type, {"linear": {"x": 0.5}}, at) for at in (6, 2)]
+    static = ("/tf_static", "tf2_msgs/msg/TFMessage", turned, -3600)
+    recorded = Recorded(written(tmp_path, overlapping(*scans, *odometry, *speeds, static))).read()
+    sent = [(one.topic, one.after) for one in recorded.inputs()]
+    assert sent[0] == ("tf_static", -3601.0), "before the begin, so at once"
+    assert sent[1:] == [("odom", 0.0), ("scan", 1.0), ("odom", 2.0), ("scan", 3.0), ("odom", 4.0)]
+    assert recorded.seconds == 5.0
+    assert [velocity.at for velocity in recorded.outcomes.velocities] == [1.0, 5.0]
+
+
 def test_file_that_was_cut_off(tmp_path: Path) -> None:
     path = written(tmp_path, mcap(entry("scan", scan()), finish=False))
     recorded = Recorded(path).read()
