@@ -113,7 +113,7 @@ def _zone_of(number: int, feature: Any, faults: Faults, notes: Notes) -> Zone | 
         faults.add(str(number), what, whole=f"features[{number}].properties: feature {number} {what}")
         return None
     given = {key: value for key, value in properties.items() if not _is_of_an_editor(key) and value is not None}
-    name = given.get("name", number)
+    name = given.get("name", given.get("Name", given.get("NAME", number)))
     try:
         rule = rule_of(given, notes)
     except InvalidZones as error:
@@ -135,7 +135,7 @@ def _zone_of(number: int, feature: Any, faults: Faults, notes: Notes) -> Zone | 
 
 
 def _is_of_an_editor(key: str) -> bool:
-    return key in EDITORS or key.lower() in KEYS or key.startswith(STYLES)
+    return key.lower() in EDITORS | KEYS or key.startswith(STYLES)
 
 
 def _check_names(zones: list[Zone], faults: Faults) -> None:

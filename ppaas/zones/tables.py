@@ -1,7 +1,7 @@
 """Rules of zones from the properties of features, also of those that went through the tables of a GIS."""
 
 import re
-from typing import Any
+from typing import Any, get_args
 
 import msgspec
 
@@ -14,6 +14,9 @@ _SWITCHES = {"one_way", "strict"}
 
 _WORDS = {"yes": True, "y": True, "t": True, "no": False, "n": False, "f": False}
 """Switches in words, as OpenStreetMap and PostgreSQL have them."""
+
+_NAMES = {"kind", *(field.encode_name for rule in get_args(AnyRule) for field in msgspec.structs.fields(rule))}
+"""Names of properties."""
 
 _PATTERN = re.compile(r"`str` matching regex '.*?'(?= - at|$)")
 """The pattern of a time of day, in the words of msgspec."""
@@ -29,21 +32,28 @@ def rule_of(given: dict[str, Any], notes: Notes) -> AnyRule:
     InvalidZones
         A property is missing, unknown or wrong; the text says which.
     """
-    given = {key: value for key, value in given.items() if key == "name" or not _is_blank(value)}
+    used = {key: value for key, value in given.items() if key == "name" or not _is_blank(value)}
+    named = {_name_of(key, used): value for key, value in used.items()}
+    rule: AnyRule
     try:
-        rule: AnyRule = msgspec.convert(given, AnyRule)
+        rule = msgspec.convert(named, AnyRule)
+        if named.keys() == used.keys():
+            return rule
     except msgspec.ValidationError as wrong:
-        mended = {key: _as_it_was(key, value) for key, value in given.items()}
+        values = {key: _as_it_was(key, value) for key, value in named.items()}
+        known = {key: value for key, value in values.items() if value is not None}
         try:
-            rule = msgspec.convert(
-                {key: value for key, value in mended.items() if value is not None}, AnyRule, strict=False
-            )
+            rule = msgspec.convert(known, AnyRule, strict=False)
         except msgspec.ValidationError:
             raise InvalidZones(_in_words(str(wrong))) from None
-    else:
-        return rule
     notes.add("properties of a table are read as what they were: whole floats as integers, text as values", rule.name)
     return rule
+
+
+def _name_of(key: str, given: dict[str, Any]) -> str:
+    """Return the name of a property, also of a column in capitals, as dBase and KML have them."""
+    lower = key.lower()
+    return lower if lower in _NAMES and lower not in given else key
 
 
 def _is_blank(value: Any) -> bool:

@@ -7,7 +7,7 @@ import pytest
 from ppaas.errors import InvalidZones
 from ppaas.zones.reading import read_zones, zones_of
 from ppaas.zones.zone import KINDS, Capacity, KeepOut, Lane, SpeedZone
-from tests.support.geojson import LINE, collection, feature
+from tests.support.geojson import LINE, SQUARE, collection, feature
 
 
 @pytest.mark.parametrize("name", [1_000_001, 1_000_001.0])
@@ -36,6 +36,17 @@ def test_switches_are_read_as_openstreetmap_and_postgresql_write_them(word: str,
     zones, notes = read_zones(collection(feature(LINE, kind="lane", one_way=word)))
     assert zones.zones[0].rule == Lane(name="a", one_way=one_way)
     assert "read as what they were" in notes.texts()[0]
+
+
+def test_columns_may_be_in_capitals_as_dbase_and_kml_have_them() -> None:
+    properties = {"NAME": "a", "Kind": "speed_limit", "MAX_SPEED": 0.5, "Description": "made of KML"}
+    zones, notes = read_zones(collection({"type": "Feature", "properties": properties, "geometry": SQUARE}))
+    assert zones.zones[0].rule == SpeedZone(name="a", max_speed=0.5)
+    assert "read as what they were" in notes.texts()[0]
+    with pytest.raises(InvalidZones, match="unknown field `Kind`"):
+        zones_of(collection(feature(Kind="no_stop")))
+    with pytest.raises(InvalidZones, match=r"properties of zone 'b'.*unknown field `wide`"):
+        zones_of(collection({"type": "Feature", "properties": {"Name": "b", "KIND": "keep_out", "wide": 1}}))
 
 
 @pytest.mark.parametrize("kind", ["KEEP_OUT", "moat", None, ""])
