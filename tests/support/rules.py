@@ -1,9 +1,10 @@
 """The rules of the house, each a function from a source file to what breaks it."""
 
 import ast
+import re
 from collections.abc import Iterator
 
-from tests.support.sources import Source
+from tests.support.sources import ALL_PACKAGES, Source
 
 MAX_FILE_LINES = 400
 MAX_FUNCTION_LINES = 40
@@ -30,6 +31,9 @@ ALLOWED = {
     "ppaas/planners/batch/workers.py": {"concurrent"},
 }
 
+PRIVATE = {"robots/bridges/dds/qos.py": {"cyclonedds._clayer"}}
+"""Private modules that are imported all the same; ``pyproject.toml`` bounds the versions of their packages."""
+
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
@@ -46,6 +50,19 @@ def io_imports(source: Source) -> list[str]:
     """Return imports of what does I/O, of ``time`` outside the clock, and of threads outside the workers."""
     forbidden = (IO_MODULES | {"time"}) - ALLOWED.get(source.path, set())
     return [f"{source.path}:{line} imports {name}" for line, name in imported_modules(source.tree) if name in forbidden]
+
+
+def private_imports(source: Source) -> list[str]:
+    """Return imports of what another package keeps private and changes with any release."""
+    found: list[tuple[int, str]] = []
+    for node in ast.walk(source.tree):
+        if isinstance(node, ast.Import):
+            found += [(node.lineno, alias.name) for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            found += [(node.lineno, f"{node.module}.{alias.name}") for alias in node.names]
+    private = re.compile(rf"(?!(?:{'|'.join(ALL_PACKAGES)})\.)\w.*\._(?!_)")
+    kept = PRIVATE.get(source.path, set())
+    return [f"{source.path}:{line} imports {name}" for line, name in found if private.match(name) and name not in kept]
 
 
 def io_calls(source: Source) -> list[str]:
