@@ -2,7 +2,7 @@
 
 from types import ModuleType
 
-from ppaas.distribution import install_hint
+from ppaas.distribution import check_versions, install_hint
 from ppaas.errors import InvalidInput
 
 
@@ -13,7 +13,10 @@ def mcap_modules() -> tuple[ModuleType, ModuleType]:
     ------
     InvalidInput
         The library is not installed; the text says how to install it.
+    Unavailable
+        A package of the extra is older than tried: the writer of mcap 1.4 cannot flush a recording.
     """
+    check_versions("recording")
     try:
         from mcap import records, writer  # noqa: PLC0415 - of the extra recording
     except ImportError as error:

@@ -48,13 +48,16 @@ class Versions:
         """Folder of the environment."""
         return FOLDER / self.name
 
-    def run(self, *arguments: str | Path, timeout: float) -> subprocess.CompletedProcess[str]:
-        """Run its Python in the checkout; kernels are compiled into a cache of their own."""
+    def run(self, *arguments: str | Path, timeout: float, **variables: str) -> subprocess.CompletedProcess[str]:
+        """Run its Python in the checkout, with further environment variables.
+
+        Kernels are compiled into a cache of its own, which stays for the next time.
+        """
         cache = {"NUMBA_CACHE_DIR": str(FOLDER / f"{self.name}-kernels")}
         return subprocess.run(
             [self.folder / "bin" / "python", *arguments],
             cwd=ROOT,
-            env=os.environ | cache,
+            env=os.environ | cache | variables,
             capture_output=True,
             text=True,
             timeout=timeout,
