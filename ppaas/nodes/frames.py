@@ -241,9 +241,9 @@ class FrameListener:
         name = frame.lstrip("/")
         return not name or self._body.connected(self.base, self._known(name))
 
-    def root_below(self, frame: str) -> str:
-        """Return the highest frame above the robot's body that is below another frame, or that has no parent."""
-        return self._body.root(self.base, frame)
+    def root(self, frame: str, below: str = "") -> str:
+        """Return the highest frame above a frame of the robot: it has no parent, or its parent is ``below``."""
+        return self._body.root(self._known(frame.lstrip("/")), below)
 
     def _known(self, frame: str) -> str:
         """Return a frame by its name, with the prefix of the robot if it is known only with it."""

@@ -24,8 +24,8 @@ class ScanOdometry:
 
     It begins if `SCANS` scans come during `PATIENCE`, none of them more than `PATIENCE` after the one before, no
     message comes on ``odom`` meanwhile, and no transform moves the robot or a frame that is not of its body. It ends
-    with the first transform that moves the robot. A laser that no transform connects with the robot is then at its
-    origin; once there is odometry, its transform has to be published.
+    with the first transform that moves the robot. If no transform connects the laser with the robot, the
+    highest frame above the laser is taken to be the robot; once there is odometry, a transform has to connect them.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class ScanOdometry:
         self._first_at = self._last_at = self._odometry_at = float("-inf")
         self._count = 0
         self._still = AT_BASE
-        self._assumed = ""
+        self._laser = self._assumed = ""
 
     def resume(self) -> None:
         """Go on at once, as after a restart of the container."""
@@ -84,10 +84,12 @@ class ScanOdometry:
 
     def _publish(self, stamp: float, scan: LaserScan) -> None:
         frames, moment, laser = self._frames, Time.of(stamp), scan.header.frame_id.lstrip("/")
-        transforms = [transform_message(SCAN_ODOM, frames.root_below(SCAN_ODOM), AT_BASE, moment)]
+        transforms = [transform_message(SCAN_ODOM, frames.root(frames.base, SCAN_ODOM), AT_BASE, moment)]
         if not self._assumed and not frames.knows(laser):
-            logger.warning("no transform says where laser %r is: it is taken to be at %r", laser, frames.base)
-            self._assumed = laser
+            self._laser, self._assumed = laser, frames.root(laser)
+            logger.warning(
+                "no transform connects laser %r with the robot: %r is taken to be %r", laser, self._assumed, frames.base
+            )
         if self._assumed:
             transforms.append(transform_message(frames.base, self._assumed, AT_BASE, moment))
         message = TFMessage(transforms)
@@ -114,5 +116,5 @@ class ScanOdometry:
         return self._still
 
     def assumes(self, laser: str) -> bool:
-        """Return whether a laser is at the robot's origin only because no transform says where it is."""
-        return bool(laser) and laser == self._assumed
+        """Return whether the mount of a laser is only assumed, because no transform connects it with the robot."""
+        return bool(self._assumed) and laser == self._laser

@@ -70,7 +70,7 @@ class ScanIntake:
             laser.check(scan)
         if self.scan_odometry.assumes(scan.frame) and not self.scan_odometry.is_active:
             raise TransformError(
-                f"no transform says where laser {scan.frame!r} is on the robot, which has odometry now: publish "
+                f"no transform connects laser {scan.frame!r} with the robot, which has odometry now: publish "
                 f"{self._frames.base!r} → {scan.frame!r} on 'tf_static'"
             )
         if scan.stamp:

@@ -66,6 +66,7 @@ class ScanMappingNode(LoggedMapNode):
         self._maps = MapServices(context, parameters.map_update_interval, save)
         self._poses = PosePublisher(context, self._frames, parameters)
         self._key_frames, self._others = KeyFramePublisher(context, self._logbook.times), OtherRobots()
+        self._before_odometry: Pose2D | None = None
         self._closures = ClosureJobs(context, lambda: self._mapper, self._on_moved)
 
     def start(self) -> None:
@@ -193,7 +194,9 @@ class ScanMappingNode(LoggedMapNode):
         odom = self._frames.odometry()
         self._on_odometry_reset(before, odom)
         self._intake.rebase(odom)
-        if self._mapper is not None:
+        if self._restoration is not None:
+            self._before_odometry = before
+        if self._mapper is not None or self._restoration is not None:
             self._poses.publish_start(self._map_to_odom)
 
     def restore(self, state: bytes) -> None:
@@ -231,6 +234,9 @@ class ScanMappingNode(LoggedMapNode):
         return mapper.parts.current == 0 and self._others.are_in(mapper.key_frames)
 
     def _restored(self, mapper: LiveMapper, *, shared: bool) -> None:
+        before, self._before_odometry = self._before_odometry, None
+        if before is not None:  # odometry came while the map was rebuilt
+            self._on_odometry_reset(before, self._frames.odometry())
         if shared:
             self._others.use_frame_of(mapper.key_frames, self._frame_name(mapper))
         self._key_frames.publish(mapper.key_frames)

@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ppaas.nodes.frames import SCAN_ODOM
+
 HOLD = 3.0
 """Longest time for which scans wait for the transform of their frame [s]."""
 
@@ -53,7 +55,7 @@ class Frames:
         wanted = []
         for transform in transforms:
             child, parent = transform["child_frame_id"].lstrip("/"), transform["header"]["frame_id"].lstrip("/")
-            if child in (self.base, self.odom) or parent == "map":
+            if child in (self.base, self.odom) or parent in ("map", SCAN_ODOM):
                 continue
             if static or self._has_changed(child, parent, transform["transform"], now):
                 wanted.append(transform)
@@ -76,13 +78,14 @@ class Frames:
         return list(self._static.values())
 
     def downward(self, transforms: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-        """Return the transforms of the cloud that the robot lacks: that of its odometry in the map."""
-        wanted = [
-            one for one in transforms if one["header"]["frame_id"] == "map" and one["child_frame_id"] == self.odom
-        ]
-        if wanted:
-            self.in_map = wanted[-1]["transform"]
-        return wanted
+        """Return the transforms of the cloud that the robot lacks: its odometry in the map.
+
+        A robot that maps without odometry gets its pose in the map, too.
+        """
+        odometry = [one for one in transforms if _names(one) == ("map", self.odom)]
+        if odometry:
+            self.in_map = odometry[-1]["transform"]
+        return odometry + [one for one in transforms if SCAN_ODOM in _names(one)]
 
     def _has_changed(self, child: str, parent: str, value: object, now: float) -> bool:
         before = self._sent.get(child)
@@ -91,3 +94,8 @@ class Frames:
         if len(self._sent) < MAX_FRAMES:
             self._sent[child] = (parent, value), now
         return True
+
+
+def _names(transform: Mapping[str, Any]) -> tuple[str, str]:
+    """Return parent and child of a transform."""
+    return transform["header"]["frame_id"], transform["child_frame_id"]

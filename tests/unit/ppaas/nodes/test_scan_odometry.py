@@ -26,7 +26,7 @@ from ppaas.nodes.scan_odometry import PATIENCE, SCANS
 from ppaas.nodes.tf.state_publisher import StatePublisherNode, StatePublisherParameters
 from ppaas.robot_model.known_models import robot_model
 from ppaas.transforms.planar import transform_message
-from tests.support.world.mapping_robot import START, MappingRobot
+from tests.support.world.mapping_robot import START, HeldJobs, MappingRobot
 from tests.support.world.ring_drive import ring_drive
 
 DRIVE = ring_drive()
@@ -181,6 +181,22 @@ def test_a_laser_without_a_transform_is_the_robot_while_there_is_no_odometry() -
     assert Pose2D(*robot.poses()[-1].tolist()).distance_to(first.inverse() @ last) < 0.1
 
 
+def test_a_robot_with_a_prefix_that_nothing_else_names_has_its_laser_where_its_transforms_say() -> None:
+    robot = Handheld(mount=False)
+    robot.laser = "robot1/laser"
+    mount = TFMessage([transform_message("robot1/base_link", "robot1/laser", MOUNT, Time())])
+    robot.graph.inject("tf_static", mount)
+    robot.drive_on(WAITING + 60)
+    assert robot.frames.mount("robot1/laser") == robot.frames.mount("laser"), "both have the same mount"
+    robot.wheels = "robot1/base_link"
+    robot.refusals.clear()
+    robot.drive_on(120)
+    assert robot.status == "" and robot.refusals == []
+    base = Pose2D(*robot.poses()[-1].tolist())
+    first, last = (Pose2D(*DRIVE.true[number].tolist()) for number in (WAITING, robot.next - 1))
+    assert base.distance_to(first.inverse() @ last) < 0.1
+
+
 def test_the_mount_of_a_laser_is_asked_for_once_there_is_odometry_and_then_used() -> None:
     robot = Handheld(mount=False)
     robot.drive_on(WAITING + 60)
@@ -215,6 +231,24 @@ def test_another_container_goes_on_at_once() -> None:
     other.wheels = "base_link"
     other.drive_on(20)
     assert other.status == "" and other.map_error < 0.05
+
+
+def test_odometry_that_comes_while_another_container_rebuilds_the_map_is_used() -> None:
+    robot = Handheld()
+    robot.drive_on(WAITING + 60)
+    state, log = robot.node.checkpoint(), robot.node.whole_log()
+    assert state is not None and log is not None
+    jobs = HeldJobs()
+    other = Handheld(worker=jobs)
+    other.next, other.wheels = robot.next, "base_link"
+    other.clock.advance(robot.clock() - START)
+    other.node.restore(state)
+    other.node.restore_log(log.entries)
+    other.drive_on(3)
+    jobs.release()
+    other.drive_on(20)
+    assert other.status == "" and other.map_error < 0.05
+    assert other.node._mapper is not None and other.node._mapper.parts.is_whole
 
 
 def test_a_clock_that_is_set_back_does_not_end_the_map() -> None:

@@ -43,3 +43,11 @@ def test_the_robot_gets_the_place_of_its_odometry_in_the_map_alone() -> None:
     frames.odometry({"header": {"frame_id": "tb3/odom"}, "child_frame_id": "tb3/base_link"})
     wanted = transform("map", "tb3/odom")
     assert frames.downward([wanted, transform("tb3/odom", "tb3/base_link"), transform("map", "person")]) == [wanted]
+
+
+def test_a_robot_that_maps_without_odometry_gets_its_pose_in_the_map_and_does_not_send_it_back() -> None:
+    frames = Frames()
+    pose = [transform("map", "scan_odom"), transform("scan_odom", "base_footprint")]
+    assert frames.downward([*pose, transform("base_link", "laser")]) == pose
+    assert frames.in_map is None
+    assert frames.upward(pose, 0.0, static=False) == []
