@@ -42,8 +42,8 @@ class ListenerFaults:
         """
         try:
             listener(*args, **kwargs)
-        except Exception as error:  # noqa: BLE001 - it is logged by `_note`
-            return self._note(name, error)
+        except Exception as error:  # noqa: BLE001 - it is logged by `note`
+            return self.note(name, error)
         return None
 
     def deliver(self, name: str, listener: Callable[P, object], *args: P.args, **kwargs: P.kwargs) -> PPaaSError | None:
@@ -52,11 +52,12 @@ class ListenerFaults:
             listener(*args, **kwargs)
         except PPaaSError as refusal:
             return refusal
-        except Exception as error:  # noqa: BLE001 - it is logged by `_note`
-            return self._note(name, error)
+        except Exception as error:  # noqa: BLE001 - it is logged by `note`
+            return self.note(name, error)
         return None
 
-    def _note(self, name: str, error: Exception) -> PPaaSError:
+    def note(self, name: str, error: Exception) -> PPaaSError:
+        """Log the fault of a listener, whose name is formatted for it alone; return it as an error to report."""
         known = (name, type(error)) in self._known
         self._known[name, type(error)] = None
         level = logging.DEBUG if known else logging.ERROR

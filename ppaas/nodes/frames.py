@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from ppaas.errors import TransformError
 from ppaas.geometry import Pose2D
 from ppaas.messages.geometry_msgs import TransformStamped
-from ppaas.messages.tf2_msgs import TFMessage
+from ppaas.messages.tf2_msgs import MAX_FRAMES, TFMessage
 from ppaas.nodes.topics import TF_STATIC
 from ppaas.transforms.planar import CACHE_TIME, TransformTree, is_level
 from ppaas.transforms.spatial import LatestFrames, Rigid
@@ -143,6 +143,8 @@ class FrameListener:
         child = transform.child_frame_id.lstrip("/")
         if "/" in child and PERSON.fullmatch(child):
             return  # people come and go, and nothing of the robot is mounted on them
+        if child not in self._heard and len(self._heard) >= MAX_FRAMES and child not in (self.base, self.names.odom):
+            raise TransformError(f"transform of {child!r} is left out: a robot has at most {MAX_FRAMES} frames")
         try:
             level = is_level(transform.transform.rotation)
         except TransformError as error:

@@ -5,6 +5,7 @@ from collections import deque
 from collections.abc import Callable
 from functools import partial
 
+from ppaas.bounded_dict import BoundedDict
 from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError
 from ppaas.listener_faults import ListenerFaults
 from ppaas.messages.base.message import Message
@@ -12,6 +13,9 @@ from ppaas.nodes.base import Node, Payload, Topic
 from ppaas.nodes.run_times import RunTimes
 
 logger = logging.getLogger(__name__)
+
+MOST_REFUSALS = 256
+"""Largest number of kinds of refusals, by topic, that are remembered; one that is forgotten is a warning again."""
 
 Tap = Callable[[str, Payload], None]
 TopicWatch = Callable[[Node, str, Topic | None], None]
@@ -39,7 +43,7 @@ class TopicBus:
         self._queue: deque[tuple[str, Payload]] = deque()
         self._draining = False
         self._faults = ListenerFaults(logger)
-        self._refusals: set[tuple[str, str]] = set()
+        self._refusals: BoundedDict[tuple[str, str], None] = BoundedDict(MOST_REFUSALS)
 
     # -- declarations, subscribers and taps ----------------------------------------------------------------------------
 
@@ -222,7 +226,7 @@ class TopicBus:
     def _note_refusal(self, topic: str, error: PPaaSError) -> None:
         """Log a refusal of a message between nodes: the first of each kind and topic as a warning."""
         level = logging.DEBUG if (topic, error.slug) in self._refusals else logging.WARNING
-        self._refusals.add((topic, error.slug))
+        self._refusals[topic, error.slug] = None
         logger.log(level, "a message on %s is refused: %s", topic, error)
 
     def _deliver(self, topic: str, message: Payload, refused: Callable[[PPaaSError], None]) -> None:
@@ -232,16 +236,17 @@ class TopicBus:
         if known.latched:
             self._latch(known, message)
         for node in self._subscribers.get(topic, ()):
-            error = self._faults.deliver(
-                f"node {node.name!r} on topic {topic!r}",
-                self.times.run,
-                node.name,
-                partial(node.on_message, topic, message),
-            )
-            if error is not None:
+            try:
+                self.times.run(node.name, partial(node.on_message, topic, message))
+            except PPaaSError as error:
                 refused(error)
+            except Exception as error:  # noqa: BLE001 - it is logged by `note`
+                refused(self._faults.note(f"node {node.name!r} on topic {topic!r}", error))
         for tap in tuple(self._taps.get(topic, ())):
-            self._faults.call(f"a tap of topic {topic!r}", tap, topic, message)
+            try:
+                tap(topic, message)
+            except Exception as error:  # noqa: BLE001 - likewise
+                self._faults.note(f"a tap of topic {topic!r}", error)
 
     def _latch(self, topic: Topic, message: Payload) -> None:
         """Store the message for later subscribers."""

@@ -8,7 +8,7 @@ from ppaas.errors import TransformError
 from ppaas.geometry import Pose2D
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Quaternion, Transform, TransformStamped, Vector3
-from ppaas.messages.tf2_msgs import TFMessage
+from ppaas.messages.tf2_msgs import MAX_FRAMES, TFMessage
 from ppaas.nodes.frames import FrameListener
 from ppaas.transforms.planar import transform_message
 
@@ -53,3 +53,22 @@ def test_a_sensor_that_moves_on_the_robot_is_where_it_is_only_while_its_transfor
     hear("odom", "base_link", 1.0, 1.0)
     hear("odom", "base_link", 2.0, 2.0)
     assert frames.mount("laser", 112.0).x == pytest.approx(0.5), "the robot itself moves in another frame"
+
+
+def test_names_of_frames_are_bounded_and_those_that_drive_the_robot_always_count():
+    frames = FrameListener()
+
+    def hear(parent: str, child: str, now: float) -> None:
+        frames.hear("tf", TFMessage([transform_message(parent, child, Pose2D(0.1, 0), Time.of(now))]), now)
+
+    for number in range(MAX_FRAMES):
+        hear("map", f"box_{number}", 1.0)
+    with pytest.raises(
+        TransformError, match=f"'box_{MAX_FRAMES}' is left out: a robot has at most {MAX_FRAMES} frames"
+    ):
+        hear("map", f"box_{MAX_FRAMES}", 1.0)
+    assert len(frames.tree.frames()) == MAX_FRAMES + 1
+    hear("map", "box_7", 5.0)
+    assert frames.silence("box_7", 6.0) == 1.0
+    hear("odom", "base_link", 2.0)
+    assert frames.odometry_silence(3.0) == 1.0 and frames.odometry().x == pytest.approx(0.1)

@@ -1,5 +1,6 @@
 """Topics, services, timers and jobs of a graph."""
 
+import logging
 from collections.abc import Callable
 from typing import Any
 
@@ -10,6 +11,7 @@ from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError
 from ppaas.messages import std_srvs
 from ppaas.messages.base import std_msgs
 from ppaas.messages.base.message import Message
+from ppaas.nodes import topic_bus
 from ppaas.nodes.base import Checkpoint, Context, Node, Payload, Reply, Service, Topic
 from ppaas.nodes.graph import Graph
 
@@ -309,6 +311,36 @@ def test_a_node_that_fails_starves_no_other_and_its_fault_is_logged_once(caplog:
     assert tapped == [std_msgs.Float64(1.0), std_msgs.Float64(2.0)]
     failed = [record.getMessage() for record in caplog.records if record.levelname == "ERROR"]
     assert failed == [f"node 'faulty' on topic {topic!r} failed; the other listeners go on" for topic in ("in", "out")]
+
+
+class Refusing(Node):
+    """Refuses each message, for a reason that the message names."""
+
+    name = "refusing"
+    subscribes = (OUT,)
+
+    def on_message(self, topic: str, message: Payload) -> None:
+        assert isinstance(message, std_msgs.Float64)
+        raise (InvalidInput("a"), NotFound("b", "c"), Conflict("d"))[int(message.data / 2.0)]
+
+
+def test_each_kind_of_refusal_is_a_warning_once_while_it_is_remembered(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(topic_bus, "MOST_REFUSALS", 2)
+    graph = Graph()
+    graph.add(Doubler)
+    graph.add(Refusing)
+
+    def warned(*kinds: int) -> list[bool]:
+        caplog.clear()
+        for kind in kinds:
+            graph.inject("in", std_msgs.Float64(float(kind)))
+        return [record.levelname == "WARNING" for record in caplog.records if "is refused" in record.getMessage()]
+
+    with caplog.at_level(logging.DEBUG):
+        assert warned(0, 0, 1, 0, 1) == [True, False, True, False, False]
+        assert warned(2, 2, 1, 0) == [True, False, False, True], "the kind that was longest ago was forgotten"
 
 
 def test_taps_and_watches_that_fail_reach_neither_nodes_nor_senders() -> None:
