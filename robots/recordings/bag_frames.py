@@ -50,13 +50,31 @@ class BagFrames:
         self._above: dict[str, _Above] = {}
         self._times: tuple[float, ...] = ()
         self._others: dict[str, None] = {}
+        self._unnamed: str | None = None
+        self._parents: dict[str, list[str]] = {}
         self._wrong: list[TransformError] = []
         self.base = names.base or BASE_LINK
 
-    def add_transforms(self, transforms: Iterable[Any], *, static: bool) -> None:
-        """Add transforms; those that are not rigid are left out."""
+    def hear_parents(self, transforms: Iterable[Any]) -> None:
+        """Take note of the parents of moving frames, of which `add_transforms` uses one for each frame."""
         for each in transforms:
-            self._add(_stamped(each.header, each.child_frame_id, each.transform), static=static)
+            known = self._parents.setdefault(each.child_frame_id.lstrip("/"), [])
+            if (parent := each.header.frame_id.lstrip("/")) not in known:
+                known.append(parent)
+
+    def add_transforms(self, transforms: Iterable[Any], *, static: bool) -> None:
+        """Add transforms; those that are not rigid are left out, and those to other parents of a frame."""
+        for each in transforms:
+            if static or each.header.frame_id.lstrip("/") == self._parent(each.child_frame_id.lstrip("/")):
+                self._add(_stamped(each.header, each.child_frame_id, each.transform), static=static)
+
+    def _parent(self, frame: str) -> str:
+        """Return the parent of a moving frame: that of the odometry, or else the first that is not the map."""
+        return min(self._parents[frame], key=self._preference)
+
+    def _preference(self, parent: str) -> int:
+        named = parent == self._names.odom, unprefixed(parent) == ODOM, unprefixed(parent) != MAP
+        return next((place for place, fits in enumerate(named) if fits), len(named))
 
     def add_odometry(self, topic: str, message: Any) -> None:
         """Add odometry, unless transforms move its frame. Of several topics, the first counts.
@@ -77,9 +95,11 @@ class BagFrames:
             self._others[topic] = None
 
     def _root_base(self) -> str:
-        """Return the frame of the robot by its name, or the one above the others."""
-        known = (frame for frame in self._above_all() if unprefixed(frame) in BASES)
-        return self._names.base or next(known, BASE_LINK)
+        """Return the frame of the robot by its name, or the one above the others before odometry moves it."""
+        if self._unnamed is None:
+            known = (frame for frame in self._above_all() if unprefixed(frame) in BASES)
+            self._unnamed = self._names.base or next(known, BASE_LINK)
+        return self._unnamed
 
     def _above_all(self) -> list[str]:
         """Return the frames that have no parent."""
@@ -124,6 +144,12 @@ class BagFrames:
         notes = []
         if self._others and self._source is not None:
             notes.append(f"odometry on {self._source[0]} is used, that on {', '.join(self._others)} is not")
+        for frame, parents in self._parents.items():
+            others = [parent for parent in parents if parent != self._parent(frame)]
+            if others:
+                notes.append(
+                    f"transforms of {frame} in {self._parent(frame)} are used, those in {', '.join(others)} are not"
+                )
         if self._wrong:
             notes.append(f"{len(self._wrong)} transforms or poses of odometry left out; the first: {self._wrong[0]}")
         return notes
@@ -140,6 +166,11 @@ class BagFrames:
         """Frame of the true poses."""
         known = (frame for frame in self._tree.frames() if unprefixed(frame) == MAP)
         return self._names.map or next(known, MAP)
+
+    @property
+    def is_base_known(self) -> bool:
+        """Whether transforms or odometry have the frame of the robot."""
+        return self.base in self._tree.frames()
 
     def missing(self, first: float, last: float) -> str:
         """Return a text that names the missing odometry, by the first and the last time of a scan [s]."""
@@ -166,11 +197,11 @@ class BagFrames:
         """
         if self._names.odom is not None or self._source is not None:
             return True
-        if self.base in self._tree.frames():
+        if self.is_base_known:
             return self._tree.moving_parent(self.base, self.map) is not None
-        return any(self._moves(laser.lstrip("/")) for laser in lasers)
+        return any(self.moves(laser.lstrip("/")) for laser in lasers)
 
-    def _moves(self, frame: str) -> bool:
+    def moves(self, frame: str) -> bool:
         """Return whether a frame or one above it moves in another frame than that of the map."""
         seen: set[str] = set()
         while frame not in seen and (known := self._above.get(frame)) is not None:

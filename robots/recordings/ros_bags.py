@@ -83,6 +83,9 @@ def recording_of(
     messages, more = of_one_clock(messages, _headers, lambda message: message.kind in SCANS)
     bag = BagFrames(frames)
     for topic, kind, message, _ in messages:
+        if kind in TRANSFORMS and not _is_static(topic):
+            bag.hear_parents(message.transforms)
+    for topic, kind, message, _ in messages:
         if kind in TRANSFORMS:
             bag.add_transforms(message.transforms, static=_is_static(topic))
     for topic, kind, message, _ in messages:
@@ -99,6 +102,7 @@ def recording_of(
     lasers = {scan.header.frame_id.lstrip("/") for scan in chosen}
     has_odometry = bag.has_odometry(lasers)
     if has_odometry:
+        _check_one_robot(lasers, bag, path)
         notes += _unplaced(lasers, bag)
     else:
         _check_frames(lasers, bag, path)
@@ -117,6 +121,16 @@ def _headers(message: BagMessage) -> list[tuple[str, Any]]:
         moved = [] if _is_static(message.topic) else message.message.transforms
         return [(each.child_frame_id, each.header) for each in moved]
     return [(message.message.header.frame_id, message.message.header)]
+
+
+def _check_one_robot(frames: set[str], bag: BagFrames, path: Path) -> None:
+    """Raise ``InvalidInput`` if there are scans of a laser that moves in another frame than the robot."""
+    others = sorted(frame for frame in frames if bag.mount(frame) is None and bag.moves(frame))
+    if others and bag.is_base_known:
+        raise InvalidInput(
+            f"{path} has scans of several robots: no transform leads from {bag.base} to {', '.join(others)}, which "
+            "moves by itself; name the topic of one robot by --scan-topic, and its frame by --base-frame"
+        )
 
 
 def _unplaced(frames: set[str], bag: BagFrames) -> list[str]:

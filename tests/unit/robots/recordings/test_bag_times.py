@@ -75,15 +75,16 @@ def test_scans_alone_may_be_without_stamps() -> None:
     assert xs(recording) == [0.5, 1.5]
 
 
-def test_transforms_without_stamps_have_the_times_of_recording_and_static_ones_none() -> None:
-    def transform(at: float, parent: str, child: str, x: float, topic: str) -> BagMessage:
-        moved = Of(translation=Of(x=x, y=0.0, z=0.0), rotation=Of(x=0.0, y=0.0, z=0.0, w=1.0))
-        message = Of(transforms=[Of(header=header(0.0, parent), child_frame_id=child, transform=moved)])
-        return BagMessage(topic, TRANSFORMS[0], message, round(at * SECOND))
+def transform(at: float, stamp: float, parent: str, child: str, x: float, topic: str = "/tf") -> BagMessage:
+    moved = Of(translation=Of(x=x, y=0.0, z=0.0), rotation=Of(x=0.0, y=0.0, z=0.0, w=1.0))
+    message = Of(transforms=[Of(header=header(stamp, parent), child_frame_id=child, transform=moved)])
+    return BagMessage(topic, TRANSFORMS[0], message, round(at * SECOND))
 
-    moves = [transform(1000.0 + at, "odom", "base_link", at, "/tf") for at in (0.0, 1.0, 2.0)]
+
+def test_transforms_without_stamps_have_the_times_of_recording_and_static_ones_none() -> None:
+    moves = [transform(1000.0 + at, 0.0, "odom", "base_link", at) for at in (0.0, 1.0, 2.0)]
     recording = read(
-        transform(1002.0, "base_link", "laser", 0.2, "/tf_static"),
+        transform(1002.0, 0.0, "base_link", "laser", 0.2, "/tf_static"),
         *moves,
         scan(1000.5, 1000.5, "laser"),
         scan(1001.5, 1001.5, "laser"),
@@ -169,3 +170,40 @@ def test_a_few_scans_before_the_first_odometry_are_not_worth_a_note() -> None:
     recording = read(scan(999.0, 999.0), *drive([1000.0 + number for number in range(60)]))
     assert (len(recording.looks), recording.notes) == (60, ())
     assert math.isclose(recording.looks[0].stamp, 1000.0)
+
+
+def test_odometry_without_a_name_of_the_robot_is_that_of_the_frame_above_its_others() -> None:
+    """As a URDF with base_footprint has it."""
+    joints = [("base_footprint", "base_link", 0.0), ("base_link", "laser", 0.1)]
+    static = [transform(1000.0, 1000.0, *joint, topic="/tf_static") for joint in joints]
+    moves = [odometry(1000.0 + at, at, 1000.0 + at, child="") for at in (0.0, 1.0, 2.0)]
+    recording = read(*static, *moves, scan(1000.5, 1000.5, "laser"), scan(1001.5, 1001.5, "laser"))
+    assert (xs(recording), recording.notes) == ([0.5, 1.5], ())
+    assert recording.looks[0].laser == Pose2D(0.1, 0.0)
+
+
+@pytest.mark.parametrize("other", ["wheel_odom", "map", "vicon"])
+@pytest.mark.parametrize("first", [True, False])
+def test_of_two_parents_that_take_turns_the_odometry_counts(other: str, first: bool) -> None:
+    """As of wheels and a filter that both publish transforms, or of a tracking system beside the odometry."""
+    moves = []
+    for at in (0.0, 1.0, 2.0):
+        both = [("odom", at), (other, 70.0)]
+        moves += [transform(1000.0 + at, 1000.0 + at, one, "base_link", x) for one, x in both[:: 1 if first else -1]]
+    scans = scan(1000.5, 1000.5), scan(1001.5, 1001.5)
+    recording = read(*moves, *scans)
+    assert xs(recording) == [0.5, 1.5]
+    assert recording.notes == (f"transforms of base_link in odom are used, those in {other} are not",)
+    assert xs(read(*moves, *scans, odom=other)) == [70.0, 70.0]
+
+
+def test_scans_of_several_robots_are_refused() -> None:
+    ends = [(at, robot) for at in (0.0, 1.0) for robot in "ab"]
+    moves = [transform(1000.0 + at, 1000.0 + at, f"{one}/odom", f"{one}/base_link", at) for at, one in ends]
+    scans = [scan(1000.5, 1000.5, f"{one}/base_link", topic=f"/{one}/scan") for one in "ab"]
+    text = "scans of several robots: no transform leads from a/base_link to b/base_link"
+    with pytest.raises(InvalidInput, match=text):
+        read(*moves, *scans)
+    with pytest.raises(InvalidInput, match=text):
+        read(*moves, *scans, scan_topic="/b/scan")
+    assert xs(read(*moves, *scans, scan_topic="/b/scan", base="b/base_link")) == [0.5]
