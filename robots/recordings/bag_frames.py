@@ -11,13 +11,11 @@ from ppaas.messages.geometry_msgs import Quaternion, Transform, TransformStamped
 from ppaas.nodes.frames import BASE_FOOTPRINT, BASE_LINK, MAP, ODOM, unprefixed
 from ppaas.transforms.planar import TransformTree, is_level, tf_time
 from ppaas.transforms.spatial import LatestFrames, Rigid
+from robots.recordings.bag_times import APART
 from robots.recordings.recording import RecordedFrames
 
 BASES = (BASE_LINK, BASE_FOOTPRINT)
 """Names of a robot's base frame, each with or without a prefix."""
-
-_APART = 60.0
-"""Time between scans and odometry from which on their clocks differ [s]."""
 
 
 class _Above(NamedTuple):
@@ -174,7 +172,7 @@ class BagFrames:
 
     def missing(self, first: float, last: float) -> str:
         """Return a text that names the missing odometry, by the first and the last time of a scan [s]."""
-        if self._times and (last < min(self._times) - _APART or first > max(self._times) + _APART):
+        if self._times and (last < min(self._times) - APART or first > max(self._times) + APART):
             return (
                 f"odometry at the time of any of them: they are stamped {first:.1f} to {last:.1f} s, and odometry and "
                 f"transforms {min(self._times):.1f} to {max(self._times):.1f} s: set one clock where it is recorded"

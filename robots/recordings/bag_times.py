@@ -7,6 +7,9 @@ from typing import Any, NamedTuple
 SET_BACK = 1.0
 """Time by which a stamp is before the newest of its frame from which on the robot's clock was set back [s]."""
 
+APART = 60.0
+"""Time between all scans and all odometry from which on their clocks differ [s]."""
+
 MOST_PARTS = 5
 """Largest number of parts of a bag with a clock each; stamps that jump more often are in disorder, and are sorted."""
 
@@ -38,10 +41,32 @@ def with_stamps(messages: Sequence[BagMessage], headers: Headers) -> list[str]:
         if len(stamps) != 1 or 0 in times or (len(times) == 1 and stamps != {0}):
             continue
         for message in group:
-            for _, header in headers(message):
-                header.stamp.sec, header.stamp.nanosec = divmod(message.recorded, _NANOSECONDS)
+            _stamp_as_recorded(message, headers)
         notes.append(f"all stamps on {topic} are {stamps.pop() / 1e9:g} s: the times of recording are used")
     return notes
+
+
+def with_recorded_times(
+    messages: Sequence[BagMessage], headers: Headers, is_scan: Callable[[BagMessage], bool]
+) -> list[str]:
+    """Let all messages have the times of recording if scans and odometry are stamped by two clocks, and return notes.
+
+    So does a simulator whose laser has simulated time, and whose odometry that of the computer. The stamps are changed
+    in place, unless a time of recording is not known.
+    """
+    moving = [message for message in messages if headers(message)]
+    scans, others = [each for each in moving if is_scan(each)], [each for each in moving if not is_scan(each)]
+    if not scans or not others or not all(message.recorded for message in moving):
+        return []
+    (first, last), (begin, end) = _span(scans, headers), _span(others, headers)
+    if last + APART * _NANOSECONDS >= begin and end + APART * _NANOSECONDS >= first:
+        return []
+    for message in moving:
+        _stamp_as_recorded(message, headers)
+    return [
+        f"scans are stamped {first / 1e9:.1f} to {last / 1e9:.1f} s, and odometry and transforms {begin / 1e9:.1f} to "
+        f"{end / 1e9:.1f} s, by another clock: the times of recording are used"
+    ]
 
 
 def of_one_clock(
@@ -92,6 +117,11 @@ def _by_topic(messages: Sequence[BagMessage]) -> dict[str, list[BagMessage]]:
     for message in messages:
         groups[message.topic].append(message)
     return groups
+
+
+def _stamp_as_recorded(message: BagMessage, headers: Headers) -> None:
+    for _, header in headers(message):
+        header.stamp.sec, header.stamp.nanosec = divmod(message.recorded, _NANOSECONDS)
 
 
 def _stamp(header: Any) -> int:

@@ -14,7 +14,7 @@ from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.perception.level_scans import LevelScan, level_scan
 from ppaas.transforms.planar import tf_time
 from robots.recordings.bag_frames import BagFrames
-from robots.recordings.bag_times import BagMessage, of_one_clock, with_stamps
+from robots.recordings.bag_times import BagMessage, of_one_clock, with_recorded_times, with_stamps
 from robots.recordings.bags.bag import ROS_ENCODINGS, Bag
 from robots.recordings.bags.bag import messages as in_words
 from robots.recordings.bags.objects import BagObjects, full_type
@@ -80,7 +80,8 @@ def recording_of(
         As `read_bag`.
     """
     notes = with_stamps(messages, _headers)
-    messages, more = of_one_clock(messages, _headers, lambda message: message.kind in SCANS)
+    notes += with_recorded_times(messages, _headers, _is_scan)
+    messages, more = of_one_clock(messages, _headers, _is_scan)
     bag = BagFrames(frames)
     for topic, kind, message, _ in messages:
         if kind in TRANSFORMS and not _is_static(topic):
@@ -109,6 +110,10 @@ def recording_of(
         notes.append(NO_ODOMETRY)
     looks, left_out = _looks(chosen, bag, path, bag.odometry if has_odometry else lambda _: Pose2D(0.0, 0.0))
     return Recording(tuple(looks), (*notes, *left_out), has_odometry)
+
+
+def _is_scan(message: BagMessage) -> bool:
+    return message.kind in SCANS
 
 
 def _is_static(topic: str) -> bool:

@@ -94,6 +94,25 @@ def test_transforms_without_stamps_have_the_times_of_recording_and_static_ones_n
     assert recording.notes == ("all stamps on /tf are 0 s: the times of recording are used",)
 
 
+@pytest.mark.parametrize("laser", [34.0, 9000.0])
+def test_scans_and_odometry_by_two_clocks_have_the_times_of_recording(laser: float) -> None:
+    moves = [odometry(1000.0 + at, at, 1000.0 + at) for at in (0.0, 1.0, 2.0)]
+    recording = read(*moves, scan(1000.5, laser), scan(1001.5, laser + 1.0))
+    assert xs(recording) == [0.5, 1.5]
+    (note,) = recording.notes
+    assert note.startswith(
+        f"scans are stamped {laser} to {laser + 1.0} s, and odometry and transforms 1000.0 to 1002.0 s"
+    )
+    with pytest.raises(InvalidInput, match="set one clock where it is recorded"):
+        read(*(message._replace(recorded=0) for message in moves), scan(1000.5, laser)._replace(recorded=0))
+
+
+def test_scans_a_little_before_the_odometry_keep_their_stamps() -> None:
+    moves = [odometry(1000.0 + at, at, 1000.0 + at) for at in (0.0, 1.0)]
+    with pytest.raises(InvalidInput, match="no odometry"):
+        read(*moves, scan(1000.5, 950.0), scan(1000.6, 951.0))
+
+
 def test_one_message_with_a_stamp_keeps_it() -> None:
     recording = read(*drive([5.0, 6.0]), scan(1009.0, 5.5, topic="/rear"))
     assert [look.stamp for look in recording.looks] == [5.0, 5.5, 6.0]
