@@ -110,15 +110,16 @@ def _open(source: str, target: str, *, create: bool) -> "tuple[Sequence[RecordKi
     from storage.migration.store_records import KINDS  # noqa: PLC0415
     from storage.urls.backends import MAP_STORES, STORES  # noqa: PLC0415
     from storage.urls.opening import (  # noqa: PLC0415
+        is_same,
         open_existing_map_store,
         open_existing_store,
         open_map_store,
         open_store,
     )
 
-    if source == target:
-        raise InvalidInput("FROM and TO are the same store: give two different stores")
     schemes = {url.partition(":")[0] for url in (source, target)}
+    if is_same(source, target) and len(schemes) == 1:
+        raise InvalidInput("FROM and TO are the same store, or one is in the other: give two different stores")
     if schemes <= set(STORES):
         return KINDS, open_existing_store(source), (open_store if create else open_existing_store)(target)
     if schemes <= set(MAP_STORES):

@@ -17,7 +17,7 @@ from storage.disk_errors import disk_errors
 from storage.files.reviewed_maps import ReviewedMapStore
 from storage.temporary.folders import locked, remove_unless_locked
 
-_INCOMING = ".incoming"
+_INCOMING, LOCK = ".incoming", ".lock"
 
 
 class FileMapStore(ReviewedMapStore):
@@ -38,6 +38,11 @@ class FileMapStore(ReviewedMapStore):
         super().__init__(LocalDisk(root))
 
 
+def is_store(folder: Path) -> bool:
+    """Return whether a folder is one of a `FileMapStore`; a copy of its maps alone is one, too."""
+    return any((folder / name).exists() for name in (LOCK, _INCOMING)) or any(folder.glob("*/log"))
+
+
 class LocalDisk:
     """A ``Disk`` in a folder of this machine, or in a network folder that several machines share."""
 
@@ -46,7 +51,7 @@ class LocalDisk:
         self._incoming = root / _INCOMING
         with disk_errors(root):
             self._incoming.mkdir(parents=True, exist_ok=True)
-            (root / ".lock").touch()
+            (root / LOCK).touch()
 
     def folders(self) -> list[str]:
         """Return the names of the top-level folders."""
@@ -127,7 +132,7 @@ class LocalDisk:
                 os.close(held)
 
     def _take(self, folder: Path) -> int:
-        with (self._root / ".lock").open("rb") as lock:
+        with (self._root / LOCK).open("rb") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             for left in self._incoming.iterdir():
                 remove_unless_locked(left)

@@ -102,10 +102,26 @@ def _on_same_disk(url: str, reserve: Path) -> bool:
 
 
 def check_exists(url: str) -> None:
-    """Raise ``NotFound`` if a URL is a path that does not exist: opening it would create an empty store."""
+    """Raise ``NotFound`` if a URL is a path at which there is no store: opening it would create an empty one there."""
     path = local_path(url)
-    if path is not None and not path.exists():
+    if path is None:
+        return
+    if not path.exists():
         raise NotFound("store", url)
+    if path.is_file() and not path.stat().st_size:
+        raise NotFound("store", url, advice="the file is empty: restore it from a backup, or correct the path")
+    from storage.files.store import is_store  # noqa: PLC0415 - of one of the backends, which are imported where used
+
+    if path.is_dir() and not is_store(path):
+        raise NotFound("store", url, advice="the folder is none of a store: correct the path")
+
+
+def is_same(first: str, second: str) -> bool:
+    """Return whether two URLs are of one store, or of folders of which one is in the other."""
+    paths = [path.resolve() for path in map(local_path, (first, second)) if path is not None]
+    if len(paths) < len((first, second)):
+        return first == second
+    return paths[0].is_relative_to(paths[1]) or paths[1].is_relative_to(paths[0])
 
 
 def _open(url: str, backends: Mapping[str, Backend[S]], *, create: bool = True) -> S:

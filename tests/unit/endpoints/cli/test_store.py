@@ -99,6 +99,41 @@ def test_nothing_is_created_but_the_target_of_a_migration(
     assert main.main(["store", "migrate", there, missing]) == 0
 
 
+@pytest.mark.parametrize("command", [["check", "{at}"], ["migrate", "{at}", "{to}"], ["check", "{there}", "{at}"]])
+@pytest.mark.parametrize("kind", ["sqlite", "file"])
+def test_an_empty_file_or_a_folder_of_something_else_is_no_store(
+    kind: str, command: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A power loss may leave an empty file, and a folder is easily mistyped: neither is a store without faults."""
+    names = {name: f"{kind}://{tmp_path / name}" for name in ("at", "to", "there")}
+    if kind == "sqlite":
+        (tmp_path / "at").touch()
+        open_store(names["there"]).close()  # type: ignore[attr-defined]
+    else:
+        (tmp_path / "at").mkdir()
+        (tmp_path / "at" / "letter").write_text("of something else")
+        open_map_store(names["there"])
+    assert main.main(["store", *(word.format(**names) for word in command)]) == 1
+    assert f"unknown store '{names['at']}'; the f" in capsys.readouterr().err
+    assert not (tmp_path / "to").exists()
+    at = tmp_path / "at"
+    assert [path.name for path in at.iterdir()] == ["letter"] if at.is_dir() else at.read_bytes() == b""
+
+
+@pytest.mark.parametrize("other", ["x/../there", "there/inner", "./there"])
+@pytest.mark.parametrize("kind", ["sqlite", "file"])
+def test_a_store_is_not_copied_into_itself(
+    kind: str, other: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    there, again = f"{kind}://{tmp_path}/there", f"{kind}://{tmp_path}/{other}"
+    opened = open_store(there) if kind == "sqlite" else open_map_store(there)
+    if kind == "sqlite":
+        opened.close()  # type: ignore[union-attr]
+    for urls in ((there, again), (again, there)):
+        assert main.main(["store", "migrate", *urls]) == 1
+        assert "FROM and TO are the same store" in capsys.readouterr().err
+
+
 def test_store_migrate_copies_map_stores(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     urls = [f"file://{tmp_path / name}" for name in ("from", "to")]
     fill_maps(open_map_store(urls[0]))
