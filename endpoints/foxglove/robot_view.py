@@ -13,7 +13,7 @@ from endpoints.rosbridge.attachment import Attachment
 from engine.service.links.place_link import PlaceLink
 from ppaas.errors import PPaaSError
 from ppaas.messages import service_type
-from ppaas.nodes.topics import policy_of
+from ppaas.nodes.topics import ROBOT_DESCRIPTION, policy_of
 from ppaas.wire.foxglove.answers import Schema
 from ppaas.wire.foxglove.conversion.base import Conversion
 from ppaas.wire.foxglove.conversion.conversions import PICTURES, conversion_of
@@ -120,7 +120,8 @@ class RobotView:
     def shown(self) -> set[Shown]:
         """Return what the viewer may see of the robot now."""
         access = self.attachment.session.access
-        found = {Shown(BODY)}
+        # The outline is made of the URDF and the parameters of the robot's file.
+        found = {Shown(BODY)} if access.may_read(ROBOT_DESCRIPTION.name) else set()
         for topic, kind in self.place.topic_types().items():
             if access.may_read(topic):
                 found.add(Shown(topic, topic, kind))

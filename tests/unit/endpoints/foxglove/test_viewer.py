@@ -2,6 +2,7 @@
 
 import struct
 
+import pytest
 from foxglove import messages as sdk
 
 from endpoints.services.services import Services
@@ -136,11 +137,23 @@ async def test_shared_robots_are_below_the_name_of_their_owner(
     cloud.running = [container(user="bob")]
     viewer = StillViewer(services, sessions, token)
     await viewer.look()
-    assert viewer.channels.keys() == {"/bob/tb1/model", "/bob/tb1/scan"}
+    assert viewer.channels.keys() == {"/bob/tb1/scan"}
     view, topic = viewer.viewer.find("/bob/tb1/scan")
     assert (view.name, topic) == ("bob/tb1", "scan")
     [attachment] = sessions.attached
     assert not attachment.request.hold
+
+
+@pytest.mark.parametrize(("topics", "shown"), [(("robot_description",), True), (("*",), True), (("tf",), False)])
+async def test_the_outline_of_a_robot_is_shown_to_those_who_may_read_its_description(
+    services: Services, sessions: StillSessions, token: str, cloud: FakeCloud, topics: tuple[str, ...], shown: bool
+) -> None:
+    await services.accounts.register("bob", "correct horse")
+    services.store.put_robot(records.robot("tb1", user="bob", shares=(Share("ann", "look", (), topics),)))
+    cloud.running = [container(user="bob")]
+    viewer = StillViewer(services, sessions, token)
+    await viewer.look()
+    assert ("/bob/tb1/model" in viewer.channels) == shown
 
 
 async def test_a_robot_that_refuses_the_viewer_is_told_once(
