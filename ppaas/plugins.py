@@ -186,11 +186,11 @@ class PluginRegistry(Generic[P]):
         NotPermitted
             No administrator has allowed it.
         InvalidParameter
-            A parameter is unknown or of the wrong type, or the entry point is wrong.
+            A parameter is unknown, of the wrong type or refused by the plug-in, or the entry point is wrong.
         """
         plugin = self.load(name)
         keywords = read_keywords(f"{self._kind} {name!r}", plugin, parameters)
         try:
             return plugin(**keywords)
-        except TypeError as error:
+        except (TypeError, ValueError) as error:
             raise InvalidParameter(f"{self._kind} {name!r}: {error}") from error

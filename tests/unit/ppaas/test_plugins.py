@@ -72,3 +72,21 @@ def test_all_plugins_of_the_project_are_recognized_as_own() -> None:
     entries = [entry for entry in distribution(NAME).entry_points if entry.group == GROUP]
     assert entries
     assert all(plugins._is_own(entry) for entry in entries)
+
+
+class Picky(AStar):
+    """Planner whose constructor refuses a value as Python code does."""
+
+    def __init__(self, weight: float = 1.0) -> None:
+        super().__init__()
+        if weight < 1.0:
+            raise ValueError("weight must be at least 1")
+
+
+def test_a_value_that_a_plugin_refuses_is_an_invalid_parameter(
+    registry: PluginRegistry[Planner], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(registry, "load", lambda _name: Picky)
+    assert isinstance(registry.create("picky", {"weight": 2}), Picky)
+    with pytest.raises(InvalidParameter, match="planner 'picky': weight must be at least 1"):
+        registry.create("picky", {"weight": 0.5})
