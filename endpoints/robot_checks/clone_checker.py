@@ -70,6 +70,8 @@ class CloneChecker:
         Unavailable
             The check took too long, or its process exited.
         """
+        if clone.is_usual:
+            return []
         common = replace(clone, robot=replace(clone.robot, id="robot", initial_pose=(0.0, 0.0, 0.0)))
         request = msgspec.json.encode(common) + b"\n"
         key = hashlib.sha256(request).digest()

@@ -1,11 +1,16 @@
 """Clones to check before a robot file is stored."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import msgspec
 
 from engine.specs.containers import RobotConfig
 
-FIELDS = ("model", "base_global_planner", "base_local_planner", "parameters")
-"""Fields of a robot file that its clone is built from."""
+DEFAULTS: Mapping[str, Any] = {
+    "model": "turtlebot2", "base_global_planner": "dijkstra", "base_local_planner": "dwa", "parameters": {},
+}  # fmt: skip
+"""Fields of a robot file that its clone is built from, with their defaults."""
 
 
 class CloneToCheck(msgspec.Struct, frozen=True):
@@ -20,3 +25,9 @@ class CloneToCheck(msgspec.Struct, frozen=True):
 
     robot: RobotConfig
     resolution: float
+
+    @property
+    def is_usual(self) -> bool:
+        """Whether all parts of the file have their defaults, with which every robot is accepted."""
+        robot = self.robot
+        return robot.urdf is None and all(getattr(robot, name) == value for name, value in DEFAULTS.items())

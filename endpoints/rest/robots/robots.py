@@ -34,7 +34,7 @@ from endpoints.sharing.access import access_of
 from endpoints.sharing.shared_robots import ReachedRobot, own_robots, reach, robots_shared_with
 from endpoints.sharing.told_topics import DESCRIPTION, PARAMETERS, may_hear
 from engine.rights.globs import split_address
-from engine.specs.clone_to_check import FIELDS
+from engine.specs.clone_to_check import DEFAULTS
 from engine.specs.filter_masks import mask_heads, no_mask
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, InvalidParameter, NotFound
@@ -117,7 +117,7 @@ async def change_robot(
     if file.map != before.map:
         await _check_map(services, user, robot.user, file)
     record = replace(_record(robot.id, robot.user, file), shares=before.shares, since=before.since)
-    if any(getattr(record, name) != getattr(before, name) for name in ("map", *FIELDS)):
+    if any(getattr(record, name) != getattr(before, name) for name in ("map", *DEFAULTS)):
         await check_clone(services, record, await run_in_threadpool(urdf_of, services.store, robot.user, robot.id))
         await _check_masks(services, user, robot.user, file, before.parameters)
     await run_in_threadpool(services.store.put_robot, record, instead_of=before)

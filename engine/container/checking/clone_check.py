@@ -1,7 +1,7 @@
 """Builds the clone of a robot on an empty map, as its container would, and reports what that refuses."""
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from engine.container.current_map import CurrentMap
 from engine.container.graph_building import build_graph
 from engine.container.shared_plans import PlanningNotes, SharedPlans
-from engine.specs.clone_to_check import FIELDS, CloneToCheck
+from engine.specs.clone_to_check import DEFAULTS, CloneToCheck
 from engine.specs.containers import ContainerSpec, Launch, MapVersion, RobotConfig
 from engine.specs.layer_files import write_layers
 from ppaas.clock import monotonic
@@ -59,8 +59,8 @@ class CloneCheck:
 
         A failure that is no error for users is logged, and does not count: its container reports it.
         """
-        given = {name: getattr(clone.robot, name) for name in FIELDS}
-        bare = replace(clone.robot, continued=None, urdf_text=b"", **_DEFAULTS)
+        given = {name: getattr(clone.robot, name) for name in DEFAULTS}
+        bare = replace(clone.robot, continued=None, urdf_text=b"", **DEFAULTS)
         layers, end = self._layers(clone.resolution), monotonic() + SEARCH
         return all_faults(given, lambda file: _refusal_of(replace(bare, **file), layers), lambda: monotonic() < end)
 
@@ -74,12 +74,6 @@ class CloneCheck:
             costs = Costmap(np.zeros(info.shape, np.uint8), info)
             write_layers(folder, MapLayers(free, costs, far, keepout=free, barred_distance=far, speed=free), 0.0)
         return folder
-
-
-_DEFAULTS: Mapping[str, Any] = {
-    "model": "turtlebot2", "base_global_planner": "dijkstra", "base_local_planner": "dwa", "parameters": {},
-}  # fmt: skip
-"""Values of parts that are left out."""
 
 
 def _refusal_of(robot: RobotConfig, layers: Path) -> str | None:

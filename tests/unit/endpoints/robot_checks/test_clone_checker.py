@@ -9,9 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from endpoints.rest.robots.schemas import RobotFile
 from endpoints.robot_checks import clone_checker
 from endpoints.robot_checks.clone_checker import CloneChecker
-from engine.specs.clone_to_check import CloneToCheck
+from engine.specs.clone_to_check import DEFAULTS, CloneToCheck
 from ppaas.errors import RobotFault, Unavailable
 from tests.support.engine.specs import robot_config
 
@@ -64,6 +65,13 @@ async def test_an_accepted_file_of_another_robot_is_not_checked_again(checker: C
     os.kill(pids(starts)[0], signal.SIGKILL)
     assert await checker.faults(clone("good", "tb2")) == []
     assert len(pids(starts)) == 1
+
+
+async def test_a_file_of_defaults_starts_no_process(checker: CloneChecker, starts: Path) -> None:
+    usual = RobotFile(map="house")
+    assert {name: getattr(usual, name) for name in DEFAULTS} == DEFAULTS
+    assert await checker.faults(CloneToCheck(robot_config(**DEFAULTS), 0.05)) == []
+    assert pids(starts) == []
 
 
 async def test_a_killed_process_is_replaced(checker: CloneChecker, starts: Path) -> None:

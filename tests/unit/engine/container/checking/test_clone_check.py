@@ -84,6 +84,9 @@ REFUSED: dict[str, dict[str, Any]] = {
 """Files that a container refuses, by the part at fault."""
 
 ACCEPTED: list[dict[str, Any]] = [
+    {},
+    {"in_space": True},
+    {"new_map": "office"},
     *({"model": name} for name in model_names()),
     *({"base_global_planner": name} for name in PLANNERS.names()),
     *({"base_local_planner": name} for name in CONTROLLERS.names()),
