@@ -26,6 +26,8 @@ def people():
     return [("1", 2.0, 0.3 * math.sin(angle)), ("2", 3.0, 1.0)]
 
 
+if len(sys.argv) != 2:
+    sys.exit(__doc__)
 ros = roslibpy.Ros(sys.argv[1], headers={"Authorization": f"Bearer {os.environ.get('PPAAS_TOKEN', '')}"})
 ros.run(timeout=10)
 localized = roslibpy.Topic(ros, "/amcl_pose", "geometry_msgs/PoseWithCovarianceStamped")

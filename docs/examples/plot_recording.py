@@ -13,10 +13,14 @@ import numpy as np
 from mcap.reader import make_reader
 from rosbags.typesys import Stores, get_typestore
 
+if len(sys.argv) != 3:
+    sys.exit(__doc__)
 source, target = sys.argv[1:]
 store = get_typestore(Stores.ROS2_JAZZY)
 topics = ["/map", "/scan", "/plan", "/amcl_pose"]
 last, plans, poses = {}, [], []
+if not Path(source).is_file():
+    sys.exit(f"there is no file {source}: record one by 'ppaas robot record ROBOT -o FILE'")
 with Path(source).open("rb") as stream:
     for schema, channel, message in make_reader(stream).iter_messages(topics=topics):
         last[channel.topic] = store.deserialize_cdr(message.data, schema.name)

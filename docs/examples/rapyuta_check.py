@@ -46,4 +46,6 @@ def main():
                 print(socket.recv(timeout=end - time.monotonic())[:200], flush=True)
 
 
+if len(sys.argv) not in (2, 3):
+    sys.exit(__doc__)
 main()

@@ -9,6 +9,8 @@ import threading
 
 import roslibpy
 
+if len(sys.argv) != 4:
+    sys.exit(__doc__)
 url, x, y = sys.argv[1], float(sys.argv[2]), float(sys.argv[3])
 ros = roslibpy.Ros(url, headers={"Authorization": f"Bearer {os.environ.get('PPAAS_TOKEN', '')}"})
 ros.run(timeout=10)

@@ -22,4 +22,6 @@ async def main(robot, x, y, yaw=0.0):
         return 0 if outcome.reached else 1
 
 
+if len(sys.argv) not in (4, 5):
+    sys.exit(__doc__)
 sys.exit(asyncio.run(main(sys.argv[1], *map(float, sys.argv[2:]))))
