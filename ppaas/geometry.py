@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 Poses = NDArray[np.float64]
 """(n, 7) array with rows x, y, z [m], qx, qy, qz, qw, the layout of ``geometry_msgs/Pose``."""
 
-FARTHEST = 1e8
-"""Largest coordinate of a position of a robot [m]: more than twice round the Earth.
+FARTHEST = 1e9
+"""Largest coordinate of a position [m], as REST has it: further than the Moon.
 
 Sums of far larger ones lose the metres in which a map is, so that a pose would be wrong without a sign.
 """

@@ -250,7 +250,7 @@ def test_frame_can_change_its_parent():
         ("a", "b", Pose2D(math.nan, 0, 0), 0.0),
         ("a", "b", Pose2D(0, 0, math.inf), 0.0),
         ("a", "b", Pose2D(1e300, 0, 0), 0.0),
-        ("a", "b", Pose2D(0, -2e8, 0), 0.0),
+        ("a", "b", Pose2D(0, -2e9, 0), 0.0),
         ("a", "b", Pose2D(0, 0, 0), math.nan),
         ("a", "a", Pose2D(0, 0, 0), 0.0),
     ],

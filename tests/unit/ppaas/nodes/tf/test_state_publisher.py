@@ -79,7 +79,7 @@ def without_rotation(x: float, y: float) -> Odometry:
     [
         odometry(Pose2D(math.inf, 0, 0), 1.0),
         odometry(Pose2D(1e300, 0, 0), 1.0),
-        odometry(Pose2D(0, -1.1e8, 0), 1.0),
+        odometry(Pose2D(0, -1.1e9, 0), 1.0),
         without_rotation(1.0, 2.0),
     ],
 )
