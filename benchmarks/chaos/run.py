@@ -17,7 +17,7 @@ from benchmarks.chaos.report import ChaosReport, log_of, longest_by_fault, longe
 from benchmarks.chaos.robot_under_test import RobotUnderTest, end_together
 from benchmarks.chaos.scene import Scene, in_office, in_traffic
 from benchmarks.chaos.site import ChaosSite
-from benchmarks.chaos.throttled_client import ThrottledClient
+from benchmarks.chaos.throttled_client import clients_of
 from benchmarks.chaos.traffic_watch import TrafficWatch
 from ppaas.clock import monotonic
 from ppaas.errors import Unavailable
@@ -106,30 +106,25 @@ async def run(options: ChaosOptions, progress: Progress) -> ChaosReport:
         tells = [*(tell for _ in offices), *(watch.tell for watch in watches)]
         crews = [await scene.enter(target, own) for scene, own in zip(stage, tells, strict=True)]
         robots = [robot for crew in crews for robot in crew]
-        listeners = [
-            ThrottledClient((target.url, target.token), robot.name, number, tell)
-            for robot in robots
-            for number in range(options.throttled)
-        ]
+        listeners = clients_of((target.url, target.token), [robot.name for robot in robots], options.throttled, tell)
         requester = PathRequester(target.rest, stage[0].map_id, stage[0].courses)
         random = Random(options.seed)
         cloud = CloudSize(options.machines, standby=options.standby, traffic=bool(fleets))
         injector = Injector(target.rest, site.folder, random, cloud, tell)
         async with asyncio.TaskGroup() as group:
             works = (*(scene.simulator.run() for scene in stage), requester.run(), _look_on(leftovers))
-            works += tuple(each.run() for each in (*watches, *listeners))
+            works += (*(watch.run() for watch in watches), listeners.run())
             works += tuple(_count_contacts(*each) for each in zip(stage, crews, tells, strict=True) if each[0].traffic)
             meanwhile = [group.create_task(work) for work in works]
             await _drive(options, robots, injector, leftovers, progress)
             for task in meanwhile:
                 task.cancel()
-        for listener in listeners:
-            listener.check()
+        listeners.check()
         await _end(site, leftovers, tell)
         own = {robot.name: robot.silences.gaps for robot in robots}
         told = {"paths": dict(requester.answers), "cloud_starts": site.restarts, "wrong": wrong}
         told |= {"take_overs": site.take_overs, "fleet_contacts": sum(scene.contacts for scene in fleets)}
-        told |= {"throttled": options.throttled, "throttled_messages": sum(each.messages for each in listeners)}
+        told |= {"throttled": options.throttled, "throttled_messages": listeners.messages}
         told |= {"log": log_of(injector.faults, began), "silences": longest_silences(injector.faults, own, began)}
         return _reckon(options, robots, injector, **told)
 

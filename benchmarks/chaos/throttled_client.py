@@ -2,7 +2,7 @@
 
 import asyncio
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Protocol
 
@@ -90,3 +90,38 @@ class ThrottledClient:
         """Report a client that has received nothing from a robot that drove."""
         if not self.messages:
             self._tell(f"throttled client {self._number} of {self._robot} received nothing")
+
+
+class ThrottledClients:
+    """Several throttled clients.
+
+    Parameters
+    ----------
+    clients : sequence of ThrottledClient
+    """
+
+    def __init__(self, clients: Sequence[ThrottledClient]) -> None:
+        self._clients = clients
+
+    @property
+    def messages(self) -> int:
+        """Number of messages that all have received."""
+        return sum(client.messages for client in self._clients)
+
+    async def run(self) -> None:
+        """Run all until cancelled."""
+        await asyncio.gather(*(client.run() for client in self._clients))
+
+    def check(self) -> None:
+        """Report those that have received nothing."""
+        for client in self._clients:
+            client.check()
+
+
+def clients_of(
+    address: tuple[str, str], robots: Iterable[str], count: int, tell: Callable[[str], None]
+) -> ThrottledClients:
+    """Return ``count`` clients of each robot."""
+    return ThrottledClients(
+        [ThrottledClient(address, robot, number, tell) for robot in robots for number in range(count)]
+    )

@@ -29,20 +29,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--operators", type=whole(0, MOST_ROBOTS), default=3, metavar="N",
         help="number of robots to which an operator with a connection of its own sends the goals (%(default)s)",
     )  # fmt: skip
-    parser.add_argument(
-        "--machines",
-        type=whole(most=MOST_MACHINES),
-        default=3,
-        metavar="N",
-        help="number of machines, the cloud's local one included (%(default)s)",
-    )
-    parser.add_argument(
-        "--every",
-        type=above_zero(600.0),
-        default=5.0,
-        metavar="SECONDS",
-        help="mean time between faults (%(default)s)",
-    )
+    parser.add_argument("--machines", type=whole(most=MOST_MACHINES), default=3, metavar="N",
+                        help="number of machines, the cloud's local one included (%(default)s)")  # fmt: skip
+    parser.add_argument("--every", type=above_zero(600.0), default=5.0, metavar="SECONDS",
+                        help="mean time between faults (%(default)s)")  # fmt: skip
     parser.add_argument(
         "--standby",
         action=argparse.BooleanOptionalAction,
