@@ -156,7 +156,7 @@ async def _services(
     turns, reserve = MasterTurns(endpoint.master), _path(config.reserve)
     accounts = Accounts(store, logins=MasterLogins(endpoint.master), turns=turns)
     stack.callback(accounts.close)
-    far_folder, clones = FarDataFolder(endpoint.master) if is_far else None, CloneChecker()
+    far_folder, clones = FarDataFolder(endpoint.master) if is_far else None, CloneChecker(Path(config.run_dir))
     stack.push_async_callback(clones.close)
     services = Services(
         store,

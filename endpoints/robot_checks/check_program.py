@@ -2,13 +2,12 @@
 
 An empty line says first that it is ready.
 
-Its arguments are the permitted third-party plug-ins as a JSON array of ``group:name``, where ``null`` permits all, and
-the process that it ends with.
+Its arguments are the permitted third-party plug-ins as a JSON array of ``group:name``, where ``null`` permits all, the
+process that it ends with, and the folder for temporary files, which its parent removes.
 """
 
 import os
 import sys
-import tempfile
 from pathlib import Path
 from typing import BinaryIO
 
@@ -23,7 +22,7 @@ NICE = 5
 """Addition to the nice value: robots' containers come first."""
 
 
-def main(allowed: str, parent: str) -> None:
+def main(allowed: str, parent: str, folder: str) -> None:
     """Check files until standard input ends."""
     end_with(int(parent))
     os.nice(NICE)
@@ -34,11 +33,10 @@ def main(allowed: str, parent: str) -> None:
         permit_only(names)
     from engine.container.checking.clone_check import CloneCheck  # noqa: PLC0415 - loads plug-ins
 
-    with tempfile.TemporaryDirectory(prefix="ppaas-check-") as folder:
-        check, decoder = CloneCheck(Path(folder)), msgspec.json.Decoder(CloneToCheck)
-        _write(answers, b"")
-        for line in sys.stdin.buffer:
-            _write(answers, msgspec.json.encode(check.faults(decoder.decode(line))))
+    check, decoder = CloneCheck(Path(folder)), msgspec.json.Decoder(CloneToCheck)
+    _write(answers, b"")
+    for line in sys.stdin.buffer:
+        _write(answers, msgspec.json.encode(check.faults(decoder.decode(line))))
 
 
 def _write(answers: BinaryIO, line: bytes) -> None:

@@ -11,6 +11,7 @@ import logging
 import os
 import sys
 from asyncio.subprocess import PIPE, Process
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 PROGRAM = ("-m", "endpoints.robot_checks.check_program")
-"""Arguments of Python that run the program; the permitted plug-ins and the parent process follow."""
+"""Arguments of Python that run the program; the permitted plug-ins, the parent process and the folder follow."""
 
 TIME_LIMIT = 25.0
 """Time limit of one check, the start of the process included [s]. Clients wait for 30 s."""
@@ -48,13 +49,16 @@ class CloneChecker:
 
     Parameters
     ----------
+    folder : Path
+        Folder for temporary files; a process that is killed may leave some.
     seconds : float
         Time limit of one check [s].
     idle : float
         Time without checks after which the process is ended [s].
     """
 
-    def __init__(self, seconds: float = TIME_LIMIT, idle: float = IDLE) -> None:
+    def __init__(self, folder: Path, seconds: float = TIME_LIMIT, idle: float = IDLE) -> None:
+        self._folder = folder
         self._seconds = seconds
         self._idle = idle
         self._process: asyncio.Task[Process] | None = None
@@ -111,7 +115,7 @@ class CloneChecker:
     async def _answer(self, request: bytes) -> list[RobotFault] | None:
         """Return the answer of the process; None if it has exited."""
         if self._process is None:
-            self._process = asyncio.create_task(_started())
+            self._process = asyncio.create_task(_started(self._folder))
         try:
             process = await asyncio.shield(self._process)  # a start that takes long goes on for the next request
         except OSError as error:
@@ -158,9 +162,9 @@ class CloneChecker:
         return await process.wait()
 
 
-async def _started() -> Process:
+async def _started(folder: Path) -> Process:
     """Return a new process, once it has written that it is ready, or has exited."""
-    arguments = (*PROGRAM, msgspec.json.encode(permitted()).decode(), str(os.getpid()))
+    arguments = (*PROGRAM, msgspec.json.encode(permitted()).decode(), str(os.getpid()), str(folder))
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
     process = await asyncio.create_subprocess_exec(
         sys.executable, *arguments, stdin=PIPE, stdout=PIPE, limit=_MOST_BYTES, env=environment

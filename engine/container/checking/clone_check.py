@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Callable
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
 import numpy as np
@@ -48,7 +49,7 @@ class CloneCheck:
     Parameters
     ----------
     folder : Path
-        Folder for the layers of empty maps, which exists.
+        Folder for the layers of empty maps, which exists; nothing is left in it after a check.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -61,19 +62,19 @@ class CloneCheck:
         """
         given = {name: getattr(clone.robot, name) for name in DEFAULTS}
         bare = replace(clone.robot, continued=None, urdf_text=b"", **DEFAULTS)
-        layers, end = self._layers(clone.resolution), monotonic() + SEARCH
-        return all_faults(given, lambda file: _refusal_of(replace(bare, **file), layers), lambda: monotonic() < end)
+        with TemporaryDirectory(prefix="check-", dir=self._folder) as name:
+            layers, end = Path(name), monotonic() + SEARCH
+            write_empty_map(layers, clone.resolution)
+            return all_faults(given, lambda file: _refusal_of(replace(bare, **file), layers), lambda: monotonic() < end)
 
-    def _layers(self, resolution: float) -> Path:
-        folder = self._folder / repr(resolution)
-        if not folder.exists():
-            folder.mkdir()
-            info = GridInfo(resolution, _EDGE, _EDGE, Pose2D(0.0, 0.0))
-            free = GridMap(np.zeros(info.shape, np.int8), info)
-            far = np.full(info.shape, _EDGE * resolution, np.float32)
-            costs = Costmap(np.zeros(info.shape, np.uint8), info)
-            write_layers(folder, MapLayers(free, costs, far, keepout=free, barred_distance=far, speed=free), 0.0)
-        return folder
+
+def write_empty_map(folder: Path, resolution: float) -> None:
+    """Write the layers of a map without obstacles, whose cells have an edge of ``resolution`` [m]."""
+    info = GridInfo(resolution, _EDGE, _EDGE, Pose2D(0.0, 0.0))
+    free = GridMap(np.zeros(info.shape, np.int8), info)
+    far = np.full(info.shape, _EDGE * resolution, np.float32)
+    costs = Costmap(np.zeros(info.shape, np.uint8), info)
+    write_layers(folder, MapLayers(free, costs, far, keepout=free, barred_distance=far, speed=free), 0.0)
 
 
 def _refusal_of(robot: RobotConfig, layers: Path) -> str | None:

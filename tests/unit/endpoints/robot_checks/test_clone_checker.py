@@ -40,8 +40,8 @@ def starts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture
-async def checker(starts: Path) -> AsyncIterator[CloneChecker]:
-    checker = CloneChecker()
+async def checker(starts: Path, tmp_path: Path) -> AsyncIterator[CloneChecker]:
+    checker = CloneChecker(tmp_path)
     yield checker
     await checker.close()
 
@@ -119,8 +119,8 @@ async def test_a_process_that_cannot_be_started_is_unavailable(
     assert await checker.faults(clone("b")) == [RobotFault("model", "b")]
 
 
-async def test_the_process_ends_when_it_is_idle_and_with_the_checker(starts: Path) -> None:
-    checker = CloneChecker(idle=0.0)
+async def test_the_process_ends_when_it_is_idle_and_with_the_checker(starts: Path, tmp_path: Path) -> None:
+    checker = CloneChecker(tmp_path, idle=0.0)
     await checker.faults(clone("a"))
     process = checker._process
     if process is not None:

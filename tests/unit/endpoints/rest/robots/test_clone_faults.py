@@ -2,6 +2,7 @@
 
 from collections.abc import AsyncIterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -99,8 +100,8 @@ class TestByTheRealProcess:
     """With the process that endpoints start."""
 
     @pytest.fixture
-    async def services(self, services: Services) -> AsyncIterator[Services]:
-        checker = CloneChecker(seconds=600.0)
+    async def services(self, services: Services, tmp_path: Path) -> AsyncIterator[Services]:
+        checker = CloneChecker(tmp_path, seconds=600.0)
         yield replace(services, clones=checker)
         await checker.close()
 

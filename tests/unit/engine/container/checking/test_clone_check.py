@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from engine.container.checking.clone_check import CloneCheck
+from engine.container.checking.clone_check import CloneCheck, write_empty_map
 from engine.container.current_map import CurrentMap
 from engine.container.graph_building import build_graph
 from engine.container.shared_plans import PlanningNotes, SharedPlans
@@ -177,6 +177,11 @@ def test_an_allowed_plug_in_that_only_machines_have_is_left_to_them(
     assert fault.parameter == "base_global_planner"
 
 
-def test_empty_maps_have_no_walls(check: CloneCheck, tmp_path: Path) -> None:
-    check.faults(CloneToCheck(robot_config(), 0.05))
-    assert not np.load(tmp_path / "0.05" / "costmap.npy").any()
+def test_empty_maps_have_no_walls(tmp_path: Path) -> None:
+    write_empty_map(tmp_path, 0.05)
+    assert not np.load(tmp_path / "costmap.npy").any()
+
+
+def test_a_check_leaves_no_file(check: CloneCheck, tmp_path: Path) -> None:
+    assert check.faults(CloneToCheck(robot_config(model="toaster"), 0.05))
+    assert list(tmp_path.iterdir()) == []
