@@ -100,8 +100,8 @@ test-ray: $(INSTALLED) ## Run the tests over a real Ray cluster, whose nodes joi
 	$(BIN)/python -m pytest -m ray $(PYTEST_ARGS)
 
 test-versions: $(INSTALLED) ## Install the lowest versions that pyproject.toml allows, and the newest on Python 3.12 and 3.13, and drive with each
-	@echo "test-versions: environments in build/versions, one after another; needs the network"
-	$(BIN)/python -m pytest -m versions --numprocesses 0 --timeout 1800 tests/versions $(PYTEST_ARGS)
+	@echo "test-versions: environments in build/versions, one a process; needs the network"
+	$(BIN)/python -m pytest -m versions --numprocesses $(TEST_PROCESSES) --dist loadscope --timeout 1800 tests/versions $(PYTEST_ARGS)
 
 schemathesis: $(INSTALLED) ## Send the REST service some ten thousand requests, good and bad, made from its description
 	@echo "schemathesis: 150 examples an operation; prints how each was answered"
