@@ -66,10 +66,12 @@ def _read_plans(store: Store, map_id: str, done: Readings) -> None:
         for at in range(0, len(heads), PAGE):
             ids = [head.id for head in heads[at : at + PAGE]]
             try:
-                done.records += len(store.whole_plans(ids))
+                read = set(store.whole_plans(ids))
             except PPaaSError:
-                for name in ids:
-                    _attempt(done, f"plans/{name}", lambda name=name: store.plan(name))  # type: ignore[misc]
+                read = set()
+            done.records += len(read)
+            for name in (name for name in ids if name not in read):  # it is damaged, or was removed meanwhile
+                _attempt(done, f"plans/{name}", lambda name=name: store.plan(name))  # type: ignore[misc]
         before = heads[-1].created, heads[-1].id
 
 

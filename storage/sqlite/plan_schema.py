@@ -11,7 +11,8 @@ Rows are small and many, so each index is a table of its own without other colum
 - ``plan_spans``: for each scope and each run of ``SPAN`` consecutive plans, their oldest and newest times.
 - ``tally``: one row, with the last plan whose sums, times and references are counted (``storage.sqlite.plan_counts``),
   and the number of removals of entries and contexts.
-- ``chunks``: the shared segments, called entries, and a sample of the plans that refer to each; ids are never reused.
+- ``chunks``: the shared segments, called entries, with a checksum of each, and a sample of the plans that refer to it;
+  ids are never reused.
 - ``chunk_refs``: number of references to each entry; a table of its own, because it changes often.
 - ``chunk_ids``: entries by the hash of their content.
 - ``chunk_places``: entries by the cells of the map that they touch.
@@ -38,7 +39,7 @@ PLAN_TABLES = (
     "CREATE TABLE tally (counted INTEGER NOT NULL, removals INTEGER NOT NULL) STRICT",
     "INSERT INTO tally VALUES (0, 0)",
     """CREATE TABLE chunks (id INTEGER PRIMARY KEY AUTOINCREMENT, scope INTEGER NOT NULL, waypoints INTEGER NOT NULL,
-       data BLOB NOT NULL, plans BLOB NOT NULL) STRICT""",
+       data BLOB NOT NULL, plans BLOB NOT NULL, crc INTEGER) STRICT""",
     "CREATE TABLE chunk_refs (chunk INTEGER PRIMARY KEY, refs INTEGER NOT NULL) STRICT",
     "CREATE TABLE chunk_ids (entry BLOB PRIMARY KEY, chunk INTEGER NOT NULL) STRICT, WITHOUT ROWID",
     "CREATE TABLE chunk_places (place INTEGER, chunk INTEGER, PRIMARY KEY (place, chunk)) STRICT, WITHOUT ROWID",
@@ -59,6 +60,7 @@ def renew_plans(connection: sqlite3.Connection) -> None:
 
 
 def add_plan_checksums(connection: sqlite3.Connection) -> None:
-    """Add the column of checksums, which are missing in the rows of earlier releases."""
-    if "crc" not in {name for _, name, *_ in connection.execute("PRAGMA table_info(plans)")}:
-        connection.execute("ALTER TABLE plans ADD COLUMN crc INTEGER")
+    """Add the columns of checksums, which are missing in the rows of earlier releases."""
+    for table in ("plans", "chunks"):
+        if "crc" not in {name for _, name, *_ in connection.execute(f"PRAGMA table_info({table})")}:
+            connection.execute(f"ALTER TABLE {table} ADD COLUMN crc INTEGER")

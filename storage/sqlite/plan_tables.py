@@ -1,16 +1,16 @@
 """The path plan database in an SQLite file; ``storage.sqlite.plan_schema`` describes its tables."""
 
 import itertools
+import logging
 import math
 import sqlite3
 import struct
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from ppaas.errors import NotFound, PPaaSError, Unavailable
-from ppaas.plans.encoding.body import id_in
+from ppaas.errors import NotFound, Unavailable
 from ppaas.plans.encoding.chunks import ENDS_BEFORE
 from ppaas.plans.encoding.codes import entry_id, poses_in, unpack
 from ppaas.plans.encoding.end_buckets import cell_number
@@ -29,7 +29,11 @@ from storage.sqlite.plan_removal import remove_span
 from storage.sqlite.plan_rows import COLUMNS, PlanRow, plan_faults, readable, readable_rows
 from storage.sqlite.plan_schema import SPAN
 from storage.sqlite.plan_search import plans_between
+from storage.sqlite.plan_segments import intact_segments, is_intact, segment_faults
 from storage.sqlite.plan_writes import IdCache, PlanTransaction, sequence_of, sequences_of
+from storage.store_errors import damaged
+
+logger = logging.getLogger(__name__)
 
 MAX_CHUNKS, MAX_PLANS = 256, 32
 """Largest number of entries of a cell of the map, and of plans, that a search for passages examines."""
@@ -151,7 +155,7 @@ class PlanTables:
     def plans_through(self, search: PlanStoreQuery, *, limit: int = 8) -> list[PlanPassage]:
         """Return plans that pass near one place and later near another, shortest passage first."""
         with self._connections.reading_snapshot() as connection:
-            return search.passages((_whole(connection, one) for one in _passing(connection, search)), limit)
+            return search.passages(_wholes(connection, _passing(connection, search)), limit)
 
     def plan_parts(self, plan_id: str) -> list[PlanPart]:
         """Return the shared segments of a plan, in order; ``NotFound`` if the plan does not exist."""
@@ -173,19 +177,7 @@ class PlanTables:
         """Yield the plans that cannot be read, and the segments whose content is not that of their hash."""
         with self._connections.reading() as connection:
             yield from plan_faults(connection)
-        yield from self._segment_faults()
-
-    def _segment_faults(self) -> Iterator[str]:
-        query = """SELECT chunk, entry, data, map, version FROM chunk_ids JOIN chunks ON chunks.id = chunk
-                   JOIN scopes ON scopes.id = scope ORDER BY chunk"""
-        with self._connections.reading() as connection:
-            for chunk, entry, data, map_id, version in connection.execute(query):
-                try:
-                    is_intact = entry_id(scope_of(map_id, version), unpack(data)) == entry
-                except PPaaSError:
-                    is_intact = False
-                if not is_intact:
-                    yield f"chunks/{chunk} is damaged (a segment of plans of map {map_id}): restore it from a backup"
+            yield from segment_faults(connection)
 
     def plan_statistics(self, map_id: str | None = None) -> PlanStatistics:
         """Return the size of the plans of a map, or of all plans."""
@@ -216,21 +208,33 @@ def _existing_sequence(connection: sqlite3.Connection, plan_id: str) -> int:
 
 
 def _whole(connection: sqlite3.Connection, sequence: int) -> PlanRecord:
-    [whole] = _wholes(connection, [sequence])
-    return whole
+    """Return a plan; ``Unavailable`` if it is damaged."""
+    row = _row(connection, sequence)
+    return _assembled(row, intact_segments(connection, set(read_recipe(row.recipe))))
 
 
-def _wholes(connection: sqlite3.Connection, sequences: list[int]) -> Iterator[PlanRecord]:
-    """Yield the plans of these sequence numbers; segments that they share are read once."""
-    rows = [PlanRow(*row) for row in rows_of(connection, _WHOLES, sequences)]
+def _wholes(connection: sqlite3.Connection, sequences: Iterable[int]) -> Iterator[PlanRecord]:
+    """Yield the plans of these sequence numbers that can be read; segments that they share are read once."""
+    rows = readable_rows([PlanRow(*row) for row in rows_of(connection, _WHOLES, list(sequences))])
+    data = intact_segments(connection, set(itertools.chain.from_iterable(read_recipe(row.recipe) for row in rows)))
     for row in rows:
-        row.check()
-    recipes = [read_recipe(row.recipe) for row in rows]
-    data = _entries(connection, set(itertools.chain.from_iterable(recipes)))
-    for row, recipe in zip(rows, recipes, strict=True):
-        if not data.keys() >= set(recipe):
-            raise Unavailable(f"plan {id_in(row.body)!r} is damaged (a segment is missing): restore it from a backup")
-        yield record_of(row.context, row.body, [poses_in([data[chunk] for chunk in recipe])] if recipe else [])
+        try:
+            whole = _assembled(row, data)
+        except Unavailable as error:
+            logger.error("a plan is left out: %s", error)
+        else:
+            yield whole
+
+
+def _assembled(row: PlanRow, segments: Mapping[int, bytes]) -> PlanRecord:
+    recipe = read_recipe(row.recipe)
+    if not segments.keys() >= set(recipe):
+        raise damaged(row.place, "a segment is missing or damaged")
+    try:
+        shared = [poses_in([segments[chunk] for chunk in recipe])] if recipe else []
+    except Unavailable as error:
+        raise damaged(row.place, error) from error
+    return record_of(row.context, row.body, shared)
 
 
 def _row(connection: sqlite3.Connection, sequence: int) -> PlanRow:
@@ -238,11 +242,6 @@ def _row(connection: sqlite3.Connection, sequence: int) -> PlanRow:
     row = PlanRow(*connection.execute(_PLAN, (sequence,)).fetchone())
     row.check()
     return row
-
-
-def _entries(connection: sqlite3.Connection, chunks: set[int]) -> dict[int, bytes]:
-    query = "SELECT sought.id, data FROM {given} AS sought JOIN chunks ON chunks.id = sought.id"
-    return dict(rows_of(connection, query, list(chunks)))
 
 
 def _newest(connection: sqlite3.Connection, map_id: str, before: tuple[float, str]) -> Iterator[PlanRecord]:
@@ -301,9 +300,10 @@ def _near(
 ) -> dict[int, tuple[int, ...]]:
     """Return the entries with a waypoint near a place, and the sampled plans that refer to each."""
     found: dict[int, tuple[int, ...]] = {}
-    query = """SELECT id, data, plans FROM chunk_places JOIN chunks ON id = chunk WHERE place = ? ORDER BY id LIMIT ?"""
+    query = """SELECT id, data, crc, plans FROM chunk_places JOIN chunks ON id = chunk WHERE place = ?
+               ORDER BY id LIMIT ?"""
     for cell in cells_near(place, tolerance):
-        for chunk, data, plans in connection.execute(query, (cell_number(scope, cell), MAX_CHUNKS)):
-            if comes_near(poses_in([data])[:, :2], place, tolerance):
-                found[chunk] = struct.unpack(f"<{len(plans) // 4}I", plans)
+        for chunk, data, crc, plans in connection.execute(query, (cell_number(scope, cell), MAX_CHUNKS)):
+            if is_intact(data, crc) and comes_near(poses_in([data])[:, :2], place, tolerance):
+                found[chunk] = struct.unpack_from(f"<{len(plans) // 4}I", plans)
     return found

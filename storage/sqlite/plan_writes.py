@@ -13,16 +13,16 @@ from typing import TypeVar
 import numpy as np
 
 from ppaas.errors import InvalidInput
-from ppaas.plans.encoding.codes import entry_id, pack, poses_of, unpack, waypoints_in
-from ppaas.plans.encoding.end_buckets import cell_number, index_keys_of
+from ppaas.plans.encoding.end_buckets import index_keys_of
 from ppaas.plans.encoding.granularity import GRANULARITY, inner_granularity
-from ppaas.plans.encoding.index_cells import cells_touched, scope_of
+from ppaas.plans.encoding.index_cells import scope_of
 from ppaas.plans.encoding.recipes import read_recipe, recipes_of
 from storage.encoding import decode
 from storage.plan_entry import PlanEntry, context_of, entries_of
 from storage.records import PlanRecord
 from storage.sqlite.plan_counts import MAX_UNCOUNTED, add_to_context, count_plans, rows_of
 from storage.sqlite.plan_rows import COLUMNS, PlanRow, checksum, readable
+from storage.sqlite.plan_segments import find_or_add, remove_segment
 
 logger = logging.getLogger(__name__)
 
@@ -226,30 +226,14 @@ class PlanTransaction:
 
     def _look_up(self, key: bytes, scopes: dict[bytes, int]) -> int:
         """Return the id of an entry from the file; create it if it is missing."""
-        scope, code = key[:16], key[16:]
-        entry = entry_id(scope, code)
-        row = self._connection.execute("SELECT chunk FROM chunk_ids WHERE entry = ?", (entry,)).fetchone()
-        if row is not None:
-            return int(row[0])
-        insert = "INSERT INTO chunks (scope, waypoints, data, plans) VALUES (?, ?, ?, x'') RETURNING id"
-        chunk = self._one(insert, scopes[scope], waypoints_in(code), pack(code))
-        self._connection.execute("INSERT INTO chunk_ids VALUES (?, ?)", (entry, chunk))
-        self._connection.execute("INSERT INTO chunk_refs VALUES (?, 0)", (chunk,))
-        places = [(cell_number(scope, cell), chunk) for cell in cells_touched(poses_of(code)[:, :2])]
-        self._connection.executemany("INSERT OR IGNORE INTO chunk_places VALUES (?, ?)", places)
-        return chunk
+        return find_or_add(self._connection, key, scopes[key[:16]])
 
     def _release(self, scope: bytes, chunk: int, count: int) -> int:
         """Drop references to an entry, and remove it with the last one; return the plan's waypoints in it."""
         execute = self._connection.execute
-        waypoints, data = execute("SELECT waypoints, data FROM chunks WHERE id = ?", (chunk,)).fetchone()
+        [waypoints] = execute("SELECT waypoints FROM chunks WHERE id = ?", (chunk,)).fetchone()
         if self._one("UPDATE chunk_refs SET refs = refs - ? WHERE chunk = ? RETURNING refs", count, chunk) == 0:
-            code = unpack(data)
-            execute("DELETE FROM chunks WHERE id = ?", (chunk,))
-            execute("DELETE FROM chunk_refs WHERE chunk = ?", (chunk,))
-            execute("DELETE FROM chunk_ids WHERE entry = ?", (entry_id(scope, code),))
-            places = [(cell_number(scope, cell), chunk) for cell in cells_touched(poses_of(code)[:, :2])]
-            self._connection.executemany("DELETE FROM chunk_places WHERE place = ? AND chunk = ?", places)
+            remove_segment(self._connection, chunk, scope)
             self._forget()
         return int(waypoints) * count
 

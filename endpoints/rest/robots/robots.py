@@ -174,7 +174,7 @@ async def _check_map(services: Services, user: User, owner: str, file: RobotFile
     head = await services.map_cache.head(services.map_store, file.map)
     if user.role != "admin" and not head.readable_by(user.id):
         raise NotFound("map", file.map)
-    if owner != user.id and not head.readable_by(owner):
+    if not head.readable_by(owner):
         raise InvalidParameter(f"map {file.map!r} is not shared with {owner!r}, to whom the robot belongs")
 
 

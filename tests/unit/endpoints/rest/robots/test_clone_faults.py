@@ -96,6 +96,18 @@ async def test_a_check_that_is_not_possible_is_a_503(
     problem_of(await client.put("/v1/robots/tb1", headers=ann, json={"map": "house"}), 503, "unavailable")
 
 
+async def test_an_administrator_has_no_robot_on_a_map_that_is_not_shared_with_it(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
+    ann, admin = await log_in("ann"), await log_in("admin")
+    await publish(ann)
+    answer = await client.put("/v1/robots/tb1", headers=admin, json={"map": "house"})
+    problem = problem_of(answer, 422, "invalid-parameter")
+    assert problem["detail"] == "map 'house' is not shared with 'admin', to whom the robot belongs"
+    assert (await client.put("/v1/robots/tb1", headers=ann, json={"map": "house"})).status_code == 201
+    assert (await client.put("/v1/robots/ann:tb1", headers=admin, json={"map": "house"})).status_code == 200
+
+
 class TestByTheRealProcess:
     """With the process that endpoints start."""
 
