@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from ppaas.errors import Conflict, InvalidMap, NotAuthenticated, NotFound, PPaaSError
+from ppaas.errors import Conflict, InvalidMap, InvalidRobot, NotAuthenticated, NotFound, PPaaSError
 from ppaas.maps.formats.map_files import save_map
 from ppaas.maps.grid import GridMap
 from robots.client.rest import RestClient
@@ -124,15 +124,15 @@ async def test_a_robot_on_an_unknown_map_is_refused(cloud: RunningCloud, token: 
         await register_robot(rest, "lost", "atlantis", (0.0, 0.0, 0.0))
 
 
-async def test_an_unknown_model_is_reported_at_the_handshake(
+async def test_an_unknown_model_is_refused_with_the_robot_file(
     cloud: RunningCloud, token: str, office_map: GridMap
 ) -> None:
     rest = RestClient(cloud.url, token)
     pose = tuple(free_pose(office_map, seed=1))
-    await put_robot_with(rest, "odd", pose, model="submarine")
+    with pytest.raises(InvalidRobot, match="'submarine'; known: turtlebot2,"):
+        await put_robot_with(rest, "odd", pose, model="submarine")
     status, problem = await refusal(f"{cloud.ws_url}/?robot=odd&token={token}")
-    assert status == 404
-    assert "submarine" in problem["detail"] and "turtlebot2" in problem["detail"]
+    assert (status, problem["detail"]) == (404, "unknown robot 'odd'")
 
 
 async def put_robot_with(rest: RestClient, robot: str, pose: tuple[float, ...], **fields: Any) -> None:

@@ -84,7 +84,7 @@ async def test_a_guest_sees_what_is_shared_and_drives_nothing(
     token = await register_robot(admin, "tbshown", "office", start)
     await admin.post("/v1/users", {"id": "foxguest", "password": "correct horse"})
     await guest.login("foxguest", "correct horse")
-    share = {"role": "look", "subscribe": ["scan", "tf", "goal_pose", "map"]}
+    share = {"role": "look", "subscribe": ["scan", "tf", "goal_pose", "map", "robot_description"]}
     await admin.put("/v1/robots/tbshown/shares/foxguest", share)
     assert guest.token is not None
     address = f"ws://127.0.0.1:{foxglove_port}/"
@@ -96,7 +96,7 @@ async def test_a_guest_sees_what_is_shared_and_drives_nothing(
 
 async def check_guest(viewer: FoxgloveViewer) -> None:
     await viewer.until_channel("/admin/tbshown/scan")
-    names = {"model", "scan", "tf", "goal_pose", "map"}
+    names = {"model", "robot_description", "scan", "tf", "goal_pose", "map"}
     assert {channel["topic"] for channel in viewer.channels.values()} == {f"/admin/tbshown/{name}" for name in names}
     scan, tf = await viewer.message("/admin/tbshown/scan"), await viewer.message("/admin/tbshown/tf")
     assert (len(scan.ranges), scan.frame_id) == (360, "admin/tbshown/base_link")

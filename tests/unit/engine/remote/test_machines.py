@@ -20,6 +20,7 @@ from engine.remote.membership import Membership, join, membership_in
 from engine.service.links.control_server import ControlServer
 from engine.service.links.robot_link_server import LinkServer
 from ppaas.errors import Conflict, InvalidInput, NotFound, NotPermitted, Unavailable
+from storage.urls.opening import open_map_store, open_store
 from tests.support.engine.engine_links import receive, register
 from tests.support.waiting import until
 from tests.unit.engine.service.links.test_control_server import Events
@@ -34,8 +35,9 @@ class Cloud:
     def __init__(self, folder: Path, sockets: Path) -> None:
         self.folder = folder / "machines"
         self.events = Events()
-        (folder / "store.sqlite").touch()
-        self.stores = f"sqlite:///{folder / 'store.sqlite'}", f"file:///{folder}"
+        self.stores = f"sqlite:///{folder / 'store.sqlite'}", f"file:///{folder / 'maps'}"
+        open_store(self.stores[0]).close()
+        open_map_store(self.stores[1])
         self.far = RemoteMachines(
             self.folder, ANYWHERE, cloud="the cloud", store=self.stores[0], map_store=self.stores[1], own="local",
             runs=ContainerSettings("docker", "an-image", ("ppaas.planners:mine",)),

@@ -121,8 +121,8 @@ async def test_invalid_paths_are_refused_and_the_stored_path_stays(
 async def test_only_users_who_may_remove_a_path_may_replace_it(
     client: httpx.AsyncClient, ann: dict[str, str], log_in: LogIn
 ) -> None:
-    await client.patch("/v1/maps/house", headers=ann, json={"readers": ["bob"]})
     bob = await log_in("bob")
+    await client.patch("/v1/maps/house", headers=ann, json={"readers": ["bob"]})
     problem_of(await client.put("/v1/plans/p0", headers=bob, json=FILE), 403, "not-permitted")
     problem_of(await client.patch("/v1/plans/p0", headers=bob, json={"cost": 1.0}), 403, "not-permitted")
     eve = await log_in("eve")
