@@ -21,9 +21,12 @@ RETRY = 1.0
 THROTTLES = (0.005, 0.017, 0.029, 0.049, 0.051, 0.11, 0.25)
 """Least times between two messages [s]: far below, near and above the period of a control cycle, 0.05 s."""
 
+POSES = "amcl_pose"
+"""Topic on which a stamp may come again: a delayed simulation sends several scans with the same one."""
+
 TOPICS: tuple[tuple[str, type[Message]], ...] = (
     ("move_base/feedback", MoveBaseActionFeedback),
-    ("amcl_pose", PoseWithCovarianceStamped),
+    (POSES, PoseWithCovarianceStamped),
 )
 
 
@@ -78,10 +81,10 @@ class ThrottledClient:
                 await asyncio.sleep(RETRY)
 
     def on_message(self, topic: str, message: Stamped) -> None:
-        """Check that a message is newer than the last one of its topic."""
+        """Check that a message is newer than the last one of its topic; poses have the stamps of scans."""
         self.messages += 1
         stamp, newest = message.header.stamp.seconds(), self._newest[topic]
-        if stamp <= newest:
+        if stamp < newest or (stamp == newest and topic != POSES):
             how = "again" if stamp == newest else f"{newest - stamp:.3f} s older than the last one"
             self._tell(f"throttled client {self._number} of {self._robot} received {topic} {how}")
         self._newest[topic] = max(stamp, newest)
