@@ -25,7 +25,7 @@ from engine.service.links.control_server import ControlServer
 from engine.specs.containers import Launch, MapVersion
 from engine.specs.start_state import KernelProgress
 from ppaas.errors import PPaaSError, Unavailable, rebuild
-from storage.urls.opening import open_map_store
+from storage.urls.opening import open_map_store, open_store
 from tests.ray.ray_cluster import RayCluster
 from tests.support.cloud.cloud import shared_memory
 from tests.support.engine.launches import Reports
@@ -95,7 +95,7 @@ class RayRuntime(Runtime):
     def __init__(self, entry: str, premises: Premises, cluster: RayCluster, reports: Reports) -> None:
         folder = premises.run_dir / "cloud"
         folder.mkdir()
-        (folder / "store.sqlite").touch()
+        open_store(f"sqlite:///{folder / 'store.sqlite'}").close()
         (folder / "maps").mkdir()
         maps = f"file://{folder / 'maps'}"
         self._map = put_map(open_map_store(maps), house())
