@@ -143,6 +143,10 @@ class PluginRegistry(Generic[P]):
         """Return the own name of a plug-in given by its name or an alias, with ``/`` or ``::`` after the package."""
         return self._aliases.get(name, self._aliases.get(name.replace("::", "/"), name))
 
+    def full_name(self, name: str) -> str:
+        """Return how an administrator allows a plug-in: ``group:name``, with its own name."""
+        return f"{self._group}:{self.own_name(name)}"
+
     def aliases(self, name: str) -> tuple[str, ...]:
         """Return the aliases of one plug-in."""
         own = self.own_name(name)
@@ -169,7 +173,7 @@ class PluginRegistry(Generic[P]):
         if entry is None:
             raise NotFound(self._kind, name, self.names())
         if not _may_load(entry):
-            command = f"ppaas up --allow {self._group}:{entry.name}"
+            command = f"ppaas up --allow {self.full_name(name)}"
             raise NotPermitted(f"{self._kind} {name!r} is installed, but not allowed; allow it with: {command}")
         loaded = entry.load()
         if not (isinstance(loaded, type) and issubclass(loaded, self._base)):

@@ -123,13 +123,13 @@ def _has_checksum(data: bytes) -> bool:
 def _release_of(data: bytes) -> str:
     """Return the release that wrote a record; empty if it does not say so."""
     try:
-        return msgspec.msgpack.decode(data, type=_Written).release
+        return msgspec.msgpack.decode(data, type=Written).release
     except msgspec.MsgspecError:
         return ""
 
 
-class _Written(msgspec.Struct, frozen=True):
-    """The release that wrote a record."""
+class Written(msgspec.Struct, frozen=True):
+    """The release that wrote a record, in any format with names of fields."""
 
     release: str = ""
 

@@ -13,6 +13,7 @@ from typing import BinaryIO
 
 import msgspec
 
+from engine.processes.own_output import take_standard_output
 from engine.processes.parent_watch import end_with
 from engine.specs.clone_to_check import CloneToCheck
 from ppaas.log_lines import log_lines
@@ -26,7 +27,7 @@ def main(allowed: str, parent: str, folder: str) -> None:
     """Check files until standard input ends."""
     end_with(int(parent))
     os.nice(NICE)
-    answers = _own_output()
+    answers = take_standard_output()
     log_lines("%(levelname)s robot check %(name)s: %(message)s")
     names = msgspec.json.decode(allowed, type=list[str] | None)
     if names is not None:
@@ -42,13 +43,6 @@ def main(allowed: str, parent: str, folder: str) -> None:
 def _write(answers: BinaryIO, line: bytes) -> None:
     answers.write(line + b"\n")
     answers.flush()
-
-
-def _own_output() -> BinaryIO:
-    """Return standard output for answers alone; what plug-ins print goes to standard error."""
-    answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)
-    return answers
 
 
 if __name__ == "__main__":

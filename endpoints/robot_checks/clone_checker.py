@@ -129,7 +129,7 @@ class CloneChecker:
                 await process.stdin.drain()
             line = await process.stdout.readline()
         except BaseException:
-            await self._end()  # the answer to this request must not be taken for that of the next
+            await self._end()  # the next request must not get the answer to this one
             raise
         if not line.endswith(b"\n"):
             logger.error("the process that checks robot files exited with status %s", await self._end())

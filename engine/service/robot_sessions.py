@@ -14,7 +14,7 @@ from engine.master.places import LINGER, PlaceRequest, robot_key
 from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import MasterDriver
 from engine.specs.containers import MapVersion
-from engine.specs.robot_places import check_readable, robot_place
+from engine.specs.robot_places import check_readable, robot_place, urdf_of
 from ppaas.errors import Conflict, NotFound, PPaaSError, Unavailable
 from ppaas.maps.new_map import new_map_id
 from storage.ports import MapStore, Store
@@ -179,16 +179,10 @@ class RobotSessions:
     def _request(self, user: str, robot: str) -> tuple[PlaceRequest, list[MapRecord]]:
         """Return the request for the place of a robot, and the current versions of its map and masks."""
         record = self._store.robot(user, robot)
-        place = robot_place(self._map_store, record, self._urdf(user, robot))
+        place = robot_place(self._map_store, record, urdf_of(self._store, user, robot))
         parameters = with_priorities(place.config.parameters, self._node_priorities)
         config = replace(place.config, parameters=parameters)
         return PlaceRequest(user, place.map, record.cores, config, labels=record.labels), place.heads
-
-    def _urdf(self, user: str, robot: str) -> bytes | None:
-        try:
-            return self._store.urdf(user, robot)
-        except NotFound:
-            return None
 
     def leave(self, key: str, *, as_robot: bool) -> None:
         """Remove a client from a place."""

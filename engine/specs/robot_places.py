@@ -8,14 +8,14 @@ from engine.specs.containers import MapVersion, RobotConfig
 from engine.specs.continued_maps import continued_map
 from engine.specs.filter_masks import mask_heads
 from engine.specs.joint_maps import joint_map_owner
-from ppaas.errors import NotPermitted
+from ppaas.errors import NotFound, NotPermitted
 from ppaas.maps.new_map import new_map_id
 from ppaas.nodes.map_server.costmap_filters import check_no_masks
 from ppaas.nodes.tf.urdf_text import UrdfText
 from ppaas.robot_model.describe import describe
 from ppaas.traffic.taking_part import on_map_with_traffic
 from storage.opened_maps import no_grid
-from storage.ports import MapStore
+from storage.ports import MapStore, RobotStore
 from storage.records import MapRecord, RobotRecord
 from storage.versions import OCTOMAP, YAML
 
@@ -78,6 +78,14 @@ def robot_place(maps: MapStore, record: RobotRecord, urdf: bytes | None) -> Robo
     if head.traffic:
         config = replace(config, parameters=on_map_with_traffic(config.parameters))
     return RobotPlace(MapVersion(head.id, head.version), config, [*heads.values(), head])
+
+
+def urdf_of(store: RobotStore, user: str, robot: str) -> bytes | None:
+    """Return the URDF of a robot, or None if it has none. May block."""
+    try:
+        return store.urdf(user, robot)
+    except NotFound:
+        return None
 
 
 def robot_config(record: RobotRecord, urdf: bytes | None = None) -> RobotConfig:

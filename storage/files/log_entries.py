@@ -7,6 +7,7 @@ import msgspec
 
 from ppaas import __version__
 from ppaas.errors import NotFound
+from storage.encoding import Written
 from storage.records import MapFile, MapRecord, MapReview, MapVersionRecord, Publication
 from storage.staged_uploads import StagedUpload
 from storage.store_errors import damaged, of_another_release
@@ -57,12 +58,6 @@ def encode_entry(entry: LogEntry) -> bytes:
     return _CRC + f"{zlib.crc32(rest):08x}".encode() + b'",' + rest
 
 
-class _Written(msgspec.Struct, frozen=True):
-    """The release that wrote an entry."""
-
-    release: str = ""
-
-
 def decode_entry(data: bytes, place: str) -> LogEntry:
     """Return the entry; one of an earlier release has no CRC.
 
@@ -79,7 +74,7 @@ def decode_entry(data: bytes, place: str) -> LogEntry:
         return msgspec.json.decode(data, type=LogEntry)
     except (msgspec.MsgspecError, UnicodeDecodeError) as error:
         if has_crc and isinstance(error, msgspec.ValidationError):
-            raise of_another_release(place, msgspec.json.decode(data, type=_Written).release, error) from error
+            raise of_another_release(place, msgspec.json.decode(data, type=Written).release, error) from error
         raise damaged(place, error) from error
 
 

@@ -56,7 +56,7 @@ class PlanRow(NamedTuple):
 
 
 def checksum(context: bytes, body: bytes, recipe: bytes) -> int:
-    """Return the CRC-32 of the parts of a plan that only it and its context have; segments have hashes."""
+    """Return the CRC-32 of the parts of a plan that only it and its context have; each segment has a checksum, too."""
     return zlib.crc32(recipe, zlib.crc32(body, zlib.crc32(context)))
 
 

@@ -13,6 +13,7 @@ from typing import TypeVar
 import numpy as np
 
 from ppaas.errors import InvalidInput
+from ppaas.plans.encoding.body import PlanBody
 from ppaas.plans.encoding.end_buckets import index_keys_of
 from ppaas.plans.encoding.granularity import GRANULARITY, inner_granularity
 from ppaas.plans.encoding.index_cells import scope_of
@@ -128,36 +129,34 @@ class PlanTransaction:
         query = f"SELECT context, {COLUMNS} FROM plans JOIN contexts ON contexts.id = context WHERE sequence = ?"
         context, *columns = self._connection.execute(query, (sequence,)).fetchone()
         read = readable([PlanRow(*columns)])
-        if not read:
+        if read:
+            self._remove_readable(context, *read[0])
+        else:
             self._remove_damaged(sequence)
-            return
-        [((_, _, record, body, recipe), own)] = read
-        common = context_of(record)
-        scope = scope_of(common.map, common.version)
-        shared = sum(self._release(scope, chunk, refs) for chunk, refs in Counter(read_recipe(recipe)).items())
-        length = np.array([own.numbers()[1]])
-        [index_key] = index_keys_of([scope], np.array(own.ends()).reshape(1, 4), length).tolist()
-        execute = self._connection.execute
-        execute("DELETE FROM plans WHERE sequence = ?", (sequence,))
-        execute("DELETE FROM plan_ids WHERE hash = ? AND plan = ?", (_hash(own.plan_id), sequence))
-        execute("DELETE FROM plan_spots WHERE spot = ? AND plan = ?", (index_key, sequence))
-        add_to_context(self._connection, context, (-1, -own.count, shared - own.count, -len(body) - len(recipe)))
-        if execute("DELETE FROM contexts WHERE id = ? AND plans = 0", (context,)).rowcount:
-            self._forget()
         # SQLite reuses the sequence number if the last plan was removed, so `counted` must not be beyond it.
         set_counted = "UPDATE tally SET counted = (SELECT coalesce(max(sequence), 0) FROM plans) RETURNING counted"
         self._counted = self._last = self._one(set_counted)
 
+    def _remove_readable(self, context: int, row: PlanRow, own: PlanBody) -> None:
+        """Remove a plan from the tables, and from the sums of its context."""
+        common = context_of(row.context)
+        scope = scope_of(common.map, common.version)
+        shared = sum(self._release(scope, chunk, refs) for chunk, refs in Counter(read_recipe(row.recipe)).items())
+        length = np.array([own.numbers()[1]])
+        [index_key] = index_keys_of([scope], np.array(own.ends()).reshape(1, 4), length).tolist()
+        execute = self._connection.execute
+        execute("DELETE FROM plans WHERE sequence = ?", (row.sequence,))
+        execute("DELETE FROM plan_ids WHERE hash = ? AND plan = ?", (_hash(own.plan_id), row.sequence))
+        execute("DELETE FROM plan_spots WHERE spot = ? AND plan = ?", (index_key, row.sequence))
+        size = len(row.body) + len(row.recipe)
+        add_to_context(self._connection, context, (-1, -own.count, shared - own.count, -size))
+        if execute("DELETE FROM contexts WHERE id = ? AND plans = 0", (context,)).rowcount:
+            self._forget()
+
     def _remove_damaged(self, sequence: int) -> None:
         """Remove a plan that cannot be read. Its segments stay, and so do the sums that it is part of."""
-        for query in (
-            "FROM plans WHERE sequence = ?",
-            "FROM plan_ids WHERE plan = ?",
-            "FROM plan_spots WHERE plan = ?",
-        ):
-            self._connection.execute(f"DELETE {query}", (sequence,))
-        set_counted = "UPDATE tally SET counted = (SELECT coalesce(max(sequence), 0) FROM plans) RETURNING counted"
-        self._counted = self._last = self._one(set_counted)
+        for table, column in (("plans", "sequence"), ("plan_ids", "plan"), ("plan_spots", "plan")):
+            self._connection.execute(f"DELETE FROM {table} WHERE {column} = ?", (sequence,))
 
     def _add(self, entries: list[PlanEntry]) -> None:
         contexts = self._contexts({entry.context for entry in entries})

@@ -1,17 +1,15 @@
 """Check of a robot before its file or URDF is stored: whether its clone could be built."""
 
-from contextlib import suppress
-
 from msgspec.structs import replace
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.services.services import Services
 from engine.specs.clone_to_check import CloneToCheck
 from engine.specs.robot_places import robot_config, robot_place
-from ppaas.errors import InvalidParameter, InvalidRobot, NotFound, RobotFault
+from ppaas.errors import InvalidParameter, InvalidRobot, RobotFault
 from ppaas.maps.formats.map_yaml import parse_yaml
 from ppaas.maps.new_map import new_map_id
-from storage.ports import MapStore, Store
+from storage.ports import MapStore
 from storage.records import RobotRecord
 from storage.versions import YAML
 
@@ -53,13 +51,6 @@ async def check_clone(services: Services, record: RobotRecord, urdf: bytes | Non
     faults = [*(fault for fault in said if fault.text not in found_texts), *found]
     if faults:
         raise InvalidRobot(faults)
-
-
-def urdf_of(store: Store, user: str, robot: str) -> bytes | None:
-    """Return the URDF of a robot, or None if it has none. Blocks."""
-    with suppress(NotFound):
-        return store.urdf(user, robot)
-    return None
 
 
 def _resolution(maps: MapStore, name: str) -> float:

@@ -17,7 +17,7 @@ from endpoints.rest.merge_patch import merge
 from endpoints.rest.names import RobotAddress
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
 from endpoints.rest.paging import Page, Paging
-from endpoints.rest.robots.clone_faults import check_clone, urdf_of
+from endpoints.rest.robots.clone_faults import check_clone
 from endpoints.rest.robots.schemas import (
     STORED_FIELDS,
     RobotAnswer,
@@ -36,6 +36,7 @@ from endpoints.sharing.told_topics import DESCRIPTION, PARAMETERS, may_hear
 from engine.rights.globs import split_address
 from engine.specs.clone_to_check import DEFAULTS
 from engine.specs.filter_masks import mask_heads, no_mask
+from engine.specs.robot_places import urdf_of
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, InvalidParameter, NotFound
 from ppaas.maps.new_map import new_map_id

@@ -109,13 +109,5 @@ def _no_work(work: Callable[[Callable[[], bool]], T], cancelled: object, done: o
 
 def _may_be_elsewhere(error: NotFound) -> bool:
     """Return whether an unknown plug-in is one that is allowed, and so may be installed where containers run."""
-    return any(
-        f"{group}:{registry.own_name(error.name)}" in (permitted() or ()) for group, registry in _REGISTRIES.items()
-    )
-
-
-_REGISTRIES: dict[str, PluginRegistry[Any]] = {
-    "ppaas.planners": PLANNERS,
-    "ppaas.controllers": CONTROLLERS,
-    "ppaas.recoveries": RECOVERIES,
-}
+    registries: tuple[PluginRegistry[Any], ...] = PLANNERS, CONTROLLERS, RECOVERIES
+    return any(registry.full_name(error.name) in (permitted() or ()) for registry in registries)

@@ -9,7 +9,6 @@ priority. Those that a container waits for come first, at normal priority: conta
 ``CompileReport`` a line, and writes the modules that are waited for to its standard input, a list of names a line.
 """
 
-import os
 import sys
 import threading
 from pathlib import Path
@@ -18,6 +17,7 @@ from typing import BinaryIO
 import msgspec
 
 import ppaas
+from engine.processes.own_output import take_standard_output
 from engine.processes.parent_watch import end_with
 from engine.runtimes.compilation import compile_pool, stamp, threading_layer
 from engine.runtimes.compilation.module_notes import ModuleNotes
@@ -40,19 +40,12 @@ def main() -> None:
     noted = stamp.stamp_file(root, threading_layer.choose())
     if stamp.all_compiled(noted):
         return
-    notes, output = ModuleNotes(noted), _take_standard_output()
+    notes, output = ModuleNotes(noted), take_standard_output()
     report: compile_pool.Report = _Progress(output)
     if sys.argv[1:]:
         report = _Printed(output)
         threading.Thread(target=_read_wanted, args=(notes,), daemon=True).start()
     stamp.note(noted, compile_pool.compile_all(_modules(root), notes, urgent=False, report=report))
-
-
-def _take_standard_output() -> BinaryIO:
-    """Return the standard output, which processes of the pool do not inherit: its reader waits for the end of all."""
-    own = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
-    return own
 
 
 def _read_wanted(notes: ModuleNotes) -> None:
