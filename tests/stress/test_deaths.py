@@ -43,6 +43,13 @@ async def runtime():
     await started.close()
 
 
+@pytest.fixture
+def none_stays_a_zombie():
+    """Return a wait until no process is a zombie but those that tests before this one left."""
+    before = set(zombies())
+    return lambda: until(lambda: set(zombies()) <= before)  # an exited process is a zombie until its parent reaps it
+
+
 def fork_server_of(pid: int) -> psutil.Process:
     parent = psutil.Process(pid).parent()
     assert parent is not None
@@ -75,7 +82,7 @@ async def test_containers_start_warm(count, runtime, reports, figure):
     figure(f"private memory of one of {count}, MB", sum(private) / count)
 
 
-async def test_a_killed_container_is_reported_and_leaves_no_zombie(runtime, reports, figure):
+async def test_a_killed_container_is_reported_and_leaves_no_zombie(runtime, reports, none_stays_a_zombie, figure):
     loop = asyncio.get_running_loop()
     reported = []
     for _ in range(20):
@@ -87,11 +94,11 @@ async def test_a_killed_container_is_reported_and_leaves_no_zombie(runtime, repo
             assert await container.wait() == -signal.SIGKILL
         reported.append((loop.time() - began) * 1000.0)
         assert is_gone(container.pid)
-    await until(lambda: not zombies())  # an exited process is a zombie until its parent reaps it
+    await none_stays_a_zombie()
     figure("container killed to told, worst of 20, ms", max(reported))
 
 
-async def test_a_dead_fork_server_ends_its_containers_and_is_replaced(runtime, reports, figure):
+async def test_a_dead_fork_server_ends_its_containers_and_is_replaced(runtime, reports, none_stays_a_zombie, figure):
     containers = [await runtime.launch(reports.launch()) for _ in range(5)]
     for _ in containers:
         await reports.next()
@@ -109,10 +116,10 @@ async def test_a_dead_fork_server_ends_its_containers_and_is_replaced(runtime, r
     assert (await reports.next(timeout=60)).pid == replacement.pid
     figure("fork server killed to a new container running, ms", (loop.time() - began) * 1000.0)
     assert fork_server_of(replacement.pid).pid != server.pid
-    await until(lambda: not zombies())  # an exited process is a zombie until its parent reaps it
+    await none_stays_a_zombie()
 
 
-async def test_launches_succeed_although_the_fork_server_dies(runtime, reports):
+async def test_launches_succeed_although_the_fork_server_dies(runtime, reports, none_stays_a_zombie):
     first = await runtime.launch(reports.launch())
     server = fork_server_of(first.pid)
     launching = [asyncio.create_task(runtime.launch(reports.launch())) for _ in range(10)]
@@ -125,7 +132,7 @@ async def test_launches_succeed_although_the_fork_server_dies(runtime, reports):
         async with asyncio.timeout(SOON):
             assert await container.wait() == -signal.SIGKILL
     assert len(ended) < len(containers)
-    await until(lambda: not zombies())  # an exited process is a zombie until its parent reaps it
+    await none_stays_a_zombie()
 
 
 async def test_a_frozen_fork_server_is_replaced(runtime, reports, monkeypatch):
@@ -138,7 +145,9 @@ async def test_a_frozen_fork_server_is_replaced(runtime, reports, monkeypatch):
     assert await first.wait() == -signal.SIGKILL
 
 
-async def test_layers_are_built_although_the_fork_server_is_frozen(runtime, reports, tmp_path, monkeypatch):
+async def test_layers_are_built_although_the_fork_server_is_frozen(
+    runtime, reports, none_stays_a_zombie, tmp_path, monkeypatch
+):
     monkeypatch.setattr("engine.runtimes.fork_server.server.FORK_TIMEOUT", 1.0)
     first = await runtime.launch(reports.launch())
     fork_server_of(first.pid).suspend()
@@ -146,7 +155,7 @@ async def test_layers_are_built_although_the_fork_server_is_frozen(runtime, repo
         folder = await MapCache(tmp_path / "shm", build=LayerBuilder(kept(house()))).ensure(LayerSpec(house(), 0.18))
     assert open_layers(folder).grid.info.width > 0
     assert await first.wait() == -signal.SIGKILL
-    await until(lambda: not zombies())  # an exited process is a zombie until its parent reaps it
+    await none_stays_a_zombie()
 
 
 async def test_a_dead_agent_ends_all_its_processes_within_a_second(tmp_path, figure):
