@@ -44,16 +44,27 @@ def main(release: str, environment: Path, workspace: Path) -> None:
 
 
 def mend_paths(environment: Path) -> None:
-    """Replace the paths of the computer that built the wheels by those of this environment."""
-    python = environment / "bin" / "python"
-    asked = "import numpy, sysconfig; print(sysconfig.get_paths()['include'], numpy.get_include())"
-    include, numpy = subprocess.run([python, "-c", asked], check=True, capture_output=True, text=True).stdout.split()
+    """Replace the paths of the computer that built the wheels by paths of this environment.
+
+    Installers link files to a cache that all environments of a computer share, so each file is replaced, not written
+    to; and the path of an environment that wrote into the cache once is replaced too.
+    """
+    include, numpy = includes_of(environment)
     for file in (environment / "share").rglob("*.cmake"):
         text = file.read_text()
         mended = re.sub(r"/opt/python/cp\d+-cp\d+/include/python3\.\d+", include, text)
-        mended = re.sub(r"/opt/python/cp\d+-cp\d+/lib/python3\.\d+/site-packages/numpy/_core/include", numpy, mended)
+        mended = re.sub(r'[^";]+/lib/python3\.\d+/site-packages/numpy/_core/include', numpy, mended)
         if mended != text:
+            file.unlink()
             file.write_text(mended)
+
+
+def includes_of(environment: Path) -> tuple[str, str]:
+    """Return the folders of the C headers of an environment's Python and of its numpy."""
+    python = environment / "bin" / "python"
+    asked = "import numpy, sysconfig; print(sysconfig.get_paths()['include'], numpy.get_include())"
+    include, numpy = subprocess.run([python, "-c", asked], check=True, capture_output=True, text=True).stdout.split()
+    return include, numpy
 
 
 def write(folder: Path, package: str, definitions: Mapping[str, str]) -> None:
