@@ -7,7 +7,7 @@ VENV ?= .venv
 # Passed on: `make test PYTEST_ARGS="tests/unit/ppaas/wire -x"`, `make demo DEMO_ARGS=…`.
 PYTEST_ARGS ?=
 # Tests of robots that drive mostly wait, so more processes than cores share them (tests/ci/shares.py).
-TEST_PROCESSES ?= 5
+TEST_PROCESSES ?= 6
 DEMO_ARGS ?=
 # Makes the bill of materials, in an environment of its own; the extras that a cloud and its robots may install.
 CYCLONEDX := cyclonedx-bom==7.5.0
@@ -100,8 +100,8 @@ test-ray: $(INSTALLED) ## Run the tests over a real Ray cluster, whose nodes joi
 	$(BIN)/python -m pytest -m ray $(PYTEST_ARGS)
 
 test-versions: $(INSTALLED) ## Install the lowest versions that pyproject.toml allows, and the newest on Python 3.12 and 3.13, and drive with each
-	@echo "test-versions: environments in build/versions, one a process; needs the network"
-	$(BIN)/python -m pytest -m versions --numprocesses $(TEST_PROCESSES) --dist loadscope --timeout 1800 tests/versions $(PYTEST_ARGS)
+	@echo "test-versions: environments in build/versions, two at a time; needs the network"
+	$(BIN)/python -m pytest -m versions --numprocesses 2 --dist loadscope --timeout 1800 tests/versions $(PYTEST_ARGS)
 
 schemathesis: $(INSTALLED) ## Send the REST service some ten thousand requests, good and bad, made from its description
 	@echo "schemathesis: 150 examples an operation; prints how each was answered"

@@ -21,11 +21,11 @@ def failed(report: str) -> list[str]:
 
 
 def main(report: str) -> int:
-    """Name what failed; return 0 where it is to be run once more."""
+    """Print what failed, a line a test; return 0 where it is to be run once more."""
     path = Path(report)
     tests = failed(path.read_text(encoding="utf-8")) if path.exists() else []
     for test in tests:
-        print(f"failed the first time: {test}")  # noqa: T201
+        print(test)  # noqa: T201
     return 0 if 1 <= len(tests) <= FEW else 1
 
 

@@ -1,8 +1,8 @@
 """Which tests run one after the other where several processes share them (pytest-xdist).
 
-Robots drive in real time, so most of such a test is waiting: those that kill, those that bring machines and clouds of
-their own, those that share one cloud, those that cut off what goes on, and all others run side by side. Within the
-first four a cloud is shared or the machine is strained, so they stay together; they go first, since they take longest.
+Robots drive in real time, so most of such a test is waiting: the shares below and all other files run side by side.
+Within a share a cloud is shared or the machine is strained, so its tests stay together; they go first, since they take
+longest.
 The browser stays with those that make networks: it drops what it was fetching whenever the computer gets another one.
 """
 
@@ -14,14 +14,30 @@ SHARES: dict[str, tuple[str, ...]] = {  # the first that a file is part of
         "tests/e2e/test_two_machines.py",
         "tests/e2e/test_local_nodes.py",
         "tests/e2e/test_come_and_go.py",
-        "tests/docs",
         "tests/unit/robots/cli/commands/test_demo.py",
         "tests/unit/robots/cli/commands/test_simulate.py",
     ),
+    "documents": ("tests/docs",),
     "restarts": (
         "tests/faults/test_master_restart.py",
         "tests/faults/test_partition.py",
         "tests/e2e/test_dashboard.py",
+    ),
+    "bridges": (
+        "tests/faults/test_ros2_bridge.py",
+        "tests/faults/test_recording.py",
+        "tests/faults/test_presence.py",
+        "tests/faults/test_machine_endpoints.py",
+        "tests/faults/test_endpoints.py",
+        "tests/faults/test_standby.py",
+    ),
+    "maps": (
+        "tests/e2e/test_zones.py",
+        "tests/e2e/test_joint_map.py",
+        "tests/e2e/test_scans_alone.py",
+        "tests/e2e/test_dashboard_maps.py",
+        "tests/e2e/test_dashboard_traffic.py",
+        "tests/e2e/test_dashboard_zones.py",
     ),
     "deaths": ("tests/faults", "tests/stress", "tests/unit/endpoints/test_server.py"),
     "drives": ("tests/e2e",),

@@ -16,7 +16,7 @@ from tests.support.cloud.cloud import publish_map, register_robot
 from tests.support.cloud.drive import driving
 from tests.support.engine.docker_engine import bring_up, run
 from tests.support.sources import ROOT
-from tests.support.waiting import until
+from tests.support.waiting import patience, until
 from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = [pytest.mark.docker, pytest.mark.timeout(1800)]
@@ -118,7 +118,7 @@ async def test_machines_and_their_endpoints_join_and_a_killed_one_is_removed(com
 
 async def machine_with_sockets(rest: RestClient) -> str:
     """Return the host name of a machine whose endpoint has sockets, which is the id of its Docker container."""
-    async with asyncio.timeout(JOINED_WITHIN):
+    async with patience(JOINED_WITHIN):
         while True:
             for endpoint in await rest.items("/v1/endpoints"):
                 if endpoint["sockets"] and endpoint["machine"] != "local":
@@ -128,7 +128,7 @@ async def machine_with_sockets(rest: RestClient) -> str:
 
 async def there_are(rest: RestClient, path: str, count: int) -> None:
     """Wait until the cloud lists ``count`` objects, besides machines that still start."""
-    async with asyncio.timeout(JOINED_WITHIN):
+    async with patience(JOINED_WITHIN):
         while sum(one.get("state") != "starting" for one in await rest.items(path)) != count:
             await asyncio.sleep(0.5)
 

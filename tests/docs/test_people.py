@@ -36,6 +36,7 @@ from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import ADDRESS, blocks, table, text_of
 from tests.support.endpoints.rosbridge_server import rosbridge_server
 from tests.support.sources import ROOT
+from tests.support.waiting import patience
 
 PAGE = "docs/people.md"
 EXAMPLES = ROOT / "docs" / "examples"
@@ -150,7 +151,7 @@ async def test_the_robot_of_another_make_and_its_people_are_counted(cloud: Runni
     )  # fmt: skip
     try:
         assert robot.stdout is not None
-        async with asyncio.timeout(60.0):
+        async with patience(60.0):
             async for line in robot.stdout:
                 if line.startswith(b"2 people on the map"):
                     break

@@ -1,6 +1,5 @@
 """Topics, services, errors and limits in protocol.md are those of the code, and its frames are valid."""
 
-import asyncio
 import json
 import re
 from typing import get_args
@@ -71,6 +70,7 @@ from robots.sim.driver import SensorRates
 from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import blocks, table, text_of
 from tests.support.sources import ROOT
+from tests.support.waiting import patience
 
 PROTOCOL = "docs/protocol.md"
 EXAMPLES = ROOT / "docs" / "examples"
@@ -355,7 +355,7 @@ async def address(cloud: RunningCloud) -> str:
 
 async def next_frame(socket: ClientConnection) -> dict[str, object]:
     """Return the next frame."""
-    async with asyncio.timeout(30):
+    async with patience(30):
         frame: dict[str, object] = json.loads(await socket.recv())
         return frame
 

@@ -31,7 +31,7 @@ from tests.support.cloud.browser import browsing, looking
 from tests.support.cloud.cloud import ADMIN_PASSWORD, RunningCloud, publish_map, register_robot, running_cloud
 from tests.support.documents import blocks, script, table, text_of
 from tests.support.network.proxies import RunningProxy, running_proxy
-from tests.support.waiting import until
+from tests.support.waiting import patience, until
 
 pytestmark = pytest.mark.journey
 
@@ -201,7 +201,7 @@ async def test_a_proxy_that_buffers_is_not_noticed(
         ):
             heard: list[Twist] = []
             await operator.subscribe("cmd_vel", Twist, heard.append)
-            async with asyncio.timeout(30.0):
+            async with patience(30.0):
                 while not heard:  # the subscription may come later than the first message
                     await robot.publish("cmd_vel", Twist(Vector3(0.25)))
                     await asyncio.sleep(0.1)

@@ -19,6 +19,7 @@ from robots.client.robot_file import RobotFile, load_robot_file
 from tests.support.cloud.cloud import RunningCloud, publish_map
 from tests.support.cloud.drive import driving
 from tests.support.documents import blocks, run_shell, table, text_of
+from tests.support.waiting import patience
 
 PAGE = "docs/tasks.md"
 
@@ -77,7 +78,7 @@ async def test_a_robot_does_a_task_of_the_command_line(
     assert rest.token is not None
     async with driving(cloud.url, rest.token, "tb1", office, Pose2D(*robot.initial_pose)) as drive:
         task = await rest.post(tasks_of_office, {"kind": "pick_drop", "places": [[3.0, 2.0], [2.5, 2.0]]})
-        async with asyncio.timeout(90.0):
+        async with patience(90.0):
             while task["state"] in records.OPEN:
                 await asyncio.sleep(0.2)
                 task = await rest.get(path_of("maps", "office", "tasks", task["id"]))

@@ -13,6 +13,7 @@ from ppaas.messages import encode
 from ppaas.messages.geometry_msgs import Pose
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot
 from tests.support.cloud.drive import driving
+from tests.support.waiting import patience
 from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = pytest.mark.journey
@@ -36,7 +37,7 @@ def goal_frame(goal: Pose2D) -> str:
 
 async def frames_until(socket: ClientConnection, operation: str) -> list[dict]:
     heard: list[dict] = []
-    async with asyncio.timeout(90):
+    async with patience(90):
         while not heard or heard[-1]["op"] != operation:
             heard.append(json.loads(await socket.recv()))
     return heard

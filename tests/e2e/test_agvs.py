@@ -31,6 +31,7 @@ from robots.client.robot_client import RobotClient
 from tests.support.cloud.cloud import RunningCloud, publish_map
 from tests.support.vda5050.mosquitto import Mosquitto
 from tests.support.vda5050.simple_agv import SimpleAgv
+from tests.support.waiting import patience
 from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = pytest.mark.journey
@@ -110,7 +111,7 @@ async def operator(cloud: RunningCloud) -> AsyncIterator[MoveBaseClient]:
     """Be an operator of the robot as soon as the AGV is registered."""
     assert cloud.token is not None
     rest = await cloud.admin()
-    async with asyncio.timeout(30.0):
+    async with patience(30.0):
         while True:
             try:
                 await rest.get(path_of("robots", AGV["serialNumber"]))
@@ -203,7 +204,7 @@ async def test_the_robot_of_an_agv_is_connected_while_its_agv_is(
             await client.publish(address.topic(topic), payload, qos=1)
 
         async def becomes(wanted: ConnectionState, *, here: bool) -> None:
-            async with asyncio.timeout(60.0):
+            async with patience(60.0):
                 await say(topics.CONNECTION, Connection(connection_state=wanted))
                 while await connected() != here:
                     if wanted == "ONLINE":

@@ -18,7 +18,7 @@ from robots.client.rest import RestClient
 from robots.client.robot_client import RobotClient
 from robots.client.robot_file import RobotFile
 from tests.support.cloud.cloud import RunningCloud
-from tests.support.waiting import PATIENCE, until
+from tests.support.waiting import PATIENCE, patience, until
 from tests.support.world.merge_drives import first_drive, second_drive
 
 pytestmark = pytest.mark.journey
@@ -66,7 +66,7 @@ class Playback:
 
 async def joined(rest: RestClient, robot: str, others: list[str]) -> dict[str, object]:
     """Wait until a robot's map is one with those of others; return its size."""
-    async with asyncio.timeout(2.0 * PATIENCE):  # a program of low priority joins them
+    async with patience(2.0 * PATIENCE):  # a program of low priority joins them
         while True:
             with contextlib.suppress(Unavailable):
                 shown = dict(await rest.get(f"/v1/robots/{robot}/map"))

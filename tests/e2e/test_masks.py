@@ -19,6 +19,7 @@ from robots.client.robot_client import RobotClient
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot
 from tests.support.cloud.local_nodes import ABLE, managing, take_over
 from tests.support.sources import ROOT
+from tests.support.waiting import patience
 
 pytestmark = pytest.mark.journey
 
@@ -70,7 +71,7 @@ async def test_robots_plan_with_the_masks_named_in_their_files(cloud: RunningClo
     with pytest.raises(Conflict, match="is in use by robots"):
         await rest.delete("/v1/maps/masked-room-keepout")
     await publish_map(rest, "masked-room-keepout", mask(slice(2, 6)))
-    async with RobotClient(cloud.ws_url, robot="careful", token=token) as client, asyncio.timeout(20.0):
+    async with RobotClient(cloud.ws_url, robot="careful", token=token) as client, patience(20.0):
         while await passed(client) != {False}:  # its clone follows once its machine has made the layers
             await asyncio.sleep(0.1)
     await rest.patch("/v1/robots/careful", {"parameters": {"keepout_filter": {"enabled": False}}})

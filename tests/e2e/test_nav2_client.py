@@ -1,6 +1,5 @@
 """A client of Nav2 drives a robot by frames alone, while the container that drives dies."""
 
-import asyncio
 import json
 import math
 from typing import Any
@@ -15,6 +14,7 @@ from ppaas.messages.actionlib_msgs import Status
 from ppaas.messages.geometry_msgs import Pose
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot
 from tests.support.cloud.drive import driving
+from tests.support.waiting import patience
 from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = pytest.mark.journey
@@ -53,7 +53,7 @@ class Navigator:
 
     async def result(self) -> dict[str, Any]:
         """Return the values of a result, which must be that of a success."""
-        async with asyncio.timeout(120):
+        async with patience(120):
             while (frame := await self.hear())["op"] != "action_result":
                 pass
         assert (frame["status"], frame["result"]) == (SUCCEEDED, True), frame

@@ -8,6 +8,7 @@ from ppaas.errors import QuotaExceeded
 from ppaas.maps.grid import GridMap
 from robots.client.rest import RestClient
 from tests.support.cloud.cloud import RunningCloud, publish_map
+from tests.support.waiting import patience
 from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = pytest.mark.journey
@@ -31,7 +32,7 @@ async def test_a_queued_path_is_planned_when_its_turn_comes(cloud: RunningCloud,
     waits = await rest.post("/v1/maps/q2/plans", body | {"queue": True})
     assert waits["position"] == 1
     await admin.patch("/v1/users/quinn", {"limits": {"containers": 2}})
-    async with asyncio.timeout(20):
+    async with patience(20):
         while "poses" not in (answer := await rest.post("/v1/maps/q2/plans", body | {"queue": True})):
             assert answer["position"] == 1
             await asyncio.sleep(0.02)

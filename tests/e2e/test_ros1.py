@@ -26,6 +26,7 @@ from robots import cli
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot
 from tests.support.ros2.bridge_process import bridge_process
 from tests.support.sources import ROOT
+from tests.support.waiting import patience
 from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = [pytest.mark.journey, pytest.mark.ros]
@@ -76,7 +77,7 @@ def in_chroot(grid: GridMap) -> Iterator[str]:
 
 async def prints(stream: asyncio.StreamReader, line: bytes, within: float) -> None:
     """Wait for a line among those that rospy adds: it warns while its master is not up yet."""
-    async with asyncio.timeout(within):
+    async with patience(within):
         while await stream.readline() != line:
             assert not stream.at_eof(), f"the robot ended before it printed {line!r}"
 

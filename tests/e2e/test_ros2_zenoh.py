@@ -22,6 +22,7 @@ from tests.support.ros2.bridge_process import bridge_process
 from tests.support.ros2.zenoh_peer import LATCHED, Peer, Recorder
 from tests.support.ros2.zenoh_robot import free_endpoint, zenoh_robot
 from tests.support.sources import ROOT
+from tests.support.waiting import patience
 from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = pytest.mark.journey
@@ -88,7 +89,7 @@ async def test_a_robot_with_ros_2_over_zenoh_plans_and_drives_by_the_actions_of_
 
 async def reported(rest: RestClient, robot: str, wanted: Callable[[list[str]], bool]) -> None:
     """Wait until the doctor repeats the wanted reports of a robot's bridge."""
-    async with asyncio.timeout(40.0):
+    async with patience(40.0):
         while True:
             found = await rest.get(f"/v1/robots/{robot}/diagnosis?seconds=0")
             if wanted([one["text"] for one in found["findings"] if one["kind"] == "robot-reports"]):

@@ -23,7 +23,7 @@ from tests.support.cloud.drive import Drive, driving
 from tests.support.cloud.joined_machine import JoinedMachine, container_of, machines, ticket
 from tests.support.engine.processes import has_ended
 from tests.support.network.wire import wire_to
-from tests.support.waiting import until
+from tests.support.waiting import patience, until
 from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = pytest.mark.journey
@@ -57,7 +57,7 @@ async def driving_on_both(
     cloud: RunningCloud, rest: RestClient, grid: GridMap, names: tuple[str, str]
 ) -> AsyncIterator[dict[str, Drive]]:
     """Drive two robots, each on its own map and machine; yield that of the second machine last."""
-    async with asyncio.timeout(30.0):
+    async with patience(30.0):
         while await rest.items("/v1/containers"):
             await asyncio.sleep(0.05)
     await limit_each(rest, 1)  # so that each machine gets one
@@ -132,7 +132,7 @@ async def test_a_frozen_machine_is_replaced_and_rejoins(
             assert (await container_of(rest, name))["machine"] == HERE
         assert psutil.pid_exists(left), "a frozen machine cannot be ended"
         second.process.send_signal(signal.SIGCONT)
-        async with asyncio.timeout(20.0):
+        async with patience(20.0):
             while not has_ended(left):
                 await asyncio.sleep(0.02)
         await second.is_in(rest)
@@ -194,7 +194,7 @@ async def test_a_disconnected_machine_ends_its_containers_and_rejoins(
             there = await container_of(rest, "s1")
             assert there["machine"] == "m3"
             wire.fall_silent()
-            async with asyncio.timeout(20.0):
+            async with patience(20.0):
                 while not any(c["machine"] in (HERE, THERE) for c in await rest.items("/v1/containers")):
                     await asyncio.sleep(0.05)
                 while not has_ended(there["pid"]):

@@ -3,7 +3,6 @@
 Its WebSocket takes only small frames, so that it asks for fragments.
 """
 
-import asyncio
 import json
 from collections.abc import AsyncIterator
 from typing import Any
@@ -17,6 +16,7 @@ from ppaas.wire.fragments import FragmentAssembler
 from ppaas.wire.operations import Fragment
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot
 from tests.support.cloud.drive import driving
+from tests.support.waiting import patience
 from tests.support.world.places import free_pose, reachable_pose
 from tests.support.world.urdf import example
 
@@ -53,7 +53,7 @@ async def frames_of(socket: ClientConnection) -> AsyncIterator[dict[str, Any]]:
 async def first_of_each(frames: AsyncIterator[dict[str, Any]], topics: set[str]) -> dict[str, Any]:
     """Return the first message of each topic."""
     heard: dict[str, Any] = {}
-    async with asyncio.timeout(30):
+    async with patience(30):
         async for frame in frames:
             assert frame["op"] == "publish", frame
             heard.setdefault(frame["topic"], frame["msg"])
@@ -88,7 +88,7 @@ async def test_a_viewer_gets_the_model_costmaps_and_commands_of_a_driving_robot(
         heard = await first_of_each(frames, set(TOPICS))
         call = {"op": "call_service", "service": "/rosapi/get_param", "id": "u", **OPTIONS}
         await viewer.send(json.dumps(call | {"args": {"name": "/robot_state_publisher:robot_description"}}))
-        async with asyncio.timeout(10):
+        async with patience(10):
             while (answer := await anext(frames)).get("id") != "u":
                 pass
     assert heard["/robot_description"]["data"] == json.loads(answer["values"]["value"]) == urdf.decode()

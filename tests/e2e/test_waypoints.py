@@ -10,7 +10,7 @@ from ppaas.messages.actionlib_msgs import Status
 from ppaas.messages.nav2_msgs import FollowWaypointsActionFeedback, FollowWaypointsActionResult
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot
 from tests.support.cloud.drive import driving
-from tests.support.waiting import until
+from tests.support.waiting import patience, until
 from tests.support.world.places import free_pose
 from tests.support.world.touring import waypoints
 
@@ -38,7 +38,7 @@ async def test_waypoints_are_followed_to_the_end_despite_a_killed_container(
         await drive.operator.publish("follow_waypoints/goal", waypoints([first, last], "round"))
         await until(lambda: 1 in reported)
         cloud.container().kill()
-        async with asyncio.timeout(60):
+        async with patience(60):
             result = await results.get()
         assert (result.status.goal_id.id, result.status.status) == ("round", Status.SUCCEEDED), result.status.text
         assert abs(wrap_angle(drive.world.robots[0].base.pose.theta - last.theta)) <= 0.3

@@ -17,7 +17,7 @@ from robots.client.rest import RestClient
 from tests.support.cloud.cloud import RunningCloud, named, publish_map, register_robot, running_cloud
 from tests.support.cloud.drive import Drive, driving
 from tests.support.cloud.joined_machine import JoinedMachine, container_of, ticket
-from tests.support.waiting import until
+from tests.support.waiting import patience, until
 from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = pytest.mark.journey
@@ -64,7 +64,7 @@ async def admin(hall: Hall, place: str) -> RestClient:
 
 async def until_served(rest: RestClient, endpoints: int) -> None:
     """Wait until the cloud has this many endpoints that report."""
-    async with asyncio.timeout(60.0):
+    async with patience(60.0):
         while [one["state"] for one in await rest.items("/v1/endpoints")] != ["ready"] * endpoints:
             await asyncio.sleep(0.05)
 
@@ -76,7 +76,7 @@ async def sockets(rest: RestClient) -> dict[str, int]:
 
 async def until_at(rest: RestClient, endpoint: str) -> None:
     """Wait until all sockets, those of a robot and its operator, are at one endpoint."""
-    async with asyncio.timeout(30.0):
+    async with patience(30.0):
         while {name for name, count in (await sockets(rest)).items() if count} != {endpoint}:
             await asyncio.sleep(0.2)
 

@@ -27,7 +27,7 @@ from tests.support.cloud.local_nodes import ABLE, managing, take_over
 from tests.support.engine.docker_engine import image_for_tests
 from tests.support.engine.processes import has_ended
 from tests.support.network.wire import Wire, wire_to
-from tests.support.waiting import until
+from tests.support.waiting import patience, until
 from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = pytest.mark.journey
@@ -173,7 +173,7 @@ async def operator_at(
     url: str, rest: RestClient, robot: str
 ) -> AsyncIterator[tuple[RobotClient, list[MoveBaseActionResult]]]:
     """Connect an operator of a robot at an endpoint, once that serves; yield it with the results that it hears."""
-    async with asyncio.timeout(60.0):
+    async with patience(60.0):
         while len(await rest.items("/v1/endpoints")) < 2:
             await asyncio.sleep(0.05)
     assert rest.token is not None

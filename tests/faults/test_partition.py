@@ -17,6 +17,7 @@ from tests.support.cloud.drive import Drive
 from tests.support.cloud.joined_machine import JoinedMachine, container_of, machines, ticket
 from tests.support.engine.processes import has_ended
 from tests.support.network.partition import Namespace, NetworkPath, through_a_proxy
+from tests.support.waiting import patience
 
 pytestmark = pytest.mark.journey
 
@@ -90,7 +91,7 @@ async def second_machine(folder: Path, rest: RestClient, way: NetworkPath, shown
 
 
 async def until_gone(rest: RestClient) -> None:
-    async with asyncio.timeout(10.0):
+    async with patience(10.0):
         while await machines(rest) != [HERE]:
             await asyncio.sleep(0.02)
 
@@ -106,7 +107,7 @@ async def cut_for_a_while(way: NetworkPath, rest: RestClient, drives: dict[str, 
     assert left["machine"] == THERE
     way.cut()
     healed = loop.time() + CUT
-    async with asyncio.timeout(20.0):
+    async with patience(20.0):
         await until_gone(rest)
         while not has_ended(left["pid"]):
             await asyncio.sleep(0.02)  # it ends by itself: it cannot be reached
@@ -115,7 +116,7 @@ async def cut_for_a_while(way: NetworkPath, rest: RestClient, drives: dict[str, 
     await asyncio.sleep(max(0.0, healed - loop.time()))
     assert await machines(rest) == [HERE], "no packet was delivered"
     way.mend()
-    async with asyncio.timeout(60.0):
+    async with patience(60.0):
         while await machines(rest) != [HERE, THERE]:
             await asyncio.sleep(0.02)
     assert wrong == []

@@ -24,7 +24,7 @@ from tests.faults.test_endpoints import endpoints, served_by
 from tests.faults.test_master_restart import ADOPTED
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot, running_cloud
 from tests.support.network.wire import Wire, wire_to
-from tests.support.waiting import until
+from tests.support.waiting import patience, until
 from tests.support.world.places import free_pose
 
 pytestmark = pytest.mark.journey
@@ -50,7 +50,7 @@ async def state_of(rest: RestClient, name: str) -> dict[str, Any]:
 
 async def becomes(rest: RestClient, name: str, *, connected: bool) -> dict[str, Any]:
     """Wait until a robot is connected, or not; its container waits for it. All that shows it says the same."""
-    async with asyncio.timeout(60.0):
+    async with patience(60.0):
         while (state := await state_of(rest, name))["connected"] != connected:
             await asyncio.sleep(0.05)
     assert (state["disconnected_since"] is None) == connected

@@ -22,7 +22,7 @@ from tests.support.cloud.shifted_clock import an_hour_ahead
 from tests.support.cloud.standby_process import standing_by
 from tests.support.engine.processes import has_ended
 from tests.support.network.wire import Wire, wire_to
-from tests.support.waiting import until
+from tests.support.waiting import patience, until
 from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = pytest.mark.journey
@@ -49,7 +49,7 @@ async def finds_its_clone(drive: Drive, wire: Wire, cloud: RunningCloud, pid: in
     assert (result.status.goal_id.id, result.status.status) == (goal_id, Status.SUCCEEDED), result.status.text
     assert drive.results.empty(), "one result a goal"
     assert (await container_of(rest, ROBOT))["pid"] == pid
-    async with asyncio.timeout(40.0):
+    async with patience(40.0):
         while await machines(rest) != ["local", THERE]:  # a new leader serves before the agent of its own host has come
             await asyncio.sleep(0.05)
 

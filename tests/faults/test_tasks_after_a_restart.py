@@ -11,7 +11,7 @@ from ppaas.tasks.records import OPEN
 from robots.client.rest_paths import path_of
 from tests.faults.test_master_restart import ADOPTED, kill, waiting_robot
 from tests.support.cloud.cloud import running_cloud
-from tests.support.waiting import until
+from tests.support.waiting import patience, until
 
 pytestmark = pytest.mark.journey
 
@@ -31,7 +31,7 @@ async def test_a_task_is_done_once_though_the_master_was_killed(tmp_path: Path, 
                 await until(lambda: drive.robot.connections > 1, 60.0)
                 await drive.robot.subscribe("move_base/result", MoveBaseActionResult, results.append)
                 path = path_of("maps", "office", "tasks", task["id"])
-                async with asyncio.timeout(120.0):
+                async with patience(120.0):
                     while (task := await again.get(path))["state"] in OPEN:
                         await asyncio.sleep(0.2)
                 assert (task["state"], task["visited"], task["failures"]) == ("done", 2, 0), task

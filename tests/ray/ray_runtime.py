@@ -30,6 +30,7 @@ from tests.ray.ray_cluster import RayCluster
 from tests.support.cloud.cloud import shared_memory
 from tests.support.engine.launches import Reports
 from tests.support.storage.records import house, put_map
+from tests.support.waiting import patience
 
 PLUGIN = Path(__file__).parent / "runtime_plugin"
 """Folder on the path of the nodes with the runtime of their agents."""
@@ -120,7 +121,7 @@ class RayRuntime(Runtime):
         robots: Any = self._reports
         await self._far.start(self._control, robots, robots)
         await self._machines.start()
-        async with asyncio.timeout(JOINS):
+        async with patience(JOINS):
             await asyncio.shield(self._joined)
 
     async def launch(self, launch: Launch) -> RayContainer:

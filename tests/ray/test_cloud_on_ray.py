@@ -29,7 +29,7 @@ from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot,
 from tests.support.cloud.drive import Drive, driving
 from tests.support.cloud.up_process import Up
 from tests.support.engine.processes import has_ended
-from tests.support.waiting import until
+from tests.support.waiting import patience, until
 from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = [pytest.mark.ray, pytest.mark.timeout(600)]
@@ -63,7 +63,7 @@ def on_ray(cluster: RayCluster, port: int = 0) -> tuple[str, ...]:
 
 async def machines_when(rest: RestClient, holds: Callable[[list[dict[str, Any]]], object]) -> list[dict[str, Any]]:
     """Return the machines that have joined once a condition holds for them."""
-    async with asyncio.timeout(HERE):
+    async with patience(HERE):
         while not holds(machines := [one for one in await rest.items("/v1/machines") if one["state"] != "starting"]):
             await asyncio.sleep(0.05)
     return machines
@@ -71,12 +71,12 @@ async def machines_when(rest: RestClient, holds: Callable[[list[dict[str, Any]]]
 
 async def check_endpoints(rest: RestClient, machines: set[str]) -> None:
     """Check that each machine has an endpoint, which answers at the address of its node."""
-    async with asyncio.timeout(HERE):
+    async with patience(HERE):
         while not machines <= {endpoint["machine"] for endpoint in await rest.items("/v1/endpoints")}:
             await asyncio.sleep(0.1)
     for endpoint in await rest.items("/v1/endpoints"):
         # An endpoint learns by its next report that machines have joined.
-        async with asyncio.timeout(HERE):
+        async with patience(HERE):
             while (health := await RestClient(endpoint["url"]).get("/v1/health"))["status"] == "starting":
                 await asyncio.sleep(0.1)
         assert (health["endpoint"], health["status"]) == (endpoint["id"], "ok")
@@ -89,7 +89,7 @@ async def containers(rest: RestClient) -> dict[str, dict[str, Any]]:
 
 async def another(rest: RestClient, robot: str, than: dict[str, Any]) -> dict[str, Any]:
     """Return the container of a robot once it is another one and ready."""
-    async with asyncio.timeout(HERE):
+    async with patience(HERE):
         while True:
             found = (await containers(rest)).get(robot)
             if found is not None and found["id"] != than["id"] and found["state"] == "ready":
@@ -115,7 +115,7 @@ class Fleet:
         token = await register_robot(self.rest, f"r{number}", f"office-{number}", start)
         async with driving(self.cloud.url, token, f"r{number}", self.grid, start) as drive:
             await drive.send(goal, goal_id=f"goal-{number}")
-            async with asyncio.timeout(HERE):
+            async with patience(HERE):
                 while len(drive.commands) <= 5:
                     await asyncio.sleep(0.01)
             begun.set()
@@ -201,7 +201,7 @@ async def crash(rest: RestClient, robot: str) -> float:
 
 async def killed(rest: RestClient, robot: str) -> dict[str, Any]:
     """Kill and return the current container of a robot; a busy host may have replaced the earlier one."""
-    async with asyncio.timeout(HERE):
+    async with patience(HERE):
         while True:
             container = (await containers(rest)).get(robot)
             with contextlib.suppress(ProcessLookupError):

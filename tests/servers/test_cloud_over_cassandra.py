@@ -18,7 +18,7 @@ from tests.faults.test_kill import lives
 from tests.servers.cassandra_server import CassandraServer
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot, running_cloud
 from tests.support.cloud.drive import driving
-from tests.support.waiting import until
+from tests.support.waiting import patience, until
 from tests.support.world.places import free_pose, reachable_pose
 
 pytestmark = pytest.mark.servers
@@ -53,7 +53,7 @@ async def ask(rest: RestClient, grid: GridMap, count: int) -> list[str]:
 
 async def health_when(rest: RestClient, status: str) -> Any:
     """Return the cloud's health report once it has this state."""
-    async with asyncio.timeout(BACK):
+    async with patience(BACK):
         while (health := await rest.get("/v1/health"))["status"] != status:
             await asyncio.sleep(0.2)
     return health
@@ -125,7 +125,7 @@ async def kill(cloud: RunningCloud, victim: str) -> None:
 
 async def served_again(rest: RestClient, grid: GridMap) -> list[str]:
     """Retry until a machine has registered again, and the master may start containers, since its lease is renewed."""
-    async with asyncio.timeout(BACK):
+    async with patience(BACK):
         while True:
             try:
                 return await ask(rest, grid, 1)

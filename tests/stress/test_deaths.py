@@ -22,7 +22,7 @@ from tests.support.engine.launches import Reports
 from tests.support.engine.processes import SOON, has_ended, is_gone, zombies
 from tests.support.sources import ROOT
 from tests.support.storage.records import house, kept
-from tests.support.waiting import until
+from tests.support.waiting import patience, until
 
 pytestmark = [pytest.mark.joint, pytest.mark.usefixtures("no_fork_server")]
 
@@ -90,7 +90,7 @@ async def test_a_killed_container_is_reported_and_leaves_no_zombie(runtime, repo
         await reports.next()
         began = loop.time()
         os.kill(container.pid, signal.SIGKILL)
-        async with asyncio.timeout(SOON):
+        async with patience(SOON):
             assert await container.wait() == -signal.SIGKILL
         reported.append((loop.time() - began) * 1000.0)
         assert is_gone(container.pid)
@@ -107,7 +107,7 @@ async def test_a_dead_fork_server_ends_its_containers_and_is_replaced(runtime, r
     loop = asyncio.get_running_loop()
     began = loop.time()
     server.kill()
-    async with asyncio.timeout(SOON):
+    async with patience(SOON):
         statuses = await asyncio.gather(*(container.wait() for container in containers))
     figure("fork server killed to all containers told, ms", (loop.time() - began) * 1000.0)
     assert statuses == [-signal.SIGKILL] * 5
@@ -129,7 +129,7 @@ async def test_launches_succeed_although_the_fork_server_dies(runtime, reports, 
     ended = [container for container in containers if is_gone(container.pid)]
     for container in containers:
         container.kill()
-        async with asyncio.timeout(SOON):
+        async with patience(SOON):
             assert await container.wait() == -signal.SIGKILL
     assert len(ended) < len(containers)
     await none_stays_a_zombie()
@@ -151,7 +151,7 @@ async def test_layers_are_built_although_the_fork_server_is_frozen(
     monkeypatch.setattr("engine.runtimes.fork_server.server.FORK_TIMEOUT", 1.0)
     first = await runtime.launch(reports.launch())
     fork_server_of(first.pid).suspend()
-    async with asyncio.timeout(60):
+    async with patience(60):
         folder = await MapCache(tmp_path / "shm", build=LayerBuilder(kept(house()))).ensure(LayerSpec(house(), 0.18))
     assert open_layers(folder).grid.info.width > 0
     assert await first.wait() == -signal.SIGKILL
@@ -163,7 +163,7 @@ async def test_a_dead_agent_ends_all_its_processes_within_a_second(tmp_path, fig
         sys.executable, "-m", "tests.support.stress.agent", str(tmp_path), cwd=ROOT, stdout=PIPE
     )
     assert agent.stdout is not None
-    async with asyncio.timeout(90):
+    async with patience(90):
         started = json.loads(await agent.stdout.readline())
     family = psutil.Process(agent.pid).children(recursive=True)
     assert {*started["containers"], started["router"]} <= {process.pid for process in family}

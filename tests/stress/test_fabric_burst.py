@@ -11,6 +11,7 @@ from engine.fabric.router import RouterProcess
 from engine.fabric.session import Fabric
 from engine.fabric.zenoh_config import client_config
 from tests.stress.conftest import Figure
+from tests.support.waiting import patience
 
 pytestmark = pytest.mark.joint
 
@@ -32,7 +33,7 @@ async def arrived(router: RouterProcess, reader: Fabric, key: str, publish: Publ
         changed.set()
 
     subscription = reader.subscribe(key, take, limit=2 * BURST)
-    async with asyncio.timeout(10):
+    async with patience(10):
         while not changed.is_set():  # until the router knows of the reader
             publish(key, b"x")
             with contextlib.suppress(TimeoutError):

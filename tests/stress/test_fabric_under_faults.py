@@ -24,7 +24,7 @@ from tests.support.engine import fabric_reader, fabric_server
 from tests.support.engine.launches import Reports
 from tests.support.engine.processes import memory
 from tests.support.sources import ROOT
-from tests.support.waiting import until
+from tests.support.waiting import patience, until
 
 pytestmark = pytest.mark.joint
 
@@ -47,7 +47,7 @@ async def script(router: RouterProcess, module: ModuleType, *arguments: str) -> 
     )
     assert process.stdin is not None and process.stdout is not None
     process.stdin.write(msgspec.json.encode(fabric_server.Settings(router.endpoint, router.credentials)) + b"\n")
-    async with asyncio.timeout(30):
+    async with patience(30):
         assert await process.stdout.readline() == b"ready\n"
     try:
         yield process
@@ -56,7 +56,7 @@ async def script(router: RouterProcess, module: ModuleType, *arguments: str) -> 
             process.send_signal(signal.SIGCONT)
         process.stdin.close()
         try:
-            async with asyncio.timeout(10):
+            async with patience(10):
                 await process.wait()
         except TimeoutError:
             process.kill()
@@ -136,7 +136,7 @@ async def publish_until_all_received(
     if not at_once:
         await asyncio.sleep(0.02)  # messages still in transit do not count
     received.clear()
-    async with asyncio.timeout(10):
+    async with patience(10):
         while set(received) != everyone:
             for number, fabric in enumerate(fabrics):
                 fabric.publish(f"position/{number}", str(number).encode())

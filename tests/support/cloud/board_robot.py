@@ -22,6 +22,7 @@ from robots.sim.robot import SimulatedRobot
 from robots.sim.simulator import Simulator
 from robots.sim.world import World
 from tests.support.sources import ROOT
+from tests.support.waiting import patience
 
 CLIENT = ROOT / "robots" / "micropython" / "ppaas_robot.py"
 PROGRAMS = ROOT / "tests" / "support" / "clients"
@@ -88,7 +89,7 @@ class BoardRobot:
     async def report(self) -> dict[str, Any]:
         """Return what the board counted."""
         self._write(b"r", b"")
-        async with asyncio.timeout(20):
+        async with patience(20):
             return await self._reports.get()
 
     def _write(self, letter: bytes, data: bytes) -> None:

@@ -14,6 +14,7 @@ import psutil
 from robots import cli
 from robots.client.rest import RestClient
 from tests.support.cloud.cloud import shared_memory
+from tests.support.waiting import patience
 
 PATIENCE = 60.0
 
@@ -59,7 +60,7 @@ class JoinedMachine:
 
     async def is_in(self, rest: RestClient) -> None:
         """Wait until the machine has joined the cloud; one that still starts is listed before."""
-        async with asyncio.timeout(PATIENCE):
+        async with patience(PATIENCE):
             while self.name not in await joined_machines(rest):
                 assert self.process.poll() is None, self.log.read_text()
                 await asyncio.sleep(0.05)

@@ -9,7 +9,7 @@ from typing import Any
 from robots.client.robot_client import RobotClient
 from robots.onboard.computer import Computer
 from robots.onboard.node_manager import LocalNodes
-from tests.support.waiting import until
+from tests.support.waiting import patience, until
 
 WEAK = Computer(4, 1.5, 1.0)
 ABLE = Computer(4, 2.0, 2.2)
@@ -34,7 +34,7 @@ async def managing(client: RobotClient, computer: Computer, **options: Any) -> A
 
 async def take_over(manager: LocalNodes, *nodes: str) -> None:
     """Move nodes to the robot; repeat the request if the cloud takes them back from a busy computer."""
-    async with asyncio.timeout(GIVE_UP):
+    async with patience(GIVE_UP):
         while manager.running != set(nodes):
             for node in nodes:
                 assert (await manager.ask(node, "robot")).wanted == "robot"

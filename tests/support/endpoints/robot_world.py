@@ -26,6 +26,7 @@ from ppaas.wire.resumption import ID_HEADER, STATE_HEADER, TAKEN_HEADER
 from tests.support.endpoints.serving import serve
 from tests.support.engine.played_container import PlayedContainer, PlayingMachine
 from tests.support.storage import records
+from tests.support.waiting import patience
 
 PASSWORD = "correct horse"
 KEY = "robot:ann/tb1"
@@ -103,7 +104,7 @@ async def say(client: ClientConnection, **operation: Any) -> None:
 
 async def hear(client: ClientConnection) -> dict[str, Any]:
     """Return the next frame."""
-    async with asyncio.timeout(10):
+    async with patience(10):
         found: dict[str, Any] = json.loads(await client.recv())
         return found
 
@@ -111,7 +112,7 @@ async def hear(client: ClientConnection) -> dict[str, Any]:
 async def closed(client: ClientConnection) -> tuple[int, str]:
     """Wait until the cloud closes a socket; return code and reason."""
     with pytest.raises(ConnectionClosed):
-        async with asyncio.timeout(10):
+        async with patience(10):
             while True:
                 await client.recv()
     assert client.close_code is not None

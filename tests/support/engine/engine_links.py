@@ -8,6 +8,7 @@ from typing import Any
 from engine.protocols import control_link, machine_link, robot_link
 from engine.protocols.framing import FrameStream
 from ppaas import __version__
+from tests.support.waiting import patience
 
 HELLO_TOPICS = [
     robot_link.TopicInfo("map", "nav_msgs/OccupancyGrid", True),
@@ -58,7 +59,7 @@ async def connection(incoming: Any) -> tuple[FrameStream[Any], asyncio.StreamRea
 
 async def receive(stream: FrameStream[Any]) -> Any:
     """Return the next frame, which must come soon, or None if the other end closed the connection."""
-    async with asyncio.timeout(10.0):
+    async with patience(10.0):
         return await stream.receive()
 
 

@@ -10,6 +10,7 @@ from engine.protocols import control_link, robot_link
 from engine.protocols.framing import FrameStream
 from ppaas import __version__
 from tests.support.engine.engine_links import dial_control, dial_link, hello, receive, register
+from tests.support.waiting import patience
 
 
 class FarContainer:
@@ -62,7 +63,7 @@ class FakeMachine:
 
     async def order(self) -> control_link.ToAgent | None:
         """Return the next order, or None if the master closed the connection."""
-        async with asyncio.timeout(10):
+        async with patience(10):
             return await self._orders.get()
 
     async def started(self) -> control_link.StartContainer:

@@ -8,6 +8,7 @@ from engine.links.shared_link import SharedLink
 from engine.protocols import robot_link
 from engine.protocols.framing import FrameStream
 from ppaas.errors import PPaaSError
+from tests.support.waiting import patience
 
 TOPICS = [
     robot_link.TopicInfo("map", "nav_msgs/OccupancyGrid", True),
@@ -52,7 +53,7 @@ class RecordingClient:
 
     async def notified(self) -> None:
         """Wait for the next message, refusal or call."""
-        async with asyncio.timeout(5):
+        async with patience(5):
             await self.news.wait()
         self.news.clear()
 
@@ -87,7 +88,7 @@ class FakeContainer:
 
     async def next(self) -> robot_link.ToContainer | None:
         """Return the next frame, or None if the place link has closed the connection."""
-        async with asyncio.timeout(5):
+        async with patience(5):
             return await self.stream.receive()
 
     async def die(self) -> None:

@@ -10,6 +10,7 @@ from engine.sessions.host import SessionHost
 from engine.sessions.place.place import Place
 from tests.support.engine.engine_links import dial_link, hello
 from tests.support.engine.fake_machine import FakeMachine
+from tests.support.waiting import patience
 
 SESSION_FRAMES = SessionToContainer.__args__  # type: ignore[attr-defined]
 
@@ -87,7 +88,7 @@ class PlayedContainer:
 
     async def next(self) -> robot_link.ToContainer | None:
         """Return the next message for the clone, or None once the endpoint has closed the connection."""
-        async with asyncio.timeout(10):
+        async with patience(10):
             return await self._received.get()
 
     async def die(self) -> None:

@@ -16,7 +16,7 @@ from ppaas.nodes.granted_move_base.node import GIVING_WAY
 from robots.sim.courses import Course
 from robots.sim.world import World
 from tests.support.endpoints.rosbridge_server import RosbridgeServer, rosbridge_server
-from tests.support.waiting import until
+from tests.support.waiting import patience, until
 from tests.support.world.rooms import room
 
 START, GOAL = Pose2D(2.0, 2.0, 0.0), Pose2D(3.0, 2.0, 0.0)
@@ -46,7 +46,7 @@ def robot(server: RosbridgeServer, errors: list[str], name: str = "r", *, operat
 @contextlib.asynccontextmanager
 async def driving(server: RosbridgeServer, *robots: RobotUnderTest) -> AsyncIterator["asyncio.Task[None]"]:
     """Let robots drive to their goals, then end their runs together; the task is that of the end."""
-    async with asyncio.timeout(30.0), asyncio.TaskGroup() as group:
+    async with patience(30.0), asyncio.TaskGroup() as group:
         runs = [group.create_task(each.run()) for each in robots]
         await until(lambda: len(goals_of(server)) == len(robots))
         yield group.create_task(end_together(robots))

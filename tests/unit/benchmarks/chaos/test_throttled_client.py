@@ -12,7 +12,7 @@ from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, PoseWithCovariance, PoseWithCovarianceStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionFeedback, MoveBaseFeedback
 from tests.support.endpoints.rosbridge_server import rosbridge_server
-from tests.support.waiting import until
+from tests.support.waiting import patience, until
 
 
 def pose(stamp: float) -> PoseWithCovarianceStamped:
@@ -33,7 +33,7 @@ def errors() -> list[str]:
 
 
 async def test_it_subscribes_with_throttle_rates_and_again_after_its_connection_ended(errors: list[str]) -> None:
-    async with asyncio.timeout(30.0), rosbridge_server() as server:
+    async with patience(30.0), rosbridge_server() as server:
         run = asyncio.create_task(ThrottledClient((server.url, "t"), "r", 1, errors.append).run())
         await until(lambda: len(server.of("subscribe")) == 2)
         await server.connections[0].close()

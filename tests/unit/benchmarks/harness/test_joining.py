@@ -13,6 +13,7 @@ from benchmarks.harness import joining
 from benchmarks.harness.joining import JoinedMachine
 from ppaas.errors import Unavailable
 from robots.client.rest import RestClient
+from tests.support.waiting import patience
 
 RUN = "print(*sys.argv[1:], flush=True); time.sleep(600)"
 """Script that writes its arguments to the log of the machine, and waits."""
@@ -41,7 +42,7 @@ async def running(folder: Path, script: str = RUN, *, restarts: bool = False) ->
 
 async def starts(folder: Path, count: int) -> list[str]:
     """Wait until the machine has started ``count`` times; return the arguments of each start."""
-    async with asyncio.timeout(20.0):
+    async with patience(20.0):
         while (text := (folder / "log").read_text()).count("\n") < count:
             await asyncio.sleep(0.01)
     return text.splitlines()

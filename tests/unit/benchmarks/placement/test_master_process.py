@@ -11,6 +11,7 @@ from benchmarks.placement.arrivals import generated
 from benchmarks.placement.machines_process import Machines
 from benchmarks.placement.master_process import MasterPlacement, Placement, RoundRobinPlacement
 from ppaas.errors import NotFound
+from tests.support.waiting import patience
 
 COUNT, ROBOTS = 4, 12
 
@@ -21,7 +22,7 @@ async def running(places: Placement, machines: Machines) -> AsyncIterator[None]:
     await places.start()
     carrying = [asyncio.create_task(machines.be(f"m{number}")) for number in range(COUNT)]
     try:
-        async with asyncio.timeout(10.0):
+        async with patience(10.0):
             while places.machines < COUNT:
                 await asyncio.sleep(0.01)
             for arrival in generated(ROBOTS, 3, seed=1):

@@ -19,6 +19,7 @@ from endpoints.http.tls import ServerTls, warn_if_open_to_others
 from engine.remote.certificates import read_key
 from ppaas.errors import InvalidInput
 from tests.support.network.certificates import TestAuthority
+from tests.support.waiting import patience
 
 
 @pytest.fixture
@@ -75,7 +76,7 @@ async def test_the_files_are_watched(authority: TestAuthority) -> None:
         _, writer, first = await connect(port, authority)
         writer.close()
         authority.issue("cloud")
-        async with asyncio.timeout(30):
+        async with patience(30):
             while (found := await connect(port, authority))[2] == first:
                 found[1].close()
         found[1].close()

@@ -18,7 +18,7 @@ from endpoints.http.connection_table import ConnectionTable
 from endpoints.http.tls import ServerTls
 from endpoints.http.tls_handshake import TlsListener
 from tests.support.network.certificates import TestAuthority
-from tests.support.waiting import until
+from tests.support.waiting import patience, until
 
 
 class Echo(asyncio.Protocol):
@@ -52,7 +52,7 @@ async def port(authority: TestAuthority, table: ConnectionTable) -> AsyncIterato
 
 async def is_closed(reader: asyncio.StreamReader) -> bool:
     """Wait until the server closes a connection."""
-    async with asyncio.timeout(30):
+    async with patience(30):
         try:
             while await reader.read(1 << 16):
                 pass

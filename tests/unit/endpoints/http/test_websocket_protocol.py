@@ -18,6 +18,7 @@ from endpoints.http.refusal_log import RefusalLog
 from endpoints.http.websocket_protocol import DirectWebSocket, connection_of
 from ppaas.wire.binary.binary_frame import BinaryFrame
 from tests.support.endpoints.serving import serve
+from tests.support.waiting import patience
 
 
 @pytest.fixture(autouse=True)
@@ -148,7 +149,7 @@ async def test_the_round_trip_of_each_answered_ping_is_reported() -> None:
     async with connected(Server(), ws_ping_interval=0.02, ws_ping_timeout=10.0) as (client, connection):
         connection.on_round_trip(round_trips.put_nowait)
         await client.send("x")
-        async with asyncio.timeout(10):
+        async with patience(10):
             assert all([await round_trips.get() >= 0.0 for _ in range(2)])  # uvloop counts milliseconds
             assert await connection.probe(10.0)
 
@@ -166,7 +167,7 @@ async def test_of_many_pings_in_one_turn_the_last_is_answered() -> None:
         answered = [await client.ping() for _ in range(3)]
         await _send(client, *(Frame(Opcode.PING, b"%d" % number) for number in range(2000)))
         last = await client.ping()
-        async with asyncio.timeout(10):
+        async with patience(10):
             await asyncio.gather(last, *answered)
 
 
@@ -198,7 +199,7 @@ async def test_a_message_that_is_not_completed_in_time_closes_the_connection(
     monkeypatch.setattr(websocket_protocol, "MESSAGE_TIMEOUT", 0.1)
     async with connected(Server()) as (client, _):
         client.transport.write(begun)
-        async with asyncio.timeout(10):
+        async with patience(10):
             await client.wait_closed()
         assert client.close_code == CloseCode.POLICY_VIOLATION
         assert "not completed" in (client.close_reason or "")
@@ -215,7 +216,7 @@ async def test_a_flood_is_closed_with_a_reason_that_the_peer_hears(
         connection.name = "robot ann/tb1"
         connection.hand_to(lambda _: None)
         await _send(client, *[Frame(Opcode.TEXT, b"{}")] * 100_000)
-        async with asyncio.timeout(10):
+        async with patience(10):
             await client.wait_closed()
             await server.ended.wait()
         assert client.close_code == CloseCode.POLICY_VIOLATION
@@ -249,7 +250,7 @@ async def test_an_invalid_frame_is_one_warning_with_name_and_address(
         connection.name = "robot ann/tb1"
         connection.hand_to(lambda _: None)
         client.transport.write(sent)
-        async with asyncio.timeout(10):
+        async with patience(10):
             await client.wait_closed()
             await server.ended.wait()
         assert client.close_code == code

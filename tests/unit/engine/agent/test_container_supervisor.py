@@ -27,7 +27,7 @@ from tests.support.engine.fake_fabric import FakeFabric
 from tests.support.engine.fake_runtime import FakeRuntime
 from tests.support.engine.specs import coordinator_spec, mapping_spec, planning_spec, robot_config, robot_spec
 from tests.support.storage import records
-from tests.support.waiting import until
+from tests.support.waiting import patience, until
 from tests.support.world.urdf import example
 
 HOUSE = MapVersion("house", records.house().version)
@@ -340,7 +340,7 @@ async def test_closing_kills_containers_and_cancels_starts(tmp_path: Path) -> No
     host.start(small_spec("c2"))
     host.start(planning_spec("p1", version=HOUSE))
     await asyncio.sleep(0)
-    async with asyncio.timeout(10):
+    async with patience(10):
         await host.hosting.close()
     assert host.runtime.processes["c1"].killed
     assert host.runtime.closed

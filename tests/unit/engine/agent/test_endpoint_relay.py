@@ -12,6 +12,7 @@ from engine.agent.relays.endpoint_relay import EndpointRelay
 from engine.protocols.address import UnixAddress
 from engine.protocols.endpoint_sockets import RELAY, EndpointAddress, endpoint_socket
 from engine.protocols.sockets import Streams, dial, listen
+from tests.support.waiting import patience
 
 HERE = "hall"
 FAR = EndpointAddress("elsewhere", "unix:/of/another/host.sock", "tls://cloud.example:40001", "f1")
@@ -47,7 +48,7 @@ async def exchange(opened: EndpointRelay, line: bytes) -> bytes:
     reader, writer = await asyncio.open_unix_connection(opened.path)
     writer.write(line + b"\nhello")
     try:
-        async with asyncio.timeout(10.0):
+        async with patience(10.0):
             return await reader.read(5)
     except ConnectionError:
         return b""

@@ -21,6 +21,7 @@ from ppaas.maps.formats.map_files import load_map
 from ppaas.planners.hub_labels.planner import HubLabels
 from tests.support.sources import ROOT
 from tests.support.storage.records import YAML, GivenMap, found_map, house, kept, pgm, put_map
+from tests.support.waiting import patience
 
 
 class FakeBuilder:
@@ -342,7 +343,7 @@ async def test_index_build_survives_cancellation_and_holds_its_layers(indexed, i
     indexed.release(folder)
     assert folder.exists()
     indexing.go.set()
-    async with asyncio.timeout(10):
+    async with patience(10):
         while folder.exists():
             await asyncio.sleep(0)
 

@@ -11,6 +11,7 @@ import pytest
 from engine.agent.relays.robot_link_relay import RobotLinkRelay
 from engine.protocols.address import UnixAddress
 from engine.protocols.sockets import Streams, dial, listen
+from tests.support.waiting import patience
 
 
 class Endpoint:
@@ -54,7 +55,7 @@ async def test_data_and_its_answer_arrive_whole(relay: RobotLinkRelay) -> None:
     reader, writer = await dial(UnixAddress(relay.path))
     data = os.urandom(3 << 20)
     writer.write(data)
-    async with asyncio.timeout(10.0):
+    async with patience(10.0):
         assert await reader.readexactly(len(data)) == data
     writer.close()
 
@@ -63,14 +64,14 @@ async def test_endpoint_sees_the_container_disconnect(relay: RobotLinkRelay, end
     _, writer = await dial(UnixAddress(relay.path))
     writer.write(b"x")
     writer.close()
-    async with asyncio.timeout(10.0):
+    async with patience(10.0):
         await endpoint.gone.wait()
 
 
 async def test_container_receives_everything_before_the_endpoint_closes(relay: RobotLinkRelay) -> None:
     reader, writer = await dial(UnixAddress(relay.path))
     writer.write(b"the end")
-    async with asyncio.timeout(10.0):
+    async with patience(10.0):
         assert await reader.read() == b"the end"
     writer.close()
 
@@ -83,7 +84,7 @@ async def test_container_is_disconnected_if_the_endpoint_is_unreachable(
     )
     await relay.start()
     reader, writer = await dial(UnixAddress(relay.path))
-    async with asyncio.timeout(10.0):
+    async with patience(10.0):
         assert await reader.read() == b""
     assert "could not connect to its endpoint" in caplog.text
     writer.close()
@@ -95,7 +96,7 @@ async def test_closing_disconnects_both_ends_and_removes_the_socket(relay: Robot
     writer.write(b"x")
     assert await reader.read(1) == b"x"
     await relay.close()
-    async with asyncio.timeout(10.0):
+    async with patience(10.0):
         await endpoint.gone.wait()
     assert not relay.path.exists()
     writer.close()
@@ -119,7 +120,7 @@ async def test_connections_to_an_endpoint_that_leads_no_more_are_aborted(tmp_pat
         kept_writer.write(b"data")
         assert await kept.readexactly(4) == b"data"
         relay.leave_others()
-        async with asyncio.timeout(10.0):
+        async with patience(10.0):
             with contextlib.suppress(ConnectionError):
                 assert await left.read() == b""
         kept_writer.write(b"more")

@@ -17,6 +17,7 @@ from engine.runtimes.compilation.kernel_compiler import KernelCompiler
 from engine.specs.start_state import KernelProgress
 from ppaas.errors import Unavailable
 from tests.support.engine.engine_links import pair, receive
+from tests.support.waiting import patience
 
 CONFIG = AgentConfig("m1", "", "secret", "", "cloud", "memory:", "memory:")
 
@@ -54,14 +55,14 @@ async def test_it_reports_again_and_again_how_far_its_kernels_are(compiler: Kern
     assert await receive(link) == control_link.MachineStarting("m1", "secret")
     compiler.report = CompileReport(("a.kernels.b", "a.kernels.c"), ("a.kernels.b",))
     expected = control_link.MachineStarting("m1", "secret", KernelProgress(1, 2))
-    async with asyncio.timeout(10):
+    async with patience(10):
         while await receive(link) != expected:
             pass
     await link.close()
     again = await cloud.links.get()  # the master was restarted
     assert await receive(again) == expected
     await cancel_all((reporting,))
-    async with asyncio.timeout(10):
+    async with patience(10):
         while await again.receive() is not None:
             pass
 

@@ -23,7 +23,7 @@ from ppaas.errors import (
     Unavailable,
 )
 from tests.support.engine.engine_links import connection, pair, receive
-from tests.support.waiting import until
+from tests.support.waiting import patience, until
 
 
 class Visit(msgspec.Struct, frozen=True):
@@ -294,10 +294,10 @@ async def test_calls_that_wait_fail_when_the_link_is_lost_and_so_do_later_ones(e
     await ends.caller.call(SumCalls.add, 1, 1)
     ends.far.abort()
     with pytest.raises(Unavailable, match="try again"):
-        async with asyncio.timeout(10.0):
+        async with patience(10.0):
             await waits
     with pytest.raises(Unavailable, match="try again"):
-        async with asyncio.timeout(10.0):
+        async with patience(10.0):
             await ends.caller.call(SumCalls.add, 1, 1)
     await ends.close()
     ends.desk.may_end.set()
@@ -311,7 +311,7 @@ async def test_an_end_that_violates_the_protocol_ends_the_link() -> None:
     caller = Caller(stream, [DeskCalls], Desk())
     writer.write(b"\x00\x00\x00\x01\xc1")
     with pytest.raises(MalformedMessage):
-        async with asyncio.timeout(10.0):
+        async with patience(10.0):
             await caller.serve()
     writer.close()
     await stream.close()

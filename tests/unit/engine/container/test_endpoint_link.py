@@ -11,6 +11,7 @@ from engine.container.endpoint_link import EndpointLink
 from engine.protocols import robot_link
 from engine.protocols.framing import FrameStream
 from tests.support.engine.engine_links import hello, pair, receive
+from tests.support.waiting import patience
 
 HELLO = hello("c1", "secret")
 
@@ -31,7 +32,7 @@ class Endpoints:
 
     async def arrived(self) -> FrameStream[Any]:
         """Return the connection of the container, after it has dialled."""
-        async with asyncio.timeout(10.0):
+        async with patience(10.0):
             return await self._arrived.get()
 
 

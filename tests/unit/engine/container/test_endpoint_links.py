@@ -15,7 +15,7 @@ from engine.protocols.framing import FrameStream
 from tests.support.engine.container_peers import ContainerPeers, say
 from tests.support.engine.engine_links import receive
 from tests.support.engine.specs import robot_spec
-from tests.support.waiting import until
+from tests.support.waiting import patience, until
 
 PLACE = "robot:ann/tb1"
 ECHO = robot_link.Published("echo", b'{"data":"hi"}')
@@ -62,7 +62,7 @@ class Endpoint:
 
     async def welcomed(self, generation: int = 1) -> FrameStream[Any]:
         """Return the next link of the container, whose first frame must be the right hello."""
-        async with asyncio.timeout(10.0):
+        async with patience(10.0):
             stream = await self._arrived.get()
         hello = await receive(stream)
         assert isinstance(hello, robot_link.Hello)

@@ -26,6 +26,7 @@ from ppaas.people.settings import PeopleSettings
 from ppaas.plans.encoding import kernels
 from storage import plan_entry, ports
 from tests.support.engine.specs import HOUSE, coordinator_spec, planning_spec, robot_config, traffic_spec
+from tests.support.waiting import patience
 
 
 def test_container_does_not_import_store_modules() -> None:
@@ -68,7 +69,7 @@ async def first_frame(spec: ContainerSpec, layers: Path, tmp_path: Path) -> robo
     servers = [
         await asyncio.start_unix_server(serve, path) for serve, path in zip((endpoint, machine), paths, strict=True)
     ]
-    async with asyncio.timeout(60):
+    async with patience(60):
         await run(Launch(spec, str(layers), *paths, secret="secret", cpus=(0,), threads=1))
     for server in servers:
         server.close()

@@ -12,7 +12,7 @@ from engine.container.compiling.kernel_gate import KernelGate
 from engine.container.executor import JOB_THREADS, LONG_JOB_THREADS, NodeExecutor
 from ppaas.errors import NoValidPath, PPaaSError, Starting
 from ppaas.nodes.jobs import TURN, LongWork
-from tests.support.waiting import until
+from tests.support.waiting import patience, until
 
 
 @pytest.fixture
@@ -131,7 +131,7 @@ async def test_timer_set_at_the_end_of_a_job_fires(home: NodeExecutor) -> None:
         home.graph.every(0.001, fired.set)
 
     home.graph.start(lambda cancelled: None, done)
-    async with asyncio.timeout(10):
+    async with patience(10):
         await fired.wait()
 
 
@@ -145,7 +145,7 @@ async def test_timer_set_before_a_job_callback_fails_still_fires(home: NodeExecu
         raise KeyError("done")
 
     home.graph.start(lambda cancelled: None, done)
-    async with asyncio.timeout(10):
+    async with patience(10):
         await fired.wait()
     assert isinstance(contexts[0]["exception"], KeyError)
 

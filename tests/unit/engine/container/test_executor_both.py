@@ -31,6 +31,7 @@ from ppaas.nodes.recorder.node import RecorderNode
 from ppaas.people.nodes import FOLLOW_PERSON, LEG_DETECTOR, TORSO_DETECTOR
 from ppaas.people.settings import PeopleSettings
 from ppaas.traffic.taking_part import TRAFFIC
+from tests.support.waiting import patience
 from tests.support.world.places import free_pose, reachable_pose
 
 Build = Callable[[Graph, MapLayers, Pose2D], None]
@@ -120,7 +121,7 @@ async def answer(graph: Graph, service: str, request: Message) -> Message:
     """Call a service and wait for its response."""
     future: asyncio.Future[Payload | PPaaSError] = asyncio.get_running_loop().create_future()
     graph.call(service, request, future.set_result)
-    async with asyncio.timeout(20):
+    async with patience(20):
         result = await future
     assert not isinstance(result, PPaaSError), result
     return result if isinstance(result, Message) else result.to_message()

@@ -17,6 +17,7 @@ from ppaas.plans.reuse.measured_times import Times
 from ppaas.plans.stored import PlanQuery
 from tests.support.engine.engine_links import pair, receive
 from tests.support.storage.records import plan
+from tests.support.waiting import patience
 
 Machine = FrameStream[machine_link.FromContainer]
 QUESTION = PlanQuery(Pose2D(1, 2, 3), Pose2D(4, 5, 6), "v1", "dijkstra", {"smooth": False}, 0.18, 0.25)
@@ -79,7 +80,7 @@ async def test_late_answer_is_ignored_but_timed(
     request = await receive(machine)
     assert await finding is None
     machine.write(machine_link.PlansFound(request.request, []))
-    async with asyncio.timeout(10):
+    async with patience(10):
         while not plans.times.link.answers:
             await asyncio.sleep(0.001)
 

@@ -21,7 +21,7 @@ from engine.remote.authority import Authority
 from engine.remote.membership import enrol
 from ppaas.errors import NotPermitted
 from tests.support.engine.engine_links import dial_link, hello, receive
-from tests.support.waiting import until
+from tests.support.waiting import patience, until
 
 PLACE = "robot:ann/tb1"
 OTHER = "robot:bob/tb2"
@@ -158,7 +158,7 @@ async def test_many_silent_clients_make_room_for_a_container(
 async def test_invalid_bytes_are_refused(listener: LinkListener, caplog: pytest.LogCaptureFixture) -> None:
     reader, writer = await asyncio.open_unix_connection(listener.path)
     writer.write(b"GET / HTTP/1.1\r\n\r\n")
-    async with asyncio.timeout(10.0):
+    async with patience(10.0):
         assert await reader.read() == b""
     assert "closed a link of a container" in caplog.text
     writer.close()

@@ -13,6 +13,7 @@ from engine.protocols.tls_identity import TlsIdentity
 from engine.remote.authority import Authority
 from ppaas.errors import Unavailable
 from tests.support.engine.tls_cloud import joined
+from tests.support.waiting import patience
 
 
 @pytest.fixture
@@ -57,7 +58,7 @@ async def test_close_leaves_no_process_and_no_files(tmp_path):
 async def test_a_killed_router_is_restarted_at_the_same_address(router):
     first = router.pid
     os.kill(first, signal.SIGKILL)
-    async with asyncio.timeout(10):
+    async with patience(10):
         while router.restarts == 0:
             await asyncio.sleep(0.01)
     assert router.pid != first
@@ -136,7 +137,7 @@ def peering(identity, credentials, **ends):
 
 async def publish_until(fabric: Fabric, received: list[tuple[str, bytes]], payload: bytes) -> None:
     """Publish repeatedly until it is received: publications may be lost while routers connect."""
-    async with asyncio.timeout(15):
+    async with patience(15):
         while payload not in [each for _, each in received]:
             fabric.publish("ppaas/map/topic", payload)
             await asyncio.sleep(0.05)

@@ -6,6 +6,7 @@ import logging
 import pytest
 
 from engine.processes.background import Background, repeat
+from tests.support.waiting import patience
 
 
 async def test_a_check_that_fails_is_repeated(caplog: pytest.LogCaptureFixture) -> None:
@@ -21,7 +22,7 @@ async def test_a_check_that_fails_is_repeated(caplog: pytest.LogCaptureFixture) 
     background = Background()
     with caplog.at_level(logging.DEBUG):
         background.run(repeat(check, 0.0))
-        async with asyncio.timeout(10.0):
+        async with patience(10.0):
             await done.wait()
         await background.cancel()
     found = [record.levelname for record in caplog.records if record.exc_info]

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from engine.protocols.frame_receiver import LENGTH, MAX_FRAME, MAX_HELD, FrameReceiver
 from ppaas.errors import InvalidInput, MessageTooLarge
+from tests.support.waiting import patience
 
 
 def framed(body: bytes) -> bytes:
@@ -74,7 +75,7 @@ async def test_a_waiting_reader_is_woken_at_the_end() -> None:
     receiver = FrameReceiver(reader, writer)
     waiting = asyncio.create_task(receiver.next())
     far.close()
-    async with asyncio.timeout(10):
+    async with patience(10):
         assert await waiting is None
     writer.close()
 
@@ -89,12 +90,12 @@ async def test_frames_are_handed_over_as_they_arrive_until_take_returns_false() 
         return frame != b"enough"
 
     far.write(framed(b"one") + framed(b"two") + framed(b"enough") + framed(b"more"))
-    async with asyncio.timeout(10):
+    async with patience(10):
         await receiver.each(take)
         assert taken == [b"one", b"two", b"enough"]
         assert await receiver.next() == b"more"
     far.close()
-    async with asyncio.timeout(10):
+    async with patience(10):
         await receiver.each(take)
     assert taken[3:] == [], "the end of the connection is the end"
     writer.close()
@@ -104,7 +105,7 @@ async def test_queued_frames_are_handed_over_too() -> None:
     reader, writer, far = await connection()
     receiver = FrameReceiver(reader, writer)
     far.write(framed(b"first") + framed(b"waits"))
-    async with asyncio.timeout(10):
+    async with patience(10):
         assert await receiver.next() == b"first"
         await receiver.each(lambda frame: frame != b"waits")
     far.close()
@@ -119,7 +120,7 @@ async def test_an_exception_of_take_is_raised_in_each() -> None:
         raise InvalidInput(frame.decode())
 
     far.write(framed(b"not so"))
-    async with asyncio.timeout(10):
+    async with patience(10):
         with pytest.raises(InvalidInput, match="not so"):
             await receiver.each(take)
     far.close()
@@ -136,7 +137,7 @@ async def test_a_frame_too_large_is_reported_after_the_frames_before_it() -> Non
         return True
 
     far.write(framed(b"good") + (MAX_FRAME + 1).to_bytes(LENGTH, "big"))
-    async with asyncio.timeout(10):
+    async with patience(10):
         with pytest.raises(MessageTooLarge):
             await receiver.each(take)
     assert taken == [b"good"]

@@ -11,6 +11,7 @@ from engine.protocols import robot_link
 from engine.protocols.frame_receiver import MAX_FRAME
 from engine.protocols.framing import FrameStream, pack
 from ppaas.errors import MalformedMessage, MessageTooLarge
+from tests.support.waiting import patience
 
 Streams = tuple[FrameStream[robot_link.FromContainer], FrameStream[robot_link.ToContainer], asyncio.StreamWriter]
 
@@ -108,7 +109,7 @@ async def test_closing_has_a_time_limit_if_the_peer_does_not_read(monkeypatch: p
     monkeypatch.setattr("engine.protocols.framing.CLOSE_GRACE", 0.05)
     near, far, _ = await pair()
     far.write(robot_link.Published("map", bytes(64 << 20)))
-    async with asyncio.timeout(10):
+    async with patience(10):
         await asyncio.gather(far.close(), far.close())
     await near.close()
 

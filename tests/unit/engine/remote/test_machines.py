@@ -1,6 +1,5 @@
 """Machines of other hosts join a cloud, get its settings, and are refused."""
 
-import asyncio
 import tempfile
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -22,7 +21,7 @@ from engine.service.links.robot_link_server import LinkServer
 from ppaas.errors import Conflict, InvalidInput, NotFound, NotPermitted, Unavailable
 from storage.urls.opening import open_map_store, open_store
 from tests.support.engine.engine_links import receive, register
-from tests.support.waiting import until
+from tests.support.waiting import patience, until
 from tests.unit.engine.service.links.test_control_server import Events
 
 ANYWHERE = TlsAddress("127.0.0.1", 0)
@@ -204,7 +203,7 @@ async def test_an_invalid_or_oversized_request_to_join_closes_the_connection(
     ticket = make_ticket(cloud.folder, valid=VALID)
     reader, writer = await dial(ticket.address, stranger_context())
     writer.write(data)
-    async with asyncio.timeout(10.0):
+    async with patience(10.0):
         assert await reader.read() == b""
     assert "sent no valid request to join" in caplog.text
     writer.transport.abort()

@@ -18,6 +18,7 @@ from engine.remote.authority import Authority
 from engine.remote.tls_listener import TlsListener
 from ppaas.errors import InvalidInput, Unavailable
 from tests.support.engine.tls_cloud import joined
+from tests.support.waiting import patience
 
 ANYWHERE = TlsAddress("127.0.0.1", 0)
 
@@ -50,7 +51,7 @@ async def answer(listener: TlsListener, context: ssl.SSLContext) -> str:
     """Return the line that the listener answers; empty if it closes the connection."""
     reader, writer = await dial(listener.address, context)
     try:
-        async with asyncio.timeout(5.0):
+        async with patience(5.0):
             return (await reader.readline()).decode().strip()
     except OSError:  # TLS 1.3 reports a refused certificate after the client has finished its handshake
         return ""
@@ -161,7 +162,7 @@ async def test_hosts_trust_each_other_although_the_clock_of_one_is_hours_behind(
     server = await asyncio.start_server(lambda *_: came.set(), "127.0.0.1", 0, ssl=context)
     address = ANYWHERE._replace(port=server.sockets[0].getsockname()[1])
     _, writer = await dial(address, machine.client_context("control"))
-    async with asyncio.timeout(5.0):
+    async with patience(5.0):
         await came.wait()
     writer.transport.abort()
     server.close()
@@ -170,7 +171,7 @@ async def test_hosts_trust_each_other_although_the_clock_of_one_is_hours_behind(
 async def test_a_connection_without_tls_is_closed(listener: TlsListener) -> None:
     reader, writer = await asyncio.open_connection(listener.address.host, listener.address.port)
     writer.write(b"GET / HTTP/1.1\r\n\r\n" * 4)
-    async with asyncio.timeout(5.0):
+    async with patience(5.0):
         while await reader.read(4096):
             pass
     writer.close()

@@ -8,6 +8,7 @@ import pytest
 from engine.protocols.session_frames import NumberedFrame
 from engine.sessions import held_frames
 from engine.sessions.held_frames import MAX_HELD, HeldFrames
+from tests.support.waiting import patience
 
 SUBSCRIBE = '{"op": "subscribe", "topic": "/map", "compression": "cbor-raw"}'
 
@@ -41,7 +42,7 @@ def types(monkeypatch: pytest.MonkeyPatch) -> Types:
 
 async def until_released(types: Types) -> None:
     types.may_end.set()
-    async with asyncio.timeout(5.0):
+    async with patience(5.0):
         while not types.taken:
             await asyncio.sleep(0.001)
 

@@ -1,6 +1,5 @@
 """Operations of a client, and what it and other clients receive, without sockets."""
 
-import asyncio
 import json
 from collections.abc import Callable
 from functools import partial
@@ -20,6 +19,7 @@ from ppaas.messages.ppaas_msgs import ComputePath
 from ppaas.nodes.move_base.node import MoveBaseNode
 from ppaas.wire.names import NameScope
 from tests.support.endpoints.still_place import StillClient, StillPlace, answers, error_of
+from tests.support.waiting import patience
 
 
 def test_path_services_are_the_planning_services_of_move_base() -> None:
@@ -157,7 +157,7 @@ async def test_an_outbox_full_of_answers_disconnects_its_client(
 
     monkeypatch.setattr(FrameOutbox, "put_answer", full)
     client.say(op="call_service", service="/move_base/_action/cancel_goal")
-    async with asyncio.timeout(5):
+    async with patience(5):
         assert str(await client.session.over) == "full"
 
 

@@ -8,6 +8,7 @@ from ppaas.clock import ManualClock
 from ppaas.geometry import Pose2D
 from robots.sim.simulator import BURST, Simulator
 from robots.sim.world import World
+from tests.support.waiting import patience
 from tests.support.world.rooms import room
 
 
@@ -47,7 +48,7 @@ def test_stamps_follow_the_wall_clock() -> None:
 async def test_the_simulator_runs_until_it_is_cancelled() -> None:
     world = World(room(4.0, 4.0))
     running = asyncio.create_task(Simulator(world).run())
-    async with asyncio.timeout(20):
+    async with patience(20):
         while world.time() < 0.2:
             await asyncio.sleep(0.005)
     running.cancel()

@@ -1,6 +1,5 @@
 """The kernel compiler of a machine is kept running, and what it has compiled is known."""
 
-import asyncio
 import sys
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -13,7 +12,7 @@ from engine.runtimes.compilation import kernel_compiler, rest_compiler
 from engine.runtimes.compilation.compile_pool import CompileReport
 from engine.runtimes.compilation.kernel_compiler import KernelCompiler
 from tests.support.engine.processes import is_gone
-from tests.support.waiting import until
+from tests.support.waiting import patience, until
 
 NONE, ONE = CompileReport(("one", "two"), ()), CompileReport(("one", "two"), ("one",))
 BOTH = CompileReport(("one", "two"), ("one", "two"))
@@ -66,7 +65,7 @@ async def test_whoever_waits_for_a_module_goes_on_once_it_is_compiled(
     async with running(monkeypatch, tmp_path, script) as compiler:
         await until(lambda: compiler.report is not None)
         assert compiler.missing(["one", "no_kernels"]) == {"one"}
-        async with asyncio.timeout(30):
+        async with patience(30):
             await compiler.until_compiled(["one", "no_kernels"])
         assert compiler.missing(["one", "two"]) == {"two"}
 
@@ -74,7 +73,7 @@ async def test_whoever_waits_for_a_module_goes_on_once_it_is_compiled(
 async def test_modules_are_asked_for_by_name(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     script = line(NONE) + f"open({str(tmp_path / 'asked')!r}, 'w').write(sys.stdin.readline())\n" + line(BOTH)
     async with running(monkeypatch, tmp_path, script) as compiler:
-        async with asyncio.timeout(30):
+        async with patience(30):
             await compiler.until_compiled(["two"])
         assert (tmp_path / "asked").read_text() == '["two"]\n'
 
@@ -87,7 +86,7 @@ async def test_a_killed_one_is_started_again_and_asked_again(monkeypatch: pytest
         + "sys.exit(0)"
     )
     async with running(monkeypatch, tmp_path, script) as compiler:
-        async with asyncio.timeout(30):
+        async with patience(30):
             await compiler.until_compiled(["two"])
         await until(lambda: compiler.is_over)
     assert len(starts(tmp_path)) == 2
@@ -97,7 +96,7 @@ async def test_one_that_fails_again_and_again_is_given_up(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     async with running(monkeypatch, tmp_path, "sys.exit(3)") as compiler:
-        async with asyncio.timeout(60):
+        async with patience(60):
             await compiler.until_compiled(["one"])
         assert compiler.is_over
     assert len(starts(tmp_path)) == kernel_compiler.ATTEMPTS
@@ -109,7 +108,7 @@ async def test_nobody_waits_for_a_module_that_cannot_be_compiled(
 ) -> None:
     failed = CompileReport(("one", "two"), ("one",), failed=("two",))
     async with running(monkeypatch, tmp_path, line(failed) + "sys.exit(1)") as compiler:
-        async with asyncio.timeout(30):
+        async with patience(30):
             await compiler.until_compiled(["two"])
         await until(lambda: compiler.is_over)
     assert len(starts(tmp_path)) == 1
@@ -120,6 +119,6 @@ async def test_nothing_is_missing_if_the_process_has_nothing_to_do(
 ) -> None:
     async with running(monkeypatch, tmp_path, "sys.exit(0)") as compiler:
         assert compiler.missing(["one"]) == {"one"}  # it is not known yet
-        async with asyncio.timeout(30):
+        async with patience(30):
             await compiler.until_compiled(["one"])
         assert compiler.report is None

@@ -7,6 +7,7 @@ import pytest
 from engine.links.open_calls import Outcome
 from engine.sessions.place.client_services import MAX_SERVICES, ClientServices
 from ppaas.errors import NotFound, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
+from tests.support.waiting import patience
 
 KIND = "my_msgs/Lights"
 
@@ -33,7 +34,7 @@ class Caller:
 
     async def outcome(self) -> Outcome:
         """Return the only outcome of the call."""
-        async with asyncio.timeout(5):
+        async with patience(5):
             outcome = await self.outcomes.get()
         assert self.outcomes.empty()
         return outcome

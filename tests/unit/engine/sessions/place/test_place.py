@@ -9,6 +9,7 @@ from engine.protocols.refusals import Refusal
 from engine.sessions.place.place import Place
 from ppaas.errors import PPaaSError, Unavailable
 from tests.support.engine.place_peers import NODES, SERVICES, TOPICS, FakeContainer, RecordingClient
+from tests.support.waiting import patience
 
 
 async def test_place_is_ready_after_the_hello_of_a_container() -> None:
@@ -154,7 +155,7 @@ async def test_frames_of_a_replaced_container_are_ignored() -> None:
         await call
     first.stream.write(robot_link.Ack(1))
     first.stream.write(robot_link.Published("goal", b"old"))
-    async with asyncio.timeout(5):
+    async with patience(5):
         await first.serving  # its frames are ignored, and its link is closed
     second.stream.write(robot_link.Published("goal", b"new"))
     await listener.notified()

@@ -13,6 +13,7 @@ from robots.bridges.vda5050 import mqtt_link
 from robots.bridges.vda5050.broker import Broker
 from robots.bridges.vda5050.mqtt_link import Exchange, MqttLink
 from robots.bridges.vda5050.outbox import Outgoing
+from tests.support.waiting import patience
 
 
 class Messages:
@@ -82,7 +83,7 @@ async def ended(task: "asyncio.Task[None]") -> None:
 
 
 async def connected(link: MqttLink, times: int = 1) -> None:
-    async with asyncio.timeout(5.0):
+    async with patience(5.0):
         while link.connections < times:
             await asyncio.sleep(0.001)
 
@@ -118,7 +119,7 @@ async def test_a_broker_that_is_away_is_tried_again(client: type[FakeClient]) ->
     client.refusal = MqttError("connection refused")
     link = link_of()
     running = asyncio.create_task(link.run())
-    async with asyncio.timeout(5.0):
+    async with patience(5.0):
         while len(client.made) < 3:
             await asyncio.sleep(0.001)
     client.refusal = None

@@ -12,6 +12,7 @@ from ppaas.errors import InvalidInput, InvalidMap, InvalidParameter, Unavailable
 from robots.cli.command_parser import CommandParser
 from robots.cli.commands import demo
 from robots.demo.cloud_process import CloudProcess
+from tests.support.waiting import patience
 
 
 def children() -> set[psutil.Process]:
@@ -107,7 +108,7 @@ async def test_cancelling_the_start_of_a_cloud_leaves_nothing() -> None:
     cloud = CloudProcess()
     before = children()
     entering = asyncio.create_task(cloud.__aenter__())
-    async with asyncio.timeout(30):
+    async with patience(30):
         while children() <= before:
             await asyncio.sleep(0.01)
     started = [child for process in children() - before for child in (process, *process.children(recursive=True))]

@@ -17,6 +17,7 @@ from robots.client.rest import RestClient
 from robots.client.robot_client import RobotClient
 from robots.client.robot_file import RobotFile
 from robots.demo.cloud_process import CloudProcess
+from tests.support.waiting import patience
 from tests.support.world.rooms import room
 
 GRID = room(6.0, 6.0)
@@ -58,14 +59,14 @@ async def test_a_simulated_robot_with_local_move_base_reaches_its_goal(
         assert rest.token is not None
         wanted = ("--url", url, "--token", rest.token, "--local-nodes", "move_base")
         simulating = asyncio.create_task(simulate._run(parse(tmp_path, *wanted)))
-        async with asyncio.timeout(30):
+        async with patience(30):
             while not simulating.done() and not await rest.items("/v1/robots"):
                 await asyncio.sleep(0.05)
         async with RobotClient(url, robot="rover", token=rest.token, role="operator") as operator:
             move_base = await MoveBaseClient(operator).start()
             estimate = await move_base.localized()
             assert estimate.distance_to(Pose2D(2.0, 2.0)) < 0.5
-            async with asyncio.timeout(60):
+            async with patience(60):
                 while "move_base runs on the robot: a client requested this home" not in caplog.messages:
                     await asyncio.sleep(0.05)
             outcome = await move_base.go(Pose2D(4.0, 4.0, 0.0), 60.0)

@@ -14,7 +14,7 @@ from robots.cli.event_loop import TERMINATED
 from tests.support.cloud.command_line import CommandLine
 from tests.support.recordings.kept import RECORDING, kept_recordings
 from tests.support.storage import records
-from tests.support.waiting import PATIENCE
+from tests.support.waiting import PATIENCE, patience
 
 
 @pytest.fixture
@@ -45,7 +45,7 @@ async def test_a_signal_stops_the_recording_and_fetches_it(
 ) -> None:
     process = await recording(ppaas, tmp_path / "drive.mcap")
     assert process.stderr is not None
-    async with asyncio.timeout(PATIENCE):
+    async with patience(PATIENCE):
         assert RECORDING.encode() in await process.stderr.readline()
         process.send_signal(end)
         assert await process.wait() == 0
@@ -65,7 +65,7 @@ async def test_a_signal_while_the_recording_is_started_does_not_leave_it_running
 
     ppaas.patch.setattr(ppaas.cloud, "call_recorder", slow)
     process = await recording(ppaas, tmp_path / "drive.mcap")
-    async with asyncio.timeout(PATIENCE):
+    async with patience(PATIENCE):
         await called.wait()
         process.send_signal(signal.SIGTERM)
         assert await process.wait() == 0
@@ -87,7 +87,7 @@ async def test_a_second_signal_ends_the_command_without_the_file(
     ppaas.patch.setattr(ppaas.cloud, "call_recorder", stuck)
     process = await recording(ppaas, tmp_path / "drive.mcap")
     assert process.stderr is not None
-    async with asyncio.timeout(PATIENCE):
+    async with patience(PATIENCE):
         await process.stderr.readline()
         process.send_signal(signal.SIGTERM)
         await stopping.wait()
