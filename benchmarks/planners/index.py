@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from rich.progress import Progress
 
+from benchmarks.planners import seen_obstacles
 from benchmarks.planners.grids import SEED, Grid
 from benchmarks.planners.scenario import Asked, ScenarioScene, ask_all, walked, warm
 from benchmarks.planners.timing import announce, cpus, least
@@ -48,7 +49,7 @@ def measure(
     -------
     dict
         ``grid``, ``planner``, ``seconds`` by number of threads, ``bytes``, ``queries``, ``wrong`` ones, ``mean_us``,
-        ``p50_us``, ``p99_us``, ``cpus``.
+        ``p50_us``, ``p99_us``, what `seen_obstacles.measure` returns, ``cpus``.
 
     Raises
     ------
@@ -73,7 +74,8 @@ def measure(
     scene = random_queries(grid, queries)
     return {
         "grid": grid.name, "planner": name, "seconds": seconds, "bytes": prepared.nbytes,
-        **ask_all(Asked(lambda *ends: partial(prepared.path, *ends)), scene, progress, grid.name), "cpus": cpus(),
+        **ask_all(Asked(lambda *ends: partial(prepared.path, *ends)), scene, progress, grid.name),
+        **seen_obstacles.measure(planner, scene), "cpus": cpus(),
     }  # fmt: skip
 
 

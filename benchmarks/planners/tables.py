@@ -82,8 +82,16 @@ def index_rows(told: dict[str, Any]) -> list[Row]:
             **{f"{on_threads(threads)}, s": f"{seconds:.2f}" for threads, seconds in told["seconds"].items()},
             "MB": f"{told['bytes'] / 1e6:.3g}",
             **_answers(told),
+            **_plans(told),
         }
     ]
+
+
+def _plans(told: dict[str, Any]) -> Row:
+    """Return the columns of whole plans, which figures of earlier runs lack."""
+    if "seen_us" not in told:
+        return {}
+    return {"plan, µs": f"{told['map_us']:.0f}", "with seen obstacles, µs": f"{told['seen_us']:.0f}"}
 
 
 def compare_rows(told: dict[str, Any]) -> list[Row]:

@@ -1,8 +1,8 @@
 """Costmap: one byte per cell, with the values of costmap_2d."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +20,10 @@ __all__ = [
     "LETHAL_OBSTACLE",
     "NO_INFORMATION",
     "CausesAt",
+    "Changes",
     "Costmap",
     "Indexes",
+    "Window",
 ]
 
 Indexes = Callable[[str, Callable[[], None]], memoryview | None]
@@ -29,6 +31,24 @@ Indexes = Callable[[str, Callable[[], None]], memoryview | None]
 
 CausesAt = Callable[[float, float], "Cause | None"]
 """Called with a place x, y in the frame of the map [m]; returns what makes it lethal."""
+
+Window = tuple[slice, slice]
+"""Rows and columns of a part of a grid."""
+
+
+class Changes(NamedTuple):
+    """What differs between a costmap and one of the map alone, so that planners need not compare all cells.
+
+    Parameters
+    ----------
+    base : (height, width) uint8 array
+        Costs of the map alone, read-only.
+    windows : tuple of Window
+        Parts outside of which all cells are those of ``base``.
+    """
+
+    base: NDArray[np.uint8]
+    windows: tuple[Window, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +66,8 @@ class Costmap:
         raise, for example when planning is cancelled.
     causes : callable, optional
         Returns what makes a place lethal, for texts.
+    changes : Changes, optional
+        What differs from the read-only costs that ``data`` is a copy of; None if that is not known.
 
     Raises
     ------
@@ -57,9 +79,17 @@ class Costmap:
     info: GridInfo
     indexes: Indexes | None = None
     causes: CausesAt | None = None
+    changes: Changes | None = None
 
     def __post_init__(self) -> None:
         if self.data.shape != self.info.shape or self.data.dtype != np.uint8:
             raise InvalidMap(
                 f"expected uint8 cells of shape {self.info.shape}, not {self.data.dtype} of shape {self.data.shape}"
             )
+
+    def copied(self, *windows: Window) -> Self:
+        """Return a copy whose cells may be written in these windows, and nowhere else."""
+        changes = self.changes or (None if self.data.flags.writeable else Changes(self.data, ()))
+        if changes is not None:
+            changes = changes._replace(windows=(*changes.windows, *windows))
+        return replace(self, data=self.data.copy(), changes=changes)

@@ -277,11 +277,12 @@ class LocalCostmap:
         local = self._costs[inner]
         if not ((self._newly_lethal or self._near_people) and local.size):
             return costmap
-        data = costmap.data.copy()
+        current = costmap.copied(outer)
+        part = current.data[outer]
         known = np.where(local == NO_INFORMATION, 0, local)
         blocked = known >= INSCRIBED_INFLATED_OBSTACLE
-        data[outer] = np.where((data[outer] == NO_INFORMATION) & blocked, known, np.maximum(data[outer], known))
-        return replace(costmap, data=data)
+        part[:] = np.where((part == NO_INFORMATION) & blocked, known, np.maximum(part, known))
+        return current
 
     def clear(self, around: Pose2D | None = None, beyond: float = 0.0) -> None:
         """Forget all that the laser saw, or only beyond a distance [m] from a pose in the frame of the map.

@@ -50,7 +50,7 @@ def narrowed(costmap: Costmap, distance: NDArray[np.float32], inner_radius: floa
     """Return the costmap of `with_narrow_passages` by the distance of each cell to the nearest obstacle [m]."""
     data = costmap.data.copy()
     data[(data == INSCRIBED_INFLATED_OBSTACLE) & (distance > inner_radius)] = NARROW
-    return replace(costmap, data=data, indexes=None)
+    return replace(costmap, data=data, indexes=None, changes=None)
 
 
 def fits_along(costmap: Costmap, poses: Poses, footprint: Footprint) -> bool:

@@ -6,7 +6,6 @@ costmap_2d has a second obstacle layer over the whole map for this; here only th
 
 import math
 from collections.abc import Iterable
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -102,11 +101,12 @@ class ObstacleMemory:
         lethal = np.zeros((bottom - top, right - left), np.uint8)
         lethal[cells[:, 0] - top, cells[:, 1] - left] = 1
         costs = self._inflate(distance_serial(lethal, costmap.info.resolution))
-        data = costmap.data.copy()
-        part = data[top:bottom, left:right]
+        window = slice(int(top), int(bottom)), slice(int(left), int(right))
+        current = costmap.copied(window)
+        part = current.data[window]
         unknown = (part == NO_INFORMATION) & (costs < INSCRIBED_INFLATED_OBSTACLE)
         np.copyto(part, np.where(part == NO_INFORMATION, costs, np.maximum(part, costs)), where=~unknown)
-        return replace(costmap, data=data)
+        return current
 
     def clear(self, around: Pose2D | None = None, beyond: float = 0.0) -> None:
         """Forget all cells, or only those farther than ``beyond`` [m] from a pose in the frame of the map."""

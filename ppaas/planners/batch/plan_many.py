@@ -107,7 +107,7 @@ def _read_only(costmap: Costmap) -> Costmap:
         return costmap
     data = costmap.data.view()
     data.flags.writeable = False
-    return replace(costmap, data=data, indexes=None)
+    return replace(costmap, data=data, indexes=None, changes=None)
 
 
 def _groups(planner: Planner, requests: Sequence[PlanRequest]) -> list[Group]:

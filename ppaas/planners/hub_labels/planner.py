@@ -1,12 +1,14 @@
 """Planner that reads shortest paths from an index of the map."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.costmap.costmap import Costmap
+from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
+from ppaas.costmap.costmap import Costmap, Window
 from ppaas.errors import InvalidInput
 from ppaas.planners.ends import Ends
 from ppaas.planners.grid_planner import Found
@@ -14,10 +16,10 @@ from ppaas.planners.hub_labels.building.assembly import build_index
 from ppaas.planners.hub_labels.building.graph import Rectangle
 from ppaas.planners.hub_labels.building.header import fingerprint, unseal
 from ppaas.planners.hub_labels.index import HubIndex
+from ppaas.planners.hub_labels.kernels.free_path import Bounds, is_free_along, opens
 from ppaas.planners.prepared import PreparedPlanner
 from ppaas.planners.traits import Optimal, Traits
 from ppaas.planners.watch import proceed
-from ppaas.planners.weights import passable
 
 Free = NDArray[np.bool_]
 
@@ -25,9 +27,10 @@ Free = NDArray[np.bool_]
 class HubLabels(PreparedPlanner):
     """Plans with hub labels over the corners of a map.
 
-    The first index that it builds or opens is that of the bare map. If a robot sees obstacles that are not on the map,
-    a path of that index is still a shortest one as long as no obstacle is on it. The index is repaired only if there is
-    one, or if cells that are blocked on the map are free now.
+    If a robot sees obstacles that are not on the map, a path of the map's index is still a shortest one as long as no
+    obstacle is on it. The index is repaired only if there is one, or if cells that are blocked on the map are free now.
+    A costmap that keeps its changes is compared with the map in their windows alone. Of other writeable costmaps the
+    first is taken for the map, and all cells are compared.
     """
 
     name: ClassVar[str] = "hub_labels"
@@ -50,7 +53,7 @@ class HubLabels(PreparedPlanner):
         InvalidPlanner
             The map is too large or too cluttered for an index.
         """
-        free = self._free(costmap)
+        free = self._free(costmap.data)
         found = self._shared(costmap, check)
         if found is not None and found.is_of(fingerprint(free)):
             return found
@@ -60,13 +63,12 @@ class HubLabels(PreparedPlanner):
         """Return the cells of a shortest path between two ends."""
         if not costmap.data.flags.writeable:
             return super().search(costmap, ends, threads=threads, check=check)
-        free = self._free(costmap)
-        bare_free, bare = self._bare_map(costmap, free, threads, check)
-        if not (free & ~bare_free).any():
+        bare = self._bare_index(costmap, threads, check)
+        if self._only_closes(costmap):
             cells = bare.path(*ends.start, *ends.goal)
-            if are_free(free, cells):
+            if is_free_along(costmap.data, cells, self.allow_unknown):
                 return Found(cells, bare.expanded)
-        index = self._index_of(free, bare_free, bare, threads, check)
+        index = self._index_of(costmap, bare, threads, check)
         return Found(index.path(*ends.start, *ends.goal), index.expanded)
 
     def twin(self) -> Self:
@@ -75,9 +77,6 @@ class HubLabels(PreparedPlanner):
         if self._bare is not None:
             twin._bare = self._bare[0], self._bare[1].twin()
         return twin
-
-    def _free(self, costmap: Costmap) -> Free:
-        return passable(self.allow_unknown)[costmap.data]
 
     def _shared(self, costmap: Costmap, check: Callable[[], None]) -> HubIndex | None:
         """Return the shared index of the bare map; None if there is none, or it cannot be read."""
@@ -89,24 +88,53 @@ class HubLabels(PreparedPlanner):
         except InvalidInput:
             return None
 
-    def _bare_map(self, costmap: Costmap, free: Free, threads: int, check: Callable[[], None]) -> tuple[Free, HubIndex]:
-        if self._bare is None or self._bare[0].shape != free.shape:
+    # -- a map with obstacles that a robot sees ------------------------------------------------------------------------
+
+    def _bare_index(self, costmap: Costmap, threads: int, check: Callable[[], None]) -> HubIndex:
+        """Return the index of the map alone; of the first costmap, where it is not known what that is."""
+        if costmap.changes is not None:
+            alone = replace(costmap, data=costmap.changes.base, changes=None)
+            prepared = self.prepared(alone, threads=threads, check=check)
+            assert isinstance(prepared, HubIndex)
+            return prepared
+        if self._bare is None or self._bare[0].shape != costmap.data.shape:
             found = self._shared(costmap, check)
-            if found is not None and (bare_free := found.free()).shape == free.shape:
+            if found is not None and (bare_free := found.free()).shape == costmap.data.shape:
                 self._bare = bare_free, found
             else:
+                free = self._free(costmap.data)
                 self._bare = free, HubIndex(build_index(free, threads=threads, check=check))
-        return self._bare
+        return self._bare[1]
 
-    def _index_of(
-        self, free: Free, bare_free: Free, bare: HubIndex, threads: int, check: Callable[[], None]
-    ) -> HubIndex:
+    def _bare_free(self, costmap: Costmap) -> Free:
+        if costmap.changes is not None:
+            return self._free(costmap.changes.base)
+        assert self._bare is not None
+        return self._bare[0]
+
+    def _only_closes(self, costmap: Costmap) -> bool:
+        """Return whether all free cells are free on the map alone."""
+        if costmap.changes is None:
+            return not (self._free(costmap.data) & ~self._bare_free(costmap)).any()
+        base, windows = costmap.changes
+        unknown = self.allow_unknown
+        return not any(opens(costmap.data, base, _bounds(window, base.shape), unknown) for window in windows)
+
+    def _index_of(self, costmap: Costmap, bare: HubIndex, threads: int, check: Callable[[], None]) -> HubIndex:
+        free = self._free(costmap.data)
         wanted = fingerprint(free)
         for index in (bare, self._repaired):
             if index is not None and index.is_of(wanted):
                 return index
-        self._repaired = bare.repaired(free, differing(bare_free, free), threads=threads, check=check)
+        changed = differing(self._bare_free(costmap), free)
+        self._repaired = bare.repaired(free, changed, threads=threads, check=check)
         return self._repaired
+
+    def _free(self, costs: NDArray[np.uint8]) -> Free:
+        free: Free = costs < INSCRIBED_INFLATED_OBSTACLE
+        if self.allow_unknown:
+            free |= costs == NO_INFORMATION
+        return free
 
 
 def differing(bare_free: Free, now: Free) -> Rectangle:
@@ -118,8 +146,6 @@ def differing(bare_free: Free, now: Free) -> Rectangle:
     return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
 
 
-def are_free(free: Free, cells: NDArray[np.int32]) -> bool:
-    """Return whether a path is free, including the cells beside its diagonal moves."""
-    rows, columns = cells.T
-    beside = free[rows[1:], columns[:-1]] & free[rows[:-1], columns[1:]]
-    return bool(free[rows, columns].all() and beside.all())
+def _bounds(window: Window, shape: tuple[int, ...]) -> Bounds:
+    (top, bottom, _), (left, right, _) = (part.indices(size) for part, size in zip(window, shape, strict=True))
+    return top, bottom, left, right

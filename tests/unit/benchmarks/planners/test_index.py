@@ -21,6 +21,8 @@ def test_every_number_of_threads_is_timed_and_no_query_is_wrong(planner):
     assert set(result["seconds"]) == {"1", "2"}
     assert (result["grid"], result["planner"]) == ("random 10 % 64²", planner)
     assert (result["queries"], result["wrong"]) == (20, 0)
+    assert (result["plans"], result["seen_wrong"]) == (20, 0)
+    assert min(result["map_us"], result["seen_us"]) > 0.0
     assert result["bytes"] > 0
 
 

@@ -20,6 +20,7 @@ from ppaas.maps.generate import warehouse
 from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.maps.raycast import cast_rays
 from tests.reference.maps import maps as twin
+from tests.support.world import grids
 from tests.support.world.maps import grid_of, poses, real_map
 
 BEAMS = np.linspace(-math.pi, math.pi, 180, endpoint=False)
@@ -288,6 +289,17 @@ def test_overlay_accepts_windows_beyond_the_edge(x):
     local.update(robot, None, [(x - 0.6, 0.5, 0.2)])
     over = local.overlay(layers.costmap)
     assert (over.data.max() == 254) == (0.0 <= x - 0.6 < 10.0)
+
+
+@pytest.mark.parametrize("x", [0.2, 0.9, 5.0, 9.9])
+def test_overlay_keeps_where_it_differs_from_the_map(x):
+    layers, robot = empty(), Pose2D(x, 0.3, math.pi)
+    static = grids.read_only(layers.costmap)
+    local = LocalCostmap(layers)
+    local.update(robot, None, [(max(x - 0.6, 0.1), 0.5, 0.2)])
+    over = local.overlay(static)
+    assert over.data.max() == 254
+    assert grids.keeps_its_changes(over, static)
 
 
 def test_overlay_refuses_the_costmap_of_another_map():

@@ -10,6 +10,7 @@ from ppaas.costmap.obstacle_layer import LaserReading
 from ppaas.costmap.obstacle_memory import ObstacleMemory
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo, GridMap
+from tests.support.world import grids
 from tests.support.world.planar_world import World, fill, walled_map
 
 GRID = walled_map(16, 8, [])
@@ -59,6 +60,15 @@ def test_overlay_changes_only_remembered_places():
     assert overlaid is not LAYERS.costmap
     np.testing.assert_array_equal(overlaid.data[:, 200:], LAYERS.costmap.data[:, 200:])
     assert (overlaid.data >= LAYERS.costmap.data).all()
+
+
+def test_the_overlay_keeps_where_it_differs_from_the_map():
+    walk, static = Walk(), grids.read_only(LAYERS.costmap)
+    walk.look(NEAR)
+    walk.look(FAR)
+    both = walk.memory.overlay(walk.local.overlay(static))
+    assert (both.data != static.data).any()
+    assert grids.keeps_its_changes(both, static)
 
 
 def test_the_overlay_does_not_write_to_the_map():

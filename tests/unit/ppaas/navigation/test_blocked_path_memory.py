@@ -11,6 +11,7 @@ from ppaas.maps.grid import OCCUPIED, GridInfo, GridMap
 from ppaas.navigation.blocked_path_memory import CLEAR, FIRST, LONGEST, WAIT, BlockedPathMemory
 from ppaas.planners.base import PlanRequest, PlanResult
 from ppaas.planners.grid.dijkstra import Dijkstra
+from tests.support.world import grids
 from tests.support.world.rooms import room
 
 START, GOAL = Pose2D(1.0, 1.0), Pose2D(1.0, 7.0)
@@ -83,6 +84,14 @@ def test_robot_keeps_its_detour_although_the_first_door_reopened() -> None:
     assert leads_by(plan(OPEN), NEAR_DOOR)
     assert leads_by(plan(marked), FAR_DOOR)
     assert (OPEN.data[marked.data == LETHAL_OBSTACLE] < LETHAL_OBSTACLE).any(), "the given costmap is not modified"
+
+
+def test_closed_places_are_kept_as_changes_of_the_map() -> None:
+    memory, static = BlockedPathMemory(), grids.read_only(OPEN)
+    see_blocked(memory, 0.0)
+    marked = memory.mark(static, 2.0)
+    assert (marked.data != static.data).any()
+    assert grids.keeps_its_changes(marked, static)
 
 
 def test_blocked_door_is_retried_after_growing_times() -> None:

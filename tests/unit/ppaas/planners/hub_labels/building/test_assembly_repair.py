@@ -7,10 +7,11 @@ from hypothesis import strategies as st
 
 from ppaas.geometry import Pose2D
 from ppaas.planners.base import PlanRequest
+from ppaas.planners.ends import Ends
 from ppaas.planners.hub_labels.building.assembly import build_index
 from ppaas.planners.hub_labels.building.graph import build_corner_map, repair_corner_map
 from ppaas.planners.hub_labels.index import HubIndex
-from ppaas.planners.hub_labels.planner import HubLabels, are_free, differing
+from ppaas.planners.hub_labels.planner import HubLabels, differing
 from ppaas.planners.watch import proceed
 from tests.reference.planners import hub_labels as twin
 from tests.support.world import grids
@@ -84,17 +85,6 @@ def test_differing_returns_the_bounding_rectangle_of_changes():
     assert differing(before, now) == (slice(2, 6), slice(3, 7))
 
 
-def test_path_is_free_if_its_cells_and_passed_corners_are():
-    free = np.ones((3, 3), np.bool_)
-    cells = np.array([[0, 0], [1, 1], [1, 2]], np.int32)
-    assert are_free(free, cells)
-    assert are_free(free, cells[:0])
-    for row, column, harmless in ((0, 1, False), (1, 0, False), (1, 1, False), (2, 2, True), (0, 2, True)):
-        blocked = free.copy()
-        blocked[row, column] = False
-        assert are_free(blocked, cells) == harmless
-
-
 @pytest.fixture
 def events(monkeypatch):
     """Return a list of what was built and repaired, in order."""
@@ -137,6 +127,43 @@ def test_index_is_repaired_only_for_changes_that_affect_the_path(events):
     opened[3, 4] = True
     assert len(plan(planner, opened).cells) == 20
     assert events == ["built", "repaired", "repaired"]
+
+
+@given(changes())
+def test_paths_past_obstacles_are_shortest_and_known_changes_make_no_difference(change):
+    before, after, window = change
+    static = grids.read_only(costmap(before))
+    current = static.copied(window)
+    current.data[window] = costmap(after).data[window]
+    planner = HubLabels()
+    cells = np.argwhere(after)
+    for start, goal in cells[np.random.default_rng(3).integers(0, len(cells), (5, 2))] if len(cells) else ():
+        ends = Ends(tuple(start), tuple(goal), np.empty((0, 2), np.int32), Pose2D(0.0, 0.0))
+        found = planner.search(current, ends, threads=1, check=proceed)
+        length = twin.lengths_from(after, tuple(start))[tuple(goal)]
+        assert twin.length_of(after, found.cells) == pytest.approx(length) if len(found.cells) else length == np.inf
+
+
+def test_an_index_is_repaired_only_for_known_changes_that_affect_the_path(events):
+    planner, free = HubLabels(), np.ones((11, 20), np.bool_)
+    free[3, 4] = False
+    static, request = grids.read_only(costmap(free)), PlanRequest(Pose2D(0.5, 5.5), Pose2D(19.5, 5.5))
+
+    def plan_with(cells, cost):
+        current = static.copied(*((slice(row, row + 1), slice(column, column + 1)) for row, column in cells))
+        for cell in cells:
+            current.data[cell] = cost
+        return planner.plan(current, request)
+
+    assert len(plan_with([(9, 9), (1, 1)], 254).cells) == 20
+    assert len(planner.plan(static, request).cells) == 20
+    assert events == ["built"], "the map and what a robot sees share the index"
+    wall = [(row, 9) for row in range(1, 10)]
+    for _ in range(2):
+        assert plan_with(wall, 254).cost / 50 > 20.0
+    assert events == ["built", "repaired"]
+    plan_with([(3, 4)], 0)
+    assert events == ["built", "repaired", "repaired"], "a cell is free that the map has blocked"
 
 
 def test_shared_index_of_the_bare_map_is_used(events):
