@@ -2,8 +2,10 @@
 
 import contextlib
 import os
+import re
 import shutil
 import tempfile
+import time
 from multiprocessing.util import Finalize
 from pathlib import Path
 
@@ -18,11 +20,18 @@ LONGEST_PATH = 107
 LONGEST_NAME = len("pymp-12345678/listener-12345678")
 """Longest name of a socket in the folder [bytes]: that of the fork server of the standard library."""
 
+PREFIX = "ppaas-"
+_NAME = re.compile(rf"{PREFIX}[a-z0-9_]{{8}}")
+"""Names that `tempfile.mkdtemp` gives to folders with this prefix."""
+
 OWNER = "owner"
 """File with the owners of the folder, one process per line: the folder can be removed when all of them are dead."""
 
 MOST_OWNERS = 1 << 16
 """Bytes of that file that are read; a line has some tens."""
+
+BEING_MADE = 1.0
+"""Age up to which an empty folder may be one that a process has just made and does not own yet [s]."""
 
 AFTER_ALL_OTHERS = -1000
 """Priority of a clean-up at exit that runs last: those of the standard library go down to -100."""
@@ -45,11 +54,14 @@ def make_run_dir(longest: int = LONGEST_NAME) -> Path:
     """
     sweep_dead(Path(tempfile.gettempdir()))
     sweep_temporary_folders(Path(tempfile.gettempdir()))
-    folder = Path(tempfile.mkdtemp(prefix="ppaas-"))
+    folder = Path(tempfile.mkdtemp(prefix=PREFIX))
     if len(bytes(folder)) + 1 + longest > LONGEST_PATH:
         shutil.rmtree(folder)
         raise InvalidInput(f"the path {folder.parent} is too long for Unix sockets; set TMPDIR to a shorter one")
-    add_owner(folder)
+    try:
+        add_owner(folder)
+    except FileNotFoundError:  # it was swept, because this process was stopped in between
+        return make_run_dir(longest)
     return folder
 
 
@@ -61,12 +73,17 @@ def add_owner(folder: Path) -> None:
 
 
 def sweep_dead(base: Path) -> None:
-    """Remove the folders of processes that were killed."""
-    for folder in base.glob("ppaas-*"):
+    """Remove the folders of processes that were killed, also while they made or removed a folder."""
+    for folder in base.glob(f"{PREFIX}*"):
         with contextlib.suppress(OSError):  # another process removes it
-            owners = owners_of(folder)
+            try:
+                owners = owners_of(folder)
+            except FileNotFoundError:
+                if _NAME.fullmatch(folder.name) and time.time() - folder.stat().st_mtime > BEING_MADE:
+                    folder.rmdir()  # unless there is something in it
+                continue
             if owners and all(map(is_dead, owners)):
-                shutil.rmtree(folder, ignore_errors=True)
+                _remove(folder)
 
 
 def owners_of(folder: Path) -> list[str]:
@@ -104,6 +121,17 @@ def remove_folder(folder: Path) -> None:
     removed its own files.
     """
     if Path(tempfile.gettempdir()) == folder:
-        Finalize(None, shutil.rmtree, (folder, True), exitpriority=AFTER_ALL_OTHERS)
+        Finalize(None, _remove, (folder,), exitpriority=AFTER_ALL_OTHERS)
     else:
-        shutil.rmtree(folder, ignore_errors=True)
+        _remove(folder)
+
+
+def _remove(folder: Path) -> None:
+    """Remove a folder, its list of owners last: what is left if this process is killed meanwhile is removed later."""
+    with contextlib.suppress(OSError):
+        for entry in folder.iterdir():
+            if entry.is_dir() and not entry.is_symlink():
+                shutil.rmtree(entry, ignore_errors=True)
+            elif entry.name != OWNER:
+                entry.unlink(missing_ok=True)
+    shutil.rmtree(folder, ignore_errors=True)

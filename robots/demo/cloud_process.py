@@ -63,7 +63,7 @@ class CloudProcess:
         self._stop_timeout = stop_timeout
         self._temporary = contextlib.ExitStack()
         if folder is None:
-            temporary = tempfile.TemporaryDirectory(prefix="ppaas-", ignore_cleanup_errors=True)
+            temporary = tempfile.TemporaryDirectory(prefix="ppaas-demo-", ignore_cleanup_errors=True)
             folder = Path(self._temporary.enter_context(temporary))
         self.folder = folder
         self._process: asyncio.subprocess.Process | None = None

@@ -9,12 +9,15 @@ import tempfile
 
 import pytest
 
+from engine.processes import run_dir
 from engine.processes.instances import instance_name
 from engine.processes.run_dir import (
     LONGEST_NAME,
     LONGEST_PATH,
     OWNER,
+    add_owner,
     make_run_dir,
+    owners_of,
     remove_folder,
     remove_unless_owned,
     sweep_dead,
@@ -85,6 +88,56 @@ def test_folders_of_running_processes_and_without_owners_are_kept(short_path):
     (short_path / "ppaas-file").write_text("notes")
     sweep_dead(short_path)
     assert mine.exists() and nobodys.exists()
+
+
+def test_a_folder_of_a_process_killed_before_it_owned_it_is_removed_once_nobody_can_be_making_it(short_path):
+    names = ("ppaas-abcd_123", "ppaas-with0one", "ppaas-check-abcd_123", "ppaas-longer_name")
+    made, full, other, longer = (short_path / name for name in names)
+    for folder in (made, full, other, longer):
+        folder.mkdir()
+    (full / "socket").touch()
+    sweep_dead(short_path)
+    assert made.exists(), "a process may own it in a moment"
+    for folder in (made, full, other, longer):
+        os.utime(folder, (0.0, 0.0))
+    sweep_dead(short_path)
+    assert not made.exists()
+    assert full.exists()
+    assert other.exists()
+    assert longer.exists()
+
+
+def test_a_process_whose_folder_was_swept_while_it_was_stopped_makes_another(short_path, monkeypatch):
+    made = []
+
+    def swept_at_first(folder):
+        made.append(folder)
+        if len(made) == 1:
+            folder.rmdir()
+        add_owner(folder)
+
+    monkeypatch.setattr(run_dir, "add_owner", swept_at_first)
+    assert make_run_dir() == made[1]
+    assert owners_of(made[1]) == [instance_name()]
+
+
+def test_the_list_of_owners_is_removed_last(short_path, monkeypatch):
+    folder = make_run_dir()
+    (folder / "folder").mkdir()
+    (folder / "a-socket").touch()
+    (folder / "link").symlink_to(short_path)
+    before = run_dir.shutil.rmtree
+
+    def killed_at_the_folder(path, **others):
+        if path == folder:
+            raise KeyboardInterrupt
+        before(path, **others)
+
+    monkeypatch.setattr(run_dir.shutil, "rmtree", killed_at_the_folder)
+    with pytest.raises(KeyboardInterrupt):
+        remove_folder(folder)
+    assert [entry.name for entry in folder.iterdir()] == [OWNER]
+    assert short_path.exists(), "links are not followed"
 
 
 def test_folder_of_temporary_files_is_removed_at_exit(short_path):
