@@ -11,6 +11,9 @@ from benchmarks.chaos.silences import Gap
 BEFORE = 1.0
 """Longest time from a fault to a gap that it caused [s]: messages in flight still reach the robot."""
 
+BEFORE_STRAYING = 10.0
+"""Longest time from a fault to the time from which a robot is astray and may be so by it [s]."""
+
 NO_FAULT, SEVERAL = "none", "several"
 
 LONGEST = 10
@@ -24,6 +27,15 @@ class Silence(msgspec.Struct, frozen=True):
     begin: float
     end: float
     causes: list[str]
+
+
+class Stray(msgspec.Struct, frozen=True):
+    """Time in which a robot was far from its believed pose [s since the run began], and the faults just before it."""
+
+    robot: str
+    begin: float
+    end: float
+    before: list[str]
 
 
 class ChaosReport(msgspec.Struct, frozen=True):
@@ -72,6 +84,8 @@ class ChaosReport(msgspec.Struct, frozen=True):
         Number of further robots, which take part in traffic, and of their contacts with each other.
     throttled, throttled_messages : int
         Number of clients of each robot that subscribed with throttle rates, and of the messages that they received.
+    strays : list of Stray
+        All times in which a robot was astray.
     """
 
     seed: int
@@ -98,6 +112,7 @@ class ChaosReport(msgspec.Struct, frozen=True):
     fleet_contacts: int = 0
     throttled: int = 0
     throttled_messages: int = 0
+    strays: list[Stray] = []
 
     @property
     def passed(self) -> bool:
@@ -133,6 +148,10 @@ class ChaosReport(msgspec.Struct, frozen=True):
                 [f"{self.throttled} throttled clients of each robot: {self.throttled_messages} messages"]
                 if self.throttled
                 else ()
+            ),
+            *(
+                f"{one.robot} was astray from {one.begin} to {one.end} s, after {', '.join(one.before) or 'no fault'}"
+                for one in self.strays
             ),
             *(f"WRONG: {one}" for one in self.wrong),
             "nothing was lost, repeated or left behind" if self.passed else f"errors: {len(self.wrong)}",
@@ -181,6 +200,21 @@ def longest_silences(faults: Sequence[InjectedFault], gaps: Mapping[str, Sequenc
         for gap in own
     ]
     return sorted(silences, key=lambda silence: silence.begin - silence.end)[:LONGEST]
+
+
+def strays_of(faults: Sequence[InjectedFault], gaps: Mapping[str, Sequence[Gap]], began: float) -> list[Stray]:
+    """Return all times in which robots were astray, by name of robot, in their order; ``began`` as above."""
+    strays = [
+        Stray(
+            robot,
+            round(gap.begin - began, 1),
+            round(gap.end - began, 1),
+            [fault.name for fault in faults if 0.0 <= gap.begin - max(fault.at, fault.until) <= BEFORE_STRAYING],
+        )
+        for robot, own in gaps.items()
+        for gap in own
+    ]
+    return sorted(strays, key=lambda stray: stray.begin)
 
 
 def _counted(counts: dict[str, int]) -> str:

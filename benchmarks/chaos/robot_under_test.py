@@ -9,6 +9,7 @@ from benchmarks.chaos.goal_sender import GoalSender
 from benchmarks.chaos.goal_trace import Standing
 from benchmarks.chaos.message_checks import MessageChecks
 from benchmarks.chaos.silences import Silences
+from benchmarks.chaos.strays import Strays
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
@@ -67,6 +68,7 @@ class RobotUnderTest:
         self.name = name
         self.checks = MessageChecks(name, tell)
         self.silences = Silences()
+        self.strays = Strays()
         sender = f"operator-of-{name}" if operator else name
         expecting = self.checks.uncommanded, self.silences
         self.sender = GoalSender(sender, (*course.goals, course.start), expecting, self.standing, tell)
@@ -85,6 +87,7 @@ class RobotUnderTest:
 
     def leave(self) -> None:
         """Disconnect, and end ``run``."""
+        self.strays.end(monotonic())
         self._left.set()
 
     async def run(self) -> None:
@@ -166,6 +169,7 @@ class RobotUnderTest:
     def _on_pose(self, message: PoseWithCovarianceStamped) -> None:
         self.checks.localized(message.header.stamp.seconds())
         self._believed = message.pose.pose.position
+        self.strays.look(self.standing().lost, monotonic())
 
 
 async def end_together(robots: Sequence[RobotUnderTest]) -> None:

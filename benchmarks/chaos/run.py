@@ -13,7 +13,7 @@ from benchmarks.chaos.faults import CloudSize
 from benchmarks.chaos.injector import Injector
 from benchmarks.chaos.leftovers import Leftovers
 from benchmarks.chaos.path_requester import PathRequester
-from benchmarks.chaos.report import ChaosReport, log_of, longest_by_fault, longest_silences
+from benchmarks.chaos.report import ChaosReport, log_of, longest_by_fault, longest_silences, strays_of
 from benchmarks.chaos.robot_under_test import RobotUnderTest, end_together
 from benchmarks.chaos.scene import Scene, in_office, in_traffic
 from benchmarks.chaos.site import ChaosSite
@@ -126,6 +126,7 @@ async def run(options: ChaosOptions, progress: Progress) -> ChaosReport:
         told |= {"take_overs": site.take_overs, "fleet_contacts": sum(scene.contacts for scene in fleets)}
         told |= {"throttled": options.throttled, "throttled_messages": listeners.messages}
         told |= {"log": log_of(injector.faults, began), "silences": longest_silences(injector.faults, own, began)}
+        told |= {"strays": strays_of(injector.faults, {robot.name: robot.strays.gaps for robot in robots}, began)}
         return _reckon(options, robots, injector, **told)
 
 

@@ -9,9 +9,11 @@ from benchmarks.chaos.report import (
     SEVERAL,
     ChaosReport,
     Silence,
+    Stray,
     log_of,
     longest_by_fault,
     longest_silences,
+    strays_of,
 )
 from benchmarks.chaos.silences import Gap
 
@@ -74,3 +76,19 @@ def test_contacts_of_robots_in_traffic_are_told() -> None:
     told = msgspec.structs.replace(report(), fleet=6, fleet_contacts=1).sentences()
     assert "6 more robots in traffic: 1 contacts" in told
     assert not [line for line in report().sentences() if "traffic" in line]
+
+
+def test_times_astray_are_listed_with_the_faults_shortly_before_them() -> None:
+    faults = [
+        InjectedFault("web, killed", 85.0),
+        InjectedFault("agent, stopped", 80.0, until=99.0),
+        InjectedFault("container, killed", 105.0),
+        InjectedFault("router, killed", 106.0),
+    ]
+    strays = strays_of(faults, {"b": [Gap(105.5, 130.0)], "a": [Gap(95.0, 96.0)]}, began=80.0)
+    assert strays == [
+        Stray("a", 15.0, 16.0, ["web, killed"]),
+        Stray("b", 25.5, 50.0, ["agent, stopped", "container, killed"]),
+    ]
+    told = msgspec.structs.replace(report(), strays=strays).sentences()
+    assert "b was astray from 25.5 to 50.0 s, after agent, stopped, container, killed" in told
