@@ -12,7 +12,7 @@ LATE = 1.0
 """Age relative to the newest odometry above which a scan is rejected, since the robot has moved on [s]."""
 
 LONGEST_GAP = 5.0
-"""Distance from the odometry of the checkpoint above which odometry was reset in the meantime [m]."""
+"""Distance from the odometry of a checkpoint up to which a robot may have driven since, whatever the time [m]."""
 
 SLACK, FASTEST = 1.0, 5.0
 """Odometry was reset if it jumped by more than `SLACK` [m] plus what `FASTEST` [m/s] allows."""
@@ -25,11 +25,29 @@ MOST_LASERS = 100
 """Largest number of lasers whose last stamps are known."""
 
 
+def has_driven(metres: float, seconds: float | None) -> bool:
+    """Return whether a robot whose odometry has changed since a checkpoint has driven; else odometry was reset.
+
+    Parameters
+    ----------
+    metres : float
+        Distance from the odometry of the checkpoint [m].
+    seconds : float, optional
+        Time since by the robot's clock [s]; None if it is not known.
+    """
+    return metres <= LONGEST_GAP or (seconds is not None and _can_drive(metres, seconds))
+
+
+def _can_drive(metres: float, seconds: float) -> bool:
+    return metres <= SLACK + FASTEST * max(seconds, 0.0)
+
+
 class Continuity:
     """Stamps and odometry of the last scans that were used."""
 
     def __init__(self) -> None:
         self.odom: Pose2D | None = None
+        self.stamp: float | None = None
         self._at = 0.0
         self._lasers: dict[str, float] = {}
 
@@ -99,13 +117,13 @@ class Continuity:
             Frame of the laser.
         """
         last, before = self.odom, self._at
-        self.odom, self._at = odom, now
+        self.odom, self.stamp, self._at = odom, stamp, now
         if laser in self._lasers or len(self._lasers) < MOST_LASERS:
             self._lasers[laser] = stamp
         if last is None:
             return None
         apart = odom.distance_to(last)
-        if apart <= SLACK + FASTEST * max(now - before, 0.0):
+        if _can_drive(apart, now - before):
             return None
         logger.warning("odometry jumped by %.2f m: taken as a reset of the odometry, not as a motion", apart)
         return last

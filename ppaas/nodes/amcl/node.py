@@ -22,7 +22,7 @@ from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.std_srvs import EmptyService
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes import topics
-from ppaas.nodes.amcl.continuity import LONGEST_GAP, Continuity
+from ppaas.nodes.amcl.continuity import Continuity, has_driven
 from ppaas.nodes.amcl.messages import ParticleCloud, pose_message, read_initial_pose
 from ppaas.nodes.base import Context, Demands, Node, Payload, Reply, Service, Topic
 from ppaas.nodes.frames import MAP, FrameListener, FrameNames
@@ -39,12 +39,13 @@ NOMOTION_UPDATE = Service("request_nomotion_update", EmptyService)
 
 
 class AmclState(msgspec.Struct):
-    """Checkpoint of localization: pose in the map, its covariance, and odometry."""
+    """Checkpoint of localization: pose in the map, its covariance, and odometry with the stamp of its scan [s]."""
 
     pose: tuple[float, float, float]
     covariance: list[list[float]]
     odom: tuple[float, float, float] | None
     searching: bool = False
+    stamp: float | None = None
 
 
 class AmclNode(Node):
@@ -203,7 +204,7 @@ class AmclNode(Node):
 
     def _process(self, scan: RobotScan, stamp: float) -> None:
         odom = self._frames.odometry(stamp)
-        self._resume(odom)
+        self._resume(odom, stamp)
         restarted = self._continuity.has_restarted(odom, self.context.elapsed())
         before = self._continuity.note(odom, stamp, self.context.elapsed(), scan.frame)
         if restarted:
@@ -296,11 +297,11 @@ class AmclNode(Node):
         """Return the pose of the robot as JSON."""
         if self._restored is not None:
             return msgspec.json.encode(self._restored)
-        estimate, odom = self._filter.estimate, self._continuity.odom
-        pose = estimate.pose
-        if self._map_to_odom is not None and odom is not None:
-            pose = self._map_to_odom @ odom
-        state = AmclState((pose.x, pose.y, pose.theta), self._covariance().tolist(), odom, self._filter.searching)
+        last, pose = self._continuity, self._filter.estimate.pose
+        if self._map_to_odom is not None and last.odom is not None:
+            pose = self._map_to_odom @ last.odom
+        covariance, searching = self._covariance().tolist(), self._filter.searching
+        state = AmclState((pose.x, pose.y, pose.theta), covariance, last.odom, searching, last.stamp)
         return msgspec.json.encode(state)
 
     def restore(self, state: bytes) -> None:
@@ -309,13 +310,15 @@ class AmclNode(Node):
         self._filter.initialise(Pose2D(*self._restored.pose), np.array(self._restored.covariance))
         self._tracker.forget()
 
-    def _resume(self, odom: Pose2D) -> None:
+    def _resume(self, odom: Pose2D, stamp: float) -> None:
         """With the first odometry after a restore, add the motion that was missed, or resume the search."""
         if self._restored is None:
             return
         state, self._restored = self._restored, None
         if state.searching:
             self._filter.initialise_globally()
-        elif state.odom is not None and odom.distance_to(Pose2D(*state.odom)) <= LONGEST_GAP:
-            missed = Pose2D(*state.odom).inverse() @ odom
-            self._filter.initialise(Pose2D(*state.pose) @ missed, np.array(state.covariance))
+        elif state.odom is not None:
+            before, since = Pose2D(*state.odom), None if state.stamp is None else stamp - state.stamp
+            if has_driven(odom.distance_to(before), since):
+                pose = Pose2D(*state.pose) @ before.inverse() @ odom
+                self._filter.initialise(pose, np.array(state.covariance))

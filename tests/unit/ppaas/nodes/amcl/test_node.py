@@ -22,6 +22,7 @@ from ppaas.messages.geometry_msgs import (
     Vector3,
 )
 from ppaas.messages.tf2_msgs import TFMessage
+from ppaas.nodes.amcl.continuity import LONGEST_GAP
 from ppaas.nodes.amcl.node import AmclNode
 from ppaas.nodes.frames import FrameListener
 from ppaas.nodes.graph import Graph
@@ -206,6 +207,19 @@ def test_restored_checkpoint_accounts_for_odometry_in_between():
     second = AmclUnderTest(initial=Pose2D(4.0, 1.0, 0.0), now=103.0)
     second.world = first.world
     second.world.move(0.4, 0.0, 2.0)
+    second.graph.restore([checkpoint])
+    second.step()
+    assert error_of(second.estimate(), second.world.pose)[0] < 0.1
+
+
+def test_a_robot_that_drove_far_since_an_old_checkpoint_is_where_odometry_has_brought_it():
+    first = AmclUnderTest(Pose2D(0.6, 0.6, 0.46))
+    first.step()
+    (checkpoint,) = first.graph.checkpoints()
+    driven = Pose2D(LONGEST_GAP + 0.3, 0.0, 0.2)
+    second = AmclUnderTest(initial=Pose2D(4.0, 1.0, 0.0), now=112.0)
+    second.world = first.world
+    second.world.pose, second.world.odom = second.world.pose @ driven, second.world.odom @ driven
     second.graph.restore([checkpoint])
     second.step()
     assert error_of(second.estimate(), second.world.pose)[0] < 0.1
