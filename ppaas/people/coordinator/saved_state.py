@@ -104,7 +104,7 @@ def load_state(coordinator: CoordinatorParts, saved: bytes) -> None:
 def _decoded(saved: bytes) -> _Saved:
     try:
         state = msgspec.msgpack.decode(saved, type=_Saved)
-    except (msgspec.ValidationError, msgspec.DecodeError) as error:
+    except (msgspec.ValidationError, msgspec.DecodeError, UnicodeDecodeError) as error:
         raise InvalidInput(f"not a checkpoint of a people coordinator: {error}") from error
     if state.format != FORMAT:
         raise InvalidInput(f"checkpoint of a people coordinator has format {state.format}, not {FORMAT}")

@@ -11,7 +11,8 @@ from tests.unit.benchmarks.commands.conftest import RunBench
 def test_the_json_contains_the_times_per_number_of_threads(map_: Path, run_bench: RunBench) -> None:
     answer = run_bench("index", "--map", str(map_), "--tiles", "3", "--threads", "1,2")
     assert set(answer) == {
-        "grid", "planner", "seconds", "bytes", "queries", "wrong", "mean_us", "p50_us", "p99_us", "cpus",
+        "grid", "planner", "seconds", "bytes", "queries", "wrong", "mean_us", "p50_us", "p99_us",
+        "plans", "map_us", "seen_us", "seen_wrong", "cpus",
     }  # fmt: skip
     assert (answer["grid"], answer["planner"], answer["wrong"]) == ("3 by 3 times a", "hub_labels", 0)
     assert set(answer["seconds"]) == {"1", "2"}

@@ -386,3 +386,8 @@ def test_the_count_never_exceeds_the_torsos_that_robots_report(seed: int) -> Non
         held = sum(person.state == SEEN and not person.seen_by for person in state.people)
         assert state.count - held <= sum(len(report.people) for report in reports)
         assert state.count >= max(len(report.people) for report in reports) - 3
+
+
+def test_a_checkpoint_whose_text_is_not_utf_8_is_refused() -> None:
+    with pytest.raises(InvalidInput, match="not a checkpoint of a people coordinator"):
+        Coordinator(HALL).restore(b"\x81\xa4abc\x80\x00")
