@@ -12,7 +12,7 @@ BEFORE = 1.0
 """Longest time from a fault to a gap that it caused [s]: messages in flight still reach the robot."""
 
 BEFORE_STRAYING = 10.0
-"""Longest time from a fault to the time from which a robot is astray and may be so by it [s]."""
+"""Longest time after a fault within which it may have led a robot astray [s]."""
 
 NO_FAULT, SEVERAL = "none", "several"
 

@@ -35,7 +35,7 @@ def measure(planner: PreparedPlanner, scene: ScenarioScene) -> dict[str, Any]:
         ``plans``; the median time of a plan on the map alone, ``map_us``, and with the obstacles, ``seen_us``; and how
         many of these were ``seen_wrong``: of another cost.
     """
-    static, rng = _read_only(scene.costmap), np.random.default_rng(SEED)
+    static, rng = scene.costmap.read_only(), np.random.default_rng(SEED)
     alone, seen, wrong = [], [], 0
     for request in _requests(scene):
         seconds, plan = least(partial(planner.plan, static, request))
@@ -56,12 +56,6 @@ def _requests(scene: ScenarioScene) -> Iterator[PlanRequest]:
     for start, goal in zip(scene.queries.starts[:PLANS], scene.queries.goals[:PLANS], strict=True):
         begin, end = (Pose2D(*scene.costmap.info.to_world(cell).tolist()) for cell in (start, goal))
         yield PlanRequest(begin, end)
-
-
-def _read_only(costmap: Costmap) -> Costmap:
-    data = costmap.data.copy()
-    data.flags.writeable = False
-    return Costmap(data, costmap.info)
 
 
 def _with_obstacles(static: Costmap, path: NDArray[np.int32], rng: np.random.Generator) -> Costmap:

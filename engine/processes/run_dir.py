@@ -76,14 +76,18 @@ def sweep_dead(base: Path) -> None:
     """Remove the folders of processes that were killed, also while they made or removed a folder."""
     for folder in base.glob(f"{PREFIX}*"):
         with contextlib.suppress(OSError):  # another process removes it
-            try:
-                owners = owners_of(folder)
-            except FileNotFoundError:
-                if _NAME.fullmatch(folder.name) and time.time() - folder.stat().st_mtime > BEING_MADE:
-                    folder.rmdir()  # unless there is something in it
-                continue
-            if owners and all(map(is_dead, owners)):
-                _remove(folder)
+            _sweep(folder)
+
+
+def _sweep(folder: Path) -> None:
+    try:
+        owners = owners_of(folder)
+    except FileNotFoundError:
+        if _NAME.fullmatch(folder.name) and time.time() - folder.stat().st_mtime > BEING_MADE:
+            folder.rmdir()  # unless there is something in it
+        return
+    if owners and all(map(is_dead, owners)):
+        _remove(folder)
 
 
 def owners_of(folder: Path) -> list[str]:

@@ -37,14 +37,14 @@ Window = tuple[slice, slice]
 
 
 class Changes(NamedTuple):
-    """What differs between a costmap and one of the map alone, so that planners need not compare all cells.
+    """Parts of a costmap that may differ from the map alone. Planners compare only these parts.
 
     Parameters
     ----------
     base : (height, width) uint8 array
         Costs of the map alone, read-only.
     windows : tuple of Window
-        Parts outside of which all cells are those of ``base``.
+        All cells outside these parts equal ``base``.
     """
 
     base: NDArray[np.uint8]
@@ -86,6 +86,20 @@ class Costmap:
             raise InvalidMap(
                 f"expected uint8 cells of shape {self.info.shape}, not {self.data.dtype} of shape {self.data.shape}"
             )
+
+    def read_only(self) -> Self:
+        """Return the costmap itself if it is read-only, otherwise a read-only view without the map's indexes."""
+        if not self.data.flags.writeable:
+            return self
+        data = self.data.view()
+        data.flags.writeable = False
+        return replace(self, data=data, indexes=None, changes=None)
+
+    def window_around(self, cells: NDArray[np.integer], margin: int) -> Window:
+        """Return the smallest window with (n, 2) cells, row and column, and a margin [cells] within the map."""
+        top, left = np.maximum(cells.min(axis=0) - margin, 0)
+        bottom, right = np.minimum(cells.max(axis=0) + margin + 1, self.info.shape)
+        return slice(int(top), int(bottom)), slice(int(left), int(right))
 
     def copied(self, *windows: Window) -> Self:
         """Return a copy whose cells may be written in these windows, and nowhere else."""

@@ -96,12 +96,10 @@ class ObstacleMemory:
         if not len(cells):
             return costmap
         margin = math.ceil(self._reach / costmap.info.resolution) + 1
-        top, left = np.maximum(cells.min(axis=0) - margin, 0)
-        bottom, right = np.minimum(cells.max(axis=0) + margin + 1, costmap.info.shape)
-        lethal = np.zeros((bottom - top, right - left), np.uint8)
-        lethal[cells[:, 0] - top, cells[:, 1] - left] = 1
+        window = costmap.window_around(cells, margin)
+        lethal = np.zeros(costmap.data[window].shape, np.uint8)
+        lethal[cells[:, 0] - window[0].start, cells[:, 1] - window[1].start] = 1
         costs = self._inflate(distance_serial(lethal, costmap.info.resolution))
-        window = slice(int(top), int(bottom)), slice(int(left), int(right))
         current = costmap.copied(window)
         part = current.data[window]
         unknown = (part == NO_INFORMATION) & (costs < INSCRIBED_INFLATED_OBSTACLE)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
-from ppaas.costmap.costmap import Costmap, Window
+from ppaas.costmap.costmap import Costmap
 from ppaas.geometry import Pose2D
 from ppaas.maps.discs import stamp_disc
 from ppaas.maps.grid import GridInfo
@@ -99,7 +99,8 @@ class BlockedPathMemory:
         if not places:
             return costmap
         radius = RADIUS / costmap.info.resolution
-        marked = costmap.copied(*(_around(place.cells, radius) for place in places))
+        margin = math.ceil(radius) + 1
+        marked = costmap.copied(*(costmap.window_around(place.cells, margin) for place in places))
         for place in places:
             for row, column in place.cells.tolist():
                 stamp_disc(marked.data, column + 0.5, row + 0.5, radius, LETHAL_OBSTACLE)
@@ -177,10 +178,3 @@ def _blocked(rest: NDArray[np.int64], costmap: Costmap) -> NDArray[np.int64]:
     costs = costmap.data[rest[:, 0], rest[:, 1]]
     blocked: NDArray[np.int64] = rest[(costs >= INSCRIBED_INFLATED_OBSTACLE) & (costs != NO_INFORMATION)]
     return blocked
-
-
-def _around(cells: NDArray[np.signedinteger], radius: float) -> Window:
-    """Return a window of the map with all discs of a radius [cells] about the centres of cells."""
-    margin = math.ceil(radius) + 1
-    (top, left), (bottom, right) = np.maximum(cells.min(axis=0) - margin, 0), cells.max(axis=0) + margin + 1
-    return slice(int(top), int(bottom)), slice(int(left), int(right))

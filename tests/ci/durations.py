@@ -8,13 +8,12 @@ import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
+from tests.ci.look_again import name_of
+
 
 def durations(report: str) -> list[str]:
     """Return a line for each test of a JUnit report."""
-    return [
-        f"{float(case.get('time', 0.0)):8.2f} {case.get('file') or case.get('classname')}::{case.get('name')}"
-        for case in ET.fromstring(report).iter("testcase")
-    ]
+    return [f"{float(case.get('time', 0.0)):8.2f} {name_of(case)}" for case in ET.fromstring(report).iter("testcase")]
 
 
 def main(report: str) -> int:

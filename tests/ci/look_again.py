@@ -17,15 +17,20 @@ def failed(report: str) -> list[str]:
     cases = (
         case for case in ET.fromstring(report).iter("testcase") if {part.tag for part in case} & {"failure", "error"}
     )
-    return list(dict.fromkeys(f"{case.get('file') or case.get('classname')}::{case.get('name')}" for case in cases))
+    return list(dict.fromkeys(map(name_of, cases)))
+
+
+def name_of(case: ET.Element) -> str:
+    """Return ``file::test`` of a test of a report."""
+    return f"{case.get('file') or case.get('classname')}::{case.get('name')}"
 
 
 def main(report: str) -> int:
-    """Print what failed, a line a test; return 0 where it is to be run once more."""
+    """Name what failed; return 0 where it is to be run once more."""
     path = Path(report)
     tests = failed(path.read_text(encoding="utf-8")) if path.exists() else []
     for test in tests:
-        print(test)  # noqa: T201
+        print(f"failed the first time: {test}")  # noqa: T201
     return 0 if 1 <= len(tests) <= FEW else 1
 
 

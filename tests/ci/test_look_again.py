@@ -37,7 +37,7 @@ def test_only_little_is_looked_at_again(
     path = tmp_path / "report.xml"
     path.write_text(report(bad))
     assert main(str(path)) == status
-    assert capsys.readouterr().out.count("tests/a.py::f") == bad
+    assert capsys.readouterr().out.count("failed the first time: tests/a.py::f") == bad
 
 
 def test_without_a_report_nothing_is_looked_at_again(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ PATIENCE = 90.0
 STEP = 0.005
 
 TURNS, REFERENCE = 200_000, 0.005
-"""Turns of an empty loop, and what they took on the computer for which limits were chosen [s]."""
+"""Turns of an empty loop, and the seconds that they take on the computer for which the limits were chosen."""
 
 LONGEST = 8.0
 """Factor by which a limit grows at most: a test that hangs must end."""
@@ -23,8 +23,7 @@ async def until(condition: Callable[[], object], timeout: float = PATIENCE) -> f
     loop = asyncio.get_running_loop()
     began = loop.time()
     while not condition():
-        if (elapsed := loop.time() - began) > timeout and elapsed > timeout * stretch():
-            raise TimeoutError(f"not within {elapsed:.1f} s")
+        _check_time(loop.time() - began, timeout)
         await asyncio.sleep(STEP)
     return loop.time() - began
 
@@ -33,9 +32,13 @@ def wait_until(condition: Callable[[], object], timeout: float = PATIENCE) -> No
     """Block until a condition holds, for tests of threads."""
     began = time.monotonic()
     while not condition():
-        if (elapsed := time.monotonic() - began) > timeout and elapsed > timeout * stretch():
-            raise TimeoutError(f"not within {elapsed:.1f} s")
+        _check_time(time.monotonic() - began, timeout)
         time.sleep(STEP)
+
+
+def _check_time(elapsed: float, timeout: float) -> None:
+    if elapsed > timeout and elapsed > timeout * stretch():  # the load is read only where it matters
+        raise TimeoutError(f"not within {elapsed:.1f} s")
 
 
 def patience(seconds: float) -> asyncio.Timeout:

@@ -70,7 +70,7 @@ def plan_many(
         A request or ``threads`` is invalid; raised before planning begins.
     """
     _check_all(requests, threads)
-    frozen, groups, answered = _read_only(costmap), _groups(planner, requests), 0
+    frozen, groups, answered = costmap.read_only(), _groups(planner, requests), 0
     crew = max(1, min(threads, len(groups)))
     if isinstance(planner, PreparedPlanner) and requests:
         planner.prepared(frozen, threads=threads, check=check)
@@ -99,15 +99,6 @@ def _check_all(requests: Sequence[PlanRequest], threads: int) -> None:
             Watch(replace(request, threads=threads))
         except InvalidInput as error:
             raise InvalidInput(f"request {number}: {error}") from error
-
-
-def _read_only(costmap: Costmap) -> Costmap:
-    """Return a read-only view of the map, which planners may prepare once."""
-    if not costmap.data.flags.writeable:
-        return costmap
-    data = costmap.data.view()
-    data.flags.writeable = False
-    return replace(costmap, data=data, indexes=None, changes=None)
 
 
 def _groups(planner: Planner, requests: Sequence[PlanRequest]) -> list[Group]:

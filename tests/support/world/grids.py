@@ -1,7 +1,5 @@
 """Costmaps for tests, written as pictures or drawn at random."""
 
-from dataclasses import replace
-
 import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
@@ -59,13 +57,6 @@ def scenes(draw: st.DrawFn, most: int = 12) -> tuple[NDArray[np.uint8], list[tup
         costs[0, 0] = 0
         free = [(0, 0)]
     return costs, draw(st.lists(st.sampled_from(free), min_size=1, max_size=3)), allow_unknown
-
-
-def read_only(costmap: Costmap) -> Costmap:
-    """Return a costmap whose cells cannot be written, as those of the map that all robots share."""
-    data = costmap.data.view()
-    data.flags.writeable = False
-    return replace(costmap, data=data)
 
 
 def keeps_its_changes(costmap: Costmap, base: Costmap) -> bool:

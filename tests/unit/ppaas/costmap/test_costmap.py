@@ -12,12 +12,10 @@ LEFT, RIGHT = (slice(0, 2), slice(0, 1)), (slice(1, 2), slice(2, 3))
 
 
 def test_a_copy_of_a_read_only_costmap_keeps_the_windows_of_all_copies_between() -> None:
-    base = grids.read_only(
-        grids.costmap("""
+    base = grids.costmap("""
         ...
         ...
-    """)
-    )
+    """).read_only()
     left = base.copied(LEFT)
     left.data[LEFT] = 254
     both = left.copied(RIGHT)

@@ -294,7 +294,7 @@ def test_overlay_accepts_windows_beyond_the_edge(x):
 @pytest.mark.parametrize("x", [0.2, 0.9, 5.0, 9.9])
 def test_overlay_keeps_where_it_differs_from_the_map(x):
     layers, robot = empty(), Pose2D(x, 0.3, math.pi)
-    static = grids.read_only(layers.costmap)
+    static = layers.costmap.read_only()
     local = LocalCostmap(layers)
     local.update(robot, None, [(max(x - 0.6, 0.1), 0.5, 0.2)])
     over = local.overlay(static)

@@ -63,7 +63,7 @@ def test_overlay_changes_only_remembered_places():
 
 
 def test_the_overlay_keeps_where_it_differs_from_the_map():
-    walk, static = Walk(), grids.read_only(LAYERS.costmap)
+    walk, static = Walk(), LAYERS.costmap.read_only()
     walk.look(NEAR)
     walk.look(FAR)
     both = walk.memory.overlay(walk.local.overlay(static))

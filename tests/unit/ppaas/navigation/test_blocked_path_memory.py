@@ -87,7 +87,7 @@ def test_robot_keeps_its_detour_although_the_first_door_reopened() -> None:
 
 
 def test_closed_places_are_kept_as_changes_of_the_map() -> None:
-    memory, static = BlockedPathMemory(), grids.read_only(OPEN)
+    memory, static = BlockedPathMemory(), OPEN.read_only()
     see_blocked(memory, 0.0)
     marked = memory.mark(static, 2.0)
     assert (marked.data != static.data).any()

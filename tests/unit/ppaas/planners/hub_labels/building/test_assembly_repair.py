@@ -132,7 +132,7 @@ def test_index_is_repaired_only_for_changes_that_affect_the_path(events):
 @given(changes())
 def test_paths_past_obstacles_are_shortest_and_known_changes_make_no_difference(change):
     before, after, window = change
-    static = grids.read_only(costmap(before))
+    static = costmap(before).read_only()
     current = static.copied(window)
     current.data[window] = costmap(after).data[window]
     planner = HubLabels()
@@ -147,7 +147,7 @@ def test_paths_past_obstacles_are_shortest_and_known_changes_make_no_difference(
 def test_an_index_is_repaired_only_for_known_changes_that_affect_the_path(events):
     planner, free = HubLabels(), np.ones((11, 20), np.bool_)
     free[3, 4] = False
-    static, request = grids.read_only(costmap(free)), PlanRequest(Pose2D(0.5, 5.5), Pose2D(19.5, 5.5))
+    static, request = costmap(free).read_only(), PlanRequest(Pose2D(0.5, 5.5), Pose2D(19.5, 5.5))
 
     def plan_with(cells, cost):
         current = static.copied(*((slice(row, row + 1), slice(column, column + 1)) for row, column in cells))
