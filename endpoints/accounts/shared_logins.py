@@ -21,6 +21,10 @@ logger = logging.getLogger(__name__)
 MOST_REFUSED = 65_536
 """Largest number of revoked tokens that wait to be removed from the store."""
 
+MOST_REMOVED = 4096
+"""Number of the last tokens that were removed from the store after they had been refused. They stay refused, since an
+endpoint may have read them before."""
+
 
 class SharedLogins(Protocol):
     """Logins of all endpoints of a cloud.
@@ -87,7 +91,7 @@ class SharedLogins(Protocol):
         ...
 
     async def removed_token(self, user: str, token_hash: str) -> None:
-        """Forget a refused token, because it was removed from the store."""
+        """Note that a refused token was removed from the store: it no longer has to be kept for a restart."""
         ...
 
 
@@ -111,6 +115,7 @@ class LocalLogins:
         self._tickets = SocketTickets(clock)
         self._unsaved = UnsavedTokens()
         self._refused: BoundedDict[tuple[str, str], None] = BoundedDict(MOST_REFUSED)
+        self._removed: BoundedDict[tuple[str, str], None] = BoundedDict(MOST_REMOVED)
         self._listeners: list[Callable[[str], None]] = []
         self._faults = ListenerFaults(logger)
 
@@ -167,10 +172,11 @@ class LocalLogins:
 
     async def is_refused(self, user: str, token_hash: str) -> bool:
         """Return whether a token of a user is refused."""
-        return (user, token_hash) in self._refused
+        return (user, token_hash) in self._refused or (user, token_hash) in self._removed
 
     async def removed_token(self, user: str, token_hash: str) -> None:
-        """Forget a refused token, because it was removed from the store."""
+        """Note that a refused token was removed from the store."""
+        self._removed[user, token_hash] = None
         self._refused.pop((user, token_hash), None)
         if self._file is not None:
             await run_in_threadpool(self._file.remove, user, token_hash)

@@ -5,6 +5,7 @@ Faults: the process that keeps the logins cannot be reached, from one endpoint o
 
 import asyncio
 import contextlib
+import threading
 import time
 from collections.abc import Awaitable, Callable
 from typing import Any, NoReturn, cast
@@ -306,6 +307,30 @@ async def test_a_token_that_cannot_be_removed_yet_is_refused_everywhere_and_remo
     await until(lambda: not first._tokens._revocations._refused)
     with pytest.raises(NotAuthenticated):
         await second.authenticate(token)
+
+
+async def test_a_revoked_token_is_refused_also_where_it_is_removed_while_it_is_read(
+    both: list[Accounts], store: FullStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def read_slowly(user_id: str) -> User:
+        found.set()
+        assert removed.wait(30.0)
+        return MemoryStore.user(store, user_id)
+
+    first, second = both
+    first._tokens._revocations._retry = 0.01
+    token = await first.login("ann", PASSWORD)
+    store.keeps_tokens = True
+    await first.revoke("ann", token_id(token))
+    found, removed = threading.Event(), threading.Event()
+    monkeypatch.setattr(store, "user", read_slowly)
+    reading = asyncio.create_task(second.authenticate(token))
+    await until(found.is_set)
+    store.keeps_tokens = False
+    await until(lambda: not first._tokens._revocations._refused)
+    removed.set()
+    with pytest.raises(NotAuthenticated):
+        await reading
 
 
 async def test_the_next_master_learns_the_tokens_that_are_refused(both: list[Accounts], store: FullStore) -> None:

@@ -52,7 +52,7 @@ async def test_a_node_is_added_and_removed_with_its_state(
     begin(home)
     assert frames == [protocol.ExecutorReady()]
     covariance = "[[0.1,0.0,0.0],[0.0,0.1,0.0],[0.0,0.0,0.1]]"
-    state = f'{{"pose":[3.0,2.0,0.5],"covariance":{covariance},"odom":null,"searching":false}}'
+    state = f'{{"pose":[3.0,2.0,0.5],"covariance":{covariance},"odom":null,"searching":false,"stamp":null}}'
     home.take(protocol.Add("amcl", state))
     added = frames.pop()
     assert isinstance(added, protocol.Added)
