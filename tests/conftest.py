@@ -12,6 +12,7 @@ import pytest
 import uvloop
 from hypothesis import settings
 
+from engine.runtimes.fork_server import early_start
 from ppaas import plugins
 from tests.ci.shares import place_in_line
 
@@ -92,6 +93,13 @@ def data() -> Path:
 def _permits(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let no test permit plug-ins for those after it."""
     monkeypatch.setattr(plugins, "_permitted", plugins._permitted)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _own_fork_server() -> Iterator[None]:
+    """End the fork server of a module's tests: the next may want one that has imported other modules."""
+    yield
+    early_start.end()
 
 
 @pytest.fixture

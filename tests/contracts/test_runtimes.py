@@ -16,7 +16,6 @@ from msgspec.structs import replace
 from engine.agent import entries
 from engine.processes.instances import instance_name
 from engine.runtimes.base import Premises, Runtime
-from engine.runtimes.fork_server import early_start
 from engine.runtimes.fork_server.server import UNKNOWN_STATUS
 from engine.runtimes.process.runtime import ProcessRuntime
 from engine.specs.containers import Launch
@@ -101,12 +100,6 @@ PROCESS, DOCKER, RAY = (
     pytest.param(by_docker, marks=pytest.mark.docker),
     pytest.param(by_ray, marks=[pytest.mark.ray, pytest.mark.timeout(600)]),
 )
-
-
-@pytest.fixture(scope="module", autouse=True)
-def own_fork_server() -> None:
-    """End the fork server of earlier tests: it has loaded other modules than these runtimes ask for."""
-    early_start.end()
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Callable
-from multiprocessing import forkserver
 
 import pytest
 
@@ -15,12 +14,6 @@ Figure = Callable[[str, float | str], None]
 def seconds() -> float:
     """Return the duration of the load on a joint [s]: `PPAAS_JOINT_SECONDS`, or 5."""
     return float(os.environ.get("PPAAS_JOINT_SECONDS", "5"))
-
-
-@pytest.fixture
-def no_fork_server() -> None:
-    """Stop the fork server of earlier tests in this process, so that the next loads what its containers run."""
-    forkserver._forkserver._stop()
 
 
 @pytest.fixture

@@ -24,7 +24,7 @@ from tests.support.sources import ROOT
 from tests.support.storage.records import house, kept
 from tests.support.waiting import patience, until
 
-pytestmark = [pytest.mark.joint, pytest.mark.usefixtures("no_fork_server")]
+pytestmark = pytest.mark.joint
 
 ENTRY = "tests.support.engine.container_entries:dial_and_stay"
 

@@ -17,7 +17,7 @@ from tests.support.engine.launches import Reports
 from tests.support.storage.records import YAML, house, kept
 from tests.support.stress.containers import Strain
 
-pytestmark = [pytest.mark.joint, pytest.mark.usefixtures("no_fork_server")]
+pytestmark = pytest.mark.joint
 
 CPUS = tuple(sorted(os.sched_getaffinity(0)))
 

@@ -1,4 +1,3 @@
-import multiprocessing
 import threading
 
 import pytest
@@ -35,12 +34,10 @@ def test_robot_that_never_arrives_ends_the_warm_up(monkeypatch):
 
 @pytest.fixture
 async def runtime():
-    multiprocessing.forkserver._forkserver._stop()
     started = ProcessRuntime(loaded_before("tests.support.engine.container_entries:live_again", WARM_UP))
     await started.start()
     yield started
     await started.close()
-    multiprocessing.forkserver._forkserver._stop()
 
 
 async def test_container_imports_no_module_after_the_warm_up(runtime, tmp_path):

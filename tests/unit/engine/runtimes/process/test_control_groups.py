@@ -5,7 +5,6 @@ import signal
 import tempfile
 import threading
 from collections.abc import AsyncIterator
-from multiprocessing import forkserver
 from pathlib import Path
 
 import pytest
@@ -167,8 +166,6 @@ async def groups(instance: str) -> AsyncIterator[ControlGroups]:
 
 @pytest.fixture
 async def controlled(instance: str, groups: ControlGroups) -> AsyncIterator[Controlled]:
-    # multiprocessing has one fork server for a process, which an earlier test may have left with other modules.
-    forkserver._forkserver._stop()  # type: ignore[attr-defined]
     with tempfile.TemporaryDirectory(prefix="t-") as folder:
         async with Reports(Path(folder)) as reports:
             made = Controlled(instance, reports, groups)
