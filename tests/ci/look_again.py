@@ -12,12 +12,18 @@ FEW = 6
 """Tests that may fail, of all, and be run once more: one in three thousand. Each is named, and must pass alone."""
 
 
-def failed(report: str) -> list[str]:
-    """Return ``file::test`` of every test that a JUnit report calls failed or broken, in its order."""
-    cases = (
-        case for case in ET.fromstring(report).iter("testcase") if {part.tag for part in case} & {"failure", "error"}
-    )
-    return list(dict.fromkeys(map(name_of, cases)))
+LONGEST = 200
+"""Length of a reason that is printed."""
+
+
+def failed(report: str) -> dict[str, str]:
+    """Return ``file::test`` of every test that a JUnit report calls failed or broken, in its order, with the reason."""
+    found: dict[str, str] = {}
+    for case in ET.fromstring(report).iter("testcase"):
+        for part in case:
+            if part.tag in ("failure", "error"):
+                found.setdefault(name_of(case), part.get("message", "").partition("\n")[0][:LONGEST])
+    return found
 
 
 def name_of(case: ET.Element) -> str:
@@ -28,9 +34,9 @@ def name_of(case: ET.Element) -> str:
 def main(report: str) -> int:
     """Name what failed; return 0 where it is to be run once more."""
     path = Path(report)
-    tests = failed(path.read_text(encoding="utf-8")) if path.exists() else []
-    for test in tests:
-        print(f"failed the first time: {test}")  # noqa: T201
+    tests = failed(path.read_text(encoding="utf-8")) if path.exists() else {}
+    for test, reason in tests.items():
+        print(f"failed the first time: {test}: {reason}")  # noqa: T201
     return 0 if 1 <= len(tests) <= FEW else 1
 
 

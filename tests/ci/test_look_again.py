@@ -23,11 +23,16 @@ def report(failures: int, errors: int = 0) -> str:
 
 
 def test_what_failed_or_broke_is_named_once() -> None:
-    assert failed(report(2, 1)) == ["tests/a.py::f0", "tests/a.py::f1", "tests/a.py::e0"]
+    assert list(failed(report(2, 1))) == ["tests/a.py::f0", "tests/a.py::f1", "tests/a.py::e0"]
     twice = report(1).replace(
         "</testsuite>", '<testcase file="tests/a.py" name="f0"><error message="at its end"/></testcase></testsuite>'
     )
-    assert failed(twice) == ["tests/a.py::f0"]
+    assert failed(twice) == {"tests/a.py::f0": "no"}
+
+
+def test_the_first_line_of_a_reason_is_kept() -> None:
+    long = report(1).replace('"no"', f'"{"x" * 300}&#10;and more"')
+    assert failed(long) == {"tests/a.py::f0": "x" * 200}
 
 
 @pytest.mark.parametrize(("bad", "status"), [(0, 1), (1, 0), (FEW, 0), (FEW + 1, 1)])

@@ -24,7 +24,7 @@ from robots.client.robot_file import RobotFile
 ADMIN_PASSWORD = "correct horse battery"
 START_TIMEOUT = 90.0
 
-LOG_SHOWN = 8000
+LOG_SHOWN = 40_000
 """Number of characters of the cloud's log that a failed test prints."""
 
 
