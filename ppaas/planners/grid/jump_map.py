@@ -30,12 +30,15 @@ class JumpMap:
 
     Attributes
     ----------
+    costmap : Costmap
+    allow_unknown : bool
     padded : PaddedMap
     rows, columns : (5, lines, words) uint64 array
         The bit planes, as in `ppaas.planners.grid.kernels.jump_planes`.
     """
 
     def __init__(self, costmap: Costmap, *, allow_unknown: bool = True, check: Callable[[], None] = proceed) -> None:
+        self.costmap, self.allow_unknown = costmap, allow_unknown
         self.padded = PaddedMap(costmap, allow_unknown=allow_unknown, check=check)
         height, width = self.padded.shape
         words = width // 64, -(-height // 64)

@@ -1,10 +1,13 @@
 """Jump point search on a prepared map."""
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.planners.ends import Cell
+from ppaas.planners.field.cost_field import CostField
 from ppaas.planners.grid.bucket_ring import BucketRing
 from ppaas.planners.grid.jump_map import JumpMap
 from ppaas.planners.grid.kernels.jps import COUNT, EXTRA_STATE, LONGEST, jump, unwind
@@ -22,14 +25,29 @@ SLICE_UNWOUND = 1 << 17
 FIRST_CELLS = 4096
 """Initial capacity of the path [cells]."""
 
+LARGE = 512 * 512
+"""Cells of a map above which a cost field takes over searches that are long for the map."""
+
+CELLS_PER_WORD = 24
+"""Cells of a large map for each word that a search may scan first: it takes a third of the time of a cost field over
+the whole map, which does not grow with the number of corners."""
+
+AFTER_A_LONG_ONE = 8
+"""Part of that work which a search may do where the one before was too long: on such a map most are."""
+
 
 class JumpSearch(Prepared):
-    """Search for cheapest paths by jumps.
+    """Search for cheapest paths by jumps; on a large map with many corners, a cost field takes over.
 
     Parameters
     ----------
     jump_map : JumpMap
         Only read.
+
+    Attributes
+    ----------
+    taken_over : bool
+        Whether a cost field found the last path.
     """
 
     def __init__(self, jump_map: JumpMap) -> None:
@@ -44,6 +62,7 @@ class JumpSearch(Prepared):
         # Span of the keys: a jump is at most as long as the map, and changes the estimate by at most its own weight.
         self._ring = BucketRing(2 * side * padded.most, padded.grain, self._room, EXTRA_STATE)
         self._cells = np.empty((FIRST_CELLS, 2), np.int32)
+        self.taken_over = False
 
     @property
     def nbytes(self) -> int:
@@ -61,13 +80,32 @@ class JumpSearch(Prepared):
         flat = self._map.padded.flat
         start = flat((start_row, start_column))
         reached = self._grow(flat((goal_row, goal_column)), start, check)
+        self.taken_over = reached is None
+        if reached is None:
+            return self._by_field((start_row, start_column), (goal_row, goal_column), check)
         self.expanded = int(self._ring.state[COUNT])
         return self._unwound(start, check) if reached else np.empty((0, 2), np.int32)
 
-    def _grow(self, goal: int, target: int, check: Callable[[], None]) -> bool:
+    def _by_field(self, start: Cell, goal: Cell, check: Callable[[], None]) -> NDArray[np.int32]:
+        searched = self._map
+        field = CostField(searched.costmap, np.array([goal]), allow_unknown=searched.allow_unknown, check=check)
+        reached = field.grow(start)
+        self.expanded = field.settled
+        return field.path_from(start) if reached else np.empty((0, 2), np.int32)
+
+    def _patience(self) -> float:
+        """Return the number of words that the next search may scan."""
+        cells = self._map.costmap.data.size
+        if cells <= LARGE:
+            return math.inf
+        return cells / CELLS_PER_WORD / (AFTER_A_LONG_ONE if self.taken_over else 1)
+
+    def _grow(self, goal: int, target: int, check: Callable[[], None]) -> bool | None:
+        """Return whether the target is reached; None if the search is too long for the map."""
         ring, padded, planes = self._ring, self._map.padded, self._map.planes
         query = self._map.query(self._nodes.begin(), target)
         ring.state[COUNT] = -1
+        left = self._patience()
         while True:
             check()
             outcome = jump(
@@ -78,6 +116,9 @@ class JumpSearch(Prepared):
                 ring.grow(check)
             elif outcome != PAUSED:
                 return bool(outcome == SETTLED)
+            left -= SLICE_WORK
+            if left < 0.0:
+                return None
 
     def _unwound(self, start: int, check: Callable[[], None]) -> NDArray[np.int32]:
         side = max(self._map.padded.shape)

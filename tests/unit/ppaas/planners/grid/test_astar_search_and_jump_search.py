@@ -11,8 +11,10 @@ from hypothesis import strategies as st
 from ppaas.costmap.costmap import Costmap
 from ppaas.maps.formats.movingai import parse_map, parse_scenario
 from ppaas.maps.grid import FREE
+from ppaas.planners.base import PlanRequest
 from ppaas.planners.grid import astar_search, bucket_ring, jump_search, reusable_values
 from ppaas.planners.grid.astar import AStar
+from ppaas.planners.grid.dijkstra import Dijkstra
 from ppaas.planners.grid.jps import JumpPointSearch
 from ppaas.planners.grid.kernels import astar, jps, jump_planes, padding
 from tests.reference.planners import jumps as twin
@@ -138,6 +140,51 @@ def test_diagonal_longer_than_the_longest_jump_is_complete(kind):
     path = prepared.path(0, 0, 2_499, 2_599)
     diagonal = np.abs(np.diff(path, axis=0)).sum(axis=1) == 2
     assert (len(path), diagonal.sum()) == (2_600, 2_499)
+
+
+@pytest.mark.parametrize("writable", [False, True], ids=["read-only", "writable"])
+def test_a_cost_field_takes_over_jumps_on_a_large_map_with_many_corners(writable):
+    rng = np.random.default_rng(5)
+    costs = rng.choice(np.array([0] * 9 + [254], np.uint8), (700, 800))
+    costs[:2, :2] = costs[-2:, -2:] = 0
+    costs.flags.writeable = writable
+    map_ = grids.of(costs)
+    planned = [kind().plan(map_, between(map_, (0, 0), (699, 799))) for kind in (JumpPointSearch, Dijkstra)]
+    assert planned[0].planner == "jps"
+    assert planned[0].expanded == planned[1].expanded
+    assert np.array_equal(planned[0].cells, planned[1].cells)
+
+
+def test_jumps_are_tried_again_where_a_cost_field_took_over():
+    rng = np.random.default_rng(6)
+    costs = rng.choice(np.array([0] * 9 + [254], np.uint8), (700, 800))
+    costs[:2, :2] = costs[-2:, -2:] = costs[:20, :20] = 0
+    prepared = JumpPointSearch().prepare(grids.of(costs))
+    queries = [((0, 0), (10, 15)), ((0, 0), (699, 799)), ((0, 0), (10, 15)), ((0, 0), (699, 799))]
+    taken_over = []
+    for start, goal in queries:
+        assert_cheapest_by_field(costs, prepared.path(*start, *goal), start, goal)
+        taken_over.append(prepared.taken_over)
+    assert taken_over == [False, True, False, True]
+
+
+def test_a_cost_field_reports_that_there_is_no_path():
+    rng = np.random.default_rng(7)
+    costs = rng.choice(np.array([0] * 9 + [254], np.uint8), (700, 800))
+    costs[:3, :3] = 254
+    costs[0, 0] = costs[-1, -1] = 0
+    assert JumpPointSearch().prepare(grids.of(costs)).path(699, 799, 0, 0).shape == (0, 2)
+
+
+def between(map_, start, goal):
+    return PlanRequest(grids.centre(map_, *start), grids.centre(map_, *goal))
+
+
+def assert_cheapest_by_field(costs, path, start, goal):
+    """Assert that a path is as cheap as that of Dijkstra's algorithm; the twin would take minutes."""
+    field = Dijkstra().plan(grids.of(costs), between(grids.of(costs), start, goal))
+    assert (tuple(path[0]), tuple(path[-1])) == (start, goal)
+    assert twin.unit_cost(costs, path, True) == twin.unit_cost(costs, field.cells, True)
 
 
 @KINDS
