@@ -22,6 +22,16 @@ from storage.sharing_records import Share, TokenScope
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.storage.records import clone, house, plan, put_map, robot
 
+pytestmark = pytest.mark.parametrize(
+    ("store", "map_store"),
+    [
+        ("memory:", "memory:"),
+        ("sqlite://{folder}/store.db", "file://{folder}/maps"),
+        pytest.param("cassandra", "hdfs", marks=pytest.mark.servers),
+    ],
+    indirect=True,
+)
+
 PASSWORD = "correct horse"
 NOW = 2e9
 

@@ -115,14 +115,15 @@ class CassandraServer(JavaServer):
         """Return the URL of a store in a keyspace."""
         return f"cassandra://cassandra:{PASSWORD}@127.0.0.1:{self.port}/{keyspace}{query}"
 
-    def empty(self, keyspace: str) -> None:
-        """Truncate the non-empty tables of a keyspace."""
+    def empty(self, keyspace: str, *, all_tables: bool = False) -> None:
+        """Truncate the non-empty tables of a keyspace, or all: a table with deleted rows alone appears empty."""
         with self._cluster() as cluster:
             session = cluster.connect(keyspace)
             tables = [name for name in cluster.metadata.keyspaces[keyspace].tables if name != "schema_version"]
-            queries = [session.execute_async(f"SELECT * FROM {name} LIMIT 1") for name in tables]
-            used = [name for name, query in zip(tables, queries, strict=True) if query.result().one()]
-            for truncation in [session.execute_async(f"TRUNCATE {name}") for name in used]:
+            if not all_tables:
+                queries = [session.execute_async(f"SELECT * FROM {name} LIMIT 1") for name in tables]
+                tables = [name for name, query in zip(tables, queries, strict=True) if query.result().one()]
+            for truncation in [session.execute_async(f"TRUNCATE {name}") for name in tables]:
                 truncation.result()
 
     def execute(self, keyspace: str, statement: str) -> None:

@@ -43,7 +43,7 @@ def store(server: CassandraServer) -> Iterator[CassandraStore]:
     opened.users()
     yield opened
     opened.close()
-    server.execute("strict", "DROP KEYSPACE strict")
+    server.empty("strict", all_tables=True)
 
 
 def names(prefix: str = "n") -> list[str]:
