@@ -68,8 +68,7 @@ broker: ## Get Debian's mosquitto, over which tests speak MQTT
 		echo "broker: no mosquitto; install it (Debian starts it as a service), or its tests are skipped" >&2
 
 kernels: $(INSTALLED) ## Compile all kernels into the cache, if they are not there
-	@echo "kernels: compiling what is not in the cache"
-	@$(BIN)/python -m engine.runtimes.compilation.rest_compiler
+	@$(BIN)/ppaas warm
 
 test: $(INSTALLED) $(NODE_MODULES) browser proxies broker kernels ## Run all tests
 	@echo "test: all of tests/, without the network (PYTEST_ARGS narrows it)"

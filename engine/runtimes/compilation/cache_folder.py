@@ -25,7 +25,7 @@ def ensure_cache() -> None:
 
     The folder is removed when this process ends, or swept by the next one after it was killed.
     """
-    if any(map(_can_write, _usual())):
+    if is_writable():
         return
     for base in (SHARED_MEMORY, Path(tempfile.gettempdir())):
         folder = folder_of(instance_name(), base) / "kernels"
@@ -38,6 +38,11 @@ def ensure_cache() -> None:
                 VARIABLE,
             )
             return
+
+
+def is_writable() -> bool:
+    """Return whether one of the folders that numba would use can be written."""
+    return any(map(_can_write, _usual()))
 
 
 def _usual() -> Iterator[Path]:

@@ -7,6 +7,7 @@ priority. Those that a container waits for come first, at normal priority: conta
 
 `engine.runtimes.compilation.kernel_compiler` starts it, reads its progress from its standard output, one
 ``CompileReport`` a line, and writes the modules that are waited for to its standard input, a list of names a line.
+``ppaas warm`` runs it for a person who waits: all kernels at normal priority.
 """
 
 import sys
@@ -34,18 +35,19 @@ def main() -> None:
     The first command-line argument, if any, is the id of the parent process, with which this process exits, and which
     reads the progress.
     """
-    for parent in sys.argv[1:2]:
-        end_with(int(parent))
+    has_parent = len(sys.argv) > 1
+    if has_parent:
+        end_with(int(sys.argv[1]))
     root = Path(ppaas.__path__[0])
     noted = stamp.stamp_file(root, threading_layer.choose())
     if stamp.all_compiled(noted):
         return
     notes, output = ModuleNotes(noted), take_standard_output()
     report: compile_pool.Report = _Progress(output)
-    if sys.argv[1:]:
+    if has_parent:
         report = _Printed(output)
         threading.Thread(target=_read_wanted, args=(notes,), daemon=True).start()
-    stamp.note(noted, compile_pool.compile_all(_modules(root), notes, urgent=False, report=report))
+    stamp.note(noted, compile_pool.compile_all(_modules(root), notes, urgent=not has_parent, report=report))
 
 
 def _read_wanted(notes: ModuleNotes) -> None:
