@@ -1,18 +1,26 @@
 """Stop of a process by SIGINT or SIGTERM, whatever it is doing."""
 
 import asyncio
+import logging
 import signal
 from collections.abc import Coroutine, Iterable
 from typing import Any, TypeVar
+
+logger = logging.getLogger(__name__)
 
 T = TypeVar("T")
 
 
 def stop_on_signals() -> asyncio.Event:
-    """Return an event that SIGINT and SIGTERM set."""
+    """Return an event that SIGINT and SIGTERM set; the log says which of them came."""
     stop = asyncio.Event()
+
+    def end(number: signal.Signals) -> None:
+        logger.info("this process ends: it got %s", number.name)
+        stop.set()
+
     for number in (signal.SIGINT, signal.SIGTERM):
-        asyncio.get_running_loop().add_signal_handler(number, stop.set)
+        asyncio.get_running_loop().add_signal_handler(number, end, number)
     return stop
 
 
