@@ -4,6 +4,7 @@ import asyncio
 import os
 import signal
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import psutil
@@ -11,6 +12,7 @@ import pytest
 
 from benchmarks.harness.free_ports import free_ports
 from endpoints.processes import serving
+from ppaas.errors import Unavailable
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
 from robots.client.rest import RestClient
@@ -75,10 +77,13 @@ async def sockets(rest: RestClient) -> dict[str, int]:
 
 
 async def until_at(rest: RestClient, endpoint: str) -> None:
-    """Wait until all sockets, those of a robot and its operator, are at one endpoint."""
+    """Wait until all sockets, of a robot and its operator, are at one endpoint; the one asked may be down meanwhile."""
+    found: set[str] = set()
     async with patience(30.0):
-        while {name for name, count in (await sockets(rest)).items() if count} != {endpoint}:
+        while found != {endpoint}:
             await asyncio.sleep(0.2)
+            with suppress(Unavailable):
+                found = {name for name, count in (await sockets(rest)).items() if count}
 
 
 async def arrives(drive: Drive, goal_id: str) -> None:
