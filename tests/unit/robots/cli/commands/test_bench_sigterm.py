@@ -4,7 +4,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -15,6 +14,7 @@ import pytest
 from benchmarks.chaos.cloud_processes import cloud_processes
 from robots import cli
 from robots.cli.event_loop import TERMINATED
+from tests.support.waiting import wait_until
 from tests.support.world import barn
 
 pytestmark = pytest.mark.journey
@@ -38,11 +38,12 @@ def running(folder: Path, *arguments: str) -> Iterator[subprocess.Popen[bytes]]:
 
 def wait_for(process: subprocess.Popen[bytes], holds: Callable[[], object]) -> None:
     """Wait until a condition holds while the process runs."""
-    deadline = time.monotonic() + TIMEOUT
-    while not holds():
+
+    def does_while_it_runs() -> object:
         assert process.poll() is None
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
+        return holds()
+
+    wait_until(does_while_it_runs, TIMEOUT)
 
 
 @pytest.mark.parametrize(
@@ -70,7 +71,4 @@ def test_sigterm_to_a_bench_stops_its_pool_of_processes(short_path: Path) -> Non
 
 def wait_for_none(folder: Path) -> None:
     """Wait until no process is left; Python's resource tracker exits shortly after its process."""
-    deadline = time.monotonic() + 5.0
-    while left := cloud_processes(folder):
-        assert time.monotonic() < deadline, left
-        time.sleep(0.02)
+    wait_until(lambda: not cloud_processes(folder), 5.0)
