@@ -30,6 +30,9 @@ SAME_STAMP = 1e-5
 PATIENCE = 1.0
 """Time after which a message counts as lost [s]; messages between robots may be lost."""
 
+LONGEST_SILENCE = 10.0
+"""Time within which a clone publishes the pose of a scan [s], also on a busy computer: none is lost."""
+
 
 @dataclass(slots=True)
 class ReceivedPositions:
@@ -104,13 +107,13 @@ class TalkingRobot:
         await self._client.publish("odom", _moved(self._odometry, self._said * STEP, stamp))
         await self._client.publish("scan", msgspec.structs.replace(self._scan, header=_at(self._scan.header, stamp)))
         try:
-            async with asyncio.timeout(PATIENCE):
+            async with asyncio.timeout(LONGEST_SILENCE):
                 while True:
                     time, pose = await self._poses.get()
                     if abs(pose.header.stamp.seconds() - stamp.seconds()) < SAME_STAMP:
                         return time, pose.pose.pose.position.x
         except TimeoutError as error:
-            raise Unavailable(f"a clone published no pose for {PATIENCE:g} s after a scan") from error
+            raise Unavailable(f"a clone published no pose for {LONGEST_SILENCE:g} s after a scan") from error
 
 
 def _at(header: Header, stamp: Time) -> Header:
