@@ -59,6 +59,7 @@ async def looking(context: BrowserContext, expected: str = r"$^") -> AsyncIterat
             complaints.append(message.text)
 
     page = await context.new_page()
+    page.set_default_timeout(1e3 * PATIENCE)  # of actions; `expect` has its own
     page.on("console", hear)
     page.on("pageerror", lambda error: complaints.append(str(error)))
     yield page
