@@ -33,10 +33,14 @@ def end() -> None:
     By itself it exits after this process, at the earliest once its imports have ended: it takes seconds to free its
     memory on a busy machine. No process that it forked may be needed any longer.
     """
+    for pid in server():
+        with suppress(ChildProcessError):  # it was started by the parent of this process, or has been waited for
+            if os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT | os.WNOHANG) is None:
+                os.kill(pid, signal.SIGKILL)
+                os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT)  # the library still has to wait for it
+
+
+def server() -> tuple[int, ...]:
+    """Return the process id of the fork server, running or dead, for which the library waits at the next start."""
     pid: int | None = forkserver._forkserver._forkserver_pid  # type: ignore[attr-defined]
-    if pid is None:
-        return
-    with suppress(ChildProcessError):  # it was started by the parent of this process, or has been waited for
-        if os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT | os.WNOHANG) is None:
-            os.kill(pid, signal.SIGKILL)
-            os.waitid(os.P_PID, pid, os.WEXITED | os.WNOWAIT)  # the library still has to wait for it
+    return () if pid is None else (pid,)

@@ -1,12 +1,14 @@
 """Default runtime: each container is a process, forked from a warm fork server within milliseconds."""
 
 import asyncio
-import ctypes
 import logging
 from asyncio import Task
 
+from engine.processes.background import Background
+from engine.processes.orphans import OrphanReaper, adopt_orphans
 from engine.runtimes.base import Premises, Runtime
 from engine.runtimes.entries import Entry
+from engine.runtimes.fork_server import early_start
 from engine.runtimes.fork_server.child import run
 from engine.runtimes.fork_server.server import ForkServer
 from engine.runtimes.process.container import ForkedContainer
@@ -15,8 +17,6 @@ from engine.specs.containers import Launch
 from ppaas.errors import Unavailable
 
 logger = logging.getLogger(__name__)
-
-_PR_SET_CHILD_SUBREAPER = 36
 
 
 class ProcessRuntime(Runtime):
@@ -38,6 +38,7 @@ class ProcessRuntime(Runtime):
         self._forking = asyncio.Lock()
         self._tasks: set[Task[ForkedContainer] | Task[None]] = set()
         self._live: set[ForkedContainer] = set()
+        self._background = Background()
         self._closed = False
 
     @classmethod
@@ -53,8 +54,8 @@ class ProcessRuntime(Runtime):
         Unavailable
             The fork server cannot import the modules of containers.
         """
-        # If the fork server dies, its children become ours, and leave no zombies.
-        _adopt_orphans(True)
+        adopt_orphans(True)  # of a fork server or a compiler that is killed
+        self._background.run(OrphanReaper(self._reaped_elsewhere).run())
         async with self._forking:
             await self._warm()
 
@@ -88,7 +89,11 @@ class ProcessRuntime(Runtime):
         await asyncio.gather(*(container.wait() for container in live))
         await self._groups.close()
         self._server.close()
-        _adopt_orphans(False)
+        adopt_orphans(False)
+        await self._background.cancel()
+
+    def _reaped_elsewhere(self) -> set[int]:
+        return {container.pid for container in self._live} | set(early_start.server())
 
     async def _fork(self, launch: Launch) -> ForkedContainer:
         async with self._forking:
@@ -125,10 +130,6 @@ class ProcessRuntime(Runtime):
                 await self._warm()
             except Unavailable:
                 logger.exception("a new fork server could not be started; the next launch tries again")
-
-
-def _adopt_orphans(adopt: bool) -> None:
-    ctypes.CDLL(None).prctl(_PR_SET_CHILD_SUBREAPER, int(adopt), 0, 0, 0)
 
 
 def _kill_result(forking: Task[ForkedContainer]) -> None:

@@ -13,9 +13,9 @@ import msgspec
 import psutil
 
 import ppaas
+from engine.processes.orphans import adopt_orphans
 from engine.runtimes.compilation import rest_compiler
 from engine.runtimes.compilation.compile_pool import CompileReport
-from engine.runtimes.process.runtime import _adopt_orphans
 from tests.support.engine.processes import has_ended
 from tests.support.sources import ROOT
 from tests.support.waiting import until
@@ -88,13 +88,13 @@ async def test_two_compilers_compile_each_kernel_once(tmp_path: Path) -> None:
 async def test_a_compiler_leaves_no_orphans(tmp_path: Path) -> None:
     package_that(tmp_path, one="pass")
     before = {child.pid for child in psutil.Process().children()}
-    _adopt_orphans(True)
+    adopt_orphans(True)
     try:
         compiler = await compiler_of(tmp_path)
         assert await compiler.wait() == 0
         assert {child.pid for child in psutil.Process().children()} <= before
     finally:
-        _adopt_orphans(False)
+        adopt_orphans(False)
 
 
 async def test_the_pool_of_a_killed_compiler_exits_as_well(tmp_path: Path) -> None:

@@ -1,7 +1,9 @@
 import asyncio
 import os
 import signal
+import sys
 
+import psutil
 import pytest
 
 from engine.agent.entries import loaded_before
@@ -97,3 +99,15 @@ async def test_a_missing_entry_is_an_error_at_the_start():
         with pytest.raises(Unavailable, match=r"containers cannot start.*(nowhere|nothing)"):
             await runtime.start()
         await runtime.close()
+
+
+async def test_what_a_killed_child_leaves_is_reaped(runtime):
+    """A compiler that is killed leaves its resource tracker, which nobody here has started."""
+    code = (
+        "import os, time; child = os.fork(); print(child, flush=True) if child else None; time.sleep(60 * bool(child))"
+    )
+    compiler = await asyncio.create_subprocess_exec(sys.executable, "-c", code, stdout=asyncio.subprocess.PIPE)
+    orphan = int(await compiler.stdout.readline())
+    compiler.kill()
+    await compiler.wait()
+    await until(lambda: not psutil.pid_exists(orphan))

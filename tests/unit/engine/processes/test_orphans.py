@@ -1,0 +1,63 @@
+"""Orphans are adopted and reaped; children that others wait for are left to them."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+
+import psutil
+import pytest
+
+from engine.processes.orphans import OrphanReaper, adopt_orphans
+from tests.support.waiting import wait_until
+
+ORPHAN = "import os; child = os.fork(); child and print(child)"
+"""Prints the id of a child; both exit."""
+
+
+@pytest.fixture(autouse=True)
+def adopting() -> Iterator[None]:
+    adopt_orphans(True)
+    yield
+    adopt_orphans(False)
+
+
+def is_zombie(pid: int) -> bool:
+    try:
+        return psutil.Process(pid).status() == psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return False
+
+
+def orphan() -> int:
+    """Return the id of an adopted process that exits."""
+    done = subprocess.run([sys.executable, "-c", ORPHAN], capture_output=True, text=True, check=True)
+    return int(done.stdout)
+
+
+def test_an_orphan_is_reaped_at_the_second_look() -> None:
+    reaper, adopted = OrphanReaper(lambda: ()), orphan()
+    wait_until(lambda: is_zombie(adopted))
+    reaper.look()
+    assert is_zombie(adopted), "its parent here, if it has one, gets time to reap it"
+    reaper.look()
+    assert not psutil.pid_exists(adopted)
+    reaper.look()
+
+
+def test_a_child_that_another_waits_for_is_left() -> None:
+    child = subprocess.Popen([sys.executable, "-c", "raise SystemExit(7)"])
+    reaper = OrphanReaper(lambda: [child.pid])
+    wait_until(lambda: is_zombie(child.pid))
+    for _ in range(3):
+        reaper.look()
+    assert child.wait() == 7
+
+
+def test_a_child_that_its_parent_reaps_between_looks_is_forgotten() -> None:
+    child = subprocess.Popen([sys.executable, "-c", ""])
+    reaper = OrphanReaper(lambda: ())
+    wait_until(lambda: is_zombie(child.pid))
+    reaper.look()
+    assert os.waitstatus_to_exitcode(os.waitpid(child.pid, 0)[1]) == 0
+    reaper.look()
