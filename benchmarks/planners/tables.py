@@ -126,6 +126,18 @@ def scaling_rows(told: dict[str, Any]) -> list[Row]:
     ]
 
 
+def growth_rows(told: dict[str, Any]) -> list[Row]:
+    """Return a row for each kind of grid and planner: the time of a plan [ms], by size, and how it grows."""
+    return [
+        {"grid": kind, "planner": name}
+        | {f"{size}², ms": "" if s is None else _ms(s) for size, s in zip(told["sizes"], one["next"], strict=True)}
+        | {"× dijkstra": _figure(max(filter(None, one["times"]), default=0.0))}
+        | {"exponent": "" if one["exponent"] is None else f"{one['exponent']:.2f}", "wrong": str(one["wrong"])}
+        for kind, by_planner in told["planners"].items()
+        for name, one in by_planner.items()
+    ]
+
+
 def length_rows(told: dict[str, Any]) -> list[Row]:
     """Return a row for each path length: planning time [ms], by curve."""
     return [

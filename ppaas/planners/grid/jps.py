@@ -18,7 +18,7 @@ class JumpPointSearch(PreparedPlanner):
     """Jumps over cells where a cheapest path need not turn.
 
     It is fast on large areas of one cost. Where costs change from cell to cell, it expands single cells; its paths are
-    the cheapest there too. Above 512 x 512 cells, a cost field, as of ``dijkstra``, takes over such searches, and all
+    the cheapest there too. Above 256 x 256 cells, a cost field, as of ``dijkstra``, takes over such searches, and all
     those on a writable map, which takes longer to prepare than to search.
     """
 

@@ -25,7 +25,7 @@ SLICE_UNWOUND = 1 << 17
 FIRST_CELLS = 4096
 """Initial capacity of the path [cells]."""
 
-LARGE = 512 * 512
+LARGE = 256 * 256
 """Cells of a map above which a cost field takes over searches that are long for the map."""
 
 CELLS_PER_WORD = 24

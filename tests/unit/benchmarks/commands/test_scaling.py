@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.planners import growth
 from robots.cli.main import main
 from tests.unit.benchmarks.commands.conftest import RunBench
 
@@ -28,3 +29,18 @@ def test_invalid_sizes_and_unknown_kinds_are_refused(
 ) -> None:
     assert main(["bench", *arguments]) == 1
     assert capsys.readouterr().err.strip().startswith(f"ppaas: {slug}: ")
+
+
+def test_planners_are_measured_beside_dijkstra(run_bench: RunBench) -> None:
+    answer = run_bench(
+        "scaling", "--kind", "random 10 %", "--largest", "1024", "--planner", "jps", "--planner", "navfn"
+    )
+    jps = answer["planners"]["random 10 %"]["jps"]
+    assert list(answer["planners"]["random 10 %"]) == ["dijkstra", "jps", "navfn"]
+    assert [len(jps[key]) for key in ("first", "next", "times")] == [len(answer["sizes"])] * 3 == [3] * 3
+    assert (jps["wrong"], jps["exponent"]) == (0, None), "it needs two sizes from 1024 on"
+
+
+def test_the_exponent_is_the_slope_of_the_logarithms() -> None:
+    assert growth._exponent([512, 1024, 2048, 4096], [9.0, 1.0, 4.0, 16.0]) == pytest.approx(2.0)
+    assert growth._exponent([1024, 2048], [1.0, None]) is None
