@@ -6,6 +6,7 @@ from typing import TypeVar
 
 import msgspec
 
+from ppaas.decoding import converted
 from ppaas.errors import InvalidParameter
 from ppaas.footprints import read_footprint
 
@@ -31,7 +32,7 @@ def read_parameters(cls: type[P], node: str, given: object) -> P:
     if isinstance(given, dict) and FOOTPRINT in given:
         given = given | {FOOTPRINT: read_footprint(given[FOOTPRINT])}
     try:
-        return msgspec.convert(given, cls)
+        return converted(given, cls)
     except msgspec.ValidationError as error:
         known = ", ".join(sorted(cls.__struct_fields__))
         raise InvalidParameter(f"parameters of {node!r}: {error}; known: {known}") from error

@@ -12,6 +12,7 @@ from typing import Any, Generic, TypeVar
 
 import msgspec
 
+from ppaas.decoding import converted
 from ppaas.distribution import NAME
 from ppaas.errors import InvalidParameter, NotFound, NotPermitted
 
@@ -103,7 +104,7 @@ def read_keywords(what: str, plugin: type, given: dict[str, Any]) -> dict[str, A
             raise InvalidParameter(f"{what} has no parameter {name!r}; known: {', '.join(sorted(taken)) or 'none'}")
         kind = taken[name].annotation
         try:
-            read[name] = value if kind is Parameter.empty else msgspec.convert(value, kind)
+            read[name] = value if kind is Parameter.empty else converted(value, kind)
         except msgspec.ValidationError as error:
             raise InvalidParameter(f"parameter {name!r} of {what}: {error}") from error
     return read

@@ -13,6 +13,7 @@ from typing import TypeVar
 import msgspec
 
 from ppaas import __version__
+from ppaas.decoding import from_msgpack
 from ppaas.errors import InvalidInput, Unavailable
 from storage.store_errors import damaged, of_another_release
 
@@ -80,7 +81,7 @@ def decode(data: bytes, kind: type[R], place: str = "") -> R:
     if not is_intact(data):
         raise damaged(place, "its checksum differs")
     try:
-        return msgspec.msgpack.decode(data, type=kind)
+        return from_msgpack(data, kind)
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError, InvalidInput) as error:
         if _has_checksum(data):
             raise of_another_release(place, _release_of(data), error) from error
@@ -123,7 +124,7 @@ def _has_checksum(data: bytes) -> bool:
 def _release_of(data: bytes) -> str:
     """Return the release that wrote a record; empty if it does not say so."""
     try:
-        return msgspec.msgpack.decode(data, type=Written).release
+        return from_msgpack(data, Written).release
     except msgspec.MsgspecError:
         return ""
 

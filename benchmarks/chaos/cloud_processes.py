@@ -11,6 +11,7 @@ from engine.agent import main as agent
 from engine.fabric import router
 from engine.remote import agent as joined_agent
 from engine.runtimes.compilation import rest_compiler
+from ppaas.decoding import from_json
 from robots import cli
 from robots.demo.cloud_process import CloudReady
 
@@ -83,7 +84,7 @@ def _leads(process: psutil.Process, home: Path) -> bool:
     if "--standby" not in process.cmdline():
         return True
     try:
-        return msgspec.json.decode((home / "ready.json").read_bytes(), type=CloudReady).pid == process.pid
+        return from_json((home / "ready.json").read_bytes(), CloudReady).pid == process.pid
     except (FileNotFoundError, msgspec.DecodeError):
         return False
 

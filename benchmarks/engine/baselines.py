@@ -13,6 +13,7 @@ import msgspec
 
 from benchmarks.harness.figures import Figure, median_of
 from ppaas.clock import monotonic
+from ppaas.decoding import from_json
 
 NOTHING = (sys.executable, "-c", "pass")
 
@@ -87,7 +88,7 @@ async def _measured(kind: str, count: int) -> list[float]:
     command = (sys.executable, "-m", __spec__.name, kind, str(count))
     process = await asyncio.create_subprocess_exec(*command, stdout=asyncio.subprocess.PIPE)
     told, _ = await process.communicate()
-    return msgspec.json.decode(told, type=list[float])
+    return from_json(told, list[float])
 
 
 def python_figure(part: str, started: list[float]) -> Figure:

@@ -10,6 +10,7 @@ from websockets.exceptions import WebSocketException
 
 from benchmarks.harness.cloud_under_test import Target
 from benchmarks.harness.plan_calls import compute_path_call, ends
+from ppaas.decoding import from_json
 from ppaas.errors import Unavailable
 from ppaas.maps.generate import warehouse
 
@@ -76,7 +77,7 @@ class _Answer(msgspec.Struct):
 
 
 def _read(frame: str | bytes) -> _Answer:
-    return msgspec.json.decode(frame, type=_Answer)
+    return from_json(frame, _Answer)
 
 
 async def prepared(target: Target) -> FirstPathQuestion:

@@ -19,6 +19,7 @@ from benchmarks.harness.figures import Figure
 from benchmarks.harness.json_process import JsonProcess, json_process
 from benchmarks.placement import machines_process, master_process
 from ppaas.clock import monotonic
+from ppaas.decoding import converted
 
 PART = "master"
 BALANCERS = ("ppaas", "first_fit")
@@ -129,7 +130,7 @@ async def _placed_half(carrying: JsonProcess, robots: int) -> None:
 
 
 async def _told(carrying: JsonProcess) -> dict[str, PlacedRobot]:
-    return msgspec.convert(await carrying.ask("told"), dict[str, PlacedRobot])
+    return converted(await carrying.ask("told"), dict[str, PlacedRobot])
 
 
 def survived(

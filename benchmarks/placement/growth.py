@@ -16,6 +16,7 @@ from benchmarks.placement import growth_process
 from benchmarks.placement.simulated_cloud import Sizes
 from benchmarks.placement.timed_master import Cost
 from engine.processes.heartbeats import BEAT_PERIOD
+from ppaas.decoding import converted
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -80,7 +81,7 @@ async def _grown(size: Sizes, progress: "Progress") -> Grown:
         adopted = await _run(progress, f"{text}, taken over", size.machines, "adopt", str(file))
     costs = grown["costs"] | adopted["costs"]
     told = {"places": grown["places"], "rejected": grown["rejected"], "memory_mb": adopted["memory_mb"]}
-    return msgspec.convert(asdict(size) | told | {"costs": costs}, Grown)
+    return converted(asdict(size) | told | {"costs": costs}, Grown)
 
 
 async def _run(progress: "Progress", text: str, total: int, *arguments: str) -> dict[str, Any]:

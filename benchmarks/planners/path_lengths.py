@@ -22,6 +22,7 @@ from benchmarks.planners.timing import RUNS, cpus, on_threads
 from ppaas.clock import monotonic
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.costmap import Costmap
+from ppaas.decoding import from_json
 from ppaas.errors import Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.maps.generate import warehouse
@@ -102,7 +103,7 @@ def remote(socket: ClientConnection) -> Ask:
         await socket.send(frame)
         answer = await socket.recv(decode=False)
         seconds = monotonic() - began
-        told = msgspec.json.decode(answer, type=_Response)
+        told = from_json(answer, _Response)
         if not told.result:
             raise Unavailable(f"the container computed no path: {bytes(told.values).decode()}")
         return seconds

@@ -7,6 +7,7 @@ import msgspec
 
 from benchmarks.planners import path_lengths, scaling
 from benchmarks.planners.report_sections import Measured, image, sections
+from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput
 from robots.pictures.line_chart import write_chart
 
@@ -27,7 +28,7 @@ def read(path: Path) -> dict[str, list[dict[str, Any]]]:
     if not path.exists():
         return {}
     try:
-        return msgspec.json.decode(path.read_bytes(), type=dict[str, list[dict[str, Any]]])
+        return from_json(path.read_bytes(), dict[str, list[dict[str, Any]]])
     except (OSError, msgspec.DecodeError) as error:
         raise InvalidInput(f"{path} is not a file of 'ppaas bench suite': {error}") from error
 

@@ -16,6 +16,7 @@ from benchmarks.harness.plan_calls import RestAsker, compute_path_call, ends, ma
 from benchmarks.service import echo_server
 from ppaas.clock import monotonic
 from ppaas.costmap.build_layers import build_layers
+from ppaas.decoding import from_json
 from ppaas.geometry import Pose2D
 from ppaas.maps.generate import warehouse
 from ppaas.maps.grid import GridMap
@@ -129,7 +130,7 @@ def _planner_seconds(answer: bytes, kind: type[_Planned] | type[_Response]) -> f
     began = monotonic()
     if answer[:1] != b"{":
         return 0.0
-    told = msgspec.json.decode(answer, type=kind)
+    told = from_json(answer, kind)
     return (told.values if isinstance(told, _Response) else told).seconds + monotonic() - began
 
 

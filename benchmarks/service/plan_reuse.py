@@ -21,6 +21,7 @@ from benchmarks.harness.cloud_under_test import Target, own_cloud
 from benchmarks.harness.figures import Figure, median_of
 from benchmarks.harness.plan_calls import RestAsker, compute_path_call, ends
 from ppaas.clock import monotonic
+from ppaas.decoding import from_json
 from ppaas.maps.generate import warehouse
 from ppaas.maps.grid import GridMap
 
@@ -90,7 +91,7 @@ def _by_rest(target: Target, body: dict[str, object]) -> Ask:
 
     async def ask(reuse: bool) -> str:
         # In a thread, to keep the WebSocket alive meanwhile.
-        return msgspec.json.decode(await asyncio.to_thread(exchange, reuse), type=_Origin).origin
+        return from_json(await asyncio.to_thread(exchange, reuse), _Origin).origin
 
     return ask
 
@@ -100,7 +101,7 @@ def _by_socket(socket: ClientConnection, frame: str) -> Ask:
 
     async def ask(reuse: bool) -> str:
         await socket.send(json.dumps(call | {"args": call["args"] | {"reuse": reuse}}))
-        return msgspec.json.decode(await socket.recv(decode=False), type=_Response).values.origin
+        return from_json(await socket.recv(decode=False), _Response).values.origin
 
     return ask
 

@@ -6,6 +6,7 @@ import msgspec
 
 from endpoints.processes.config import EndpointConfig
 from engine.local.process_keeper import left_processes
+from ppaas.decoding import from_json
 
 ENDPOINTS_HERE = "endpoints-here.json"
 """File in the data folder that a killed process leaves to the next."""
@@ -16,7 +17,7 @@ def left_endpoints(file: Path) -> list[EndpointConfig]:
     found = []
     for left in left_processes(file):
         try:
-            found.append(msgspec.json.decode(left.settings, type=EndpointConfig))
+            found.append(from_json(left.settings, EndpointConfig))
         except msgspec.DecodeError:  # of another release
             continue
     return found

@@ -7,11 +7,10 @@ import logging
 import os
 import sys
 
-import msgspec
-
 from endpoints.processes.config import Config
 from engine.processes.imports import without_collection
 from engine.processes.private_files import keep_new_files_private
+from ppaas.decoding import from_json
 from ppaas.errors import PPaaSError
 from ppaas.log_lines import log_lines
 
@@ -32,7 +31,7 @@ def main() -> int:
     settings = sys.stdin.buffer.read()
     if not settings:  # its keeper was killed, or does not need it
         return NO_SETTINGS
-    config = msgspec.json.decode(settings, type=Config)
+    config = from_json(settings, Config)
     form = f"%(asctime)s %(levelname)s {config.name} %(name)s: %(message)s"
     log_lines(form, level=config.front.log_level.upper(), dates="%H:%M:%S")
     try:

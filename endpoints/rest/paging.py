@@ -9,6 +9,7 @@ import msgspec
 from fastapi import Query, Request
 from pydantic import BaseModel, Field
 
+from ppaas.decoding import from_json
 from ppaas.errors import InvalidParameter
 
 DEFAULT_LIMIT = 100
@@ -78,7 +79,7 @@ class Paging:
             return first
         try:
             padded = self._cursor.encode("ascii") + b"=" * (-len(self._cursor) % 4)
-            return msgspec.json.decode(base64.b64decode(padded, b"-_", validate=True), type=kind)
+            return from_json(base64.b64decode(padded, b"-_", validate=True), kind)
         except (UnicodeEncodeError, binascii.Error, msgspec.DecodeError, UnicodeDecodeError) as error:
             raise InvalidParameter("cursor does not belong to this list: start again without a cursor") from error
 

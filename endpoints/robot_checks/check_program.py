@@ -16,6 +16,7 @@ import msgspec
 from engine.processes.own_output import take_standard_output
 from engine.processes.parent_watch import end_with
 from engine.specs.clone_to_check import CloneToCheck
+from ppaas.decoding import from_json
 from ppaas.log_lines import log_lines
 from ppaas.plugins import permit_only
 
@@ -29,7 +30,7 @@ def main(allowed: str, parent: str, folder: str) -> None:
     os.nice(NICE)
     answers = take_standard_output()
     log_lines("%(levelname)s robot check %(name)s: %(message)s")
-    names = msgspec.json.decode(allowed, type=list[str] | None)
+    names = from_json(allowed, list[str] | None)
     if names is not None:
         permit_only(names)
     from engine.container.checking.clone_check import CloneCheck  # noqa: PLC0415 - loads plug-ins

@@ -12,6 +12,7 @@ import msgspec
 
 from endpoints.services import planner_cache
 from endpoints.services.planner_cache import PlannerCatalogue
+from ppaas.decoding import from_json
 from ppaas.errors import Unavailable
 from ppaas.plugins import permitted
 
@@ -62,4 +63,4 @@ async def _list(arguments: tuple[str, ...]) -> PlannerCatalogue:
     if process.returncode != 0:
         logger.error("cannot list the planners: %s", err.decode(errors="replace"))
         raise Unavailable("an installed planner cannot be loaded: see the log of the cloud")
-    return msgspec.json.decode(out, type=PlannerCatalogue)
+    return from_json(out, PlannerCatalogue)

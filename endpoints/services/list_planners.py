@@ -7,12 +7,13 @@ import sys
 
 import msgspec
 
+from ppaas.decoding import from_json
 from ppaas.plugins import permit_only
 
 
 def main(allowed: str) -> int:
     """List the planners; return the exit status."""
-    names = msgspec.json.decode(allowed, type=list[str] | None)
+    names = from_json(allowed, list[str] | None)
     if names is not None:
         permit_only(names)
     from ppaas.planners.catalogue import catalogue  # noqa: PLC0415 - loads plug-ins, after the permissions are set

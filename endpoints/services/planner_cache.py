@@ -15,6 +15,7 @@ from typing import Any
 import msgspec
 
 from engine.processes.disk_notes import note_file, source_of, write_note
+from ppaas.decoding import from_json
 
 logger = logging.getLogger(__name__)
 
@@ -44,7 +45,7 @@ def cache_file(arguments: str) -> Path:
 def load(file: Path) -> PlannerCatalogue | None:
     """Return the catalogue in a file; None if it is missing or unreadable."""
     try:
-        return msgspec.json.decode(file.read_bytes(), type=PlannerCatalogue)
+        return from_json(file.read_bytes(), PlannerCatalogue)
     except (OSError, msgspec.DecodeError):
         return None
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import msgspec
 
+from ppaas.decoding import from_json
 from storage.disk_errors import disk_errors
 
 
@@ -63,7 +64,7 @@ class ProgressFile:
     def read(self) -> Progress | None:
         """Return the last progress; None if there is none."""
         with suppress(FileNotFoundError):
-            return msgspec.json.decode(self._path.read_bytes(), type=Progress)
+            return from_json(self._path.read_bytes(), Progress)
         return None
 
 

@@ -10,6 +10,7 @@ from endpoints.services.publications import Progress
 from endpoints.services.refused_connects import RefusedConnect
 from endpoints.services.services import Services
 from engine.service.news.robot_facts import FactKind
+from ppaas.decoding import from_json
 
 F = TypeVar("F")
 
@@ -64,4 +65,4 @@ class RobotFacts:
         return None if sharing == ALONE else sharing
 
     async def _others(self, kind: FactKind, user: str, robot: str, fact: type[F]) -> list[F]:
-        return [msgspec.json.decode(each, type=fact) for each in await self._services.cloud.facts(kind, user, robot)]
+        return [from_json(each, fact) for each in await self._services.cloud.facts(kind, user, robot)]

@@ -20,7 +20,6 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
-import msgspec
 import psutil
 import uvloop
 
@@ -33,6 +32,7 @@ from engine.processes.run_dir import remove_unless_owned
 from engine.protocols import control_link
 from engine.runtimes.fork_server import early_start
 from ppaas import __version__
+from ppaas.decoding import from_json
 from ppaas.errors import Conflict, PPaaSError
 from ppaas.log_lines import log_lines
 
@@ -247,7 +247,7 @@ def run_agent(config_json: bytes) -> None:
     """Run the agent that an ``AgentConfig`` as JSON describes; SIGINT is ignored, since the master handles Ctrl-C."""
     log_lines("%(levelname)s agent %(name)s: %(message)s", level=logging.INFO)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    config = msgspec.json.decode(config_json, type=AgentConfig)
+    config = from_json(config_json, AgentConfig)
     try:
         uvloop.run(run(config, asyncio.Event()))
     except PPaaSError as error:

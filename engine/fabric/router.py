@@ -22,6 +22,7 @@ from engine.fabric.zenoh_config import Peering, RouterCredentials, router_config
 from engine.processes.child_process import end
 from engine.processes.heartbeats import BEAT_PERIOD, MISSED, Heartbeats
 from engine.processes.private_files import write_private
+from ppaas.decoding import from_json
 from ppaas.errors import Unavailable
 
 logger = logging.getLogger(__name__)
@@ -197,7 +198,7 @@ async def _watch(process: Process) -> None:
 
 def main() -> None:
     """Run a router with the settings on standard input."""
-    serve(msgspec.json.decode(sys.stdin.buffer.readline(), type=RouterSettings))
+    serve(from_json(sys.stdin.buffer.readline(), RouterSettings))
 
 
 if __name__ == "__main__":

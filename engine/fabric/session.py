@@ -19,6 +19,7 @@ from engine.fabric.request_cache import RequestCache
 from engine.fabric.zenoh_config import RouterCredentials, client_config
 from engine.protocols.refusals import Refusal, error_of, refusal_of
 from ppaas.clock import monotonic
+from ppaas.decoding import from_msgpack
 from ppaas.errors import InvalidParameter, PPaaSError, Unavailable
 
 logger = logging.getLogger(__name__)
@@ -249,7 +250,7 @@ class Fabric:
         if query.attachment is None:
             raise InvalidParameter("the request has no id attached")
         try:
-            envelope = msgspec.msgpack.decode(bytes(query.attachment), type=_Envelope)
+            envelope = from_msgpack(bytes(query.attachment), _Envelope)
         except msgspec.DecodeError as error:
             raise InvalidParameter(f"the attachment of the request is invalid: {error}") from error
         key, payload = str(query.key_expr), bytes(query.payload or b"")
@@ -289,5 +290,5 @@ def _unpack(reply: zenoh.Reply) -> bytes | None:
         return bytes(reply.ok.payload)
     if reply.err is None or reply.err.encoding != _REFUSAL:
         return None
-    refusal = msgspec.msgpack.decode(bytes(reply.err.payload), type=Refusal)
+    refusal = from_msgpack(bytes(reply.err.payload), Refusal)
     raise error_of(refusal)

@@ -7,6 +7,7 @@ from pathlib import Path
 import msgspec
 
 from engine.processes.private_files import write_private
+from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput
 
 FILE = "lease-holder.json"
@@ -46,6 +47,6 @@ def holder_of(data: Path) -> str:
 
 def _read(file: Path) -> _Identity | None:
     try:
-        return msgspec.json.decode(file.read_bytes(), type=_Identity)
+        return from_json(file.read_bytes(), _Identity)
     except (OSError, msgspec.DecodeError):
         return None

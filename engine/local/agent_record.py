@@ -10,6 +10,7 @@ from engine.processes.ending import end_process
 from engine.processes.instances import is_dead, name_of, pid_of
 from engine.processes.private_files import write_private
 from ppaas import __version__
+from ppaas.decoding import from_json
 
 logger = logging.getLogger(__name__)
 
@@ -49,7 +50,7 @@ class AgentRecord(msgspec.Struct, frozen=True):
         if self.release != __version__:
             return None
         try:
-            own = msgspec.json.decode(self.told, type=AgentConfig)
+            own = from_json(self.told, AgentConfig)
         except msgspec.DecodeError:  # written by an older checkout with the same release number
             return None
         same = msgspec.structs.replace(
@@ -70,7 +71,7 @@ class AgentRecord(msgspec.Struct, frozen=True):
 def read_record(file: Path) -> AgentRecord | None:
     """Return the agent of a killed cloud process, if it still waits for another one."""
     try:
-        left = msgspec.json.decode(file.read_bytes(), type=AgentRecord)
+        left = from_json(file.read_bytes(), AgentRecord)
     except (OSError, msgspec.DecodeError):
         return None
     return left if left.is_waiting else None

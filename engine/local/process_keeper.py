@@ -18,6 +18,7 @@ from engine.processes.ending import end_process
 from engine.processes.instances import is_dead, name_of, pid_of
 from engine.processes.liveness import watch
 from engine.processes.private_files import write_private
+from ppaas.decoding import from_json
 
 logger = logging.getLogger(__name__)
 
@@ -43,7 +44,7 @@ class KeptRecord(msgspec.Struct, frozen=True):
 def left_processes(file: Path) -> list[KeptRecord]:
     """Return the processes of a killed keeper that still run."""
     try:
-        records = msgspec.json.decode(file.read_bytes(), type=list[KeptRecord])
+        records = from_json(file.read_bytes(), list[KeptRecord])
     except (OSError, msgspec.DecodeError):
         return []
     return [record for record in records if not is_dead(record.process)]

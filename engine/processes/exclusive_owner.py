@@ -13,6 +13,7 @@ import msgspec
 
 from engine.processes.private_files import PRIVATE
 from ppaas.clock import epoch
+from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput, Unavailable
 
 logger = logging.getLogger(__name__)
@@ -85,6 +86,6 @@ def _take(handle: int, lock: Path, what: str, advice: str) -> None:
 def _owner(lock: Path) -> str:
     """Return a description of the owner. It may be writing the file at this moment."""
     try:
-        return str(msgspec.json.decode(lock.read_bytes(), type=Owner))
+        return str(from_json(lock.read_bytes(), Owner))
     except (OSError, msgspec.DecodeError):
         return "another process"

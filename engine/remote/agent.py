@@ -34,6 +34,7 @@ from engine.remote.membership import Membership, membership_in
 from engine.remote.settings_check import check_settings
 from engine.runtimes.compilation.cache_folder import ensure_cache
 from ppaas.clock import monotonic
+from ppaas.decoding import from_json
 from ppaas.errors import Conflict, PPaaSError, Unavailable
 from ppaas.log_lines import log_lines
 
@@ -205,7 +206,7 @@ def main() -> None:
     log_lines("%(levelname)s agent %(name)s: %(message)s", level=logging.INFO)
     signal.signal(signal.SIGINT, lambda *_: os.kill(os.getpid(), signal.SIGTERM))
     ensure_cache()
-    options = msgspec.json.decode(sys.stdin.buffer.read(), type=MachineOptions)
+    options = from_json(sys.stdin.buffer.read(), MachineOptions)
     folder = Path(sys.argv[1])
     try:
         membership = membership_in(folder)

@@ -8,6 +8,7 @@ import msgspec
 
 from engine.processes.private_files import write_private
 from engine.protocols.address import TlsAddress, parse_address
+from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput
 
 logger = logging.getLogger(__name__)
@@ -36,7 +37,7 @@ class KnownMasters:
     def read(self) -> None:
         """Read the file again, which another process may have replaced."""
         try:
-            self.addresses = _parsed(msgspec.json.decode(self._file.read_bytes(), type=list[str]))
+            self.addresses = _parsed(from_json(self._file.read_bytes(), list[str]))
         except FileNotFoundError:
             self.addresses = ()
         except (OSError, msgspec.DecodeError) as error:

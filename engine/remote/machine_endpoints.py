@@ -5,13 +5,12 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import msgspec
-
 from engine.local.process_keeper import ProcessKeeper, left_processes
 from engine.processes.run_dir import add_owner, make_run_dir, remove_unless_owned
 from engine.protocols.endpoint_sockets import endpoint_socket
 from engine.remote.endpoint_processes import EndpointProcesses
 from engine.remote.membership import Membership
+from ppaas.decoding import from_json
 
 FILE = "endpoints-here.json"
 """File in the folder of the membership that records the processes."""
@@ -59,7 +58,7 @@ class MachineEndpoints:
 def _left_folder(file: Path) -> Path | None:
     """Return the folder of processes of a killed agent that still run; this process owns it, too, from now on."""
     for left in left_processes(file):
-        settings = msgspec.json.decode(left.settings, type=dict[str, Any])
+        settings = from_json(left.settings, dict[str, Any])
         with contextlib.suppress(OSError, KeyError):  # it has just exited
             folder = Path(settings["run_dir"])
             add_owner(folder)

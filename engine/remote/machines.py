@@ -22,6 +22,7 @@ from engine.remote.tls_listener import FromMachine, TlsListener
 from engine.service.links.control_server import ControlServer
 from engine.service.links.robot_link_server import LinkServer
 from ppaas import __version__
+from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput, Unavailable
 
 ADDRESS = "address"
@@ -144,7 +145,7 @@ def _credentials(file: Path) -> RouterCredentials:
     try:
         if not file.exists():
             write_private(file, msgspec.json.encode(RouterCredentials("agent", secrets.token_urlsafe(32))))
-        return msgspec.json.decode(file.read_bytes(), type=RouterCredentials)
+        return from_json(file.read_bytes(), RouterCredentials)
     except (OSError, msgspec.DecodeError) as error:
         raise InvalidInput(
             f"the credentials of routers in {file} cannot be read; repair or remove the file: {error}"

@@ -17,6 +17,7 @@ from engine.remote.certificates import Key, key_pem, new_key, request_pem
 from engine.remote.cluster_settings import ClusterSettings
 from engine.remote.joining import Joined, request_certificate
 from engine.remote.tickets import read_ticket
+from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput, NotFound, Unavailable
 
 FILE = "membership.json"
@@ -163,6 +164,6 @@ def _write(folder: Path, key: Key, joined: Joined, membership: _MembershipFile) 
 def _read(folder: Path) -> _MembershipFile | None:
     path = folder / FILE
     try:
-        return msgspec.json.decode(path.read_bytes(), type=_MembershipFile) if path.exists() else None
+        return from_json(path.read_bytes(), _MembershipFile) if path.exists() else None
     except (OSError, msgspec.DecodeError) as error:
         raise InvalidInput(f"{path} cannot be read: {error}; remove the folder and join with a new ticket") from error

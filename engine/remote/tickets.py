@@ -15,6 +15,7 @@ from engine.processes.private_files import write_private
 from engine.protocols.address import TlsAddress
 from engine.remote.authority import STANDBY, check_name
 from ppaas.clock import Clock, epoch
+from ppaas.decoding import from_json, from_msgpack
 from ppaas.errors import InvalidInput, NotPermitted
 
 PREFIX = "ppaas-join-"
@@ -68,7 +69,7 @@ def read_ticket(text: str) -> Ticket:
     body = text.strip().removeprefix(PREFIX)
     try:
         packed = base64.b64decode(body + "=" * (-len(body) % 4), b"-_", validate=True)
-        return msgspec.msgpack.decode(packed, type=Ticket)
+        return from_msgpack(packed, Ticket)
     except (ValueError, msgspec.DecodeError) as error:
         raise InvalidInput("not a ticket: copy the whole text that 'ppaas machine ticket' printed") from error
 
@@ -127,7 +128,7 @@ class Tickets:
         """
         path = self._path(secret)
         try:
-            known = msgspec.json.decode(path.read_bytes(), type=_TicketFile)
+            known = from_json(path.read_bytes(), _TicketFile)
             if known.machine != machine and (known.machine is not None or machine.endswith(STANDBY)):
                 raise NotPermitted(
                     f"this ticket is for machine {known.machine!r}: join with --name {known.machine}"

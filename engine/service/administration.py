@@ -10,6 +10,7 @@ from engine.master.master import Master
 from engine.master.orders import Order
 from engine.processes.disk_notes import write_note
 from engine.specs.machine_settings import MachineSettings, check_settings
+from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput, PPaaSError, Unavailable
 
 
@@ -58,7 +59,7 @@ class Administration:
         if not file.exists():
             return
         try:
-            kept = msgspec.json.decode(file.read_bytes(), type=_Kept)
+            kept = from_json(file.read_bytes(), _Kept)
             settings = {machine: check_settings(said) for machine, said in kept.settings.items()}
         except (OSError, msgspec.DecodeError, UnicodeDecodeError, PPaaSError) as error:
             raise InvalidInput(

@@ -7,6 +7,7 @@ from pathlib import Path
 import msgspec
 
 from engine.processes.disk_notes import write_note
+from ppaas.decoding import from_json
 
 logger = logging.getLogger(__name__)
 
@@ -26,7 +27,7 @@ class MachineRegistry:
     def left(self) -> list[str]:
         """Return the machines of a killed cloud process; empty if there are none, or the file is not readable."""
         try:
-            return msgspec.json.decode(self._file.read_bytes(), type=list[str])
+            return from_json(self._file.read_bytes(), list[str])
         except (OSError, msgspec.DecodeError):
             return []  # robots then do not wait for machines, and only get new containers
 

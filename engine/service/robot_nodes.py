@@ -2,10 +2,9 @@
 
 from collections.abc import Awaitable, Callable
 
-import msgspec
-
 from engine.protocols.robot_link import LINK_FACTS
 from engine.service.links.place_link import PlaceLink
+from ppaas.decoding import from_json
 from ppaas.diagnosis.observations.facts import LinkFacts, Observations
 from ppaas.diagnosis.observations.serialization import observations_from_json
 from ppaas.errors import Conflict, NotFound, Unavailable
@@ -144,7 +143,7 @@ class RobotNodes:
 
     @staticmethod
     async def _link_facts(place: PlaceLink) -> LinkFacts:
-        return msgspec.json.decode(await place.call(LINK_FACTS, b"{}", ANSWER_TIMEOUT), type=LinkFacts)
+        return from_json(await place.call(LINK_FACTS, b"{}", ANSWER_TIMEOUT), LinkFacts)
 
     async def recorder(self, user: str, robot: str, service: str, request: Message) -> RecorderState:
         """Call a service of the recorder of a robot, ``start``, ``stop`` or ``state``; return its state.

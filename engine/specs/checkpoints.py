@@ -15,6 +15,7 @@ from engine.specs.containers import (
     RobotConfig,
 )
 from ppaas.clock import Clock, epoch
+from ppaas.decoding import from_json
 from ppaas.errors import NotFound
 from storage.ports import Store
 from storage.records import CloneCheckpoint, CloneLogChange
@@ -163,6 +164,6 @@ def _with(spec: ContainerSpec, nodes: Mapping[str, bytes]) -> ContainerSpec:
 
 def _origin_of(checkpoint: CloneCheckpoint) -> Origin | None:
     try:
-        return msgspec.json.decode(checkpoint.nodes.get(ORIGIN_STATE, b"null"), type=Origin | None)
+        return from_json(checkpoint.nodes.get(ORIGIN_STATE, b"null"), Origin | None)
     except msgspec.DecodeError:
         return None  # written by another release of this program

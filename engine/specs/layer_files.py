@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.map_layers import MapLayers, with_causes
+from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.maps.cell_rectangle import Rectangle
@@ -111,7 +112,7 @@ def open_layers(folder: Path) -> MapLayers:
         The layers do not exist, or are incomplete.
     """
     try:
-        header = msgspec.json.decode((folder / _INFO).read_bytes(), type=_Info)
+        header = from_json((folder / _INFO).read_bytes(), _Info)
         info = GridInfo(header.resolution, header.width, header.height, Pose2D(*header.origin))
         arrays = {name: _map_array(folder / f"{name}.npy", layer, info.shape) for name, layer in header.layers.items()}
         grids = {name: GridMap(arrays[name], info) for name in ("keepout", "speed", "overhead") if name in arrays}
@@ -157,7 +158,7 @@ def changed_cells(before: Path, after: Path) -> list[Rectangle] | None:
 def cells_in(folder: Path) -> int:
     """Return the number of cells of the map in a folder of layers, or 0 if it has no layers."""
     try:
-        header = msgspec.json.decode((folder / _INFO).read_bytes(), type=_Info)
+        header = from_json((folder / _INFO).read_bytes(), _Info)
     except (OSError, msgspec.DecodeError):
         return 0
     return header.width * header.height

@@ -28,6 +28,7 @@ from typing import TypeVar, cast
 import msgspec
 from msgspec import inspect
 
+from ppaas.decoding import converted, describe
 from ppaas.errors import MalformedMessage
 from ppaas.messages.base.message import Message, message_of, plain, struct_of
 from ppaas.messages.base.std_msgs import Duration, Header, Time
@@ -67,6 +68,7 @@ _encoder = msgspec.json.Encoder()
 
 @cache
 def _decoder(cls: type[Message]) -> msgspec.json.Decoder[Message]:
+    describe(cls)
     return msgspec.json.Decoder(cls)
 
 
@@ -114,7 +116,7 @@ def decode_tolerantly(cls: type[M], data: bytes) -> M:
     reader = _reader_of(cls)
     value = read_json(data, reader.limit)
     try:
-        return msgspec.convert(reader.read(_velocity(cls, value), "$"), cls)
+        return converted(reader.read(_velocity(cls, value), "$"), cls)
     except RecursionError as error:
         raise MalformedMessage("it is nested too deeply") from error
     except msgspec.ValidationError as error:

@@ -4,6 +4,7 @@ import math
 
 import msgspec
 
+from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput
 
 MOST_ZONES, MOST_CORNERS, MOST_TARGETS = 100, 100, 1_000
@@ -92,7 +93,7 @@ def settings_of(text: str | bytes) -> PeopleSettings:
         It is not valid JSON, a field is unknown, or a value is out of range.
     """
     try:
-        return msgspec.json.decode(text, type=PeopleSettings)
+        return from_json(text, PeopleSettings)
     except msgspec.ValidationError as error:
         raise InvalidInput(f"settings of people: {error}") from error
     except msgspec.DecodeError as error:

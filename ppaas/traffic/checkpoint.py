@@ -2,6 +2,7 @@
 
 import msgspec
 
+from ppaas.decoding import from_msgpack
 from ppaas.errors import InvalidInput
 from ppaas.messages.fleet.traffic import TrafficReport
 from ppaas.traffic.coordinator import Coordinator
@@ -45,7 +46,7 @@ def restore(coordinator: Coordinator, state: bytes, now: float) -> None:
         The checkpoint is not valid.
     """
     try:
-        read = msgspec.msgpack.decode(state, type=TrafficCheckpoint)
+        read = from_msgpack(state, TrafficCheckpoint)
     except msgspec.DecodeError as error:
         raise InvalidInput(f"the checkpoint of the traffic is not valid: {error}") from error
     coordinator.epoch, coordinator.occupancy.goals = read.epoch, read.goals

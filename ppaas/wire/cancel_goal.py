@@ -9,6 +9,7 @@ import math
 import msgspec
 from msgspec import field
 
+from ppaas.decoding import from_json
 from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import Time
 from ppaas.messages.codec import decode
@@ -54,7 +55,7 @@ def cancel_message(arguments: bytes) -> bytes | None:
 
 def cancelled_until(message: bytes) -> float:
     """Return the time until which goals are cancelled by a message of ``cancel_message`` [s]; without a stamp, all."""
-    stamp = msgspec.json.decode(message, type=_UpTo).stamp
+    stamp = from_json(message, _UpTo).stamp
     return stamp.seconds() or math.inf
 
 

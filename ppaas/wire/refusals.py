@@ -9,6 +9,7 @@ import re
 
 import msgspec
 
+from ppaas.decoding import from_json
 from ppaas.errors import (
     Conflict,
     InvalidInput,
@@ -113,7 +114,7 @@ def error_of_status(status: int, body: bytes = b"") -> PPaaSError:
         Body of the response; it is used if it is a problem in JSON.
     """
     try:
-        problem = msgspec.json.decode(body, type=ReceivedProblem)
+        problem = from_json(body, ReceivedProblem)
     except (msgspec.DecodeError, UnicodeDecodeError):
         problem = ReceivedProblem()
     text = problem.detail or problem.title or f"HTTP status {status}"

@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 import msgspec
 
+from ppaas.decoding import from_json
 from ppaas.errors import MalformedMessage, UnknownType
 from ppaas.messages import decode, encode, message_type, message_types, rosapi, service_type, type_name
 from ppaas.messages.base.message import Empty, Message, ServiceType
@@ -101,8 +102,8 @@ PARAMETER_SERVICES = frozenset(f"rosapi/{verb}_param" for verb in ("get", "set",
 def without_namespace(arguments: bytes, names: NameScope) -> bytes:
     """Return the request of a service of parameters, JSON, with the name of the parameter without a namespace."""
     try:
-        request = msgspec.json.decode(arguments, type=dict[str, msgspec.Raw])
-        name = msgspec.json.decode(request["name"], type=str)
+        request = from_json(arguments, dict[str, msgspec.Raw])
+        name = from_json(request["name"], str)
     except (KeyError, msgspec.DecodeError, UnicodeError):
         return arguments  # the clone says what is wrong
     bare = names.without_namespace(name)

@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 import msgspec
 
+from ppaas.decoding import converted
 from ppaas.errors import InvalidZones
 from ppaas.zones.decoding import decoded, type_of
 from ppaas.zones.faults import Faults, place_text
@@ -159,7 +160,7 @@ def _geometry_of(name: str, number: int, given: Any, faults: Faults, notes: Note
     has_places = isinstance(given, dict) and "coordinates" in given
     try:
         plain = given | {"coordinates": _plain(given["coordinates"], name, notes)} if has_places else given
-        found: Geometry = msgspec.convert(plain, Geometry)
+        found: Geometry = converted(plain, Geometry)
     except msgspec.ValidationError as error:
         advice = "; a zone is a Polygon or MultiPolygon, a lane a LineString or MultiLineString"
         place = first_place(given)

@@ -5,6 +5,7 @@ from typing import Any, get_args
 
 import msgspec
 
+from ppaas.decoding import converted
 from ppaas.errors import InvalidZones
 from ppaas.zones.notes import Notes
 from ppaas.zones.zone import KINDS, AnyRule
@@ -36,14 +37,14 @@ def rule_of(given: dict[str, Any], notes: Notes) -> AnyRule:
     named = {_name_of(key, used): value for key, value in used.items()}
     rule: AnyRule
     try:
-        rule = msgspec.convert(named, AnyRule)
+        rule = converted(named, AnyRule)
         if named.keys() == used.keys():
             return rule
     except msgspec.ValidationError as wrong:
         values = {key: _as_it_was(key, value) for key, value in named.items()}
         known = {key: value for key, value in values.items() if value is not None}
         try:
-            rule = msgspec.convert(known, AnyRule, strict=False)
+            rule = converted(known, AnyRule, strict=False)
         except msgspec.ValidationError:
             raise InvalidZones(_in_words(str(wrong))) from None
     notes.add("properties of a table are read as what they were: whole floats as integers, text as values", rule.name)

@@ -11,6 +11,7 @@ from pathlib import Path, PurePath
 
 import msgspec
 
+from ppaas.decoding import from_json
 from ppaas.errors import Conflict, InvalidInput
 from ppaas.maps.formats.image import ENDINGS, format_of
 from ppaas.maps.formats.map_yaml import parse_yaml, with_image
@@ -132,7 +133,7 @@ def _name_image(yaml: Path, name: str) -> None:
 
 def _read_notes(folder: Path) -> dict[str, _Note]:
     try:
-        return msgspec.json.decode((folder / NOTES).read_bytes(), type=dict[str, _Note])
+        return from_json((folder / NOTES).read_bytes(), dict[str, _Note])
     except (OSError, msgspec.DecodeError):
         return {}
 

@@ -14,6 +14,7 @@ from urllib.parse import urlencode
 import msgspec
 
 from ppaas.clock import monotonic
+from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput, PPaaSError, Starting, Unavailable
 from ppaas.wire.refusals import error_of_status, untrusted
 from robots.client.cloud_url import CloudUrl, bearer, check_redirect
@@ -113,7 +114,7 @@ class RestClient:
         """
         data = await self._request("POST", "/v1/tokens", _json({"user": user, "password": password}))
         try:
-            login = msgspec.json.decode(data, type=Login)
+            login = from_json(data, Login)
         except (msgspec.DecodeError, UnicodeDecodeError) as error:
             raise PPaaSError(f"{self._netloc} did not answer like a PPaaS cloud: {error}") from error
         self.token = login.token

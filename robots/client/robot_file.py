@@ -7,6 +7,7 @@ from typing import Any
 
 import msgspec
 
+from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.geometry import Pose2D
 from ppaas.maps.new_map import new_map_id
@@ -110,7 +111,7 @@ def parse_robot_file(text: bytes | str) -> RobotFile:
     """
     try:
         decoded = text.decode(json.detect_encoding(text)) if isinstance(text, bytes) else text
-        return msgspec.json.decode(decoded, type=RobotFile)
+        return from_json(decoded, RobotFile)
     except msgspec.ValidationError as error:
         keys = ", ".join(RobotFile.__struct_fields__)
         raise InvalidParameter(f"invalid robot file: {error}; the keys are {keys}") from error

@@ -13,6 +13,7 @@ from typing import Self
 
 import msgspec
 
+from ppaas.decoding import from_json
 from ppaas.errors import Unavailable
 from robots import cli
 
@@ -177,7 +178,7 @@ class CloudProcess:
     def _read_ready(self) -> CloudReady | None:
         """Return the content of the ready file; None while it is missing or incomplete."""
         try:
-            return msgspec.json.decode((self.folder / "ready.json").read_bytes(), type=CloudReady)
+            return from_json((self.folder / "ready.json").read_bytes(), CloudReady)
         except (FileNotFoundError, msgspec.DecodeError):
             return None
 

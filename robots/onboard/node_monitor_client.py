@@ -7,6 +7,7 @@ import msgspec
 
 from ppaas.change_log import LogChange
 from ppaas.clock import Clock
+from ppaas.decoding import from_json
 from ppaas.messages import ppaas_msgs
 from ppaas.messages.base.message import Empty, Message, ServiceType
 from robots.client.robot_client import RobotClient
@@ -76,7 +77,7 @@ class NodeMonitorClient:
         request = msgspec.structs.replace(self._robot, rtt=self._round_trip)
         answer = await self._call("tell_robot", ppaas_msgs.TellRobot, request)
         assert isinstance(answer, ppaas_msgs.TellRobotResponse)
-        return msgspec.json.decode(answer.config, type=protocol.CloneConfig)
+        return from_json(answer.config, protocol.CloneConfig)
 
     async def run_node(self, node: str, home: str) -> ppaas_msgs.NodeHome:
         """Request a home for a node, empty for the best; return its current and its wanted home.

@@ -8,6 +8,7 @@ import msgspec
 import numpy as np
 from PIL import Image, ImageDraw
 
+from ppaas.decoding import converted
 from ppaas.errors import ZoneFault
 from ppaas.maps.grid import GridMap
 from ppaas.zones.decoding import decoded
@@ -67,7 +68,7 @@ def draw(grid: GridMap, geojson: bytes, faults: Sequence[ZoneFault] = ()) -> Gri
 
 def _draw_feature(image: GridImage, feature: Any) -> None:
     try:
-        geometry = msgspec.convert(feature["geometry"], Geometry)
+        geometry = converted(feature["geometry"], Geometry)
     except (msgspec.ValidationError, KeyError, TypeError):
         return
     properties = feature.get("properties")

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import msgspec
 
+from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.maps.grid import GridMap
 from ppaas.maps.occupancy import from_message
@@ -192,7 +193,7 @@ def _robot_file(attachment: bytes | None) -> RobotFile | None:
     if attachment is None:
         return None
     try:
-        file = msgspec.json.decode(attachment, type=RobotFile)
+        file = from_json(attachment, RobotFile)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError, ValueError) as error:
         raise InvalidInput(f"the robot file in the recording is invalid: {error}") from error
     others = {name: values for name, values in file.parameters.items() if name != NAME}

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import msgspec
 
+from ppaas.decoding import from_msgpack
 from ppaas.errors import Unavailable
 
 logger = logging.getLogger(__name__)
@@ -124,7 +125,7 @@ def _read(slot: bytes) -> RefusedToken | None:
     data = slot[_CHECKSUM:].rstrip(b"\0")
     if not data or zlib.crc32(data) != int.from_bytes(slot[:_CHECKSUM]):
         return None
-    token: RefusedToken = msgspec.msgpack.decode(data, type=RefusedToken)
+    token: RefusedToken = from_msgpack(data, RefusedToken)
     return token
 
 

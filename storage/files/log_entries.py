@@ -6,6 +6,7 @@ from collections.abc import Iterable
 import msgspec
 
 from ppaas import __version__
+from ppaas.decoding import from_json
 from ppaas.errors import NotFound
 from storage.encoding import Written
 from storage.records import MapFile, MapRecord, MapReview, MapVersionRecord, Publication
@@ -71,10 +72,10 @@ def decode_entry(data: bytes, place: str) -> LogEntry:
     try:
         if has_crc and f"{zlib.crc32(data[_CRC_END + 2 :]):08x}".encode() != data[len(_CRC) : _CRC_END]:
             raise msgspec.DecodeError("its checksum differs")
-        return msgspec.json.decode(data, type=LogEntry)
+        return from_json(data, LogEntry)
     except (msgspec.MsgspecError, UnicodeDecodeError) as error:
         if has_crc and isinstance(error, msgspec.ValidationError):
-            raise of_another_release(place, msgspec.json.decode(data, type=Written).release, error) from error
+            raise of_another_release(place, from_json(data, Written).release, error) from error
         raise damaged(place, error) from error
 
 

@@ -13,7 +13,14 @@ def test_the_domain_does_no_io(rule):
 
 @pytest.mark.parametrize(
     "rule",
-    [rules.long_file, rules.long_functions, rules.private_imports, rules.swallowed_errors, rules.working_assertions],
+    [
+        rules.long_file,
+        rules.long_functions,
+        rules.private_imports,
+        rules.swallowed_errors,
+        rules.working_assertions,
+        rules.typed_decodes,
+    ],
 )
 def test_all_code_follows_the_rule(rule):
     assert [fault for source in sources(*ALL_PACKAGES) for fault in rule(source)] == []

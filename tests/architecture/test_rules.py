@@ -64,6 +64,12 @@ def test_only_batch_planning_may_start_threads():
     assert rules.io_imports(Source.of("ppaas/planners/batch/workers.py", "import threading"))
 
 
+def test_types_are_described_by_one_module_alone():
+    text = "import msgspec\nmsgspec.convert(a, B)\nmsgspec.json.decode(a, type=B)\nmsgspec.msgpack.decode(a)\n"
+    assert len(rules.typed_decodes(Source.of("ppaas/plugins.py", text))) == 2
+    assert rules.typed_decodes(Source.of("ppaas/decoding.py", text)) == []
+
+
 def test_kernel_functions_may_be_twice_as_long():
     text = "def f():\n" + "    x = 0\n" * 70
     assert rules.long_functions(Source.of("ppaas/planners/kernels/grid.py", text)) == []

@@ -6,6 +6,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput, NotFound
 from ppaas.geometry import Pose2D
 
@@ -72,7 +73,7 @@ def read_worlds(path: Path, numbers: tuple[int, ...] = (), radius: float | None 
         The file has no world of one of the numbers.
     """
     try:
-        worlds = msgspec.json.decode(path.read_bytes(), type=list[BarnWorld])
+        worlds = from_json(path.read_bytes(), list[BarnWorld])
     except (OSError, msgspec.MsgspecError) as error:
         raise InvalidInput(f"{path} is not a file of BARN worlds: {error}") from error
     known = {each.world: each for each in worlds}

@@ -7,6 +7,7 @@ from pathlib import Path
 import msgspec
 
 from benchmarks.people.runs.job import PeopleJob, PeopleResult
+from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput
 
 
@@ -27,7 +28,7 @@ def read(path: Path) -> Mapping[str, PeopleResult]:
     """
     try:
         lines = path.read_bytes().splitlines() if path.exists() else []
-        rows = [msgspec.json.decode(line, type=Row) for line in lines]
+        rows = [from_json(line, Row) for line in lines]
     except (OSError, msgspec.MsgspecError) as error:
         text = f"{path} is not a file of 'ppaas bench people --keep': {error}; name another file"
         raise InvalidInput(text) from error

@@ -15,6 +15,7 @@ from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
 from endpoints.services.services import Services
 from engine.service.views import MachineView
 from engine.specs.machine_settings import MachineSettings
+from ppaas.decoding import converted
 from ppaas.errors import NotFound
 
 router = APIRouter(prefix="/machines", tags=["machines"], route_class=StrictRoute)
@@ -83,4 +84,4 @@ async def _machine(services: Services, machine_id: str) -> MachineView:
 
 
 def _merge_settings(before: MachineSettings, change: dict[str, Any]) -> MachineSettings:
-    return msgspec.convert(merge(msgspec.to_builtins(before), change), MachineSettings)
+    return converted(merge(msgspec.to_builtins(before), change), MachineSettings)

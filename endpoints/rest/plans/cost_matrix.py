@@ -12,6 +12,7 @@ from endpoints.rest.plans.schemas import CostFile, CostMatrixAnswer
 from endpoints.rest.strict_json import StrictRoute
 from engine.service.planning.path_requests import CostRequest
 from engine.specs.containers import MapVersion
+from ppaas.decoding import converted
 
 router = APIRouter(tags=["plans"], route_class=StrictRoute)
 
@@ -23,7 +24,7 @@ router = APIRouter(tags=["plans"], route_class=StrictRoute)
 )
 async def compute_costs(map_id: MapId, file: CostFile, services: Provided, user: Caller) -> Response:
     """Return the cost of the cheapest path from each start to each goal; at most 50000 costs per request."""
-    request = msgspec.convert(file.model_dump(exclude_none=True), CostRequest)
+    request = converted(file.model_dump(exclude_none=True), CostRequest)
     check_timeout(request.timeout, services.limits)
     await services.cloud.count_paths(user.id, max(len(request.starts), 1))
     head = await readable_head(services, user, map_id)

@@ -15,6 +15,7 @@ from endpoints.rest.schemas import Labels, Number, Pose, RequestBody, ResponseBo
 from endpoints.rest.strict_json import StrictRoute
 from engine.service.planning.fleet_requests import DEFAULT_MARGIN, DEFAULT_SPEED, FleetRequest
 from engine.specs.containers import MapVersion
+from ppaas.decoding import converted
 
 MAX_ROBOTS = 2000
 """Largest number of robots of a plan."""
@@ -104,7 +105,7 @@ class FleetPlanAnswer(ResponseBody):
 )
 async def plan_fleet(map_id: MapId, file: FleetFile, services: Provided, user: Caller) -> Response:
     """Return paths of up to 2000 robots that keep out of each other's way; it counts as a path for each robot."""
-    request = msgspec.convert(file.model_dump(exclude_none=True), FleetRequest)
+    request = converted(file.model_dump(exclude_none=True), FleetRequest)
     check_timeout(request.timeout, services.limits)
     await services.cloud.count_paths(user.id, max(len(request.starts), 1))
     head = await readable_head(services, user, map_id)

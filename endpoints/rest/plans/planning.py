@@ -22,6 +22,7 @@ from endpoints.services.services import Services
 from engine.service.planning.path_requests import PathAnswer, PathRequest
 from engine.specs.containers import MapVersion
 from ppaas.clock import epoch
+from ppaas.decoding import converted
 from ppaas.errors import InvalidParameter
 from storage.records import PlanRecord, User
 
@@ -49,7 +50,7 @@ _QUEUED: Responses = {202: {"model": QueueAnswer, "description": "The request wa
 )
 async def make_plan(map_id: MapId, file: PlanFile, services: Provided, user: Caller) -> Response:
     """Plan a path on a map and store it. With `queue`, wait in the queue if no container is available now (202)."""
-    request = msgspec.convert(file.model_dump(exclude_none=True), PathRequest)
+    request = converted(file.model_dump(exclude_none=True), PathRequest)
     return await plan_and_store(services, user, map_id, request)
 
 

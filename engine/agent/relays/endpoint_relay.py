@@ -14,6 +14,7 @@ from engine.agent.relays.relay import Relay
 from engine.protocols.address import UnixAddress, parse_address
 from engine.protocols.endpoint_sockets import EndpointAddress, is_endpoint_socket
 from engine.protocols.sockets import Streams, dial
+from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput, MalformedMessage, NotPermitted
 
 LINE_TIMEOUT = 5.0
@@ -59,7 +60,7 @@ class EndpointRelay(Relay):
         async with asyncio.timeout(LINE_TIMEOUT):
             line = await reader.readline()
         try:
-            named = msgspec.json.decode(line, type=EndpointAddress)
+            named = from_json(line, EndpointAddress)
         except msgspec.DecodeError as error:
             raise MalformedMessage(f"a container must name its endpoint first: {error}") from error
         if named.machine == self._machine:

@@ -14,6 +14,7 @@ from engine.container.monitor.node_switch import NodeSwitch
 from engine.container.monitor.parameters import NAME, NodeMonitorParameters
 from engine.container.monitor.unacknowledged import UnacknowledgedMessages
 from engine.container.monitor.verdict import asked, judge
+from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput, InvalidParameter, NotFound, PPaaSError, Unavailable
 from ppaas.messages.base.message import Message
 from ppaas.messages.ppaas_msgs import (
@@ -318,7 +319,7 @@ class NodeMonitorNode(Node):
 
     def restore(self, state: bytes) -> None:
         """Restore the records; leased nodes leave the graph, and the robot has ``patience`` seconds to renew."""
-        restored = msgspec.json.decode(state, type=MonitorState)
+        restored = from_json(state, MonitorState)
         self._robot, self._link = restored.robot, restored.link
         self._round_trips, self._leases = restored.round_trips, restored.leases
         for node in self._records.keys() & restored.records.keys():

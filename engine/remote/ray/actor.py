@@ -19,6 +19,7 @@ from engine.local.kept_process import KeptProcess
 from engine.processes.instances import folder_of, instance_name
 from engine.remote.ray.config import DONE, NodeConfig
 from engine.runtimes.memory_tuning import lean_python
+from ppaas.decoding import from_json
 
 if TYPE_CHECKING:
     from engine.remote.ray import agent  # noqa: F401
@@ -45,7 +46,7 @@ class AgentActor:
 
     def __init__(self, config: bytes) -> None:
         self._folder = folder_of(instance_name(), Path(tempfile.gettempdir()))
-        received = msgspec.json.decode(config, type=NodeConfig)
+        received = from_json(config, NodeConfig)
         here = msgspec.structs.replace(received, folder=str(self._folder), keeper=os.getpid())
         title = f"agent of machine {here.machine!r}"
         self._agent = KeptProcess(

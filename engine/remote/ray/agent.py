@@ -10,13 +10,13 @@ import signal
 import sys
 from pathlib import Path
 
-import msgspec
 import uvloop
 
 from engine.processes.parent_watch import end_with
 from engine.remote.agent import MachineOptions, stay
 from engine.remote.membership import join
 from engine.remote.ray.config import DONE, NodeConfig
+from ppaas.decoding import from_json
 from ppaas.errors import PPaaSError, Unavailable
 from ppaas.log_lines import log_lines
 
@@ -47,7 +47,7 @@ def main() -> None:
     """Run the agent; remove the folder of the actor if that has died."""
     log_lines("%(levelname)s agent %(name)s: %(message)s", level=logging.INFO)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    config = msgspec.json.decode(sys.stdin.buffer.read(), type=NodeConfig)
+    config = from_json(sys.stdin.buffer.read(), NodeConfig)
     end_with(config.keeper)
     try:
         status = uvloop.run(run(config))

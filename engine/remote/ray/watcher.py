@@ -17,6 +17,7 @@ from engine.protocols.refusals import Refusal
 from engine.remote.ray.cluster import RayCluster
 from engine.remote.ray.config import WatchAnswer, WatchConfig, WatchRefused, WatchStarted
 from engine.remote.ray.supervisor import Supervisor
+from ppaas.decoding import from_json
 from ppaas.errors import PPaaSError
 from ppaas.log_lines import log_lines
 
@@ -55,7 +56,7 @@ def main() -> None:
     log_lines("%(levelname)s ray %(name)s: %(message)s", level=logging.INFO)
     answers = os.dup(sys.stdout.fileno())
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # keeps Ray's output out of the answers
-    config = msgspec.json.decode(_read_line(sys.stdin.fileno()), type=WatchConfig)
+    config = from_json(_read_line(sys.stdin.fileno()), WatchConfig)
     answer: WatchAnswer = WatchStarted()
     try:
         supervisor = Supervisor(RayCluster(config), config.cores)

@@ -16,6 +16,7 @@ import msgspec
 from engine.processes.child_process import end
 from engine.protocols.refusals import error_of
 from engine.remote.ray.config import WatchAnswer, WatchConfig, WatchRefused
+from ppaas.decoding import from_json
 from ppaas.distribution import check_versions, install_hint
 from ppaas.errors import InvalidInput, Unavailable
 
@@ -121,7 +122,7 @@ class WatcherProcess:
             raise
         if not line:
             raise Unavailable(f"the watcher of the Ray cluster exited with status {await process.wait()}; see its log")
-        answer: WatchAnswer = msgspec.json.decode(line, type=WatchAnswer)
+        answer: WatchAnswer = from_json(line, WatchAnswer)
         if isinstance(answer, WatchRefused):
             await process.wait()
             raise error_of(answer.refusal)

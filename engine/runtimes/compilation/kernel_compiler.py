@@ -15,6 +15,7 @@ import msgspec
 from engine.processes.background import Background
 from engine.runtimes.compilation import rest_compiler
 from engine.runtimes.compilation.compile_pool import CompileReport
+from ppaas.decoding import from_json
 
 logger = logging.getLogger(__name__)
 
@@ -96,7 +97,7 @@ class KernelCompiler:
 
     def _read(self, line: bytes) -> None:
         try:
-            self.report = msgspec.json.decode(line, type=CompileReport)
+            self.report = from_json(line, CompileReport)
         except msgspec.DecodeError:
             logger.debug("a line of the kernel compiler is no report: %r", line)
             return

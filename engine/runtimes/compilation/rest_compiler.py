@@ -22,6 +22,7 @@ from engine.processes.own_output import take_standard_output
 from engine.processes.parent_watch import end_with
 from engine.runtimes.compilation import compile_pool, stamp, threading_layer
 from engine.runtimes.compilation.module_notes import ModuleNotes
+from ppaas.decoding import from_json
 
 STEP = 10
 """Number of modules after which the progress is printed for people."""
@@ -53,7 +54,7 @@ def main() -> None:
 def _read_wanted(notes: ModuleNotes) -> None:
     # Unbuffered: the interpreter cannot end while a thread holds the lock of a buffer.
     for line in open(sys.stdin.fileno(), "rb", buffering=0, closefd=False):  # noqa: SIM115
-        notes.want(msgspec.json.decode(line, type=list[str]))
+        notes.want(from_json(line, list[str]))
 
 
 class _Printed:

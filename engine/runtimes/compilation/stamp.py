@@ -15,6 +15,7 @@ from types import ModuleType
 import msgspec
 
 from engine.processes.disk_notes import note_file, source_of, write_note
+from ppaas.decoding import from_json
 
 logger = logging.getLogger(__name__)
 
@@ -57,7 +58,7 @@ def all_compiled(stamp: Path) -> bool:
 def noted_files(note: Path) -> list[str] | None:
     """Return the files that a note names; None if there is no such note, or one of the files is missing."""
     try:
-        files = msgspec.json.decode(note.read_bytes(), type=list[str])
+        files = from_json(note.read_bytes(), list[str])
     except (OSError, msgspec.DecodeError):
         return None
     return files if all(map(os.path.exists, files)) else None

@@ -11,9 +11,8 @@ import shutil
 import socket
 import sys
 
-import msgspec
-
 from engine.runtimes.fork_server.child import die_with, resolve, set_up
+from ppaas.decoding import from_json
 
 FOLDER = "/run/ppaas"
 """Folder of the sockets that this container may dial."""
@@ -41,7 +40,7 @@ def main(arguments: list[str]) -> int | None:
             order = orders.readline()
         if not order:
             return os.EX_OK  # the agent has exited and needs no container
-        launch = msgspec.json.decode(order, type=Launch)
+        launch = from_json(order, Launch)
         die_with(machine.fileno())
         set_up(launch)
         return entry(launch)

@@ -5,10 +5,9 @@ import logging
 import math
 from collections.abc import Awaitable, Callable
 
-import msgspec
-
 from engine.service.planning.path_requests import CostAnswer, CostRequest
 from engine.specs.containers import MapVersion
+from ppaas.decoding import from_json
 from ppaas.errors import PPaaSError
 from ppaas.tasks.assignment import Distance, straight
 from ppaas.tasks.dispatcher import Dispatcher
@@ -50,7 +49,7 @@ async def ways(costs: Costs, user: str, version: MapVersion, dispatcher: Dispatc
     except (PPaaSError, TimeoutError) as error:
         logger.debug("tasks on map %r are assigned by straight lines: %s", version.id, error)
         return straight
-    rows = msgspec.json.decode(bytes(answer.costs), type=list[list[float | None]])
+    rows = from_json(bytes(answer.costs), list[list[float | None]])
     known: dict[tuple[Place, Place], float] = {
         (start, goal): math.inf if cost is None else cost
         for start, row in zip(starts, rows, strict=True)

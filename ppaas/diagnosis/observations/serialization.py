@@ -6,6 +6,7 @@ from typing import Any
 
 import msgspec
 
+from ppaas.decoding import from_json
 from ppaas.diagnosis.observations.facts import Observations
 
 
@@ -16,7 +17,7 @@ def observations_to_json(seen: Observations) -> str:
 
 def observations_from_json(text: str) -> Observations:
     """Return the observations of a JSON text; raises ``msgspec.DecodeError`` if it is none of ours."""
-    return msgspec.json.decode(text, type=Observations)
+    return from_json(text, Observations)
 
 
 def _finite(value: Any) -> Any:

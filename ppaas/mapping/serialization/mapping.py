@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import msgspec
 
+from ppaas.decoding import from_msgpack
 from ppaas.errors import InvalidGraph, InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.mapping.closures.closure import Closure
@@ -76,6 +77,6 @@ def pack_laser(geometry: LaserGeometry, frame: str) -> bytes:
 def unpack_laser(payload: memoryview | bytes) -> LaserRecord:
     """Return the laser of a record; raises ``InvalidGraph`` if it is none."""
     try:
-        return msgspec.msgpack.decode(payload, type=LaserRecord)
+        return from_msgpack(payload, LaserRecord)
     except msgspec.DecodeError as error:
         raise InvalidGraph(f"the pose graph has a laser that cannot be read: {error}") from error

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.change_log import LogChange, LogEntry
+from ppaas.decoding import from_json
 from ppaas.errors import InvalidMap
 from ppaas.geometry import Pose2D
 from ppaas.mapping.volume.blocks import PAGE, VoxelBlocks
@@ -220,7 +221,7 @@ def read_log(entries: Sequence[LogEntry], map_: SubmapVolume) -> KeyFramePoses:
 
 def _head(data: bytes) -> VolumeHead:
     try:
-        return msgspec.json.decode(data, type=VolumeHead)
+        return from_json(data, VolumeHead)
     except msgspec.DecodeError as error:
         raise InvalidMap(f"the log of the 3D map is damaged: {error}") from error
 

@@ -10,6 +10,7 @@ import msgspec
 import yaml
 from msgspec import Meta
 
+from ppaas.decoding import converted
 from ppaas.errors import InvalidMap
 from ppaas.maps.formats.yaml_keys import Value, read_keys, with_key
 
@@ -96,7 +97,7 @@ def parse_yaml(record: bytes, rules: Rules | None = None) -> MapYaml:
     if rules is not None:
         given["rules"] = rules
     try:
-        parsed = msgspec.convert(given, MapYaml)
+        parsed = converted(given, MapYaml)
     except msgspec.ValidationError as error:
         raise _refused(str(error)) from error
     if parsed.rules is Rules.NAV2:

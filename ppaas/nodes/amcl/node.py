@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.costmap.map_layers import MapLayers
+from ppaas.decoding import from_json
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.localization.parameters import AmclParameters
@@ -306,7 +307,7 @@ class AmclNode(Node):
 
     def restore(self, state: bytes) -> None:
         """Continue from a checkpoint; the next odometry adds how far the robot has moved since."""
-        self._restored = msgspec.json.decode(state, type=AmclState)
+        self._restored = from_json(state, AmclState)
         self._filter.initialise(Pose2D(*self._restored.pose), np.array(self._restored.covariance))
         self._tracker.forget()
 

@@ -4,6 +4,7 @@ from typing import ClassVar
 
 import msgspec
 
+from ppaas.decoding import from_json
 from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image, LaserScan
 from ppaas.nodes.base import Context, Demands, Node, Payload, Topic
@@ -75,7 +76,7 @@ class DepthImageToLaserScanNode(Node):
 
     def restore(self, state: bytes) -> None:
         """Use the camera's parameters of a checkpoint."""
-        self._set_camera(msgspec.json.decode(state, type=PinholeCamera))
+        self._set_camera(from_json(state, PinholeCamera))
 
     def _publish(self, scanner: DepthScanner, header: Header, image: Depths) -> None:
         own, ranges = self._parameters, scanner.scan(image).tolist()

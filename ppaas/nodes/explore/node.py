@@ -6,6 +6,7 @@ from typing import ClassVar
 import msgspec
 import numpy as np
 
+from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput, PPaaSError, TransformError
 from ppaas.exploration.choice import NOBODY
 from ppaas.exploration.parameters import ExploreParameters
@@ -392,6 +393,6 @@ class ExploreNode(Node):
 
     def restore(self, state: bytes) -> None:
         """Continue the exploration of a checkpoint. Move Base is restored to the same goal."""
-        exploration, self._counter = msgspec.json.decode(state, type=tuple[Exploration | None, int])
+        exploration, self._counter = from_json(state, tuple[Exploration | None, int])
         if exploration is not None:
             self._begin(exploration)

@@ -5,6 +5,7 @@ from typing import ClassVar
 import msgspec
 
 from ppaas.costmap.map_layers import MapLayers
+from ppaas.decoding import from_json
 from ppaas.errors import TransformError
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.people_coordination import (
@@ -224,7 +225,7 @@ class FollowPersonNode(Node):
 
     def restore(self, state: bytes) -> None:
         """Continue from a checkpoint; the order comes with the next message of the coordinator."""
-        self._restored = restored = msgspec.json.decode(state, type=FollowPersonState)
+        self._restored = restored = from_json(state, FollowPersonState)
         self._link.counter = restored.counter
         self._paused_until = self.context.elapsed() + restored.pause
 

@@ -8,6 +8,7 @@ from typing import ClassVar
 import msgspec
 
 from ppaas.change_log import LogChange, LogEntry
+from ppaas.decoding import from_json
 from ppaas.errors import PPaaSError, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.mapping.live.joint_mapper import JointMapper
@@ -118,7 +119,7 @@ class LoggedMapNode(Node):
 
     def restore(self, state: bytes) -> None:
         """Keep the head until the log is there; in localization search the next scan around the pose."""
-        restored = msgspec.json.decode(state, type=Head | Located)
+        restored = from_json(state, Head | Located)
         self._paused, self._head = restored.paused, restored
         if isinstance(restored, Located) and self._mapper is not None and self._laser is not None:
             if self._mapper.keeps:  # the map was continued, and then no longer changed

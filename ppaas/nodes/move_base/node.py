@@ -11,6 +11,7 @@ import msgspec
 from ppaas.controllers.base import Controller
 from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.map_layers import MapLayers, unchanged
+from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput, PPaaSError, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.messages import nav2_msgs
@@ -382,7 +383,7 @@ class MoveBaseNode(Node):
 
     def restore(self, state: bytes) -> None:
         """Continue to the goal of a checkpoint, with a new plan from the robot's current pose."""
-        restored = msgspec.json.decode(state, type=MoveBaseState)
+        restored = from_json(state, MoveBaseState)
         self._counter = restored.counter
         self._limits.take(nav2_msgs.SpeedLimit(restored.speed_limit, restored.percentage))
         if restored.goal is not None:

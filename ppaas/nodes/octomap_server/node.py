@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 import msgspec
 
 from ppaas.change_log import LogChange, LogEntry
+from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.mapping.volume.key_frame_poses import KeyFramePoses
 from ppaas.maps.occupancy import GridMapMessage
@@ -136,7 +137,7 @@ class OctomapServerNode(Node):
 
     def restore(self, state: bytes) -> None:
         """Use the camera's parameters of a checkpoint."""
-        self._reader.camera = msgspec.json.decode(state, type=DepthCamera)
+        self._reader.camera = from_json(state, DepthCamera)
 
     # -- log -----------------------------------------------------------------------------------------------------------
 

@@ -4,6 +4,7 @@ from typing import ClassVar
 
 import msgspec
 
+from ppaas.decoding import from_json
 from ppaas.errors import PPaaSError, TransformError
 from ppaas.messages.base.std_msgs import String
 from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
@@ -194,6 +195,6 @@ class PeopleTrackerNode(Node):
 
     def restore(self, state: bytes) -> None:
         """Go on with the tracks of a checkpoint."""
-        restored = msgspec.json.decode(state, type=PeopleTrackerState)
+        restored = from_json(state, PeopleTrackerState)
         self._tracking.restore(restored.tracking)
         self._person_frames.ids.restore(restored.torso_ids)

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple, Protocol
 import msgspec
 
 from ppaas.costmap.costmap import Costmap
+from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.planners.base import Planner
 from ppaas.plans.reuse.processor import PlanProcessor
@@ -78,6 +79,6 @@ def parameters_of(text: str) -> dict[str, Any]:
         The text is not a JSON object.
     """
     try:
-        return msgspec.json.decode(text, type=dict[str, Any]) if text else {}
+        return from_json(text, dict[str, Any]) if text else {}
     except (msgspec.DecodeError, RecursionError) as error:
         raise InvalidInput(f"parameters must be a JSON object: {error}") from error

@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import msgspec
 
+from ppaas.decoding import from_json
 from ppaas.errors import Conflict, InvalidParameter
 from ppaas.messages.base.message import Empty, Message
 from ppaas.messages.health.recorder import (
@@ -207,5 +208,5 @@ class RecorderNode(Node):
 
     def restore(self, state: bytes) -> None:
         """Continue a recording."""
-        self._recording = msgspec.json.decode(state, type=Recording)
+        self._recording = from_json(state, Recording)
         self._intake.hear(self._globs())

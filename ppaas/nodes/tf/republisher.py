@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import msgspec
 
+from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput, QuotaExceeded
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, Status
 from ppaas.messages.base.message import Message
@@ -210,7 +211,7 @@ class TfRepublisherNode(Node):
 
     def restore(self, state: bytes) -> None:
         """Continue the topics and goals of a checkpoint under the same names."""
-        known = msgspec.json.decode(state, type=_State)
+        known = from_json(state, _State)
         self._count = known.count
         for topic, request in known.topics.items():
             self._open(topic, request)

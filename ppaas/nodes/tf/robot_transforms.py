@@ -5,6 +5,7 @@ from contextlib import suppress
 
 import msgspec
 
+from ppaas.decoding import from_json
 from ppaas.errors import TransformError
 from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import TransformStamped
@@ -49,7 +50,7 @@ class RobotTransforms:
 
     def restore(self, state: bytes) -> list[TransformStamped]:
         """Note the static transforms of a `state`, and return them."""
-        for child, parent, pose in msgspec.json.decode(state, type=list[tuple[str, str, Rigid]]):
+        for child, parent, pose in from_json(state, list[tuple[str, str, Rigid]]):
             self._static[child] = parent, pose
         self._state = state
         return [

@@ -7,6 +7,7 @@ from typing import ClassVar
 import msgspec
 import numpy as np
 
+from ppaas.decoding import from_json
 from ppaas.errors import PPaaSError
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Point
@@ -96,7 +97,7 @@ class TorsoDetectorNode(Node):
 
     def restore(self, state: bytes) -> None:
         """Use the camera's parameters of a checkpoint."""
-        self._camera = msgspec.json.decode(state, type=DepthCamera)
+        self._camera = from_json(state, DepthCamera)
 
     def _on_image(self, message: Image | CompressedImage) -> None:
         now = self.context.elapsed()

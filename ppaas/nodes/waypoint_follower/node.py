@@ -4,6 +4,7 @@ from typing import Annotated, ClassVar
 
 import msgspec
 
+from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, Status
 from ppaas.messages.base.std_msgs import Header, Time
@@ -269,7 +270,7 @@ class WaypointFollowerNode(Node):
 
         Move Base may have been restored to the same goal; it ignores a goal with a known id.
         """
-        restored = msgspec.json.decode(state, type=WaypointFollowerState)
+        restored = from_json(state, WaypointFollowerState)
         self._counter = restored.counter
         if restored.waypoints is not None:
             self._follow(restored.waypoints)

@@ -6,6 +6,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.decoding import from_msgpack
 from ppaas.errors import InvalidInput
 from ppaas.people.coordinator.follow_controller import Order
 from ppaas.people.coordinator.parts import CoordinatorParts
@@ -103,7 +104,7 @@ def load_state(coordinator: CoordinatorParts, saved: bytes) -> None:
 
 def _decoded(saved: bytes) -> _Saved:
     try:
-        state = msgspec.msgpack.decode(saved, type=_Saved)
+        state = from_msgpack(saved, _Saved)
     except (msgspec.ValidationError, msgspec.DecodeError, UnicodeDecodeError) as error:
         raise InvalidInput(f"not a checkpoint of a people coordinator: {error}") from error
     if state.format != FORMAT:

@@ -8,6 +8,7 @@ from typing import Annotated, Any, TypeAlias
 
 import msgspec
 
+from ppaas.decoding import converted
 from ppaas.errors import MalformedMessage
 
 MAX_MESSAGE_ID = 255
@@ -158,6 +159,6 @@ def read_request(message: Any) -> Request:
     if kind is None:
         raise MalformedMessage(f"This message type is not supported: write one of {', '.join(_KINDS)}")
     try:
-        return msgspec.convert(message["data"], kind)
+        return converted(message["data"], kind)
     except (msgspec.ValidationError, RecursionError) as error:
         raise MalformedMessage(f"Can not process the {message['type']} message: {error}") from error

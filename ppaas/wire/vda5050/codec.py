@@ -10,6 +10,7 @@ from typing import Any
 
 import msgspec
 
+from ppaas.decoding import converted
 from ppaas.errors import InvalidInput, MalformedMessage, MessageTooLarge
 from ppaas.wire.vda5050 import spelling, topics
 from ppaas.wire.vda5050.factsheets import Factsheet
@@ -97,8 +98,8 @@ def decode(topic: str, payload: bytes, version: Version) -> tuple[Header, Any]:
     else:
         tree = spelling.from_version_3(topic, tree)
     try:
-        header = msgspec.convert(tree, Header)
-        decoded = msgspec.convert(_without_unreadable_parts(tree) if body is Factsheet else tree, body)
+        header = converted(tree, Header)
+        decoded = converted(_without_unreadable_parts(tree) if body is Factsheet else tree, body)
     except msgspec.ValidationError as error:
         raise MalformedMessage(f"{topic}: {_told(topic, str(error), version)}") from error
     if not understand(version, header.version):
@@ -113,7 +114,7 @@ def _without_unreadable_parts(sheet: dict[str, Any]) -> dict[str, Any]:
 
 def _is_readable(name: str, part: Any) -> bool:
     try:
-        msgspec.convert({name: part}, Factsheet)
+        converted({name: part}, Factsheet)
     except msgspec.ValidationError:
         return False
     return True

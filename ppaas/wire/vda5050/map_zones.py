@@ -22,6 +22,7 @@ from typing import Any
 
 import msgspec
 
+from ppaas.decoding import converted
 from ppaas.errors import InvalidInput
 from ppaas.wire.vda5050 import spelling, topics
 from ppaas.wire.vda5050 import zones as wire
@@ -63,7 +64,7 @@ def zones_of_vda5050(payload: bytes) -> ZoneSet:
         if isinstance(tree, dict):
             tree = tree.get(topics.ZONE_SET, tree)
         spelling.name_limitations(tree)
-        zones = msgspec.convert(tree, wire.Zones)
+        zones = converted(tree, wire.Zones)
     except msgspec.ValidationError as error:
         raise InvalidInput(f"not a zoneSet of VDA 5050 3.0: {error}") from error
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:

@@ -7,6 +7,7 @@ from typing import Any
 import msgspec
 
 from ppaas.clock import monotonic
+from ppaas.decoding import from_json
 from ppaas.errors import MalformedMessage, PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.messages import decode, encode
@@ -162,7 +163,7 @@ class CloneSide:
 
     def _battery_received(self, message: bytes) -> None:
         try:
-            battery = msgspec.json.decode(message, type=_Battery)
+            battery = from_json(message, _Battery)
         except msgspec.DecodeError as error:
             raise MalformedMessage(f"battery_state is not a sensor_msgs/BatteryState: {error}") from error
         if battery.percentage is None:

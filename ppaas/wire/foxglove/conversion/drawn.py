@@ -11,6 +11,7 @@ import msgspec
 import numpy as np
 from foxglove import messages as sdk
 
+from ppaas.decoding import from_json
 from ppaas.errors import MalformedMessage
 from ppaas.messages import decode
 from ppaas.messages.base.message import Message
@@ -118,7 +119,7 @@ def _poses(message: PoseArray, frames: SharedFrames) -> Encodable:
 
 def _path(message: Path, frames: SharedFrames) -> Encodable:
     poses = message.poses
-    listed = msgspec.json.decode(poses, type=list[PoseStamped]) if isinstance(poses, msgspec.Raw) else poses
+    listed = from_json(poses, list[PoseStamped]) if isinstance(poses, msgspec.Raw) else poses
     return sdk.PosesInFrame(
         timestamp=stamp_of(message.header.stamp),
         frame_id=frames.shared(message.header.frame_id),
