@@ -19,6 +19,7 @@ from tests.support.cloud.drive import driving
 from tests.support.documents import blocks, run_shell, script, table, text_of
 from tests.support.endpoints.fuzzed_rest import description
 from tests.support.sources import pyproject
+from tests.support.waiting import PATIENCE
 
 REST = "docs/rest.md"
 COMMANDS = pyproject()["project"]["entry-points"]["ppaas.commands"]
@@ -38,7 +39,7 @@ def test_resources_and_commands_exist() -> None:
 
 
 async def test_a_running_cloud_describes_each_operation(cloud: RunningCloud) -> None:
-    async with httpx.AsyncClient(base_url=cloud.url) as client:
+    async with httpx.AsyncClient(base_url=cloud.url, timeout=PATIENCE) as client:
         shown = (await client.get("/openapi.json")).json()
     operations = [operation for path in shown["paths"].values() for operation in path.values()]
     assert [operation["operationId"] for operation in operations if not operation.get("description")] == []

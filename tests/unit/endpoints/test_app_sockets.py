@@ -12,6 +12,7 @@ from endpoints.app import create_app
 from endpoints.services.services import Services
 from tests.support.endpoints.problems import problem_of
 from tests.support.endpoints.serving import serve
+from tests.support.waiting import PATIENCE
 from tests.unit.endpoints.conftest import LogIn
 
 HUGE = 100 << 20
@@ -80,7 +81,7 @@ async def test_a_disconnect_within_a_request_is_not_an_error(port: int, caplog: 
     await writer.drain()
     writer.close()
     await writer.wait_closed()
-    async with httpx.AsyncClient(base_url=f"http://127.0.0.1:{port}") as client:
+    async with httpx.AsyncClient(base_url=f"http://127.0.0.1:{port}", timeout=PATIENCE) as client:
         problem_of(await client.get("/v1/users/me"), 401, "not-authenticated")
     assert [record for record in caplog.records if record.exc_info] == []
 
@@ -88,13 +89,13 @@ async def test_a_disconnect_within_a_request_is_not_an_error(port: int, caplog: 
 async def test_invalid_http_is_refused_and_the_server_keeps_serving(port: int) -> None:
     answer = await exchange(port, bytes(range(256)) * 10)
     assert answer.startswith(b"HTTP/1.1 400")
-    async with httpx.AsyncClient(base_url=f"http://127.0.0.1:{port}") as client:
+    async with httpx.AsyncClient(base_url=f"http://127.0.0.1:{port}", timeout=PATIENCE) as client:
         assert (await client.get("/openapi.json")).status_code == 200
 
 
 @pytest.mark.parametrize("content", [b"\x00\xff" * 500, b"{", b"[" * 15_000, b"\xef\xbb\xbf{}", b'"x"'])
 async def test_a_malformed_body_is_a_problem(port: int, content: bytes) -> None:
-    async with httpx.AsyncClient(base_url=f"http://127.0.0.1:{port}") as client:
+    async with httpx.AsyncClient(base_url=f"http://127.0.0.1:{port}", timeout=PATIENCE) as client:
         answer = await client.post("/v1/tokens", headers={"Content-Type": "application/json"}, content=content)
     assert answer.status_code in (400, 422)
     problem_of(answer, answer.status_code, answer.json()["type"].rpartition(":")[2])
@@ -102,7 +103,7 @@ async def test_a_malformed_body_is_a_problem(port: int, content: bytes) -> None:
 
 async def test_login_publication_and_planning_work_over_a_real_socket(port: int, services: Services) -> None:
     await services.accounts.ensure_admin("correct horse")
-    async with httpx.AsyncClient(base_url=f"http://127.0.0.1:{port}") as client:
+    async with httpx.AsyncClient(base_url=f"http://127.0.0.1:{port}", timeout=PATIENCE) as client:
         credentials = {"user": "admin", "password": "correct horse"}
         client.headers["Authorization"] = (
             "Bearer " + (await client.post("/v1/tokens", json=credentials)).json()["token"]

@@ -18,7 +18,7 @@ from endpoints.http.front_settings import FrontSettings
 from endpoints.services.services import Services
 from tests.support.endpoints.rapyuta import StillSessions
 from tests.support.endpoints.serving import serve
-from tests.support.waiting import until
+from tests.support.waiting import PATIENCE, until
 
 OFFERED = [Subprotocol(one) for one in SUBPROTOCOLS]
 
@@ -96,7 +96,7 @@ async def test_a_client_of_another_protocol_gets_a_problem(port: Port) -> None:
         await connect(port.url())
     assert refused.value.response.status_code == 422
     assert "offer the subprotocol foxglove.sdk.v1" in (refused.value.response.body or b"").decode()
-    async with httpx.AsyncClient() as client:
+    async with httpx.AsyncClient(timeout=PATIENCE) as client:
         page = await client.get(f"http://{port.address}/")
     assert f"ws://{port.address}/?token=TOKEN" in page.text
 

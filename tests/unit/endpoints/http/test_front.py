@@ -22,6 +22,7 @@ from endpoints.services.services import Services
 from tests.support.endpoints.problems import problem_of
 from tests.support.endpoints.robot_world import World
 from tests.support.endpoints.serving import serve
+from tests.support.waiting import PATIENCE
 from tests.unit.endpoints.conftest import PASSWORD, LogIn
 
 BROWSER = {"Accept": "text/html"}
@@ -31,7 +32,7 @@ PAGE = "https://pages.example"
 @asynccontextmanager
 async def cloud_behind(services: Services, **settings: object) -> AsyncIterator[httpx.AsyncClient]:
     front = FrontSettings(**settings)  # type: ignore[arg-type]
-    async with serve(create_app(services, front)) as port, httpx.AsyncClient() as client:
+    async with serve(create_app(services, front)) as port, httpx.AsyncClient(timeout=PATIENCE) as client:
         client.base_url = f"http://127.0.0.1:{port}"  # type: ignore[assignment]
         yield client
 

@@ -16,6 +16,7 @@ from endpoints.http.head_requests import HeadRequests
 from endpoints.http.http_protocol import DirectHttp
 from tests.support.endpoints.problems import problem_of
 from tests.support.endpoints.serving import serve
+from tests.support.waiting import PATIENCE
 from tests.unit.endpoints.conftest import LogIn, Publish
 
 HTML = {"Accept": "text/html"}
@@ -79,7 +80,7 @@ async def test_a_long_answer_is_not_read_to_its_end() -> None:
 
     async with (
         serve(HeadRequests(app), http=DirectHttp) as port,
-        httpx.AsyncClient(base_url=f"http://127.0.0.1:{port}") as client,
+        httpx.AsyncClient(base_url=f"http://127.0.0.1:{port}", timeout=PATIENCE) as client,
     ):
         for _ in range(3):
             head = await client.head("/parts")

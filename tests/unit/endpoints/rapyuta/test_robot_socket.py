@@ -28,7 +28,7 @@ from tests.support.clients.rce import RceRobot, login_query
 from tests.support.endpoints.rapyuta import StillSessions
 from tests.support.endpoints.serving import serve
 from tests.support.sources import ROOT
-from tests.support.waiting import until
+from tests.support.waiting import PATIENCE, until
 
 OWN, ROBOTS = "correct horse", "the robots of 2013"
 
@@ -77,7 +77,7 @@ async def rapyuta(services: Services, sessions: StillSessions, token: str) -> As
 
 
 async def test_the_master_names_the_address_by_which_it_was_reached(rapyuta: Rapyuta) -> None:
-    async with httpx.AsyncClient() as client:
+    async with httpx.AsyncClient(timeout=PATIENCE) as client:
         answer = await client.get(f"http://{rapyuta.host}/?userID=ann&version=20130902")
         assert (answer.status_code, answer.json()) == (200, {"url": f"ws://{rapyuta.host}/"})
         named = await client.get(
