@@ -32,6 +32,7 @@ def package_that(folder: Path, **warms: str) -> None:
     package = folder / "ppaas" / "kernels"
     package.mkdir(parents=True)
     (folder / "ppaas" / "__init__.py").write_text("")
+    (folder / "ppaas" / "decoding.py").symlink_to(ROOT / "ppaas" / "decoding.py")  # the compiler imports it
     (package / "__init__.py").write_text("")
     for name, warm in warms.items():
         (package / f"{name}.py").write_text(
