@@ -51,6 +51,6 @@ def within_polygon(corners: Points, points: Points) -> NDArray[np.bool_]:
     x, y = points[:, 0, np.newaxis], points[:, 1, np.newaxis]
     (ax, ay), (bx, by) = corners.T, np.roll(corners, -1, axis=0).T
     crosses = (ay > y) != (by > y)
-    rise = np.where(crosses, by - ay, 1.0)  # that of other edges may be so small that the quotient overflows
+    rise = np.where(crosses, by - ay, 1.0)  # the rise of another edge may be so small that the quotient overflows
     inside: NDArray[np.bool_] = (crosses & (x < ax + (y - ay) * (bx - ax) / rise)).sum(axis=1) % 2 == 1
     return inside

@@ -1,6 +1,6 @@
 """Grids of the planner benches: generated, or read from a map file."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.costmap.costmap import FREE_SPACE, INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
-from ppaas.errors import GoalOccupied, GoalOutsideMap, InvalidMap, InvalidParameter
+from ppaas.errors import GoalOccupied, GoalOutsideMap, InvalidMap, InvalidParameter, NotFound
 from ppaas.maps.formats.pgm import parse_pgm
 from ppaas.maps.grid import OCCUPIED_THRESHOLD, GridInfo
 from ppaas.planners.ends import Cell
@@ -196,3 +196,10 @@ KINDS: dict[str, Callable[[int, int], Grid]] = {
     "maze": lambda size, seed: maze(size, seed=seed),
 }
 """Generators of grids by name, called with an edge [cells] and a seed."""
+
+
+def check_kinds(kinds: Iterable[str]) -> None:
+    """Raise ``NotFound`` for a kind of grid that is none of ``KINDS``."""
+    for kind in kinds:
+        if kind not in KINDS:
+            raise NotFound("kind of grid", kind, tuple(KINDS))

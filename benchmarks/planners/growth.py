@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from rich.progress import Progress
 
-from benchmarks.planners.grids import KINDS, SEED, goal_in
+from benchmarks.planners.grids import KINDS, SEED, check_kinds, goal_in
 from benchmarks.planners.scenario import warm
 from benchmarks.planners.timing import announce, cpus, in_turn, timed
 from ppaas.costmap.costmap import Costmap
-from ppaas.errors import InvalidPlanner, NotFound
+from ppaas.errors import InvalidPlanner
 from ppaas.geometry import Pose2D
 from ppaas.planners import create
 from ppaas.planners.base import Planner, PlanRequest
@@ -26,9 +26,6 @@ RUNS = 3
 REFERENCE = "dijkstra"
 """Planner beside which all others are measured: it prepares nothing."""
 
-Told = dict[str, list[float | None]]
-"""A number for each size; None where the planner refused the map."""
-
 
 def measure(kinds: Sequence[str], sizes: Sequence[int], planners: Sequence[str], progress: Progress) -> dict[str, Any]:
     """Plan across grids of all sizes with the reference and other planners.
@@ -37,18 +34,16 @@ def measure(kinds: Sequence[str], sizes: Sequence[int], planners: Sequence[str],
     -------
     dict
         ``sizes``, ``cpus``, and by kind of grid and planner: the time of the ``first`` plan, with the preparation of
-        the map, and of the ``next`` [s]; ``times``, the ratio of the latter to that of the reference; the ``exponent``
-        of its growth with the edge, None below two sizes; and how many plans were ``wrong``: dearer than the
-        reference's by an optimal planner.
+        the map, and of the ``next`` [s], both None where the planner refuses the map; ``times``, the next time divided
+        by the reference's next time; the ``exponent`` with which the next time grows with the edge, None below two
+        sizes; and ``wrong``, the number of plans of an optimal planner whose cost differs from the reference's.
 
     Raises
     ------
     NotFound
         A kind of grid or a planner is unknown.
     """
-    unknown = [kind for kind in kinds if kind not in KINDS]
-    if unknown:
-        raise NotFound("kind of grid", unknown[0], tuple(KINDS))
+    check_kinds(kinds)
     made = {name: create(name) for name in dict.fromkeys((REFERENCE, *planners))}
     for planner in made.values():
         warm(planner)
@@ -105,7 +100,7 @@ def across(costmap: Costmap) -> PlanRequest:
 
 
 def _exponent(sizes: Sequence[int], seconds: Sequence[float | None]) -> float | None:
-    """Return the slope of the logarithm of time over that of the edge; None below two sizes."""
+    """Return the exponent of the power law fitted to times over edges; None below two sizes."""
     known = [(size, second) for size, second in zip(sizes, seconds, strict=True) if size >= FROM and second is not None]
     if len(known) < 2:
         return None

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 from rich.progress import Progress
 
 from benchmarks.planners.field import grow_uncached, warm_up
-from benchmarks.planners.grids import KINDS, SEED, Grid, goal_in
+from benchmarks.planners.grids import KINDS, SEED, Grid, check_kinds, goal_in
 from benchmarks.planners.timing import announce, cpus, in_turn, on_threads
-from ppaas.errors import InvalidParameter, NotFound
+from ppaas.errors import InvalidParameter
 from ppaas.planners.ends import Cell
 from robots.pictures.line_chart import Axis, Line
 
@@ -67,9 +67,7 @@ def measure(kinds: Sequence[str], sizes: Sequence[int], threads: Sequence[int], 
     NotFound
         A kind of grid is unknown.
     """
-    unknown = [kind for kind in kinds if kind not in KINDS]
-    if unknown:
-        raise NotFound("kind of grid", unknown[0], tuple(KINDS))
+    check_kinds(kinds)
     told = {
         kind: _of_kind([_same_size(kind, size, threads, progress) for size in sizes], threads, progress)
         for kind in kinds

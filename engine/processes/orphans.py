@@ -7,6 +7,7 @@ from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 
 from engine.processes.background import repeat
+from engine.processes.instances import name_of
 
 PERIOD = 2.0
 """Time between two looks for orphans that have exited [s]."""
@@ -44,7 +45,7 @@ class OrphanReaper:
 
     def look(self) -> None:
         """Reap the zombies that the look before has found, too."""
-        zombies = {child for child in _children() if _is_zombie(child)}.difference(self._known())
+        zombies = {child for child in _children() if name_of(child) is None}.difference(self._known())
         for child in zombies & self._before:
             with contextlib.suppress(ChildProcessError):  # reaped by its parent after all
                 os.waitpid(child, os.WNOHANG)
@@ -55,11 +56,3 @@ def _children() -> Iterator[int]:
     for file in Path("/proc/self/task").glob("*/children"):
         with contextlib.suppress(OSError):  # this thread has just ended
             yield from map(int, file.read_text().split())
-
-
-def _is_zombie(pid: int) -> bool:
-    try:
-        stat = Path(f"/proc/{pid}/stat").read_text()
-    except OSError:
-        return False
-    return stat.rpartition(")")[2].split()[0] == "Z"

@@ -19,6 +19,7 @@ from storage.ports import MapStore, Store
 from storage.recordings.folder import RecordingsFolder
 from storage.records import Limits, MapTask
 from storage.sharing_records import Share, TokenScope
+from tests.servers.jars import OTHER_HADOOPS
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.storage.records import clone, house, plan, put_map, robot
 
@@ -28,6 +29,7 @@ pytestmark = pytest.mark.parametrize(
         ("memory:", "memory:"),
         ("sqlite://{folder}/store.db", "file://{folder}/maps"),
         pytest.param("cassandra", "hdfs", marks=pytest.mark.servers),
+        *(pytest.param("memory:", f"hdfs {version}", marks=pytest.mark.servers) for version in OTHER_HADOOPS),
     ],
     indirect=True,
 )

@@ -1,4 +1,4 @@
-"""``ppaas warm``: its result, and what it reports where it cannot work."""
+"""``ppaas warm``: exit status and error messages."""
 
 import sys
 

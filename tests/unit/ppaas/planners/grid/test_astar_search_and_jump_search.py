@@ -181,7 +181,7 @@ def between(map_, start, goal):
 
 
 def assert_cheapest_by_field(costs, path, start, goal):
-    """Assert that a path is as cheap as that of Dijkstra's algorithm; the twin would take minutes."""
+    """Assert that a path costs the same as the path of ``dijkstra``; the twin would take minutes."""
     field = Dijkstra().plan(grids.of(costs), between(grids.of(costs), start, goal))
     assert (tuple(path[0]), tuple(path[-1])) == (start, goal)
     assert twin.unit_cost(costs, path, True) == twin.unit_cost(costs, field.cells, True)
