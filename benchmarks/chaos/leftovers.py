@@ -100,8 +100,8 @@ class Leftovers:
                     self._tell(f"{left} is left")
 
     def _is_of_ours(self, name: str) -> bool:
-        """Return whether a folder in shared memory is named after a process of the cloud."""
-        return name.startswith("ppaas-") and any(f"-{process.pid}-" in name for process in self._seen)
+        """Return whether a folder or semaphore in shared memory is named after a process of the cloud."""
+        return name.startswith(("ppaas-", "sem.ppaas-")) and any(f"-{process.pid}-" in name for process in self._seen)
 
 
 def _names(folder: Path) -> set[str]:

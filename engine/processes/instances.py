@@ -1,15 +1,18 @@
-"""Unique names of processes on one machine, and their folders in shared memory."""
+"""Unique names of processes on one machine, and what they leave in shared memory: folders and semaphores."""
 
+import contextlib
 import os
 import re
 import shutil
+from multiprocessing import process
 from pathlib import Path
 
-from storage.temporary.own_files import is_own_folder
+from storage.temporary.own_files import is_own_file, is_own_folder
 
 SHARED_MEMORY = Path("/dev/shm")
 
 _NAME = re.compile(r"(\d+)-(\d+)-(\d+)")
+_SEMAPHORE = re.compile(r"sem\.ppaas-(\d+-\d+-\d+)-.+")
 
 
 def instance_name() -> str:
@@ -36,16 +39,33 @@ def folder_of(instance: str, base: Path = SHARED_MEMORY) -> Path:
     return base / f"ppaas-{instance}"
 
 
-def sweep_stale(base: Path = SHARED_MEMORY) -> list[Path]:
-    """Remove the folders of dead instances of this user, and return their paths.
+def name_semaphores() -> None:
+    """Name the semaphores that multiprocessing makes in this process, and in its children, after this process.
 
-    Folders of another PID namespace are left alone, since their processes may still run.
+    Its resource tracker removes those of a killed process, unless it is killed as well; `sweep_stale` does so then.
+    """
+    process.current_process()._config["semprefix"] = f"/ppaas-{instance_name()}"  # type: ignore[attr-defined]
+
+
+def sweep_stale(base: Path = SHARED_MEMORY) -> list[Path]:
+    """Remove the folders and semaphores of dead instances of this user, and return their paths.
+
+    Those of another PID namespace are left alone, since their processes may still run.
     """
     named = [folder for folder in sorted(base.glob("ppaas-*")) if is_dead(folder.name.removeprefix("ppaas-"))]
-    stale = [folder for folder in named if is_own_folder(folder)]
-    for folder in stale:
+    folders = [folder for folder in named if is_own_folder(folder)]
+    for folder in folders:
         shutil.rmtree(folder, ignore_errors=True)  # another process may remove it at the same time
-    return stale
+    semaphores = [file for file in sorted(base.glob("sem.ppaas-*")) if _is_stale_semaphore(file)]
+    for file in semaphores:
+        with contextlib.suppress(FileNotFoundError):  # as above
+            file.unlink()
+    return folders + semaphores
+
+
+def _is_stale_semaphore(file: Path) -> bool:
+    found = _SEMAPHORE.fullmatch(file.name)
+    return found is not None and is_dead(found[1]) and is_own_file(file)
 
 
 def is_dead(instance: str) -> bool:

@@ -7,16 +7,26 @@ without an end. So only regular files of the own user are read, without followin
 import errno
 import os
 import stat
+from collections.abc import Callable
 from pathlib import Path
 
 
 def is_own_folder(path: Path) -> bool:
     """Return whether a path is a folder of this user, and no link."""
+    return _is_own(path, stat.S_ISDIR)
+
+
+def is_own_file(path: Path) -> bool:
+    """Return whether a path is a regular file of this user, and no link."""
+    return _is_own(path, stat.S_ISREG)
+
+
+def _is_own(path: Path, is_kind: Callable[[int], bool]) -> bool:
     try:
         found = path.stat(follow_symlinks=False)
     except OSError:
         return False
-    return stat.S_ISDIR(found.st_mode) and found.st_uid == os.geteuid()
+    return is_kind(found.st_mode) and found.st_uid == os.geteuid()
 
 
 def read_own(path: Path, limit: int) -> bytes:

@@ -21,6 +21,7 @@ from types import ModuleType
 
 import msgspec
 
+from engine.processes.instances import name_semaphores, sweep_stale
 from engine.runtimes.compilation import stamp, threading_layer
 from engine.runtimes.compilation.module_notes import ModuleNotes
 
@@ -85,6 +86,8 @@ def compile_all(
     Exception
         The error of the first kernel that cannot be compiled, after all others are.
     """
+    sweep_stale()  # semaphores of killed compilers
+    name_semaphores()
     with contextlib.ExitStack() as stack:
         pools = {0: stack.enter_context(_pool(0))}
         modules = names if isinstance(names, list) else pools[0].submit(_largest_first, names).result()

@@ -49,3 +49,14 @@ def test_other_folders_and_those_of_another_pid_namespace_are_kept(tmp_path):
         folder.mkdir()
     assert sweep_stale(tmp_path) == []
     assert all(folder.exists() for folder in others)
+
+
+def test_semaphores_of_a_dead_process_are_removed(tmp_path):
+    _, pid, _ = instance_name().split("-")
+    dead = tmp_path / f"sem.ppaas-{name_of_a_dead_process()}-x_y1"
+    kept = [tmp_path / f"sem.ppaas-{instance_name()}-xyz", tmp_path / f"sem.ppaas-1-{pid}-1-xyz", tmp_path / "sem.mp-x"]
+    for file in (dead, *kept):
+        file.write_bytes(b"x")
+    assert sweep_stale(tmp_path) == [dead]
+    assert not dead.exists()
+    assert all(file.exists() for file in kept)

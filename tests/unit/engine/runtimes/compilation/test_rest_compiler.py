@@ -13,6 +13,7 @@ import msgspec
 import psutil
 
 import ppaas
+from engine.processes.instances import SHARED_MEMORY, name_of, sweep_stale
 from engine.processes.orphans import adopt_orphans
 from engine.runtimes.compilation import rest_compiler
 from engine.runtimes.compilation.compile_pool import CompileReport
@@ -108,6 +109,22 @@ async def test_the_pool_of_a_killed_compiler_exits_as_well(tmp_path: Path) -> No
     compiler.kill()
     await compiler.wait()
     await until(lambda: all(map(has_ended, helpers)))
+
+
+async def test_semaphores_of_a_compiler_killed_with_its_resource_tracker_are_swept(tmp_path: Path) -> None:
+    begun = tmp_path / "begun"
+    package_that(tmp_path, one=f"open({str(begun)!r}, 'w').write(f'{{os.getpid()}} '); time.sleep(600)")
+    compiler = await compiler_of(tmp_path)
+    await until(lambda: pid_in(begun) > 0)
+    every = [psutil.Process(compiler.pid), *psutil.Process(compiler.pid).children(recursive=True)]
+    semaphores = set(SHARED_MEMORY.glob(f"sem.ppaas-{name_of(compiler.pid)}-*"))
+    for process in every:
+        process.suspend()  # otherwise one may clean up after another
+    for process in every:
+        process.kill()
+    await compiler.wait()
+    await until(lambda: all(has_ended(process.pid) for process in every))
+    assert semaphores and semaphores <= set(sweep_stale())
 
 
 async def test_reports_name_what_is_compiled_of_all(tmp_path: Path) -> None:
