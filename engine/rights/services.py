@@ -6,6 +6,7 @@ READING = frozenset(
     {
         "compute_costs",
         "compute_fleet_plan",
+        "compute_packed_path",
         "compute_path",
         "dynamic_map",
         "keepout_filter_mask",

@@ -4,7 +4,7 @@ Numbers are rounded to nine decimals, so positions are within half a nanometre o
 """
 
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 
 import numpy as np
 from msgspec import Raw
@@ -18,7 +18,6 @@ from ppaas.messages.nav_msgs import Path
 from ppaas.planners.kernels.pose_text import BLOCK, MAX_MAGNITUDE, WIDEST, write_rows
 
 _STAMPED = (',"pose":{"position":{"x":', ',"y":', ',"z":', '},"orientation":{"x":', ',"y":', ',"z":', ',"w":', "}}},")
-_ROW = ("[", *[","] * 6, "],")
 
 
 def path_message(poses: Poses, header: Header) -> Path:
@@ -33,9 +32,19 @@ def path_message(poses: Poses, header: Header) -> Path:
     return Path(header, Raw(_write(poses, [f'{{"header":{encode(header).decode()}{first}', *others])))
 
 
+def rows_json(rows: NDArray[np.float64]) -> Raw:
+    """Return (n, m) numbers as a JSON array of rows; raises as ``path_message`` does."""
+    return Raw(_write(rows, _row(rows.shape[1])))
+
+
 def rows_text(poses: Poses) -> str:
     """Return (n, 7) poses as a JSON array of rows; raises as ``path_message`` does."""
-    return str(_write(poses, _ROW), "ascii")
+    return str(_write(poses, _row(poses.shape[1])), "ascii")
+
+
+@cache
+def _row(columns: int) -> tuple[str, ...]:
+    return ("[", *[","] * (columns - 1), "],")
 
 
 @lru_cache(8)
@@ -45,7 +54,7 @@ def _template(pieces: tuple[str, ...]) -> tuple[NDArray[np.uint8], NDArray[np.ui
     return np.frombuffer(b"".join(each) + bytes(BLOCK), np.uint8), ends
 
 
-def _write(rows: Poses, pieces: Sequence[str]) -> memoryview:
+def _write(rows: NDArray[np.float64], pieces: Sequence[str]) -> memoryview:
     """Return a JSON array with one item per row; the last piece ends with the comma between items."""
     if not len(rows):
         return memoryview(b"[]")

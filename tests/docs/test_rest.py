@@ -78,8 +78,9 @@ def test_the_shell_commands_work(cloud: RunningCloud, tmp_path: Path) -> None:
     answers = run_shell(f"{login}\n{robot}{script(REST)}", tmp_path, cloud).splitlines()
     text = "\n".join(answers)
     assert '"expires"' in text and '"items"' in text
-    changed = json.loads(text[text.rindex('{"id":"tb1"') :])
+    changed, _ = json.JSONDecoder().raw_decode(text[text.rindex('{"id":"tb1"') :])
     assert changed["cores"] == 0.5
+    assert re.search(r'"poses":"[?-~]+"', text), "a polyline"
 
 
 @pytest.fixture

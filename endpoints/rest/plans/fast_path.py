@@ -12,12 +12,16 @@ from endpoints.accounts.authentication import bearer_of
 from endpoints.accounts.scoped_user import ScopedUser
 from endpoints.http.problems import problem_response, unexpected
 from endpoints.rest.plans.planning import plan_and_store
+from endpoints.rest.plans.representations import PoseForm, Representation, preferred
 from endpoints.services.services import Services
 from engine.service.planning.path_requests import PathRequest
 from ppaas.errors import PPaaSError
 from storage.names import is_name
 
 _decoder = msgspec.json.Decoder(PathRequest)
+_FORMS = {b"": PoseForm.ROWS} | {f"poses={form}".encode(): form for form in PoseForm}
+"""Forms of poses by the query of the request, of which other spellings are left to FastAPI."""
+
 _QUOTED_KEYS = tuple(f'"{name}"'.encode() for name in PathRequest.__struct_fields__)
 
 
@@ -48,7 +52,7 @@ class PlanFastPath:
         if scope["type"] == "http" and scope["method"] == "POST":
             path = self._path.fullmatch(scope["path"])
             token = _token(scope["headers"]) if path is not None else None
-        if path is None or token is None or not is_name(path[1]):
+        if path is None or token is None or not is_name(path[1]) or scope["query_string"] not in _FORMS:
             await self._app(scope, receive, send)
             return
         messages = list[Message]()
@@ -68,7 +72,9 @@ class PlanFastPath:
                 return None
             self._services.cloud.set_limits(user.id, user.limits)
             request = await _read_request(receive, messages)
-            return None if request is None else await plan_and_store(self._services, user, map_id, request)
+            if request is None:
+                return None
+            return await plan_and_store(self._services, user, map_id, request, _representation(scope))
         except HTTPException:  # of the body that arrives too slowly
             return None
         except PPaaSError as error:
@@ -83,6 +89,11 @@ def _token(headers: list[tuple[bytes, bytes]]) -> str | None:
     if len(by_name) != len(headers) or by_name.get(b"content-type") != b"application/json":
         return None
     return bearer_of(by_name.get(b"authorization", b"").decode("latin-1"))
+
+
+def _representation(scope: Scope) -> Representation:
+    accept: bytes = next((value for name, value in scope["headers"] if name == b"accept"), b"")
+    return Representation(preferred(accept.decode("latin-1")), _FORMS[scope["query_string"]])
 
 
 async def _read_request(receive: Receive, messages: list[Message]) -> PathRequest | None:

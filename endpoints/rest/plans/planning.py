@@ -3,10 +3,10 @@
 import asyncio
 from collections.abc import Awaitable, Callable
 from functools import partial
+from typing import Annotated
 
 import msgspec
-import numpy as np
-from fastapi import APIRouter
+from fastapi import APIRouter, Depends
 from pydantic import BaseModel, Field
 from starlette.responses import Response
 from starlette.types import Receive, Scope, Send
@@ -14,6 +14,7 @@ from starlette.types import Receive, Scope, Send
 from endpoints.rest.dependencies import Caller, Provided, readable_head
 from endpoints.rest.names import MapId
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
+from endpoints.rest.plans.representations import Representation, asked, described
 from endpoints.rest.plans.schemas import NewPlanAnswer, PlanFile
 from endpoints.rest.schemas import triple
 from endpoints.rest.strict_json import StrictRoute
@@ -46,15 +47,19 @@ _QUEUED: Responses = {202: {"model": QueueAnswer, "description": "The request wa
     "/maps/{map_id}/plans",
     status_code=201,
     response_model=NewPlanAnswer,
-    responses=_UNSTORED | _QUEUED | KNOWN | BODY | problems(404, 409, 429),
+    responses=described(201) | _UNSTORED | _QUEUED | KNOWN | BODY | problems(404, 409, 429),
 )
-async def make_plan(map_id: MapId, file: PlanFile, services: Provided, user: Caller) -> Response:
+async def make_plan(
+    map_id: MapId, file: PlanFile, services: Provided, user: Caller, wanted: Annotated[Representation, Depends(asked)]
+) -> Response:
     """Plan a path on a map and store it. With `queue`, wait in the queue if no container is available now (202)."""
     request = converted(file.model_dump(exclude_none=True), PathRequest)
-    return await plan_and_store(services, user, map_id, request)
+    return await plan_and_store(services, user, map_id, request, wanted)
 
 
-async def plan_and_store(services: Services, user: User, map_id: str, request: PathRequest) -> "PlanResponse":
+async def plan_and_store(
+    services: Services, user: User, map_id: str, request: PathRequest, wanted: Representation
+) -> "PlanResponse":
     """Return the response with the path that a container plans; the path is stored after it was sent.
 
     While too many paths wait for a store that takes none, the response has status 200 and no id instead of 201.
@@ -75,11 +80,12 @@ async def plan_and_store(services: Services, user: User, map_id: str, request: P
     head = await readable_head(services, user, map_id)
     answer = await services.cloud.compute_path(user, MapVersion(head.id, head.version), request)
     if answer.plan_id == answer.reused:  # it is stored already
-        return PlanResponse(msgspec.json.encode(answer), None)
+        return PlanResponse(wanted.encode(answer), wanted.media_type, None)
     if not services.plan_writer.accepts:
-        return PlanResponse(msgspec.json.encode(msgspec.structs.replace(answer, plan_id="")), None, status=200)
+        unnamed = msgspec.structs.replace(answer, plan_id="")
+        return PlanResponse(wanted.encode(unnamed), wanted.media_type, None, status=200)
     store = partial(services.plan_writer.write, services.store, partial(_record, user, request, answer))
-    return PlanResponse(msgspec.json.encode(answer), store)
+    return PlanResponse(wanted.encode(answer), wanted.media_type, store)
 
 
 class PlanResponse(Response):
@@ -88,18 +94,21 @@ class PlanResponse(Response):
     Parameters
     ----------
     body : bytes
-        JSON.
+    media_type : str
+        Media type of the body.
     store : callable, optional
         Stores the path. It runs after the response was sent, and before the next request of the connection is read.
     status : int
         HTTP status.
     """
 
-    def __init__(self, body: bytes, store: Callable[[], Awaitable[None]] | None, status: int = 201) -> None:
+    def __init__(
+        self, body: bytes, media_type: str, store: Callable[[], Awaitable[None]] | None, status: int = 201
+    ) -> None:
         super().__init__(status_code=status, headers={})
         self.body = body
         # Encoded headers: Starlette takes longer to build them from a dict than msgspec takes to encode the body.
-        self.raw_headers = [(b"content-length", b"%d" % len(body)), (b"content-type", b"application/json")]
+        self.raw_headers = [(b"content-length", b"%d" % len(body)), (b"content-type", media_type.encode())]
         self._store = store
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -128,7 +137,7 @@ def _record(user: User, request: PathRequest, answer: PathAnswer) -> PlanRecord:
         length=answer.length,
         cost=answer.cost,
         seconds=answer.seconds,
-        poses=np.array(msgspec.json.decode(answer.poses), "<f8").tobytes(),
+        poses=answer.poses.astype("<f8", copy=False).tobytes(),
         created=epoch(),
         parameters=msgspec.json.decode(answer.conditions),
         origin=answer.origin,

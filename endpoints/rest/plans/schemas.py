@@ -127,7 +127,9 @@ class PlanSummary(ResponseBody):
 
 class _Path(ResponseBody):
     plan_id: str
-    poses: list[list[float]] = Field(description="x, y, z [m], qx, qy, qz, qw a row, in the frame of the map")
+    poses: list[list[float]] | str = Field(
+        description="x, y, z [m], qx, qy, qz, qw a row, in the frame of the map; in another form if `poses` names one"
+    )
     length: float = Field(description="Along the poses [m]")
     cost: float
     seconds: float = Field(description="Time the planner took [s]")

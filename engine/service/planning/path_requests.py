@@ -1,8 +1,9 @@
 """Requests of programs for paths and costs, and their results.
 
-REST decodes the body of a request into one of these structures, and encodes the result unchanged. Its pydantic schemas
-describe the same fields for OpenAPI: ``PlanFile``, ``CostFile``, ``NewPlanAnswer`` and ``CostMatrixAnswer``. A
-container is called by the ROS services ``ppaas_msgs/ComputePath`` and ``ComputeCosts``.
+REST decodes the body of a request into one of these structures, and encodes the result, the poses of a path in one of
+several forms. Its pydantic schemas describe the same fields for OpenAPI: ``PlanFile``, ``CostFile``, ``NewPlanAnswer``
+and ``CostMatrixAnswer``. A container is called by the ROS services ``ppaas_msgs/ComputePackedPath`` and
+``ComputeCosts``.
 """
 
 from typing import Annotated, Any
@@ -11,6 +12,7 @@ import msgspec
 from msgspec import Meta, Raw
 
 from engine.specs.machine_settings import MOST_LABELS
+from ppaas.geometry import Poses
 from ppaas.plans.stored import Origin
 from storage.names import PATTERN
 
@@ -65,12 +67,12 @@ class PathRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class PathAnswer(msgspec.Struct, frozen=True):
-    """Path, and the container that planned it. Encoded as JSON, it is the response of REST.
+    """Path, and the container that planned it. Its fields are those of the response of REST.
 
     Parameters
     ----------
-    poses : Raw
-        JSON: a list of rows x, y, z [m], qx, qy, qz, qw in the frame of the map, as the container wrote it.
+    poses : (n, 7) float64 array
+        Rows x, y, z [m], qx, qy, qz, qw in the frame of the map.
     cost : float
         Sum of the weights of the moves.
     length : float
@@ -97,7 +99,7 @@ class PathAnswer(msgspec.Struct, frozen=True):
         Map version that it was planned on.
     """
 
-    poses: Raw
+    poses: Poses
     cost: float
     length: float
     expanded: int

@@ -11,6 +11,7 @@ from msgspec import Raw
 from engine.service.links.place_link import PlaceLink
 from engine.service.planning.fleet_requests import FleetAnswer, FleetRequest
 from engine.service.planning.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest, RequestPose
+from engine.service.planning.pose_unpacker import PoseUnpacker
 from engine.specs.containers import MapVersion
 from engine.specs.start_state import KERNEL_PATIENCE, READY, StartState, explained
 from ppaas.errors import Queued, Unavailable
@@ -19,11 +20,10 @@ from ppaas.messages import decode, encode
 from ppaas.messages.base.message import Message
 from ppaas.messages.fleet.fleet_plans import ComputeFleetPlanRequest, ComputeFleetPlanResponse
 from ppaas.messages.geometry_msgs import Pose
+from ppaas.messages.paths.packed_paths import ComputePackedPathRequest, ComputePackedPathResponse
 from ppaas.messages.ppaas_msgs import (
     ComputeCostsRequest,
     ComputeCostsResponse,
-    ComputePathRequest,
-    ComputePathResponse,
 )
 from ppaas.plans.stored import ORIGINS
 
@@ -64,6 +64,7 @@ class Planning:
     def __init__(self, use: Use, start_of: Callable[[], StartState] = lambda: READY) -> None:
         self._use = use
         self._start_of = start_of
+        self._unpacker = PoseUnpacker()
 
     async def compute_path(self, user: str, version: MapVersion, request: PathRequest) -> PathAnswer:
         """Plan in the user's planning container for this map version.
@@ -81,15 +82,16 @@ class Planning:
         Unavailable
             No machine has room, or the container was lost.
         """
-        start, goal = (Pose.of(Pose2D(*pose)) for pose in (request.start, request.goal))
-        question = ComputePathRequest(
+        self._unpacker.begin()
+        start, goal = ([*Pose2D(*pose)] for pose in (request.start, request.goal))
+        question = ComputePackedPathRequest(
             start, goal, request.planner, request.tolerance, request.timeout, request.reuse, _json(request.parameters)
         )
         where = user, version, request.labels
-        asked = await self._ask(where, "compute_path", question, request.timeout, queue=request.queue)
-        response = decode(ComputePathResponse, asked.answer)
+        asked = await self._ask(where, "compute_packed_path", question, request.timeout, queue=request.queue)
+        response = decode(ComputePackedPathResponse, asked.answer)
         return PathAnswer(
-            poses=Raw(response.poses),
+            poses=await self._unpacker.unpack(response.poses),
             cost=response.cost,
             length=response.length,
             expanded=response.expanded,

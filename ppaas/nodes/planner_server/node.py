@@ -11,6 +11,7 @@ from ppaas.messages.base.message import Message
 from ppaas.messages.fleet.fleet_plans import ComputeFleetPlan, ComputeFleetPlanRequest
 from ppaas.messages.geometry_msgs import PoseStamped
 from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest
+from ppaas.messages.paths.packed_paths import ComputePackedPath, ComputePackedPathRequest
 from ppaas.messages.ppaas_msgs import ComputeCosts, ComputeCostsRequest, ComputePath, ComputePathRequest
 from ppaas.nodes.base import Context, Node, Reply, Service
 from ppaas.nodes.frames import MAP
@@ -24,7 +25,9 @@ from ppaas.thread_budget import Threads
 
 
 class PlannerServerNode(Node):
-    """Answers ``make_plan`` (``nav_msgs/GetPlan``), and ``compute_path``, ``compute_costs`` and ``compute_fleet_plan``.
+    """Answers ``make_plan`` (``nav_msgs/GetPlan``), ``compute_path``, ``compute_costs`` and ``compute_fleet_plan``.
+
+    It answers ``compute_packed_path`` as ``compute_path``, with poses as bytes: for processes that answer programs.
 
     Poses are in the map frame. If there is no path, the reply is the planning error.
 
@@ -47,6 +50,7 @@ class PlannerServerNode(Node):
     services: ClassVar[tuple[Service, ...]] = (
         Service("make_plan", GetPlan),
         Service("compute_path", ComputePath),
+        Service("compute_packed_path", ComputePackedPath),
         Service("compute_costs", ComputeCosts),
         Service("compute_fleet_plan", ComputeFleetPlan),
     )
@@ -88,7 +92,9 @@ class PlannerServerNode(Node):
         Unavailable
             Too many requests are waiting.
         """
-        if isinstance(request, ComputePathRequest):
+        if isinstance(request, ComputePackedPathRequest):
+            self._paths.compute_packed(request, reply)
+        elif isinstance(request, ComputePathRequest):
             self._paths.compute(request, reply)
         elif isinstance(request, ComputeCostsRequest):
             self._costs.compute(request, reply)

@@ -10,7 +10,9 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.errors import InvalidInput, InvalidPlanner, NotFound, PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.messages.base.message import Message
+from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.nav_msgs import GetPlanResponse
+from ppaas.messages.paths.packed_paths import ComputePackedPathRequest, ComputePackedPathResponse
 from ppaas.messages.ppaas_msgs import ComputePathRequest, ComputePathResponse
 from ppaas.nodes.base import Context, Job, Reply
 from ppaas.nodes.message_checks import finite_pose
@@ -42,6 +44,25 @@ def compute_path_response(result: PlanResult) -> ComputePathResponse:
     """Return the response of ``ppaas_msgs/ComputePath``."""
     return ComputePathResponse(
         poses=rows_text(result.poses),
+        cost=result.cost,
+        length=result.length,
+        expanded=result.expanded,
+        seconds=result.seconds,
+        planner=result.planner,
+        plan_id=result.id,
+        origin=result.origin,
+        reused=result.reused,
+        conditions=msgspec.json.encode(result.conditions).decode(),
+    )
+
+
+def packed_path_response(result: PlanResult) -> ComputePackedPathResponse:
+    """Return the response of ``ppaas_msgs/ComputePackedPath``."""
+    # Imported here: robots do not need its kernels.
+    from ppaas.plans.encoding.packed_poses import pack_poses  # noqa: PLC0415
+
+    return ComputePackedPathResponse(
+        poses=pack_poses(result.poses),
         cost=result.cost,
         length=result.length,
         expanded=result.expanded,
@@ -118,6 +139,20 @@ class PathServices:
             parameters=parameters_of(request.parameters),
         )
 
+    def compute_packed(self, request: ComputePackedPathRequest, reply: Reply) -> Job:
+        """Handle a ``ppaas_msgs/ComputePackedPath``; raises as ``compute`` does."""
+        return self.plan(
+            _pose(request.start, "the start"),
+            _pose(request.goal, "the goal"),
+            reply,
+            packed_path_response,
+            planner=request.planner,
+            tolerance=request.tolerance,
+            timeout=request.timeout,
+            reuse=request.reuse,
+            parameters=parameters_of(request.parameters),
+        )
+
     def plan(
         self, start: Pose2D, goal: Pose2D, reply: Reply, respond: ToResponse,
         *, planner: str = "", tolerance: float = 0.0, timeout: float = 5.0, costmap: Costmap | None = None,
@@ -177,3 +212,9 @@ class PathServices:
         except NotFound as error:
             raise InvalidPlanner(str(error)) from error
         return self._planners[own]
+
+
+def _pose(numbers: list[float], what: str) -> Pose2D:
+    if len(numbers) != len(Pose2D._fields):
+        raise InvalidInput(f"{what} must be x, y and yaw, not {len(numbers)} numbers")
+    return finite_pose(Pose.of(Pose2D(*numbers)), what)

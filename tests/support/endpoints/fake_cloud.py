@@ -320,12 +320,12 @@ class FakeCloud:
         if self.error is not None:
             raise self.error
         points = np.array([request.start[:2], request.goal[:2]])
-        poses = poses_along(points, Pose2D(*request.goal).theta).tolist()
+        poses = poses_along(points, Pose2D(*request.goal).theta)
         length = float(np.linalg.norm(points[1] - points[0]))
         conditions = {"smooth": False, "bare_map": True, "robot_radius": 0.18}
         plan_id = hashlib.blake2b(repr((map, request)).encode(), digest_size=16).hexdigest()
         return PathAnswer(
-            Raw(json.dumps(poses)), 50.0, length, 2, 0.001, request.planner,
+            poses, 50.0, length, 2, 0.001, request.planner,
             self.reused or plan_id, "reused" if self.reused else "computed", self.reused or None,
             Raw(json.dumps(conditions)), "c9", 4711, map.id, map.version,
         )  # fmt: skip

@@ -58,10 +58,8 @@ def test_planning_container_has_map_and_planner_only():
     build_planning(graph, LAYERS)
     assert set(graph.nodes) == {"map_server", "planner_server"}
     masks = {"keepout_filter_mask", "speed_filter_mask", "map_zones"}
-    assert (
-        set(graph.services)
-        == {"static_map", "make_plan", "compute_path", "compute_costs", "compute_fleet_plan"} | masks
-    )
+    planning = {"make_plan", "compute_path", "compute_packed_path", "compute_costs", "compute_fleet_plan"}
+    assert set(graph.services) == {"static_map"} | planning | masks
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,1 @@
+"""Messages with paths that are packed as bytes."""

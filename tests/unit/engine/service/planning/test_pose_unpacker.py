@@ -1,0 +1,43 @@
+"""Poses are unpacked as soon as the kernels are loaded."""
+
+import asyncio
+
+import numpy as np
+import pytest
+
+from engine.service.planning import pose_unpacker
+from engine.service.planning.pose_unpacker import PoseUnpacker
+from ppaas.errors import MalformedMessage
+from ppaas.plans.encoding.packed_poses import pack_poses
+
+POSES = np.arange(70.0).reshape(10, 7)
+
+
+async def test_poses_are_unpacked_before_and_after_the_kernels_are_loaded() -> None:
+    unpacker = PoseUnpacker()
+    for _ in range(3):
+        assert (await unpacker.unpack(pack_poses(POSES))).tobytes() == POSES.tobytes()
+    with pytest.raises(MalformedMessage):
+        await unpacker.unpack(b"x")
+
+
+async def test_a_caller_that_gives_up_does_not_end_the_loading_for_others() -> None:
+    unpacker = PoseUnpacker()
+    unpacker.begin()
+    first, second = (asyncio.create_task(unpacker.unpack(pack_poses(POSES))) for _ in range(2))
+    await asyncio.sleep(0)
+    first.cancel()
+    assert (await second).tobytes() == POSES.tobytes()
+    assert first.cancelled()
+
+
+async def test_kernels_that_could_not_be_loaded_are_loaded_at_the_next_path(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail() -> pose_unpacker.Unpack:
+        raise OSError("no folder")
+
+    unpacker = PoseUnpacker()
+    with monkeypatch.context() as patch:
+        patch.setattr(pose_unpacker, "_load", fail)
+        with pytest.raises(OSError, match="no folder"):
+            await unpacker.unpack(pack_poses(POSES))
+    assert (await unpacker.unpack(pack_poses(POSES))).tobytes() == POSES.tobytes()
