@@ -38,6 +38,16 @@ class ControlPlane(CloudCalls, Protocol):
         """Whether containers can start, and the kernels that machines compile."""
         ...
 
+    async def count_paths(self, user: str, paths: int) -> None:
+        """Count paths that a user requests.
+
+        Raises
+        ------
+        QuotaExceeded
+            They exceed the quota; see ``PlanRate.take``.
+        """
+        ...
+
     async def remove_machine(self, machine: str, *, force: bool = False) -> None:
         """Disconnect a machine and refuse it until it is admitted.
 

@@ -2,8 +2,10 @@
 
 from collections import deque
 from contextlib import suppress
+from functools import partial
 
 from engine.endpoint.master_link import MasterLink
+from engine.endpoint.paths_ahead import PathsAhead
 from engine.endpoint.places import EndpointPlaces
 from engine.master.quotas import Quotas
 from engine.protocols.refusals import refusal_of
@@ -92,6 +94,7 @@ class EndpointCloud:
         self._limits: BoundedDict[str, Limits] = BoundedDict(MAX_LIMITS)
         self._clock = clock
         self._planned: BoundedDict[_Wanted, tuple[str, float]] = BoundedDict(MAX_PLANNED)
+        self._paths = PathsAhead(partial(master.call, MasterCalls.take_paths), clock)
         self._untold: deque[tuple[NewsKind, str]] = deque(maxlen=MAX_UNTOLD)
 
     @property
@@ -126,12 +129,13 @@ class EndpointCloud:
         """Apply a user's own limits, as they are stored, here and in the master."""
         if limits != self._limits.get(user):
             self.quotas.set_limits(user, limits)
+            self._paths.forget(user)
             self._limits[user] = limits
             self._master.tell(MasterCalls.set_limits, user, limits)
 
     async def count_paths(self, user: str, paths: int) -> None:
         """Count paths that a user requests; ``QuotaExceeded`` if they are too many."""
-        await self._master.call(CloudCalls.count_paths, user, paths)
+        await self._paths.count(user, paths)
 
     async def check_container(self, user: str, cores: float) -> None:
         """Raise ``QuotaExceeded`` if the quota of a user allows no other container of this size [cores]."""

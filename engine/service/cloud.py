@@ -178,6 +178,10 @@ class Cloud:
         """Count paths that a user requests; ``QuotaExceeded`` if they are too many."""
         self._plan_rate.take(user, paths)
 
+    async def take_paths(self, user: str, paths: int, ahead: int) -> int:
+        """Count paths that a user requests, and further ones if the quota allows; return the number of these."""
+        return self._plan_rate.take_ahead(user, paths, ahead)
+
     async def check_container(self, user: str, cores: float) -> None:
         """Raise ``QuotaExceeded`` if the quota of a user allows no other container of this size [cores]."""
         self.quotas.check_container(user, cores)

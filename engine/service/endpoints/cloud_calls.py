@@ -23,16 +23,6 @@ from ppaas.people.settings import PeopleSettings
 class CloudCalls(Protocol):
     """Methods of the master that do not depend on the endpoint; part of what endpoints offer to their requests."""
 
-    async def count_paths(self, user: str, paths: int) -> None:
-        """Count paths that a user requests.
-
-        Raises
-        ------
-        QuotaExceeded
-            They exceed the quota; see ``PlanRate.take``.
-        """
-        ...
-
     async def check_container(self, user: str, cores: float) -> None:
         """Raise ``QuotaExceeded`` if the quota of a user allows no other container of this size [cores]."""
         ...

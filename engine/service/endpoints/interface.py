@@ -180,6 +180,16 @@ class MasterCalls(CloudCalls, Protocol):
         """
         ...
 
+    async def take_paths(self, user: str, paths: int, ahead: int) -> int:
+        """Count paths that a user requests, and up to ``ahead`` further ones; return the number of these.
+
+        Raises
+        ------
+        QuotaExceeded
+            They exceed the quota; see ``PlanRate.take``.
+        """
+        ...
+
     async def open_planning(self, user: str, version: MapVersion, labels: dict[str, str], queue: bool) -> JoinedPlace:
         """Open the place of a planning container, or use it; see ``Planning.place``."""
         ...

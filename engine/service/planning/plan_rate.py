@@ -13,6 +13,10 @@ MAX_KNOWN = 4096
 """Number of users in memory above which users with a full quota are forgotten."""
 
 
+AHEAD_SHARE = 1000
+"""An endpoint may count one in so many paths of a quota before they are requested."""
+
+
 class PlanRate:
     """Counts path requests by the generic cell rate algorithm, a token bucket with one number per user.
 
@@ -50,6 +54,19 @@ class PlanRate:
         self._whole[user] = now + after
         if len(self._whole) > MAX_KNOWN:
             self._whole = {name: whole for name, whole in self._whole.items() if whole > now}
+
+    def take_ahead(self, user: str, plans: int, ahead: int) -> int:
+        """Count paths that a user requests, and others that it may request soon; return the number of these.
+
+        They are a thousandth of the quota at most, and none if the quota would be exceeded. Raises as ``take``.
+        """
+        self.take(user, plans)
+        more = min(ahead, self._quotas.of(user).plans_per_minute // AHEAD_SHARE)
+        try:
+            self.take(user, more)
+        except QuotaExceeded:
+            return 0
+        return more
 
     def used(self, user: str) -> int:
         """Return the number of paths that currently count against a user's quota."""

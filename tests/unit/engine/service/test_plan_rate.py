@@ -93,3 +93,29 @@ def test_granted_paths_never_exceed_burst_plus_refill(
         given_out += plans
         assert 0 < rate.used("ann") <= 6
         assert given_out <= 6 + clock() / 10.0 + 1e-6
+
+
+def test_paths_ahead_are_a_small_share_of_the_quota_and_are_counted(clock: ManualClock) -> None:
+    quotas = Quotas(Quota(plans_per_minute=6000))
+    rate = PlanRate(quotas, clock)
+    assert rate.take_ahead("ann", 1, 64) == 6
+    assert rate.used("ann") == 7
+    assert rate.take_ahead("ann", 1, 2) == 2
+    assert rate.used("ann") == 10
+
+
+@pytest.mark.parametrize("limit", [0, 1, 6])
+def test_small_quotas_are_counted_exactly(clock: ManualClock, limit: int) -> None:
+    rate = PlanRate(Quotas(Quota(plans_per_minute=limit)), clock)
+    for _ in range(limit):
+        assert rate.take_ahead("ann", 1, 64) == 0
+    with pytest.raises(QuotaExceeded):
+        rate.take_ahead("ann", 1, 64)
+
+
+def test_no_paths_are_counted_ahead_at_the_end_of_a_quota(clock: ManualClock) -> None:
+    rate = PlanRate(Quotas(Quota(plans_per_minute=2000)), clock)
+    rate.take("ann", 1998)
+    assert rate.take_ahead("ann", 1, 64) == 0
+    with pytest.raises(QuotaExceeded):
+        rate.take_ahead("ann", 2, 64)
