@@ -290,7 +290,7 @@ class Idle(Unavailable):
 
 
 class Queued(Unavailable):
-    """The request waits in the queue for capacity, as its sender asked.
+    """The request waits in the queue for capacity, or for what ``why`` says, as its sender asked.
 
     Parameters
     ----------
@@ -301,9 +301,12 @@ class Queued(Unavailable):
     slug = "queued"
     position: int = 0
 
-    def __init__(self, position: int) -> None:
+    def __init__(self, position: int, why: str = "") -> None:
         self.position = position
-        super().__init__(f"waiting at position {position} in the queue: repeat the request to keep this position")
+        until = f" ({why})" if why else ""
+        super().__init__(
+            f"waiting at position {position} in the queue{until}: repeat the request to keep this position"
+        )
 
 
 class TransformError(PPaaSError):

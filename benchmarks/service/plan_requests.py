@@ -5,6 +5,7 @@ import contextlib
 import json
 import sys
 from collections.abc import AsyncIterator, Awaitable, Callable
+from typing import NamedTuple
 
 import msgspec
 from rich.progress import Progress
@@ -53,8 +54,10 @@ async def measure(target: Target, progress: Progress, quick: bool) -> list[Figur
         rest_size = len(rest.exchange(body))
         plain = await stack.enter_async_context(echo("websockets", len(answer)))
         fast = await stack.enter_async_context(echo("fastapi", rest_size))
-        plain_socket = await stack.enter_async_context(connect(f"ws://{plain}", max_size=None, compression=None))
-        fast_rest = stack.enter_context(contextlib.closing(RestAsker(f"http://{fast}", "none", "/")))
+        plain_socket = await stack.enter_async_context(
+            connect(f"ws://{plain.address}", max_size=None, compression=None)
+        )
+        fast_rest = stack.enter_context(contextlib.closing(RestAsker(f"http://{fast.address}", "none", "/")))
         ways: dict[str, Ask] = {
             "planner": in_process(grid, start, goal),
             "ws": lambda: _ask_socket(socket, frame),
@@ -138,16 +141,23 @@ async def _ask_rest(asker: RestAsker, body: bytes) -> float:
     return _planner_seconds(asker.exchange(body), _Planned)
 
 
+class EchoServer(NamedTuple):
+    """An echo server: its host and port, and its process id."""
+
+    address: str
+    pid: int
+
+
 @contextlib.asynccontextmanager
-async def echo(kind: str, size: int) -> AsyncIterator[str]:
-    """Run an echo server with answers of a size in its own process; yield its host and port."""
+async def echo(kind: str, size: int) -> AsyncIterator[EchoServer]:
+    """Run an echo server with answers of a size in its own process."""
     process = await asyncio.create_subprocess_exec(
         sys.executable, "-m", echo_server.__name__, kind, str(size),
         stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,
     )  # fmt: skip
     assert process.stdin is not None and process.stdout is not None
     try:
-        yield f"127.0.0.1:{int(await process.stdout.readline())}"
+        yield EchoServer(f"127.0.0.1:{int(await process.stdout.readline())}", process.pid)
     finally:
         process.stdin.close()
         await process.wait()

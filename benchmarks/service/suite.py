@@ -9,12 +9,13 @@ from rich.progress import Progress
 from benchmarks.harness.cloud_under_test import Target, own_cloud, running_cloud
 from benchmarks.harness.figures import Figure
 from benchmarks.harness.parts import PartSelection
-from benchmarks.service import containers, dashboard, fleet, map_publishing, map_push, plan_requests, startup
+from benchmarks.service import containers, dashboard, fleet, map_publishing, map_push, plan_load, plan_requests, startup
 
 Measure = Callable[[Target, Progress, bool], Awaitable[list[Figure]]]
 
 PARTS: dict[str, Measure] = {
     plan_requests.PART: plan_requests.measure,
+    plan_load.PART: plan_load.measure,
     map_publishing.PART: map_publishing.measure,
     containers.PART: containers.measure,
     dashboard.PART: dashboard.measure,

@@ -14,7 +14,7 @@ from engine.service.planning.path_requests import CostAnswer, CostRequest, PathA
 from engine.service.planning.pose_unpacker import PoseUnpacker
 from engine.specs.containers import MapVersion
 from engine.specs.start_state import KERNEL_PATIENCE, READY, StartState, explained
-from ppaas.errors import Queued, Unavailable
+from ppaas.errors import Queued, Starting, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.messages import decode, encode
 from ppaas.messages.base.message import Message
@@ -78,7 +78,7 @@ class Planning:
         Queued
             The request waits in the queue.
         Starting
-            Kernels that the request needs are being compiled.
+            Kernels that the request needs are being compiled, and it may not wait in the queue.
         Unavailable
             No machine has room, or the container was lost.
         """
@@ -148,12 +148,21 @@ class Planning:
     async def _ask(
         self, where: _Where, service: str, question: Message, timeout: float, *, queue: bool = False
     ) -> "_Asked":
+        try:
+            return await self._asked(where, service, question, timeout, queue)
+        except Starting as error:
+            if not queue:
+                raise
+            raise Queued(1, str(error).partition(";")[0]) from error
+
+    async def _asked(self, where: _Where, service: str, question: Message, timeout: float, queue: bool) -> "_Asked":
         with explained(self._start_of):
             place, position = await self._use(*where, queue)
         if position is not None:
             if not queue:
                 raise Unavailable(f"its container is at position {position} of the queue: set 'queue' to wait for it")
-            raise Queued(position)
+            start = self._start_of()
+            raise Queued(position, "" if start.ready else start.text)
         await place.ready(READY_TIMEOUT, lambda: self._start_of().refusal())
         # The container is noted before the call, since it may be lost or replaced by the time of the answer.
         container, pid = place.container, place.pid

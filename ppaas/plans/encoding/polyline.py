@@ -10,8 +10,6 @@ DECIMALS = 3
 """Decimals of a coordinate in metres: points are rounded to millimetres."""
 
 _BITS, _MORE, _OFFSET = 5, 0x20, 63
-_MOST = 13
-"""Most characters of a number of 63 bits."""
 
 
 def polyline_of(points: NDArray[np.float64], decimals: int = DECIMALS) -> str:
@@ -19,8 +17,8 @@ def polyline_of(points: NDArray[np.float64], decimals: int = DECIMALS) -> str:
     rounded = np.rint(points * 10.0**decimals).astype(np.int64)
     steps = np.diff(rounded, axis=0, prepend=np.zeros((1, 2), np.int64)).reshape(-1)
     values = (steps << 1) ^ (steps >> 63)  # the sign is the last bit
-    shifts = np.arange(0, _MOST * _BITS, _BITS)
-    parts = values[:, None] >> shifts
+    widest = max(int(values.max(initial=1)).bit_length(), 1)
+    parts = values[:, None] >> np.arange(0, widest, _BITS)
     is_used = parts != 0
     is_used[:, 0] = True
     characters = (parts & (_MORE - 1)) + _OFFSET

@@ -1,0 +1,57 @@
+"""Path requests while kernels are being compiled."""
+
+import pytest
+
+from engine.service.planning import planning as module
+from engine.service.planning.path_requests import PathRequest
+from engine.service.planning.planning import Planning
+from engine.specs.containers import MapVersion
+from engine.specs.start_state import KernelProgress, StartState
+from ppaas.errors import Queued, Starting, Unavailable
+
+MAP = MapVersion("house", "v1")
+COMPILING = StartState(ready=False, machines={"local": KernelProgress(12, 167, ("field/tile_growth",))})
+MISSING = "the kernels of this request are being compiled, 1 of 2 (missing: lattice/hybrid_astar): try again"
+
+
+class Place:
+    """Place of a planning container."""
+
+    container, pid = "c1", 4711
+
+    def __init__(self, late: bool = False) -> None:
+        self.late = late
+
+    async def ready(self, timeout: float, why) -> None:
+        if self.late:
+            raise why() or Unavailable("no container was ready")
+
+    async def call(self, service: str, payload: bytes, timeout: float) -> bytes:
+        raise Starting(MISSING)
+
+
+def planning(place: Place, position: int | None = None, start: StartState = COMPILING) -> Planning:
+    async def use(*_: object):
+        return place, position
+
+    return Planning(use, lambda: start)  # type: ignore[arg-type]
+
+
+async def asked(paths: Planning, *, queue: bool) -> None:
+    await paths.compute_path("ann", MAP, PathRequest((0.0, 0.0), (1.0, 0.0), queue=queue))
+
+
+@pytest.mark.parametrize("place", [Place(late=True), Place()])
+async def test_a_request_that_may_wait_has_a_position_and_the_progress(place: Place) -> None:
+    with pytest.raises(Queued, match=r"position 1 in the queue \(.*kernels.*of \d+.*\): repeat") as queued:
+        await asked(planning(place), queue=True)
+    assert queued.value.position == 1
+    with pytest.raises(Starting, match=r"kernels.*of \d+"):
+        await asked(planning(place), queue=False)
+
+
+async def test_a_request_in_the_queue_of_a_starting_cloud_has_the_progress() -> None:
+    with pytest.raises(Queued, match=r"position 3 in the queue \(the cloud is starting: compiling kernels, 12 of 167"):
+        await asked(planning(Place(), position=3), queue=True)
+    with pytest.raises(Queued, match="position 3 in the queue: repeat"):
+        await asked(planning(Place(), position=3, start=module.READY), queue=True)
