@@ -14,6 +14,7 @@ from hypothesis import settings
 
 from engine.runtimes.fork_server import early_start
 from ppaas import plugins
+from tests.ci import whole_files
 from tests.ci.shares import place_in_line
 
 pytest_plugins = ["tests.servers.fixtures"]
@@ -38,8 +39,16 @@ def pytest_collection() -> Generator[None, object, object]:
         gc.enable()
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_configure(config: pytest.Config) -> None:
+    """Let a process of several collect the tests of a file when it runs them."""
+    if whole_files.is_wanted(config):
+        config.pluginmanager.register(whole_files)
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> Generator[None, None, None]:
     """Put the longest shares first."""
+    yield
     places = {path: place_in_line(path.relative_to(ROOT)) for path in {item.path for item in items}}
     items.sort(key=lambda item: places[item.path])
 
