@@ -32,6 +32,15 @@ LOCKS := deploy/bootstrap.lock deploy/requirements.lock
 UV_COMPILE = $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
 	--no-emit-index-url --no-emit-find-links --custom-compile-command "make lock"
 
+# Where the tests of a suite are (tests/ci/test_suites.py checks it), so that the others are not collected; tests that
+# PYTEST_ARGS names take their place.
+SERVERS := tests/contracts tests/servers tests/unit/storage/migration
+DOCKER := tests/contracts/test_runtimes.py tests/docker tests/e2e/test_docker.py tests/faults/test_master_restart.py \
+	tests/unit/engine/runtimes/docker
+RAY := tests/contracts/test_runtimes.py tests/ray
+ROS2_AND_1 := tests/e2e/test_ros1.py tests/e2e/test_ros2_dds.py tests/e2e/test_ros2_zenoh.py
+WITH_CLIENTS := tests/e2e/test_clients.py tests/e2e/test_foxglove.py tests/unit/robots/arduino
+
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .PHONY: help setup demo browser proxies broker kernels test test-clients test-servers test-docker test-ray test-ros test-versions joints chaos schemathesis properties fuzz lint bench bench-cassandra performance lock sbom clean
@@ -79,28 +88,28 @@ test-clients: $(INSTALLED) $(NODE_MODULES) $(CLIENTS)/roslibpy-1 $(ARM)/usr ## D
 	@if command -v cargo >/dev/null && cargo fetch --quiet --locked --manifest-path $(RUST_TESTS); then \
 		cargo build --quiet --locked --offline --manifest-path $(RUST_TESTS) --target-dir $(CLIENTS)/roslibrust; \
 		else echo "test-clients: no roslibrust; install cargo and connect to crates.io, or its test is skipped" >&2; fi
-	$(BIN)/python -m pytest -m clients tests/e2e/test_clients.py tests/e2e/test_foxglove.py tests/unit/robots/arduino $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -m clients -o testpaths="$(WITH_CLIENTS)" $(PYTEST_ARGS)
 
 test-servers: $(INSTALLED) ## Run the tests over a real Cassandra and a real HDFS, killed in the middle (wants Java 17 and Maven)
 	@echo "test-servers: starts the servers on this machine; the first time Maven fetches their jars into build/"
 	@$(BIN)/python -m tests.servers.jars
-	$(BIN)/python -m pytest -m servers $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -m servers -o testpaths="$(SERVERS)" $(PYTEST_ARGS)
 
 test-docker: $(INSTALLED) ## Run the tests over a real Docker engine (PPAAS_DOCKER_UP is the command that brings one up)
 	@echo "test-docker: builds the images of this checkout, minutes the first time"
-	$(BIN)/python -m pytest -m docker --timeout 1800 $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -m docker -o testpaths="$(DOCKER)" --timeout 1800 $(PYTEST_ARGS)
 
 test-ros: $(INSTALLED) $(ROS)/kilted_messages $(ROS)/jazzy $(ROS)/pyzeros_codecs ## Drive robots on rclpy of ROS 2 Kilted and Jazzy, on pyzeros, and on rospy
 	@echo "test-ros: nodes of ROS on the loopback interface of this machine"
-	$(BIN)/python -m pytest -m ros $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -m ros -o testpaths="$(ROS2_AND_1)" $(PYTEST_ARGS)
 
 test-ray: $(INSTALLED) ## Run the tests over a real Ray cluster, whose nodes join, die and leave
 	@echo "test-ray: starts the nodes of a cluster on this machine, each with an address of its own"
-	$(BIN)/python -m pytest -m ray $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -m ray -o testpaths="$(RAY)" $(PYTEST_ARGS)
 
 test-versions: $(INSTALLED) ## Install the lowest versions that pyproject.toml allows, and the newest on Python 3.12 and 3.13, and drive with each
 	@echo "test-versions: environments in build/versions, two at a time; needs the network"
-	$(BIN)/python -m pytest -m versions --numprocesses 2 --dist loadscope --timeout 1800 tests/versions $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -m versions -o testpaths=tests/versions --numprocesses 2 --dist loadscope --timeout 1800 $(PYTEST_ARGS)
 
 schemathesis: $(INSTALLED) ## Send the REST service some ten thousand requests, good and bad, made from its description
 	@echo "schemathesis: 150 examples an operation; prints how each was answered"

@@ -16,12 +16,11 @@ from engine.runtimes.fork_server import early_start
 from ppaas import plugins
 from tests.ci import whole_files
 from tests.ci.shares import place_in_line
+from tests.support.budget import EXAMPLES
 
 pytest_plugins = ["tests.servers.fixtures"]
 
-# A property holds however long it takes: benches measure times, and a busy machine must not fail a test. Each run tries
-# other examples, so many short runs try more than a long one; ``make properties`` tries a thousand of each.
-EXAMPLES = int(os.environ.get("PPAAS_PROPERTY_EXAMPLES", "30"))
+# A property holds however long it takes: benches measure times, and a busy machine must not fail a test.
 settings.register_profile("ppaas", deadline=None, max_examples=EXAMPLES)
 settings.load_profile("ppaas")
 

@@ -19,7 +19,9 @@ CHOOSING = ("lf", "failedfirst", "newfirst", "stepwise")
 def is_wanted(config: pytest.Config) -> bool:
     """Return whether a process runs whole files."""
     is_worker = hasattr(config, "workerinput")
-    return is_worker and not any(config.getoption(name, False) for name in CHOOSING) and "::" not in "".join(config.args)
+    return (
+        is_worker and not any(config.getoption(name, False) for name in CHOOSING) and "::" not in "".join(config.args)
+    )
 
 
 class WholeFile(pytest.File):

@@ -21,6 +21,7 @@ from storage.records import PlanRecord
 from storage.sqlite.store import SqliteStore
 from storage.versions import without_poses
 from tests.reference.plans import plan_chunks
+from tests.support.budget import examples
 from tests.support.storage.records import plan
 
 STATIONS = [(0.025, 0.025), (3.025, 0.025), (3.025, 3.025), (0.025, 3.025)]
@@ -150,4 +151,4 @@ class PlansInAnyOrder(RuleBasedStateMachine):
 
 
 TestPlansInAnyOrder = PlansInAnyOrder.TestCase
-TestPlansInAnyOrder.settings = settings(max_examples=12, stateful_step_count=20)
+TestPlansInAnyOrder.settings = settings(max_examples=examples(12), stateful_step_count=20)

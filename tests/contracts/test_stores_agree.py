@@ -22,6 +22,7 @@ from storage.records import MapRecord, MapTask, MapVersionRecord, Publication
 from storage.sharing_records import Share
 from storage.sqlite.store import SqliteStore
 from tests.reference.plans.map_store import PlainMaps
+from tests.support.budget import examples
 from tests.support.storage.records import GivenMap, clone, found_map, house, pgm, plan, put_map, robot, token, user
 
 names = st.sampled_from(["ann", "bob", "x.y-z_1", "../etc"])
@@ -278,6 +279,6 @@ class MapStoresAgree(RuleBasedStateMachine):
 
 # Every commit of the file stores is synced, which takes long on a busy disk.
 TestStoresAgree = StoresAgree.TestCase
-TestStoresAgree.settings = settings(max_examples=20, stateful_step_count=30)
+TestStoresAgree.settings = settings(max_examples=examples(20), stateful_step_count=30)
 TestMapStoresAgree = MapStoresAgree.TestCase
-TestMapStoresAgree.settings = settings(max_examples=20, stateful_step_count=20)
+TestMapStoresAgree.settings = settings(max_examples=examples(20), stateful_step_count=20)

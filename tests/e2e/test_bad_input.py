@@ -15,6 +15,7 @@ from ppaas.errors import Conflict, InvalidMap, InvalidRobot, NotAuthenticated, N
 from ppaas.maps.formats.map_files import save_map
 from ppaas.maps.grid import GridMap
 from robots.client.rest import RestClient
+from tests.support.budget import examples
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot
 from tests.support.endpoints.any_frame import FRAME
 from tests.support.world.places import free_pose
@@ -221,7 +222,7 @@ async def test_unknown_topics_services_and_types_are_not_found(operator: ClientC
     assert answer["result"] is False and "fly" in answer["values"]
 
 
-@settings(max_examples=4, suppress_health_check=list(HealthCheck), database=None)
+@settings(max_examples=examples(4), suppress_health_check=list(HealthCheck), database=None)
 @given(st.lists(FRAME, min_size=100, max_size=100))
 async def test_frames_of_one_client_do_not_disturb_another(
     cloud: RunningCloud, token: str, frames: list[str | bytes]

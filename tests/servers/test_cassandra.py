@@ -25,6 +25,7 @@ from storage.records import PlanRecord
 from tests.contracts.test_plans_in_any_order import PlansInAnyOrder
 from tests.contracts.test_stores_agree import StoresAgree
 from tests.servers.cassandra_server import CassandraServer
+from tests.support.budget import examples
 from tests.support.storage.records import plan, robot, token, user
 
 pytestmark = pytest.mark.servers
@@ -63,7 +64,7 @@ class CassandraAgrees(StoresAgree):
 
 
 TestCassandraAgrees = CassandraAgrees.TestCase
-TestCassandraAgrees.settings = settings(max_examples=8, stateful_step_count=30)
+TestCassandraAgrees.settings = settings(max_examples=examples(8), stateful_step_count=30)
 
 
 class CassandraInAnyOrder(PlansInAnyOrder):
@@ -91,7 +92,7 @@ class CassandraInAnyOrder(PlansInAnyOrder):
 
 
 TestCassandraInAnyOrder = CassandraInAnyOrder.TestCase
-TestCassandraInAnyOrder.settings = settings(max_examples=5, stateful_step_count=15)
+TestCassandraInAnyOrder.settings = settings(max_examples=examples(5), stateful_step_count=15)
 
 
 # -- concurrent writers ------------------------------------------------------------------------------------------------

@@ -57,7 +57,7 @@ def nearly_right(draw: st.DrawFn) -> str:
     """Return an operation with mostly valid fields."""
     frame = {"op": draw(_OPERATION)}
     wrong = draw(_WRONG)
-    # One seed instead of a draw a field: ten thousand frames of sixteen fields must cost seconds.
+    # One seed instead of a draw a field: thousands of frames of sixteen fields must cost seconds.
     dice = random.Random(draw(_SEED))
     for name, strategy in FIELDS.items():
         if name in wrong:

@@ -22,6 +22,7 @@ from ppaas.errors import (
     QuotaExceeded,
     Unavailable,
 )
+from tests.support.budget import examples
 from tests.support.engine.engine_links import connection, pair, receive
 from tests.support.waiting import patience, until
 
@@ -192,7 +193,7 @@ VISITS = st.builds(
 )
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 @given(visits=st.lists(VISITS, max_size=5))
 def test_structs_come_back_equal(visits: list[Visit]) -> None:
     async def mirror_all() -> list[Visit]:

@@ -1,6 +1,5 @@
 """Several candidates over one store, with pauses of any length, slow and lost answers, and clocks that disagree."""
 
-import os
 from dataclasses import dataclass, field
 
 from hypothesis import given, settings
@@ -8,6 +7,7 @@ from hypothesis import strategies as st
 
 from engine.leadership.candidate import Candidate, Change, Read, Request, Role, Timing
 from storage.records import Lease
+from tests.support.budget import examples
 
 TIMING = Timing()
 STEP = 0.05
@@ -15,9 +15,6 @@ STEP = 0.05
 
 TAKE_OVER = 5.0
 """Time within which another candidate leads after the leader died [s]."""
-
-EXAMPLES = int(os.environ.get("LEASE_EXAMPLES", "60"))
-"""Number of examples; a long run sets the variable."""
 
 
 class LeaseTable:
@@ -151,7 +148,7 @@ CLOCKS = st.lists(
 )
 
 
-@settings(max_examples=EXAMPLES, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(CLOCKS, st.lists(st.tuples(st.integers(1, 120), FAULTS), max_size=40))
 def test_never_two_lead_and_another_takes_over_within_the_time(
     clocks: list[tuple[float, float]], faults: list[tuple[int, Fault]]

@@ -1,4 +1,4 @@
-"""Ten thousand generated frames: none breaks the cloud or disturbs another client.
+"""Thousands of generated frames: none breaks the cloud or disturbs another client.
 
 The frames are made by Hypothesis, most of them nearly right: the operations, names, types and ids of a clone that is
 there, with anything else in the fields. What a frame asks of the place is done for real; its container is a stand-in
@@ -14,10 +14,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from engine.protocols import robot_link
+from tests.support.budget import examples
 from tests.support.endpoints.any_frame import FRAME, JSON
 from tests.support.endpoints.still_place import TOPICS, StillClient, StillPlace
 
-EXAMPLES = 250
 FRAMES = 40
 """Number of frames per example."""
 
@@ -58,7 +58,7 @@ class Bystander:
 
 
 @pytest.mark.filterwarnings("error", "default::ResourceWarning")  # these may be of earlier tests
-@settings(max_examples=EXAMPLES, suppress_health_check=list(HealthCheck), database=None)
+@settings(max_examples=examples(60), suppress_health_check=list(HealthCheck), database=None)
 @given(st.lists(FRAME, min_size=FRAMES, max_size=FRAMES), st.lists(PUBLISHED, max_size=2))
 async def test_no_frame_breaks_the_cloud_or_disturbs_another(frames: list[str | bytes], published: list[Any]) -> None:
     place = StillPlace()

@@ -13,6 +13,7 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.distance import distance_to_occupied
 from ppaas.maps.grid import GridInfo, GridMap
 from tests.reference.maps.static_costmap import static_costmap
+from tests.support.budget import examples
 from tests.support.world.maps import grid_maps, real_map
 
 
@@ -49,7 +50,7 @@ def masked(grid: GridMap) -> MapLayers:
     return build_layers(grid, keepout=GridMap(data, GridInfo(2.0 * grid.info.resolution, width, height, origin)))
 
 
-@settings(max_examples=15)
+@settings(max_examples=examples(15))
 @given(grid_maps([-1, 0, 100], most=20))
 def test_keepout_zones_are_inflated_like_obstacles(grid):
     layers = masked(grid)
@@ -61,7 +62,7 @@ def test_keepout_zones_are_inflated_like_obstacles(grid):
     assert (layers.costmap.data[layers.keepout.data == 100] == 254).all()
 
 
-@settings(max_examples=15)
+@settings(max_examples=examples(15))
 @given(grid_maps([-1, 0, 100], most=20))
 def test_masks_do_not_affect_localization(grid):
     layers, bare = masked(grid), build_layers(grid)

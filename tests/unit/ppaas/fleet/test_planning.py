@@ -17,6 +17,7 @@ from ppaas.fleet.problem import FleetProblem, distances_from
 from ppaas.fleet.roadmap import Roadmap
 from ppaas.fleet.timing import turns_of
 from tests.reference.fleet.joint_search import shortest
+from tests.support.budget import examples
 from tests.support.fleet.halls import Hall, hall_of, halls, ruled_halls
 
 HEAD_ON = """
@@ -53,7 +54,7 @@ def random_problem(seed: int, size: int, robots: int) -> FleetProblem:
     return FleetProblem.of(roadmap, starts, goals)
 
 
-@settings(max_examples=200)
+@settings(max_examples=examples(200))
 @given(halls() | ruled_halls(), st.integers(0, 100))
 def test_there_is_a_plan_if_and_only_if_a_search_over_all_robots_finds_one(hall: Hall, seed: int) -> None:
     least = shortest(hall.roadmap, hall.starts, hall.goals)

@@ -19,6 +19,7 @@ from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.problem import board_of, distances_from
 from ppaas.fleet.robot_sizes import RobotSizes
 from tests.reference.fleet.joint_search import shortest
+from tests.support.budget import examples
 from tests.support.fleet.floors import Floor, floor_of, floors
 from tests.support.fleet.halls import Hall, hall_of, mixed_halls
 
@@ -42,7 +43,7 @@ def test_all_steps_of_a_lifelong_plan_are_valid(mixed: tuple[Hall, NDArray[np.in
     assert enters_no_barred_cell(hall, sizes, whole.steps)
 
 
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 @given(mixed_halls(), st.integers(0, 100))
 def test_there_is_a_plan_if_and_only_if_a_search_over_all_robots_finds_one(
     mixed: tuple[Hall, NDArray[np.int8]], seed: int

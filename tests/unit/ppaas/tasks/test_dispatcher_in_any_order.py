@@ -9,6 +9,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 from ppaas.tasks.dispatcher import GONE_AFTER, REST, Dispatcher
 from ppaas.tasks.orders import Cancel, Order, RobotNow, Send
 from ppaas.tasks.records import Task
+from tests.support.budget import examples
 
 NAMES = ("a", "b", "c")
 robots = st.sampled_from(NAMES)
@@ -124,4 +125,4 @@ class Tasks(RuleBasedStateMachine):
 
 
 TestTasks = Tasks.TestCase
-TestTasks.settings = settings(max_examples=60, stateful_step_count=40)
+TestTasks.settings = settings(max_examples=examples(60), stateful_step_count=40)

@@ -14,6 +14,7 @@ from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.traffic.coordinator import Coordinator
 from ppaas.traffic.settings import TrafficParameters
 from ppaas.traffic.sizes import with_size
+from tests.support.budget import examples
 
 SMALL, LARGE = 0.1, 0.2
 
@@ -97,7 +98,7 @@ def test_a_large_robot_that_stands_in_a_narrow_lane_is_led_out() -> None:
     assert large.arrived == 1
 
 
-@settings(max_examples=10)
+@settings(max_examples=examples(10))
 @given(st.lists(st.sampled_from([SMALL, LARGE]), min_size=2, max_size=12), st.integers(0, 1000), st.floats(0.0, 0.5))
 def test_nobody_touches_anybody_and_large_robots_stay_out_of_narrow_lanes(
     radii: list[float], seed: int, delay: float

@@ -18,6 +18,7 @@ from ppaas.traffic.outsiders import PERSON
 from ppaas.traffic.spurs import SETTLES, Spurs
 from ppaas.zones.shapes import Polygon
 from ppaas.zones.zone import NoStop, Zone
+from tests.support.budget import examples
 
 AISLES = "\n".join(["." * 12, *["..###.###..."] * 2, "." * 12] * 3)
 ROOM = "\n".join(["......"] * 4)
@@ -213,7 +214,7 @@ def test_a_spur_ends_when_the_plan_leads_the_robot_on_before_its_goal_is_reached
 FAULTS = st.sampled_from(["node", "clone", "silent", "stall"])
 
 
-@settings(max_examples=10)
+@settings(max_examples=examples(10))
 @given(st.integers(2, 7), st.integers(0, 10_000), st.lists(st.tuples(FAULTS, st.integers(1, 150)), max_size=8))
 def test_all_get_home_after_faults_of_nodes_clones_and_networks(
     robots: int, seed: int, faults: list[tuple[str, int]]
@@ -243,7 +244,7 @@ def test_all_get_home_after_faults_of_nodes_clones_and_networks(
     assert simulation.nearest > 0.0
 
 
-@settings(max_examples=12)
+@settings(max_examples=examples(12))
 @given(
     st.integers(2, 14),
     st.integers(0, 10_000),

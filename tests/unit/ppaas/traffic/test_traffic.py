@@ -15,6 +15,7 @@ from ppaas.traffic import checkpoint, coordinator
 from ppaas.traffic.coordinator import Coordinator
 from ppaas.traffic.outsiders import PERSON, ROBOT, Kind
 from ppaas.traffic.settings import TrafficParameters
+from tests.support.budget import examples
 
 AISLES = "\n".join(["." * 12, *["..###.###..."] * 2, "." * 12] * 3)
 
@@ -35,7 +36,7 @@ def test_all_are_home_in_the_cases_that_others_reported(case: ReportedCase) -> N
     assert simulation.nearest > 0.0
 
 
-@settings(max_examples=8)
+@settings(max_examples=examples(8))
 @given(st.integers(2, 12), st.integers(0, 1000), st.floats(0.0, 1.0), st.floats(0.0, 0.3), st.floats(0.0, 0.05))
 def test_nobody_touches_anybody_with_late_and_lost_messages(
     robots: int, seed: int, delay: float, loss: float, stalls: float

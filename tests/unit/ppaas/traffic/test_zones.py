@@ -14,6 +14,7 @@ from benchmarks.fleet.stand_ins.simulation import SPACING, Simulation, roadmap_o
 from ppaas.geometry import Pose2D
 from ppaas.zones.shapes import LineString, Polygon
 from ppaas.zones.zone import Capacity, KeepOut, NoStop, OneWay, Rule, Zone
+from tests.support.budget import examples
 
 RING = "......\n.####.\n......"
 CROSSING = "###.###\n###.###\n.......\n###.###\n###.###"
@@ -172,7 +173,7 @@ def test_zones_that_change_while_robots_drive_take_nothing_back() -> None:
     assert min(robot.arrived for robot in simulation.robots) >= 2
 
 
-@settings(max_examples=15)
+@settings(max_examples=examples(15))
 @given(st.data(), st.integers(2, 6), st.integers(0, 1000), st.floats(0.0, 0.5), st.floats(0.0, 0.2))
 def test_nobody_touches_anybody_and_goals_are_reached_whatever_the_zones(
     data: st.DataObject, robots: int, seed: int, delay: float, loss: float

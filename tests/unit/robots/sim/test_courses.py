@@ -14,6 +14,7 @@ from ppaas.maps.generate import warehouse
 from ppaas.maps.grid import GridMap
 from robots.client.map_files import read_map_file
 from robots.sim.courses import Course, CoursePlanner, GoalRules, drivable, path_lengths
+from tests.support.budget import examples
 from tests.support.world.rooms import room
 
 RULES = GoalRules()
@@ -41,7 +42,7 @@ def check(grid: GridMap, courses: list[Course], robots: int, goals: int) -> None
             assert length >= here.distance_to(goal) - 1e-9
 
 
-@settings(max_examples=15)
+@settings(max_examples=examples(15))
 @given(st.integers(0, 10**6), st.integers(1, 4), st.integers(1, 3))
 def test_goals_in_random_warehouses_are_far_reachable_and_apart(seed: int, robots: int, goals: int) -> None:
     grid = warehouse(seed)

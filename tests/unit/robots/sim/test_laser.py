@@ -9,6 +9,7 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from robots.sim.laser import Laser, LaserModel, cast_at_discs
 from tests.reference.driving import laser as slow
+from tests.support.budget import examples
 from tests.support.world.rooms import room
 
 RADIUS = 0.18
@@ -24,7 +25,7 @@ def furnished(seed: int) -> GridMap:
     return GridMap(cells, grid.info)
 
 
-@settings(max_examples=25)
+@settings(max_examples=examples(25))
 @given(st.integers(0, 10**6), st.floats(-math.pi, math.pi), st.integers(0, 3))
 def test_ranges_equal_those_of_the_slow_laser(seed: int, heading: float, others: int) -> None:
     grid = furnished(seed)

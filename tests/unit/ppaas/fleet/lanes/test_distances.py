@@ -12,6 +12,7 @@ from ppaas.errors import InvalidInput
 from ppaas.fleet.lanes.distances import check_apart
 from ppaas.fleet.lanes.drawing import Line, network_of
 from ppaas.fleet.lanes.placing import Placed, placed_on
+from tests.support.budget import examples
 from tests.support.fleet.lanes import SITE, SPACING, line
 
 POINTS = st.tuples(st.integers(0, 12), st.integers(0, 12)).map(lambda point: (point[0] / 1.5, point[1] / 1.5))
@@ -39,7 +40,7 @@ def closest(cells: Placed) -> float:
 
 
 @given(LINES)
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 def test_cells_that_are_accepted_are_apart_and_those_that_are_refused_are_not(lines: list[Line]) -> None:
     try:
         cells = placed_on(network_of(lines), SPACING)

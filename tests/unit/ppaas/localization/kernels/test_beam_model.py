@@ -10,12 +10,13 @@ from ppaas.kernel_threads import limit_threads
 from ppaas.localization.kernels import beam_model
 from ppaas.maps.grid import GridInfo
 from tests.reference.driving import localization as twin
+from tests.support.budget import examples
 from tests.support.world.scattered_walls import distances
 
 seeds = st.integers(0, 2**32 - 1)
 
 
-@settings(max_examples=25)
+@settings(max_examples=examples(25))
 @given(seeds, st.floats(-math.pi, math.pi))
 def test_range_scores_agree_with_the_twin(seed, yaw):
     rng = np.random.default_rng(seed)

@@ -8,10 +8,11 @@ from ppaas.geometry import Pose2D
 from ppaas.localization.kernels import sight
 from ppaas.maps.grid import GridInfo
 from tests.reference.driving import localization as twin
+from tests.support.budget import examples
 from tests.support.world.scattered_walls import distances
 
 seeds = st.integers(0, 2**32 - 1)
-few = settings(max_examples=10)
+few = settings(max_examples=examples(10))
 """Each example has 400 rays, which take the twins a tenth of a second."""
 
 

@@ -10,6 +10,7 @@ from ppaas.mapping.kernels.pose import relative, solve
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.planar_poses import relative as relative_poses
 from tests.reference.mapping import alignment as twin
+from tests.support.budget import examples
 from tests.support.world.room_scans import ALL_ROUND, CORRIDOR, LASER, scan_at
 
 seeds = st.integers(0, 2**32 - 1)
@@ -33,7 +34,7 @@ def test_bearings_are_exact_to_four_milliradians(x, y):
 
 
 @pytest.mark.parametrize("laser", [LASER, ALL_ROUND, HALF_AND_MORE, LaserGeometry(1.5, -0.0125, 240)])
-@settings(max_examples=10)
+@settings(max_examples=examples(10))
 @given(seeds)
 def test_normal_equations_agree_with_the_twin(laser, seed):
     rng = np.random.default_rng(seed)

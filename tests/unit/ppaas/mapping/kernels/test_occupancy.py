@@ -4,9 +4,10 @@ from hypothesis import strategies as st
 
 from ppaas.mapping.kernels import occupancy as kernels
 from tests.reference.mapping import occupancy as twin
+from tests.support.budget import examples
 
 
-@settings(max_examples=15)
+@settings(max_examples=examples(15))
 @given(st.integers(0, 2**32 - 1))
 def test_counts_agree_with_the_twin(seed):
     rng = np.random.default_rng(seed)

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.scan_points import prepare
 from tests.reference.mapping import scan_points as twin
+from tests.support.budget import examples
 from tests.support.world.room_scans import ALL_ROUND, CORRIDOR, LASER, PARAMETERS, ranges_at
 
 SLOW = LaserGeometry(-1.5, 0.01, 300, time_increment=3e-4, stamped_at=0.0)
@@ -13,7 +14,7 @@ CLOCKWISE = LaserGeometry(1.5, -0.0125, 240)
 
 
 @pytest.mark.parametrize("laser", [LASER, ALL_ROUND, SLOW, CLOCKWISE])
-@settings(max_examples=10)
+@settings(max_examples=examples(10))
 @given(st.integers(0, 2**32 - 1))
 def test_points_and_normals_agree_with_the_twin(laser, seed):
     rng = np.random.default_rng(seed)

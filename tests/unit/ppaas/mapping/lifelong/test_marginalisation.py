@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
 from ppaas.mapping.lifelong.marginalisation import MOST_CLOSURES, without_nodes
 from ppaas.planar_poses import relative
+from tests.support.budget import examples
 
 
 def walk(count: int, seed: int) -> PoseGraph:
@@ -41,7 +42,7 @@ def covariance(graph: PoseGraph) -> np.ndarray:
     return np.linalg.inv(normal[3:, 3:])
 
 
-@settings(max_examples=20)
+@settings(max_examples=examples(20))
 @given(st.integers(0, 1000))
 def test_nodes_of_a_chain_are_removed_exactly(seed):
     graph, removed = walk(7, seed), np.zeros(7, np.bool_)
@@ -54,7 +55,7 @@ def test_nodes_of_a_chain_are_removed_exactly(seed):
     assert set(thinned.edges.kinds.tolist()) == {EdgeKind.ODOMETRY}
 
 
-@settings(max_examples=20)
+@settings(max_examples=examples(20))
 @given(st.integers(0, 1000))
 def test_a_node_with_closures_leaves_edges_that_are_never_too_certain(seed):
     random, graph = np.random.default_rng(seed), walk(9, seed)

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from ppaas.mapping.merging.united import frame_ids, frame_name, united
 from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping
 from ppaas.planar_poses import compose, relative
+from tests.support.budget import examples
 from tests.support.world.mapping_parts import beginning
 from tests.support.world.mappings import room_mapping
 
@@ -44,7 +45,7 @@ def test_mappings_without_a_common_key_frame_are_not_united(tour):
     assert united(tour, other) is None
 
 
-@settings(deadline=None, max_examples=15)
+@settings(deadline=None, max_examples=examples(15))
 @given(first=st.integers(1, 60), second=st.integers(1, 60))
 def test_two_parts_of_one_drive_are_the_longer_part(tour, first, second):
     both = united(beginning(tour, first), moved(beginning(tour, second)))

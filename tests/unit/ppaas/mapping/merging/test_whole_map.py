@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from ppaas.geometry import Pose2D
 from ppaas.mapping.merging.parameters import MergeParameters
 from ppaas.mapping.merging.whole_map import WholeMap
+from tests.support.budget import examples
 from tests.support.world.room_scans import ALL_ROUND, ROOM, ranges_at
 
 ANGLES = ALL_ROUND.angle_min + ALL_ROUND.angle_increment * np.arange(ALL_ROUND.beams)
@@ -27,7 +28,7 @@ def map_of_the_room():
 MAP = map_of_the_room()
 
 
-@settings(max_examples=20)
+@settings(max_examples=examples(20))
 @example(2.0, -1.59375, 1.5)
 @given(x=st.floats(0.5, 3.0), y=st.floats(-2.0, 0.5), theta=st.floats(-math.pi, math.pi))
 def test_a_place_is_found_at_any_heading(x, y, theta):

@@ -13,6 +13,7 @@ from ppaas.mapping.volume.parameters import VolumeParameters
 from ppaas.mapping.volume.submap import Submap, add_log_odds, moved
 from ppaas.mapping.volume.voxel_volume import VoxelVolume
 from tests.reference.mapping.volume import moved_voxels
+from tests.support.budget import examples
 from tests.unit.ppaas.mapping.volume.test_voxel_volume import cloud, log_odds
 
 PARAMETERS = VolumeParameters(resolution=0.1)
@@ -33,7 +34,7 @@ def as_volume(codes, values):
     return log_odds(result)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(st.integers(-5000, 5000), st.integers(-5000, 5000), st.floats(-math.pi, math.pi))
 def test_moved_blocks_are_those_of_the_twin(volume, x, y, angle):
     x, y = 1e-3 * x + 0.317e-3, 1e-3 * y + 0.713e-3  # else many centres may be on the border of two voxels at once

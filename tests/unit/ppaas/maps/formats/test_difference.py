@@ -11,6 +11,7 @@ from ppaas.maps.formats import map_files
 from ppaas.maps.formats.difference import MOST_RECTANGLES, CellCounts, difference, old_rows
 from ppaas.maps.formats.map_files import open_grid, save_map
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridInfo, GridMap
+from tests.support.budget import examples
 
 cells = st.sampled_from([FREE, OCCUPIED, UNKNOWN])
 
@@ -56,7 +57,7 @@ def test_difference_equals_a_comparison_cell_by_cell(old, new, block):
 
 
 @given(st.sets(st.tuples(st.integers(0, 299), st.integers(0, 299)), min_size=1, max_size=60))
-@settings(max_examples=25)
+@settings(max_examples=examples(25))
 def test_few_rectangles_cover_all_changed_cells(changed):
     before = np.zeros((300, 300), np.int8)
     after = before.copy()

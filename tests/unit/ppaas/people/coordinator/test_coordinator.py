@@ -19,6 +19,7 @@ from ppaas.people.coordinator.coordinator import Coordinator
 from ppaas.people.coordinator.robots.group import FROZEN
 from ppaas.people.settings import PeopleSettings, Zone
 from ppaas.people.state_checks import check_state
+from tests.support.budget import examples
 from tests.support.world.rooms import room
 
 HALL = build_layers(room(16.0, 10.0)).costmap
@@ -246,7 +247,7 @@ def test_a_report_that_is_not_finite_is_refused_and_changes_nothing() -> None:
 
 
 @given(st.lists(st.floats(-1.7e308, 1.7e308), min_size=4, max_size=4))
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(12), deadline=None)
 def test_whatever_finite_numbers_a_report_has_the_state_is_finite(numbers: list[float]) -> None:
     def huge(report: PeopleReport) -> PeopleReport:
         covariance = [numbers[0]] * 36
@@ -355,7 +356,7 @@ def test_a_checkpoint_that_is_cut_is_refused() -> None:
 # -- properties --------------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=examples(4), deadline=None)
 @given(st.permutations([A, B, C]), st.integers(0, 3))
 def test_identities_do_not_depend_on_the_order_of_robots_and_reports(order: list[ReportingRobot], seed: int) -> None:
     def run(robots: Sequence[ReportingRobot]) -> list[tuple[int, list[int]]]:
@@ -373,7 +374,7 @@ def test_identities_do_not_depend_on_the_order_of_robots_and_reports(order: list
     assert run(order) == run([A, B, C])
 
 
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=examples(4), deadline=None)
 @given(st.integers(0, 1000))
 def test_the_count_never_exceeds_the_torsos_that_robots_report(seed: int) -> None:
     world, coordinator = ReportWorld(HALL, 6, [A, B], seed, detected=1.0), Coordinator(HALL)

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ppaas.people.tracks.filter_bank import FilterBank, squared_distances
+from tests.support.budget import examples
 
 NOISE = 0.05**2 * np.eye(2)
 
@@ -50,7 +51,7 @@ def test_people_are_independent_of_each_other() -> None:
     assert both.states()[0] == pytest.approx(alone.states()[0])
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(st.lists(st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(0.0, 3.0)), min_size=1, max_size=12))
 def test_covariances_stay_positive_and_weights_sum_to_one(seen: list[tuple[float, float, float]]) -> None:
     bank = FilterBank()

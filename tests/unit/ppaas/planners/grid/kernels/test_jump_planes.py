@@ -8,6 +8,7 @@ from ppaas.planners.grid.jump_map import JumpMap
 from ppaas.planners.grid.kernels import jump_planes
 from ppaas.planners.grid.kernels.jump_planes import AHEAD, BACK, FREE, MIXED, SQUARE
 from tests.reference.planners import jumps as twin
+from tests.support.budget import examples
 from tests.support.world import grids
 
 PLANES = {"free": FREE, "mixed": MIXED, "ahead": AHEAD, "back": BACK, "square": SQUARE}
@@ -33,7 +34,7 @@ def test_planes_agree_with_the_twin(costs, allow_unknown):
 
 
 @given(hnp.arrays(np.uint8, (1, 200), elements=st.sampled_from([0, 0, 0, 254])))
-@settings(max_examples=20)
+@settings(max_examples=examples(20))
 def test_planes_agree_with_the_twin_across_words(row):
     assert_planes(np.vstack((row, np.roll(row, 1), row[:, ::-1])))
 

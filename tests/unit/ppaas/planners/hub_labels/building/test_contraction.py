@@ -14,6 +14,7 @@ from ppaas.planners.hub_labels.building.kernels.contraction import LEFT, LENGTH,
 from ppaas.planners.hub_labels.kernels.scan import STRAIGHT
 from ppaas.planners.watch import proceed
 from tests.reference.planners import hub_labels as twin
+from tests.support.budget import examples
 from tests.unit.ppaas.planners.hub_labels.kernels.test_scan import maps
 
 
@@ -69,7 +70,7 @@ def test_contraction_keeps_all_distances(free, core, settle, neighbours):
 
 
 @given(free=maps(12), seed=st.integers(0, 9))
-@settings(max_examples=20)
+@settings(max_examples=examples(20))
 def test_nodes_are_contracted_by_given_costs(free, seed):
     nodes = len(graph_of(free).positions)
     costs = np.random.default_rng(seed).permutation(nodes).astype(np.int32)

@@ -16,6 +16,7 @@ from ppaas.planners.hub_labels.kernels.layout import BOTTOM, HUB_BITS, LEFTMOST,
 from ppaas.planners.hub_labels.kernels.scan import STRAIGHT, moves_in
 from ppaas.planners.watch import proceed
 from tests.reference.planners import hub_labels as twin
+from tests.support.budget import examples
 from tests.unit.ppaas.planners.hub_labels.kernels.test_scan import in_whole_numbers, maps
 
 
@@ -40,7 +41,7 @@ def gates_of(fringe, rank: int) -> dict[int, float]:
 
 
 @given(free=maps(14), entries=st.sampled_from([5, 20, 60]))
-@settings(max_examples=15)
+@settings(max_examples=examples(15))
 def test_gates_are_on_shortest_paths_and_complete(free, entries):
     pool, fringe, cells, _ = fringe_of(free, entries)
     far = [twin.lengths_from(free, cell) for cell in cells]
@@ -69,7 +70,7 @@ def climbed_from(rank: int, fringe, edges) -> dict[int, float]:
 
 
 @given(free=maps(14), entries=st.sampled_from([5, 20, 60]))
-@settings(max_examples=15)
+@settings(max_examples=examples(15))
 def test_box_of_a_corner_holds_all_nearer_unlabelled_corners(free, entries):
     pool, fringe, cells, edges = fringe_of(free, entries)
     far = [twin.lengths_from(free, cell) for cell in cells]

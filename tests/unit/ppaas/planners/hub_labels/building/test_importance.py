@@ -12,6 +12,7 @@ from ppaas.planners.hub_labels.building.kernels.coverage import GROUPS, cover
 from ppaas.planners.hub_labels.kernels.scan import STRAIGHT
 from ppaas.planners.watch import proceed
 from tests.reference.planners import hub_labels as twin
+from tests.support.budget import examples
 from tests.unit.ppaas.planners.hub_labels.kernels.test_scan import maps
 
 PILLARS = np.ones((6, 6), bool)
@@ -26,7 +27,7 @@ def edges_in(free) -> RankedEdges:
 
 @given(maps(6), st.integers(1, 40))
 @example(PILLARS, 1)
-@settings(max_examples=20)
+@settings(max_examples=examples(20))
 def test_order_covers_the_most_uncounted_paths_first(free, budget):
     edges = edges_in(free)
     nodes = len(edges.starts) - 1

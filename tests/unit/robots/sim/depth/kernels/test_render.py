@@ -9,6 +9,7 @@ from robots.sim.depth.camera import DepthCamera, DepthCameraModel, Scene
 from robots.sim.depth.kernels import render
 from robots.sim.depth.shapes import Shapes, box, capsule, ellipsoid, shapes_of
 from tests.reference.driving import depth as slow
+from tests.support.budget import examples
 from tests.support.world.rooms import room
 
 GRID = room(6.0, 5.0, 0.1, Pose2D(-1.0, 2.0, 0.4))
@@ -31,7 +32,7 @@ def random_shapes(rng: np.random.Generator, at: Pose2D) -> Shapes:
     ).placed(at)
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=examples(6), deadline=None)
 @given(st.integers(0, 10**6), st.floats(-math.pi, math.pi), st.sampled_from([0.0, 0.3, -0.2]))
 def test_depths_equal_those_of_the_slow_camera(seed: int, heading: float, pitch: float) -> None:
     rng = np.random.default_rng(seed)
