@@ -31,7 +31,7 @@ async def measure(site: EngineSite, progress: Progress, quick: bool) -> list[Fig
     async with opened(*await robots(site, 0, 1)) as [robot]:
         await robot.send('{"op":"subscribe","topic":"cmd_vel"}')
         size = await _first_answer(robot, frame)
-        async with echo("websockets", size) as address, opened(f"ws://{address}") as [plain]:
+        async with echo("websockets", size) as server, opened(f"ws://{server.address}") as [plain]:
             ways: dict[str, Exchange] = {
                 "cloud": lambda: _exchange(robot, frame),
                 "echo": lambda: _exchange(plain, frame),

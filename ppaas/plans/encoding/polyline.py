@@ -23,4 +23,4 @@ def polyline_of(points: NDArray[np.float64], decimals: int = DECIMALS) -> str:
     is_used[:, 0] = True
     characters = (parts & (_MORE - 1)) + _OFFSET
     characters[:, :-1] += _MORE * is_used[:, 1:]
-    return characters[is_used].astype(np.uint8).tobytes().decode("ascii")
+    return str(characters[is_used].astype(np.uint8).tobytes(), "ascii")
