@@ -73,9 +73,9 @@ class ControlRequest:
     Parameters
     ----------
     pose : Pose2D
-        Pose of the robot in the frame of the plan and the local costmap.
+        Pose of the robot in the frame of the plan and the local costmap, when the command takes effect.
     velocity : Velocity
-        Velocity measured by odometry.
+        Velocity at that time.
     costmap : Costmap
         Local costmap: a window around the robot.
     period : float
@@ -119,6 +119,11 @@ class Controller(ABC):
     purpose: ClassVar[str]
     predicts: ClassVar[bool] = False
     """Whether it predicts moving obstacles itself; otherwise the costmap contains their predicted positions."""
+
+    @property
+    def known_delay(self) -> float:
+        """Delay of commands that the controller takes into account itself [s]; Move Base predicts the rest."""
+        return 0.0
 
     @abstractmethod
     def set_plan(self, poses: Poses) -> None:

@@ -57,6 +57,11 @@ class PathIntegral(PathFollower):
         self._sequence: Floats = np.zeros((p.time_steps, 2))
         self._sent: deque[Velocity] = deque([Velocity()], maxlen=64)
 
+    @property
+    def known_delay(self) -> float:
+        """The parameters ``command_delay`` and ``motor_lag`` [s]."""
+        return self.parameters.command_delay + self.parameters.motor_lag
+
     def compute_velocity(self, request: ControlRequest) -> Velocity:
         """Return the velocity for this cycle.
 

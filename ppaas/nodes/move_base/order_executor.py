@@ -134,6 +134,7 @@ class OrderExecutor:
     def send(self, velocity: Velocity) -> None:
         """Publish a velocity for the base."""
         self.sent = velocity
+        self._surroundings.loop.command(self._context.elapsed(), velocity)
         self._context.publish(CMD_VEL.name, Twist(Vector3(x=velocity.linear), Vector3(z=velocity.angular)))
 
     def _follow(self, order: orders.FollowPlan) -> None:
@@ -166,7 +167,8 @@ class OrderExecutor:
         movers = around.movers(pose, self._context.elapsed())
         active = self._goals.active
         limit = self._limits.at(pose, active.goal.speed_limit if active else 0.0)
-        request = ControlRequest(pose, around.velocity, costs, self._period, self._threads(), movers, limit)
+        ahead, moving = around.loop.ahead(self._context.elapsed(), pose, around.velocity, self._controller.known_delay)
+        request = ControlRequest(ahead, moving, costs, self._period, self._threads(), movers, limit)
         try:
             reached = self._controller.is_goal_reached(pose, around.velocity) and not self._pass(
                 self.progress.take_next()

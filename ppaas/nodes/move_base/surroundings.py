@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ppaas.controllers.base import Velocity
+from ppaas.controllers.loop_delay import LoopDelay
 from ppaas.costmap.causes import Body, Causes
 from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.local_costmap import LocalCostmap
@@ -81,6 +82,8 @@ class Surroundings:
         Frames of the robot.
     velocity : Velocity
         Velocity by the last odometry.
+    loop : LoopDelay
+        Delay from a command to the odometry that shows it.
     costs : Costmap or None
         The local costmap.
     """
@@ -99,6 +102,7 @@ class Surroundings:
         self.frames = FrameListener(names)
         self._watch = PoseWatch(self.frames, tolerance)
         self.velocity = Velocity()
+        self.loop = LoopDelay()
         self._local = costmap
         self._memory = memory
         self.costs: Costmap | None = None
@@ -162,6 +166,7 @@ class Surroundings:
             self._watch.odometry_refused(error)
             raise
         self.velocity = Velocity(twist.linear.x, twist.angular.z)
+        self.loop.measure(now, self.velocity, odometry.header.stamp.seconds())
         self._watch.odometry_came(now, odometry.header.frame_id, odometry.child_frame_id)
 
     def _take_scan(self, scan: LaserScan, now: float) -> None:

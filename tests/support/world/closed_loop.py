@@ -1,5 +1,6 @@
 """A clone and a simulated robot in a closed loop, on a manual clock."""
 
+from collections import deque
 from collections.abc import Mapping
 from typing import Protocol
 
@@ -54,7 +55,8 @@ class ClosedLoop:
     """A clone that drives a world's robot. ``masks`` are those of `build_layers`; with ``maps`` it makes a new map.
 
     Odometry comes at 20 Hz, and a scan with every second odometry, or as ``scan_every`` says. The clock of the cloud is
-    ``cloud_ahead`` seconds ahead of that of the robot.
+    ``cloud_ahead`` seconds ahead of that of the robot. Messages of sensors take ``uplink`` periods to the clone, and
+    commands ``downlink`` periods to the robot.
     """
 
     def __init__(
@@ -76,7 +78,10 @@ class ClosedLoop:
         self.clearance = 1.0
         self.sensing = True
         self.scan_every = 2
+        self.uplink = self.downlink = 0
         self._cycle = 0
+        self._sensed: deque[tuple[int, str, Payload]] = deque()
+        self._in_force: deque[Twist] = deque()
         clone = {"model": "turtlebot2", "initial_pose": tuple(world.pose), **clone}
         build_clone(self.graph, None if maps else self.layers, **clone)  # type: ignore[arg-type]
         self._listen()
@@ -106,7 +111,9 @@ class ClosedLoop:
     def step(self) -> None:
         """Simulate one period."""
         self.clock.advance(PERIOD)
-        self.world.move(self.command.linear.x, self.command.angular.z, PERIOD)
+        self._in_force.append(self.command)
+        command = self._in_force.popleft() if len(self._in_force) > self.downlink else Twist()
+        self.world.move(command.linear.x, command.angular.z, PERIOD)
         self.clearance = min(self.clearance, self.world.clearance())
         now = self.clock()
         if self.sensing:
@@ -119,8 +126,11 @@ class ClosedLoop:
         self.graph.run_due()
 
     def sense(self, topic: str, message: Payload) -> None:
-        """Publish a message of one of the robot's sensors."""
-        self.graph.inject(topic, message)
+        """Send a message of one of the robot's sensors."""
+        self._sensed.append((self._cycle, topic, message))
+        while self._sensed and self._sensed[0][0] <= self._cycle - self.uplink:
+            _, topic, message = self._sensed.popleft()
+            self.graph.inject(topic, message)
 
     def run(self, seconds: float) -> None:
         """Simulate until a result comes, at most for a time [s]."""
