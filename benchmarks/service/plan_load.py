@@ -86,7 +86,7 @@ class Costs:
     endpoint: float
     container: float
     rate: float
-    size: int
+    size: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +137,7 @@ async def _measure(target: Target, way: Way, clients: int, seconds: float) -> li
     assert target.pid is not None
     serving = [endpoint_of(target.pid), psutil.Process(target.pid)]
     cloud = _Load(f"{target.url}{way.route}", target.token, way, serving)
-    size = (await _loaded(cloud, clients, seconds / ROUNDS)).size  # to warm up
+    size = round((await _loaded(cloud, clients, seconds / ROUNDS)).size)  # to warm up
     taken, planning = list[tuple[Costs, Costs]](), list[float]()
     async with echo("fastapi", size) as server:
         plain = _Load(f"http://{server.address}/", "none", way, [psutil.Process(server.pid)])
@@ -146,13 +146,14 @@ async def _measure(target: Target, way: Way, clients: int, seconds: float) -> li
             one = await _loaded(cloud, clients, seconds / ROUNDS)
             taken.append((one, await _loaded(plain, clients, seconds / ROUNDS)))
             planning += [] if way.planning is None else [way.planning()]
-    costs = (_mean([pair[which] for pair in taken]) for which in (0, 1))
-    return figures(way, clients, *costs, statistics.mean(planning) if planning else None)
+    served, echoed = (_mean([pair[which] for pair in taken]) for which in (0, 1))
+    return figures(way, clients, served, echoed, statistics.mean(planning) if planning else None)
 
 
 def _mean(costs: list[Costs]) -> Costs:
-    values = [statistics.mean(getattr(each, field.name) for each in costs) for field in fields(Costs)]
-    return Costs(*values[:-1], round(values[-1]))
+    return Costs(
+        **{field.name: statistics.mean(getattr(each, field.name) for each in costs) for field in fields(Costs)}
+    )
 
 
 def figures(way: Way, clients: int, cloud: Costs, plain: Costs, planning: float | None) -> list[Figure]:
@@ -161,7 +162,7 @@ def figures(way: Way, clients: int, cloud: Costs, plain: Costs, planning: float 
     ``planning`` is the CPU time of the planner without a cloud [ms], if it is known.
     """
     name = f"{way.name}, {clients} client{'s' * (clients > 1)}"
-    parts = f"endpoint {cloud.endpoint:.2f}, container {cloud.container:.2f}; {cloud.size:,} bytes"
+    parts = f"endpoint {cloud.endpoint:.2f}, container {cloud.container:.2f}; {cloud.size:,.0f} bytes"
     ratio = cloud.whole / plain.whole
     made = [
         Figure(PART, f"{name}: CPU time", round(cloud.whole, 3), "ms", note=parts),
@@ -209,7 +210,7 @@ async def _loaded(load: _Load, clients: int, seconds: float) -> Costs:
     wall = monotonic() - began
     used = {pid: (cpu_of(each) - before[pid]) * 1e3 / count for pid, each in processes.items()}
     planner = used.get(_pid_in(answer), 0.0)
-    return Costs(sum(used.values()), used[load.processes[0].pid], planner, count / wall, requests.size // count)
+    return Costs(sum(used.values()), used[load.processes[0].pid], planner, count / wall, requests.size / count)
 
 
 def _pid_in(answer: bytes) -> int:

@@ -2,7 +2,6 @@
 
 from collections import deque
 from contextlib import suppress
-from functools import partial
 
 from engine.endpoint.master_link import MasterLink
 from engine.endpoint.paths_ahead import PathsAhead
@@ -94,7 +93,7 @@ class EndpointCloud:
         self._limits: BoundedDict[str, Limits] = BoundedDict(MAX_LIMITS)
         self._clock = clock
         self._planned: BoundedDict[_Wanted, tuple[str, float]] = BoundedDict(MAX_PLANNED)
-        self._paths = PathsAhead(partial(master.call, MasterCalls.take_paths), clock)
+        self._paths = PathsAhead(self._take_paths, clock)
         self._untold: deque[tuple[NewsKind, str]] = deque(maxlen=MAX_UNTOLD)
 
     @property
@@ -136,6 +135,9 @@ class EndpointCloud:
     async def count_paths(self, user: str, paths: int) -> None:
         """Count paths that a user requests; ``QuotaExceeded`` if they are too many."""
         await self._paths.count(user, paths)
+
+    async def _take_paths(self, user: str, paths: int, ahead: int) -> int:
+        return await self._master.call(MasterCalls.take_paths, user, paths, ahead)
 
     async def check_container(self, user: str, cores: float) -> None:
         """Raise ``QuotaExceeded`` if the quota of a user allows no other container of this size [cores]."""
