@@ -5,22 +5,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.controllers.kernels.followed_path import locate, point_at, points_ahead
 from ppaas.costmap.costmap import Costmap
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D, Poses, yaw_of
 
 Floats = NDArray[np.float64]
-
-SEARCH_AHEAD = 1.0
-"""Length of the plan ahead of the last position in which the robot is searched, so that no loop is skipped [m]."""
-
-LOST = 1.0
-"""Distance from the plan above which the robot is searched along the whole plan [m]."""
-
-SPACING = 0.05
-"""Distance between points of `FollowedPath.ahead` [m], larger if there would be more than `MOST_POINTS`."""
-
-MOST_POINTS = 64
 
 
 class FollowedPath:
@@ -52,13 +42,7 @@ class FollowedPath:
 
     def locate(self, pose: Pose2D) -> None:
         """Update the robot's position along the plan: searched ahead of the last one, and everywhere if that fails."""
-        before = -1
-        while self._reached > before:
-            before = self._reached
-            last = int(np.searchsorted(self._along, self._along[before] + SEARCH_AHEAD, side="right"))
-            self._reached, distance = self._nearest(pose, before, last)
-        if distance > LOST:
-            self._reached, _ = self._nearest(pose, 0, len(self._points))
+        self._reached = locate(self._points, self._along, self._reached, float(pose.x), float(pose.y))
 
     @property
     def lengths(self) -> Floats:
@@ -78,8 +62,7 @@ class FollowedPath:
 
     def point_ahead(self, distance: float) -> tuple[float, float]:
         """Return the point of the plan ``distance`` [m] ahead of the robot, or its end."""
-        s = self._along[self._reached] + distance
-        x, y = (float(np.interp(s, self._along, self._points[:, axis])) for axis in (0, 1))
+        x, y = point_at(self._points, self._along, self._along[self._reached] + distance)
         return x, y
 
     def ahead(self, distance: float, costmap: Costmap) -> tuple[Floats, Floats]:
@@ -92,19 +75,9 @@ class FollowedPath:
         remaining : (m,) array
             Distance from each point to the last, along the plan [m].
         """
-        first = max(0.0, self._along[self._reached] - SPACING)
-        last = min(self._along[-1], self._along[self._reached] + distance)
-        count = min(MOST_POINTS, 2 + int((last - first) / SPACING))
-        s = np.linspace(first, last, count)
-        points = np.stack([np.interp(s, self._along, self._points[:, axis]) for axis in (0, 1)], axis=-1)
-        cells = costmap.info.to_cells(points)
-        outside = ((cells < 0) | (cells >= costmap.info.shape)).any(axis=1)
-        inside = int(np.argmax(outside)) if outside.any() else count
-        points, s = points[: max(1, inside)], s[: max(1, inside)]
-        return points, s[-1] - s
-
-    def _nearest(self, pose: Pose2D, first: int, last: int) -> tuple[int, float]:
-        offsets = self._points[first:last] - (pose.x, pose.y)
-        distances = np.hypot(offsets[:, 0], offsets[:, 1])
-        nearest = int(np.argmin(distances))
-        return first + nearest, float(distances[nearest])
+        info = costmap.info
+        x, y, theta = map(float, info.origin)
+        points, remaining = points_ahead(
+            self._points, self._along, self._reached, float(distance), (x, y, theta), float(info.resolution), info.shape
+        )
+        return points, remaining
