@@ -13,6 +13,7 @@ from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
 from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.filter_masks import raise_costs
 from ppaas.costmap.inflation_layer import COST_SCALING_FACTOR, INFLATION_RADIUS, ROBOT_RADIUS, check_inflation, inflate
+from ppaas.costmap.kernels.near_obstacles import are_few, lower_near, reach_in_cells
 from ppaas.costmap.leaving import Leaving
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.costmap.moving_obstacles import Disc
@@ -96,6 +97,7 @@ class LocalCostmap:
         self._radius = robot_radius
         self._hull = convex_outline(footprint) if footprint else None
         self._inner_radius = inner_radius
+        self._exact_to = max(robot_radius, inflation_radius, inner_radius or 0.0)
         check_inflation(robot_radius, inflation_radius, cost_scaling_factor)
         self._inflate = partial(
             inflate,
@@ -322,6 +324,7 @@ class LocalCostmap:
     def _distances(self, lethal: NDArray[np.uint8]) -> NDArray[np.float32]:
         """Return the distance of each cell to the nearest lethal one and, if ``static``, obstacle of the map [m].
 
+        Distances beyond those at which obstacles have costs may be too large.
         Obstacles of the map outside the window count as well, since the distances are those of the whole map.
         """
         resolution = self._layers.grid.info.resolution
@@ -332,7 +335,13 @@ class LocalCostmap:
         occupied = to_static == 0.0
         if self._layers.keepout is not None:  # what the robot does not leave stays lethal while it leaves something
             occupied |= self._window(self._layers.keepout.data, np.int8(FREE)) == OCCUPIED
-        self._newly_lethal = bool((lethal.view(np.bool_) & ~occupied).any())
+        new = lethal.view(np.bool_) & ~occupied
+        self._newly_lethal = bool(new.any())
+        if self._layers.keepout is None and to_static[self._overlap()[0]].size == to_static.size:
+            reach = reach_in_cells(self._exact_to, resolution)
+            if are_few(new, reach):
+                lower_near(new.view(np.uint8), resolution, reach, to_static)
+                return to_static
         distances: NDArray[np.float32] = np.minimum(distance_serial(lethal | occupied, resolution), to_static)
         return distances
 
