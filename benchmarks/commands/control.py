@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 HELP = "computing time of the control cycles of each local planner, on the way to the same goals"
 
-MOST_GOALS, MOST_THREADS = 1_000, 1_024
+MOST_GOALS, MOST_THREADS, MOST_SECONDS, MOST_OTHERS = 1_000, 1_024, 3_600, 1_000
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -37,6 +37,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--heavy", action="store_true", help="how far bases with slow brakes drive past a goal, instead of times"
     )
+    parser.add_argument(
+        "--clone", type=whole(most=MOST_SECONDS), metavar="SECONDS",
+        help="CPU time of a whole clone for each second of a drive of this length, by cause, instead of planners alone",
+    )  # fmt: skip
+    parser.add_argument(
+        "--others", type=whole(least=0, most=MOST_OTHERS), default=0, metavar="N",
+        help="with --clone, number of other robots on the map (%(default)s)",
+    )  # fmt: skip
     parser.add_argument("--plot", type=Path, metavar="OUT.png", help="draw the times of all cycles")
 
 
@@ -47,6 +55,8 @@ def measure(arguments: argparse.Namespace, progress: "Progress") -> Measured:
 
     if arguments.heavy:
         return _heavy(tuple(arguments.planner), progress)
+    if arguments.clone:
+        return _clone(arguments.clone, arguments.others, progress)
     chosen = cycles.setups(tuple(arguments.planner))
     if arguments.plot is not None:
         from robots.pictures.figure_file import check_figure  # noqa: PLC0415
@@ -70,6 +80,16 @@ def _heavy(names: tuple[str, ...], progress: "Progress") -> Measured:
     task = progress.add_task("stop heavy bases", total=None)
     rows = heavy_bases.measure(names, done=lambda: progress.advance(task))
     return Measured({"bases": rows}, [{name: str(value) for name, value in row.items()} for row in rows])
+
+
+def _clone(seconds: int, others: int, progress: "Progress") -> Measured:
+    from benchmarks.navigation import clone_cpu  # noqa: PLC0415
+
+    task = progress.add_task("drive with a whole clone", total=None)
+    spent = clone_cpu.measure(seconds, others, done=lambda: progress.advance(task))
+    rows = clone_cpu.rows(spent)
+    result = {"seconds": seconds, "others": others, "commands": spent.commands, "ms_per_second": rows}
+    return Measured(result, [{name: str(value) for name, value in row.items()} for row in rows])
 
 
 def _draw(path: Path, told: "list[Cycles]") -> None:

@@ -24,6 +24,12 @@ PATH_CHECKS = 8
 SLOWEST_OUT = 0.05
 """Lower limit of the speed from which the duration of a rollout out of an inscribed cell is computed [m/s]."""
 
+FARTHER = 4.0
+"""Distance of a point of the path, in lengths of its longest segment, from which it is tried to skip segments."""
+
+SAFE = 1e-6
+"""Part of a segment that rounding may take."""
+
 BLOCKED = 1_000.0
 """Score of a rollout that ends in an obstacle although the robot could stop before; higher than any free one."""
 
@@ -89,12 +95,13 @@ def cost_at(costs: NDArray[np.uint8], x: float, y: float) -> int:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def segments_of(path: Floats, remaining: Floats, frame: Frame) -> Floats:
-    """Return a polyline as an array (m, 8) for `project`, in the frame of the grid [m].
+    """Return a polyline as an array (m, 9) for `project`, in the frame of the grid [m].
 
     Columns: x, y of a point; x, y of the vector to the next point; 1 / squared length of that vector; a quarter of the
-    squared length; remaining distance from the point to the end; and its change to the next point.
+    squared length; remaining distance from the point to the end; its change to the next point; and in the first row the
+    length of the longest segment.
     """
-    segments = np.zeros((len(path), 8))
+    segments = np.zeros((len(path), 9))
     for i in range(len(path)):
         dx, dy = path[i, 0] - frame.x, path[i, 1] - frame.y
         segments[i, 0] = frame.cosine * dx + frame.sine * dy
@@ -107,6 +114,7 @@ def segments_of(path: Floats, remaining: Floats, frame: Frame) -> Floats:
         segments[i, 4] = 1.0 / length if length > 0.0 else 0.0
         segments[i, 5] = 0.25 * length
         segments[i, 7] = remaining[i + 1] - remaining[i]
+        segments[0, 8] = max(segments[0, 8], math.sqrt(length))
     return segments
 
 
@@ -115,15 +123,27 @@ def project(segments: Floats, x: float, y: float, hint: int) -> tuple[float, flo
     """Return the distance of a point to a polyline, the remaining distance from its nearest point, and its row.
 
     ``hint`` is a row near the point. The squared distance to a segment is at least the smaller one of its ends minus a
-    quarter of its squared length, so that most segments can be skipped.
+    quarter of its squared length, so that most segments can be skipped. Where a point of the polyline is far away, so
+    are those that follow it: several segments are skipped at once.
     """
+    longest = segments[0, 8]
     dx, dy = segments[hint, 0] - x, segments[hint, 1] - y
     best, to_go, nearest = dx * dx + dy * dy, segments[hint, 6], hint
     dx, dy = segments[0, 0] - x, segments[0, 1] - y
     here = dx * dx + dy * dy
     if here < best:
         best, to_go, nearest = here, segments[0, 6], 0
-    for i in range(len(segments) - 1):
+    i, last, farther = 0, len(segments) - 1, FARTHER * longest
+    while i < last:
+        if here > farther * farther and here > 4.0 * best:
+            # Those segments begin and end at least as far away as the nearest point found.
+            skipped = int((math.sqrt(here) - math.sqrt(best)) / longest - SAFE)
+            if skipped > 0:
+                i += skipped
+                if i >= last:
+                    break
+                dx, dy = segments[i, 0] - x, segments[i, 1] - y
+                here = dx * dx + dy * dy
         ex, ey = segments[i + 1, 0] - x, segments[i + 1, 1] - y
         there = ex * ex + ey * ey
         if min(here, there) - segments[i, 5] < best:
@@ -134,6 +154,7 @@ def project(segments: Floats, x: float, y: float, hint: int) -> tuple[float, flo
             if distance < best:
                 best, to_go, nearest = distance, segments[i, 6] + t * segments[i, 7], i
         dx, dy, here = ex, ey, there
+        i += 1
     return math.sqrt(best), to_go, nearest
 
 
@@ -152,7 +173,7 @@ def _score(
         Local costmap.
     resolution : float
         Edge of a cell [m].
-    segments : (m, 8) array
+    segments : (m, 9) array
         Path, see `segments_of`.
     x, y, theta : float
         Start of the rollout [m, rad].
