@@ -5,7 +5,7 @@ import contextlib
 import gc
 import socket
 import time
-from collections import Counter
+from collections import defaultdict
 from collections.abc import AsyncIterator
 from functools import partial
 from pathlib import Path
@@ -46,13 +46,13 @@ class NodeCpu(RunTimes):
 
     Attributes
     ----------
-    spent : Counter
+    spent : dict
         CPU time by node [s].
     """
 
     def __init__(self) -> None:
         super().__init__(time.thread_time)
-        self.spent: Counter[str] = Counter()
+        self.spent: defaultdict[str, float] = defaultdict(float)
 
     def add(self, node: str, seconds: float) -> None:
         """Record the CPU time of a callback or a job."""
@@ -134,7 +134,9 @@ class CloneContainer:
         gc.collect()
         gc.freeze()  # as in the fork server
         assert attendants is not None, "the container of a robot is attended"
-        near = FrameStream(*await asyncio.open_unix_connection(sock=self._endpoint.near), robot_link.ToContainer)
+        near: FrameStream[robot_link.ToContainer] = FrameStream(
+            *await asyncio.open_unix_connection(sock=self._endpoint.near), robot_link.ToContainer
+        )
         machine = MachineClient(
             FrameStream(*await asyncio.open_unix_connection(sock=self._machine.near), machine_link.ToContainer)
         )

@@ -7,7 +7,7 @@ container in this process; the clock is simulated, so that the result does not d
 import json
 import tempfile
 import time
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import cycle
@@ -56,7 +56,7 @@ class Spent:
     ----------
     seconds : float
         Simulated time [s].
-    causes, nodes : Counter
+    causes, nodes : dict
         CPU time by cause, and of that by node [s].
     commands : int
         Number of commands.
@@ -65,8 +65,8 @@ class Spent:
     """
 
     seconds: float = 0.0
-    causes: Counter[str] = field(default_factory=Counter)
-    nodes: Counter[str] = field(default_factory=Counter)
+    causes: defaultdict[str, float] = field(default_factory=lambda: defaultdict(float))
+    nodes: dict[str, float] = field(default_factory=dict)
     commands: int = 0
     frames: list[bytes] = field(default_factory=list)
 
@@ -92,7 +92,7 @@ def measure(seconds: float, others: int, done: Callable[[], object] = lambda: No
 
 class _Drive:
     def __init__(self, layers: Path, world: World, body: SimulatedRobot, course: Course, others: int) -> None:
-        robot = RobotConfig("tb", MODEL, tuple(course.start), "dijkstra", "dwa", {})
+        robot = RobotConfig("tb", MODEL, (course.start.x, course.start.y, course.start.theta), "dijkstra", "dwa", {})
         self.spent = Spent()
         self._clone = CloneContainer(layers, robot)
         self._world, self._body, self._others = world, body, others
@@ -125,7 +125,7 @@ class _Drive:
                 self._take(self._clone.heard())
                 self.spent.seconds += world.dt
                 done()
-            self.spent.nodes = self._clone.nodes.spent.copy()
+            self.spent.nodes = dict(self._clone.nodes.spent)
 
     async def _publish(self, cause: str, topic: str, message: Message) -> None:
         frame = b'{"op":"publish","topic":"%s","msg":%s}' % (topic.encode(), encode(message))
@@ -164,7 +164,7 @@ def rows(spent: Spent) -> list[dict[str, object]]:
     The yardstick is what ``json`` takes to read and write the frames that the robot sends in a second.
     """
     causes = {cause: spent.causes[cause] / spent.seconds for cause in CAUSES}
-    nodes = {node: seconds / spent.seconds for node, seconds in spent.nodes.most_common()}
+    nodes = {node: seconds / spent.seconds for node, seconds in sorted(spent.nodes.items(), key=lambda item: -item[1])}
     told = {"in all": sum(causes.values()), **causes}
     told |= {f"node {node}": seconds for node, seconds in nodes.items() if seconds >= 5e-5}
     told["links, sessions, executor"] = told["in all"] - sum(nodes.values())

@@ -61,11 +61,11 @@ def locate(points: Floats, along: Floats, reached: int, x: float, y: float) -> i
 def point_at(points: Floats, along: Floats, s: float) -> tuple[float, float]:
     """Return the point of a plan at a distance ``s`` from its first, along the plan, as ``numpy.interp`` does [m]."""
     last = len(along) - 1
-    j = np.searchsorted(along, s, side="right") - 1
+    j = int(np.searchsorted(along, s, side="right")) - 1
     if j < 0:
         return points[0, 0], points[0, 1]
     if j >= last or along[j] == s:
-        return points[min(j, last), 0], points[min(j, last), 1]
+        return points[j, 0], points[j, 1]
     way, rest = along[j + 1] - along[j], s - along[j]
     x = (points[j + 1, 0] - points[j, 0]) / way * rest + points[j, 0]
     y = (points[j + 1, 1] - points[j, 1]) / way * rest + points[j, 1]
