@@ -154,6 +154,7 @@ class CloneContainer:
         try:
             yield
         finally:
+            gc.unfreeze()
             home.close()
             for task in tasks:
                 task.cancel()
