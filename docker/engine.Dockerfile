@@ -1,6 +1,6 @@
 # The cloud, its containers and its simulated robots: one image, from this checkout, with all kernels compiled.
 #   docker build -f docker/engine.Dockerfile -t ppaas-engine .
-# Kernels are compiled for the CPU that builds, so build where it runs: on another CPU each container would compile anew.
+# Kernels are compiled for x86-64-v3 (processors since 2013); on one below, each container would compile them.
 
 FROM python:3.11-slim AS dependencies
 # The certificates of the base image are those that this network trusts.
@@ -14,8 +14,7 @@ RUN /opt/uv/bin/uv pip install --quiet --no-cache --python /opt/ppaas/bin/python
       --constraints deploy/requirements.lock -r pyproject.toml \
       --extra cloud --extra sim --extra cassandra --extra hdfs
 
-# Kernels take minutes, and change seldom: nothing but what they are compiled from is here. numba knows a kernel by the
-# time of its file too, so that is made the same here and below.
+# Kernels take minutes, and change seldom: nothing but what they are compiled from is here.
 FROM dependencies AS kernels
 WORKDIR /opt/ppaas/lib/python3.11/site-packages
 COPY ppaas ppaas
@@ -23,13 +22,11 @@ COPY engine/__init__.py engine/
 COPY engine/processes engine/processes
 COPY engine/runtimes/__init__.py engine/runtimes/
 COPY engine/runtimes/compilation engine/runtimes/compilation
-RUN find ppaas -name '*.py' -exec touch -d @0 {} + \
- && NUMBA_CACHE_DIR=/opt/ppaas/kernels /opt/ppaas/bin/python -m engine.runtimes.compilation.rest_compiler
+RUN NUMBA_CACHE_DIR=/opt/ppaas/kernels /opt/ppaas/bin/python -m engine.runtimes.compilation.rest_compiler
 
 FROM dependencies AS installed
 COPY . .
-RUN /opt/uv/bin/uv pip install --quiet --no-cache --python /opt/ppaas/bin/python --no-deps . \
- && find /opt/ppaas/lib/python3.11/site-packages/ppaas -name '*.py' -exec touch -d @0 {} +
+RUN /opt/uv/bin/uv pip install --quiet --no-cache --python /opt/ppaas/bin/python --no-deps .
 
 FROM python:3.11-slim
 RUN useradd --system --uid 10001 --home-dir /var/lib/ppaas --create-home ppaas \

@@ -4,7 +4,7 @@ Nothing in this package does I/O: it opens no sockets, files or processes and ta
 of it can be tested without mocks. Only planners start threads: those of `planners.field.tile_helpers` sleep between
 searches, those of `planners.helper_threads` wait for slices of one search, and those of `planners.batch.workers` end
 with the call. Two modules read the installation: `plugins` reads entry points, and `kernel_cache` the source files of
-the kernels. See ``docs/architecture.md``.
+the kernels and those that were compiled elsewhere. See ``docs/architecture.md``.
 """
 
 __version__ = "0.2.0"

@@ -14,9 +14,12 @@ from hypothesis import settings
 
 from engine.runtimes.fork_server import early_start
 from ppaas import plugins
+from ppaas.kernel_cache.target import export_target
 from tests.ci import whole_files
 from tests.ci.shares import place_in_line
 from tests.support.budget import EXAMPLES
+
+export_target()  # a test may compile something before it imports our kernels, which decides for all of them
 
 pytest_plugins = ["tests.servers.fixtures"]
 

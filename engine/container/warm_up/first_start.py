@@ -34,7 +34,7 @@ def compile_missing(layer: str) -> None:
         Name of numba's threading layer for which they are compiled.
     """
     root = Path(ppaas.__path__[0])
-    if any(stamp.all_compiled(stamp.stamp_file(root, key)) for key in (_key(layer), layer)):
+    if any(stamp.is_compiled(root, key) for key in (_key(layer), layer)):
         return
     for _ in range(ATTEMPTS):
         done = subprocess.run([*COMMAND, str(os.getpid()), layer], stdin=subprocess.DEVNULL, check=False)
@@ -57,7 +57,7 @@ def main() -> None:
     end_with(int(parent))
     root = Path(ppaas.__path__[0])
     noted = stamp.stamp_file(root, _key(layer))
-    if not stamp.all_compiled(noted):
+    if not stamp.is_compiled(root, _key(layer)):
         stamp.note(noted, compile_pool.compile_all(_names, ModuleNotes(stamp.stamp_file(root, layer))))
 
 

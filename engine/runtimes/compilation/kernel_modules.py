@@ -8,7 +8,7 @@ from types import ModuleType
 from numba.core import event
 
 import ppaas
-from engine.runtimes.compilation.stamp import KERNELS
+from ppaas.kernel_cache.sources import KERNELS
 
 
 def record_compilations() -> event.RecordingListener:

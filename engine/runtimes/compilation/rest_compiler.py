@@ -23,6 +23,7 @@ from engine.processes.parent_watch import end_with
 from engine.runtimes.compilation import compile_pool, stamp, threading_layer
 from engine.runtimes.compilation.module_notes import ModuleNotes
 from ppaas.decoding import from_json
+from ppaas.kernel_cache.sources import kernel_files
 
 STEP = 10
 """Number of modules after which the progress is printed for people."""
@@ -40,9 +41,10 @@ def main() -> None:
     if has_parent:
         end_with(int(sys.argv[1]))
     root = Path(ppaas.__path__[0])
-    noted = stamp.stamp_file(root, threading_layer.choose())
-    if stamp.all_compiled(noted):
+    layer = threading_layer.choose()
+    if stamp.is_compiled(root, layer):
         return
+    noted = stamp.stamp_file(root, layer)
     notes, output = ModuleNotes(noted), take_standard_output()
     report: compile_pool.Report = _Progress(output)
     if has_parent:
@@ -91,7 +93,7 @@ def _modules(root: Path) -> list[str]:
 
     They are found by their text. To import them takes seconds, and memory that this process needs for nothing else.
     """
-    files = [file for file in root.rglob(f"{stamp.KERNELS}/**/*.py") if b"\ndef warm(" in file.read_bytes()]
+    files = [file for file in kernel_files(root) if b"\ndef warm(" in file.read_bytes()]
     files.sort(key=lambda file: file.stat().st_size, reverse=True)
     return [".".join([root.name, *file.relative_to(root).with_suffix("").parts]) for file in files]
 

@@ -14,13 +14,14 @@ from types import ModuleType
 
 import msgspec
 
-from engine.processes.disk_notes import note_file, source_of, write_note
+from engine.processes.disk_notes import note_file, write_note
 from ppaas.decoding import from_json
+from ppaas.kernel_cache.sources import stamp_of
 
 logger = logging.getLogger(__name__)
 
-KERNELS = "kernels"
-"""Name of the packages with kernels."""
+SERIAL = "serial"
+"""Threading layer without threads."""
 
 QUIET = "ignore:resource_tracker:UserWarning"
 """Option ``-W`` of compilers, so that the resource tracker of one that is killed warns of nothing."""
@@ -29,7 +30,8 @@ QUIET = "ignore:resource_tracker:UserWarning"
 def stamp_file(root: Path, layer: str) -> Path:
     """Return the path of the note for the current sources of the kernels below a folder.
 
-    The name depends on these sources, on the versions of Python, numba and llvmlite, and on the processor.
+    The name depends on these sources, on the versions of Python, numba and llvmlite, and on the processor for which
+    they are compiled.
 
     Parameters
     ----------
@@ -38,16 +40,17 @@ def stamp_file(root: Path, layer: str) -> Path:
     layer : str
         Threading layer that the kernels are compiled for.
     """
-    from llvmlite import binding  # noqa: PLC0415  # imports LLVM, which the agent does not need
+    from ppaas.kernel_cache.target import compile_target  # noqa: PLC0415  # imports LLVM, which the agent does not need
 
-    sources = sorted(file for file in root.rglob("*.py") if KERNELS in file.relative_to(root).parts)
-    made_from = [
-        sys.version, version("numba"), version("llvmlite"), layer, str(root),
-        os.environ.get("NUMBA_CPU_NAME") or binding.get_host_cpu_name(),
-        os.environ.get("NUMBA_CPU_FEATURES") or binding.get_host_cpu_features().flatten(),
-        *map(source_of, sources),
-    ]  # fmt: skip
-    return note_file("compiled", made_from)
+    versions = (sys.version, version("numba"), version("llvmlite"))
+    return note_file("compiled", (*versions, layer, str(root), *compile_target(), stamp_of(root)))
+
+
+def is_compiled(root: Path, layer: str) -> bool:
+    """Return whether all kernels below a folder are compiled for a threading layer: here, or where they came from."""
+    from ppaas.kernel_cache.shipped import shipped_folder  # noqa: PLC0415  # imports LLVM, as above
+
+    return (SERIAL not in layer and shipped_folder() is not None) or all_compiled(stamp_file(root, layer))
 
 
 def all_compiled(stamp: Path) -> bool:

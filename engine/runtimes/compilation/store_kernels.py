@@ -21,17 +21,21 @@ def prepare() -> None:
     cached_kernels.load_without_compiler()
     from ppaas.plans.encoding import kernels  # noqa: PLC0415
 
-    noted = stamp_of_stores()
-    if stamp.all_compiled(noted):
+    if stamp.is_compiled(*_of_stores()):
         kernel_modules.warm_package(kernels)
         return
+    noted = stamp_of_stores()
     with exclusive(noted.with_suffix(".lock")):
         modules = kernel_modules.warm_package(kernels)
     stamp.note(noted, [file for module in modules for file in stamp.cache_files(module)])
 
 
 def stamp_of_stores() -> Path:
-    """Return the stamp file of these kernels for this process; it depends on ``-O``, which changes the bytecode."""
+    """Return the stamp file of these kernels for this process."""
     from engine.runtimes.compilation import stamp  # noqa: PLC0415  # as above
 
-    return stamp.stamp_file(Path(encoding.__path__[0]), f"stores, -O{sys.flags.optimize}")
+    return stamp.stamp_file(*_of_stores())
+
+
+def _of_stores() -> tuple[Path, str]:
+    return Path(encoding.__path__[0]), f"stores, -O{sys.flags.optimize}"  # -O changes the bytecode

@@ -19,6 +19,9 @@ from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from typing import Any, Literal
 
+from ppaas.kernel_cache.shipped import ignore_shipped
+from ppaas.kernel_cache.target import export_target
+
 Layer = Literal["tbb", "serial"]
 
 _TBB = "libtbb.so.12"
@@ -37,6 +40,7 @@ def choose() -> Layer:
         raise RuntimeError("numba is imported already; choose the threading layer before")
     # Without it numba would count the CPUs of a container's affinity at its next compilation, and refuse the change.
     os.environ["NUMBA_NUM_THREADS"] = str(len(os.sched_getaffinity(0)))
+    export_target()
     if _load_tbb():
         os.environ["NUMBA_THREADING_LAYER"] = "tbb"
         _chosen.append("tbb")
@@ -90,6 +94,7 @@ def _run_serially() -> None:
     # The default cache may contain code compiled for threads, and its keys do not distinguish the two.
     cache = os.environ.get("NUMBA_CACHE_DIR") or str(Path("~/.cache/ppaas").expanduser())
     os.environ["NUMBA_CACHE_DIR"] = str(Path(cache, "serial"))
+    ignore_shipped()  # those are compiled for threads, too
     import numba  # noqa: PLC0415
 
     numba.njit = _without_parallel(numba.njit)

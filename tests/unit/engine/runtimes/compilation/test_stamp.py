@@ -58,7 +58,10 @@ def test_a_stamp_is_valid_until_a_kernel_changes(root: Path, module: ModuleType)
     assert kernel_stamp.stamp_file(root, "serial") != stamp
     (root / "room" / "other.py").write_text("changed = 1")
     assert kernel_stamp.stamp_file(root, "tbb") == stamp
-    os.utime(root / "room" / "kernels" / "doubling.py", ns=(1, 1))
+    kernel = root / "room" / "kernels" / "doubling.py"
+    os.utime(kernel, ns=(1, 1))
+    assert kernel_stamp.stamp_file(root, "tbb") == stamp, "numba goes by the content, too"
+    kernel.write_text(KERNEL + "#")
     assert kernel_stamp.stamp_file(root, "tbb") != stamp
 
 

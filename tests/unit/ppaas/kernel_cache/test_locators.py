@@ -9,46 +9,13 @@ from pathlib import Path
 import pytest
 
 import ppaas
-
-LOWER = """
-from numba import njit
-
-STEP = {step}
-
-@njit(cache=True)
-def lower(number):
-    return number + STEP
-"""
-
-UPPER = """
-from numba import njit
-
-from ppaas.room.kernels.lower import lower
-
-@njit(cache=True)
-def upper(number):
-    return lower(number)
-"""
-
-ASK = """
-import ppaas
-ppaas.__path__.insert(0, {folder!r})
-from ppaas.room.kernels.upper import upper
-print(upper(1), sum(upper.stats.cache_hits.values()))
-"""
+from tests.unit.ppaas.kernel_cache.kernel_package import ASK, LOWER, package_of
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """Return the folder of a package that replaces this project's, with two modules of kernels."""
-    kernels = tmp_path / "ppaas" / "room" / "kernels"
-    kernels.mkdir(parents=True)
-    (kernels.parent / "__init__.py").touch()
-    real = Path(ppaas.__path__[0], "planners", "kernels", "__init__.py")
-    (kernels / "__init__.py").write_text(real.read_text())
-    (kernels / "lower.py").write_text(LOWER.format(step=1))
-    (kernels / "upper.py").write_text(UPPER)
-    return tmp_path / "ppaas"
+    return package_of(tmp_path)
 
 
 def ask(folder: Path, **environment: str) -> str:
@@ -69,6 +36,17 @@ def test_kernel_is_recompiled_if_a_called_kernel_has_changed_not_if_files_were_o
     (folder / "room" / "kernels" / "lower.py").write_text(LOWER.format(step=2))
     assert ask(folder, **environment) == "3 0\n"
     assert (tmp_path / "cache").exists() == given
+
+
+@pytest.mark.parametrize("suffix", [".nbi", ".nbc"])
+def test_a_kernel_whose_file_is_cut_is_compiled(folder, tmp_path, suffix):
+    """A computer may lose its power while the file is written to the disk."""
+    cache = {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    assert ask(folder, **cache) == "2 0\n"
+    for file in tmp_path.rglob(f"upper*{suffix}"):
+        file.write_bytes(file.read_bytes()[:40])
+    assert ask(folder, **cache) == "2 0\n"
+    assert ask(folder, **cache) == "2 1\n"
 
 
 PAIR = """
