@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 HELP = "waiting times of a user, from the start of a cloud to driving robots"
 
-PARTS = ("startup", "plans", "load", "maps", "containers", "fleet", "dashboard", "push")
+PARTS = ("startup", "first", "plans", "load", "maps", "containers", "fleet", "dashboard", "push")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

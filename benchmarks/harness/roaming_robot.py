@@ -35,11 +35,14 @@ class RoamingRobot:
         Times between two ``cmd_vel`` for the same goal [s].
     goals : int
         Number of goals with a result.
+    drives : Event
+        Set by the first ``cmd_vel``.
     """
 
     def __init__(self, client: RobotClient, robot: SimulatedRobot, course: Course) -> None:
         self.gaps: list[float] = []
         self.goals = 0
+        self.drives = asyncio.Event()
         self._client = client
         self._driver = Driver(robot, client)
         self._course = course
@@ -73,6 +76,7 @@ class RoamingRobot:
 
     def _commanded(self, _: Twist) -> None:
         now = monotonic()
+        self.drives.set()
         if self._last is not None:
             self.gaps.append(now - self._last)
         self._last = now

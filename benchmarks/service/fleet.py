@@ -179,6 +179,14 @@ class SimulatedFleet:
             await self._pass(plan.warm, "warming up", progress)
             return await self._look(plan, roamers, simulator, progress)
 
+    async def drive_off(self) -> None:
+        """Run the robots until each of them has received a command for its goal."""
+        async with contextlib.AsyncExitStack() as stack:
+            running = asyncio.create_task(Simulator(self._world).run())
+            stack.callback(running.cancel)
+            for roamer in [await self._send_out(stack, n, c) for n, c in enumerate(self._courses)]:
+                await roamer.drives.wait()
+
     async def _send_out(self, stack: contextlib.AsyncExitStack, number: int, course: Course) -> RoamingRobot:
         name = f"bench-{self._robots}-{number}"
         await self._target.register(name, MAP, course.start)

@@ -9,7 +9,17 @@ from rich.progress import Progress
 from benchmarks.harness.cloud_under_test import Target, own_cloud, running_cloud
 from benchmarks.harness.figures import Figure
 from benchmarks.harness.parts import PartSelection
-from benchmarks.service import containers, dashboard, fleet, map_publishing, map_push, plan_load, plan_requests, startup
+from benchmarks.service import (
+    containers,
+    dashboard,
+    first_use,
+    fleet,
+    map_publishing,
+    map_push,
+    plan_load,
+    plan_requests,
+    startup,
+)
 
 Measure = Callable[[Target, Progress, bool], Awaitable[list[Figure]]]
 
@@ -22,7 +32,10 @@ PARTS: dict[str, Measure] = {
     fleet.PART: fleet.measure,
     map_push.PART: map_push.measure,
 }
-"""Parts that need a running cloud; the part ``startup`` starts its own."""
+"""Parts that need a running cloud; the parts of `STARTS` start their own."""
+
+STARTS = {startup.PART: startup.measure, first_use.PART: first_use.measure}
+"""Parts that measure how clouds start."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,9 +60,10 @@ async def measure(options: ServiceOptions, progress: Progress) -> list[Figure]:
     PPaaSError
         The cloud does not start, or refuses something.
     """
-    figures = []
-    if options.wants(startup.PART):
-        figures += await startup.measure(progress, options.quick)
+    figures: list[Figure] = []
+    for part, measure_start in STARTS.items():
+        if options.wants(part):
+            figures += await measure_start(progress, options.quick)
     wanted = [measure_part for part, measure_part in PARTS.items() if options.wants(part)]
     if wanted:
         async with _target(options) as target:
