@@ -33,7 +33,8 @@ def package_that(folder: Path, **warms: str) -> None:
     package = folder / "ppaas" / "kernels"
     package.mkdir(parents=True)
     (folder / "ppaas" / "__init__.py").write_text("")
-    (folder / "ppaas" / "decoding.py").symlink_to(ROOT / "ppaas" / "decoding.py")  # the compiler imports it
+    for imported in ("decoding.py", "kernel_cache"):  # by the compiler
+        (folder / "ppaas" / imported).symlink_to(ROOT / "ppaas" / imported)
     (package / "__init__.py").write_text("")
     for name, warm in warms.items():
         (package / f"{name}.py").write_text(
