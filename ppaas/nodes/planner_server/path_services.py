@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import msgspec
 
@@ -42,18 +43,7 @@ def get_plan_response(result: PlanResult) -> GetPlanResponse:
 
 def compute_path_response(result: PlanResult) -> ComputePathResponse:
     """Return the response of ``ppaas_msgs/ComputePath``."""
-    return ComputePathResponse(
-        poses=rows_text(result.poses),
-        cost=result.cost,
-        length=result.length,
-        expanded=result.expanded,
-        seconds=result.seconds,
-        planner=result.planner,
-        plan_id=result.id,
-        origin=result.origin,
-        reused=result.reused,
-        conditions=msgspec.json.encode(result.conditions).decode(),
-    )
+    return ComputePathResponse(poses=rows_text(result.poses), **_about(result))
 
 
 def packed_path_response(result: PlanResult) -> ComputePackedPathResponse:
@@ -61,18 +51,22 @@ def packed_path_response(result: PlanResult) -> ComputePackedPathResponse:
     # Imported here: robots do not need its kernels.
     from ppaas.plans.encoding.packed_poses import pack_poses  # noqa: PLC0415
 
-    return ComputePackedPathResponse(
-        poses=pack_poses(result.poses),
-        cost=result.cost,
-        length=result.length,
-        expanded=result.expanded,
-        seconds=result.seconds,
-        planner=result.planner,
-        plan_id=result.id,
-        origin=result.origin,
-        reused=result.reused,
-        conditions=msgspec.json.encode(result.conditions).decode(),
-    )
+    return ComputePackedPathResponse(poses=pack_poses(result.poses), **_about(result))
+
+
+def _about(result: PlanResult) -> dict[str, Any]:
+    """Return the fields that both responses have, all but the poses."""
+    return {
+        "cost": result.cost,
+        "length": result.length,
+        "expanded": result.expanded,
+        "seconds": result.seconds,
+        "planner": result.planner,
+        "plan_id": result.id,
+        "origin": result.origin,
+        "reused": result.reused,
+        "conditions": msgspec.json.encode(result.conditions).decode(),
+    }
 
 
 class PathServices:
