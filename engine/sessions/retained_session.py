@@ -31,9 +31,6 @@ from ppaas.wire.rosbridge import RosbridgeSession
 REPORT_PERIOD = 0.1
 """Longest time until a settled frame is reported to the endpoint that keeps it [s]."""
 
-SOON = 0.002
-"""Time by which a timer may be early [s]."""
-
 
 class SessionRecord(msgspec.Struct, frozen=True):
     """Session in a checkpoint: the frames that set it up, or that are not answered.
@@ -80,7 +77,6 @@ class RetainedSession:
         self.expiry: asyncio.TimerHandle | None = None
         self._permits = PlanPermits()
         self._reporting: asyncio.TimerHandle | None = None
-        self._report_due = 0.0
         self.unsettled = UnsettledFrames(self._report_later)
         options = attach.options
         packer = Packer(compact=options.compact, png=options.png, serialize=serialize)
@@ -151,17 +147,11 @@ class RetainedSession:
             self.ask_permit()
 
     def _report_later(self) -> None:
-        """Report a frame in time, unless a frame for the client takes it along before."""
-        loop = asyncio.get_running_loop()
-        self._report_due = loop.time() + REPORT_PERIOD
         if self._reporting is None:
-            self._reporting = loop.call_at(self._report_due, self._report)
+            self._reporting = asyncio.get_running_loop().call_later(REPORT_PERIOD, self._report)
 
     def _report(self) -> None:
-        self._reporting, loop = None, asyncio.get_running_loop()
-        if loop.time() < self._report_due - SOON:  # the frames of that time were taken along, others were settled since
-            self._reporting = loop.call_at(self._report_due, self._report)
-            return
+        self._reporting = None
         settled = self.unsettled.take_settled()
         if settled and self.sink is not None:
             self.sink.link.write(Settled(self.sink.socket, settled))

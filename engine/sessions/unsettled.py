@@ -30,7 +30,7 @@ class UnsettledFrames:
     Parameters
     ----------
     report : callable
-        Called when the first frame is settled after all others were taken.
+        Called when there are settled frames that were not reported yet.
     """
 
     def __init__(self, report: Callable[[], None] = lambda: None) -> None:
@@ -128,9 +128,8 @@ class UnsettledFrames:
         claim.reasons -= 1
         if claim.reasons:
             return
-        before = len(self._settled)
         for number in claim.numbers:
             if self._frames.pop(number, None) is not None:
                 self._settled.append(number)
-        if self._settled and not before:
+        if self._settled:
             self._report()

@@ -152,16 +152,15 @@ class FrameListener:
             raise TransformError(f"transform {parent!r} → {child!r} is left out: {error}") from error
         # Wheels and cameras are not level: they only matter where a laser is mounted on them.
         if level:
-            self.tree.set_message(transform, static=static, now=stamp, level=True)
+            self.tree.set_message(transform, static=static, now=stamp)
         before = self._body.newest(child)
         self._body.hear((transform,))
         self._heard[child] = now
+        after = self._body.newest(child)
         if static:
             self._moved.discard(child)
-        elif child not in self._moved and before is not None:
-            after = self._body.newest(child)
-            if after is not None and before.distance_to(after) + before.angle_to(after) > MOVED:
-                self._moved.add(child)
+        elif before is not None and after is not None and before.distance_to(after) + before.angle_to(after) > MOVED:
+            self._moved.add(child)
 
     # -- where the robot is --------------------------------------------------------------------------------------------
 

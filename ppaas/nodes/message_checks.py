@@ -36,14 +36,11 @@ def finite_pose(pose: Pose, what: str) -> Pose2D:
         A number is not finite or too large for a position, or the orientation is not a quaternion.
     """
     p, q = pose.position, pose.orientation
-    # A sum is finite if all numbers are, unless they are very large.
-    if not math.isfinite(p.x + p.y + p.z + q.x + q.y + q.z + q.w) and not all(
-        map(math.isfinite, (p.x, p.y, p.z, q.x, q.y, q.z, q.w))
-    ):
+    if not all(map(math.isfinite, (p.x, p.y, p.z, q.x, q.y, q.z, q.w))):
         raise InvalidInput(f"the position and orientation of {what} must be finite")
     if q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < 1e-12:
         raise InvalidInput(f"the orientation of {what} is all zero; without rotation it has w = 1")
-    if abs(p.x) > FARTHEST or abs(p.y) > FARTHEST:
+    if max(abs(p.x), abs(p.y)) > FARTHEST:
         raise InvalidInput(f"the position of {what}, ({p.x:.3g}, {p.y:.3g}), is too far away: send metres")
     return pose.planar()
 

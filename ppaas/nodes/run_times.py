@@ -1,11 +1,8 @@
 """Run times of nodes, for the node monitor that decides where each should run."""
 
 from collections.abc import Callable
-from typing import ParamSpec
 
 from ppaas.clock import Clock
-
-P = ParamSpec("P")
 
 
 class RunTimes:
@@ -22,12 +19,12 @@ class RunTimes:
         self._of_others = 0.0
         self._sums: dict[str, tuple[int, float]] = {}
 
-    def run(self, node: str, work: Callable[P, None], *args: P.args, **kwargs: P.kwargs) -> None:
+    def run(self, node: str, work: Callable[[], None]) -> None:
         """Run a callback of a node and record its time; callbacks of other nodes within it are recorded for them."""
         before, self._of_others = self._of_others, 0.0
         began = self.clock()
         try:
-            work(*args, **kwargs)
+            work()
         finally:
             whole = self.clock() - began
             self.add(node, whole - self._of_others)

@@ -237,7 +237,7 @@ class TopicBus:
             self._latch(known, message)
         for node in self._subscribers.get(topic, ()):
             try:
-                self.times.run(node.name, node.on_message, topic, message)
+                self.times.run(node.name, partial(node.on_message, topic, message))
             except PPaaSError as error:
                 refused(error)
             except Exception as error:  # noqa: BLE001 - it is logged by `note`

@@ -35,9 +35,6 @@ LARGEST_TILT = math.radians(60.0)
 
 IDENTITY = Pose2D(0.0, 0.0, 0.0)
 
-MOST_PATHS = 64
-"""Largest number of paths between frames that are kept."""
-
 _stamp_of = itemgetter(0)
 
 
@@ -77,8 +74,6 @@ class TransformTree:
         self._static: dict[str, Pose2D] = {}
         self._moving: dict[str, list[tuple[float, Pose2D]]] = {}
         self._behind: dict[str, tuple[float, Pose2D]] = {}
-        self._paths: dict[tuple[str, str], tuple[list[str], list[str]]] = {}
-        """Paths between frames that were looked up since the tree of frames has changed."""
 
     # -- setting -------------------------------------------------------------------------------------------------------
 
@@ -98,16 +93,12 @@ class TransformTree:
         buffer = self._moving.setdefault(child, [])
         if buffer and self._cache_time < math.inf:
             self._note_clock(child, buffer, pose, stamp)
-        if not buffer or stamp > buffer[-1][0]:
-            buffer.append((stamp, pose))
+        index = bisect.bisect_left(buffer, stamp, key=_stamp_of)
+        if index < len(buffer) and buffer[index][0] == stamp:
+            buffer[index] = (stamp, pose)
         else:
-            index = bisect.bisect_left(buffer, stamp, key=_stamp_of)
-            if buffer[index][0] == stamp:
-                buffer[index] = (stamp, pose)
-            else:
-                buffer.insert(index, (stamp, pose))
-        if buffer[0][0] < (oldest := buffer[-1][0] - self._cache_time):
-            del buffer[: bisect.bisect_left(buffer, oldest, key=_stamp_of)]
+            buffer.insert(index, (stamp, pose))
+        del buffer[: bisect.bisect_left(buffer, buffer[-1][0] - self._cache_time, key=_stamp_of)]
 
     def _note_clock(self, child: str, buffer: list[tuple[float, Pose2D]], pose: Pose2D, stamp: float) -> None:
         """Empty a frame's buffer if its sender's clock was set back; keep the transform before, if it shows that."""
@@ -140,12 +131,8 @@ class TransformTree:
         if buffer:
             del buffer[:-1]
 
-    def set_message(
-        self, transform: TransformStamped, *, static: bool = False, now: float = 0.0, level: bool | None = None
-    ) -> None:
+    def set_message(self, transform: TransformStamped, *, static: bool = False, now: float = 0.0) -> None:
         """Set a transform from ``geometry_msgs/TransformStamped``; a stamp of zero means ``now`` [s].
-
-        ``level`` is what `is_level` returned for its rotation, if that is known.
 
         Raises
         ------
@@ -153,11 +140,7 @@ class TransformTree:
             As for ``set``, or the transform has roll or pitch.
         """
         parent, child = transform.header.frame_id.lstrip("/"), transform.child_frame_id.lstrip("/")
-        if not (is_level(transform.transform.rotation) if level is None else level):
-            raise TransformError(
-                f"transform {parent!r} → {child!r} has roll or pitch, but this tf tree is planar: only yaw is supported"
-            )
-        pose = _planar(transform.transform)
+        pose = _planar(transform.transform, f"{parent!r} → {child!r}")
         if static:
             self.set_static(parent, child, pose)
         else:
@@ -172,18 +155,14 @@ class TransformTree:
             raise TransformError(
                 f"transform {parent!r} → {child!r}, ({pose.x:.3g}, {pose.y:.3g}), is too far: send metres"
             )
-        before = self._parents.get(child)
-        if before == parent:  # no loop that is not there
-            return
         if static:
             self._open_loop(parent, child)
         if child in self._chain(parent):
             raise TransformError(f"transform {parent!r} → {child!r} would close a loop of frames")
-        if before is not None:
+        if self._parents.get(child, parent) != parent:
             self._moving.pop(child, None)
             self._behind.pop(child, None)
         self._parents[child] = parent
-        self._paths.clear()
 
     def _open_loop(self, parent: str, child: str) -> None:
         """Remove a static transform between a new child and its new parent below it, if there is one."""
@@ -192,7 +171,6 @@ class TransformTree:
             static = [frame for frame in chain[: chain.index(child)] if frame in self._static]
             for frame in static[-1:]:
                 del self._parents[frame], self._static[frame]
-            self._paths.clear()
 
     # -- looking up ----------------------------------------------------------------------------------------------------
 
@@ -278,16 +256,11 @@ class TransformTree:
 
     def _path(self, target: str, source: str) -> tuple[list[str], list[str]]:
         """Return the frames from target up to the common ancestor, and those from source; both without the ancestor."""
-        if (known := self._paths.get((target, source))) is not None:
-            return known
         down, up = self._chain(target), self._chain(source)
         common = next((frame for frame in up if frame in down), None)
         if common is None:
             raise not_connected(target, source, self.frames())
-        if len(self._paths) >= MOST_PATHS:
-            self._paths.clear()
-        path = self._paths[target, source] = down[: down.index(common)], up[: up.index(common)]
-        return path
+        return down[: down.index(common)], up[: up.index(common)]
 
     def _chain(self, frame: str) -> list[str]:
         chain = [frame]
@@ -339,13 +312,14 @@ def is_level(rotation: Quaternion) -> bool:
     squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w
     if not (math.isfinite(squared) and squared > 1e-12):
         raise TransformError(f"({q.x}, {q.y}, {q.z}, {q.w}) is not a rotation quaternion")
-    if q.x == q.y == 0.0:
-        return True
     lean = 2.0 * math.hypot(q.x * q.z + q.w * q.y, q.y * q.z - q.w * q.x) / squared
     upright = (q.w * q.w + q.z * q.z - q.x * q.x - q.y * q.y) > 0.0
     return upright and lean <= math.sin(MAX_TILT)
 
 
-def _planar(transform: Transform) -> Pose2D:
-    q, translation = transform.rotation, transform.translation
+def _planar(transform: Transform, name: str) -> Pose2D:
+    q = transform.rotation
+    if not is_level(q):
+        raise TransformError(f"transform {name} has roll or pitch, but this tf tree is planar: only yaw is supported")
+    translation = transform.translation
     return Pose2D(translation.x, translation.y, yaw_of(q.x, q.y, q.z, q.w))

@@ -5,6 +5,7 @@ cameras are, and a lookup combines the latest transforms, whatever their stamps.
 move, so its mount is looked up here too.
 """
 
+import contextlib
 import math
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -119,10 +120,8 @@ class LatestFrames:
         for transform in transforms:
             child = transform.child_frame_id.lstrip("/")
             if child in newest or len(newest) < MAX_FRAMES:
-                try:
+                with contextlib.suppress(TransformError):
                     newest[child] = transform.header.frame_id.lstrip("/"), Rigid.of(transform.transform)
-                except TransformError:
-                    continue
 
     def forget(self, child: str) -> None:
         """Remove the transform of a frame to its parent, if there is one."""

@@ -1,9 +1,6 @@
 """The planar tf tree."""
 
-import contextlib
-import itertools
 import math
-from collections.abc import Callable
 
 import pytest
 from hypothesis import given
@@ -318,34 +315,3 @@ def test_frame_that_jumps_is_at_its_newest_place_only():
     tree.keep_newest("odom")
     tree.keep_newest("unknown")
     assert tree.lookup("map", "base_link") == Pose2D(9.0, 1.0, 0.0)
-
-
-_FRAME = st.sampled_from(["map", "odom", "base", "laser", "wheel"])
-_CHANGES = st.lists(st.tuples(st.booleans(), _FRAME, _FRAME, st.floats(0.0, 20.0)), min_size=1, max_size=12)
-
-
-def _outcome(look: Callable[[], object]) -> object:
-    try:
-        return look()
-    except TransformError as error:
-        return str(error)
-
-
-@given(changes=_CHANGES)
-def test_lookups_between_changes_are_those_of_a_tree_that_was_never_asked_before(
-    changes: list[tuple[bool, str, str, float]],
-) -> None:
-    frames = ("map", "odom", "base", "laser", "wheel")
-    asked = TransformTree()
-    for count in range(len(changes)):
-        fresh = TransformTree()
-        for tree, made in ((asked, changes[count : count + 1]), (fresh, changes[: count + 1])):
-            for static, parent, child, stamp in made:
-                with contextlib.suppress(TransformError):
-                    if static:
-                        tree.set_static(parent, child, Pose2D(stamp, 1.0, 0.5))
-                    else:
-                        tree.set(parent, child, Pose2D(stamp, 2.0, 0.1), stamp)
-        for target, source in itertools.product(frames, repeat=2):
-            assert _outcome(lambda: asked.lookup(target, source)) == _outcome(lambda: fresh.lookup(target, source))  # noqa: B023
-            assert asked.common_time(target, source) == fresh.common_time(target, source)
