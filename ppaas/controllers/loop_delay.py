@@ -98,7 +98,7 @@ class LoopDelay:
         errors, commands = self._errors, self._commands
         place = len(commands) - 1
         for number in range(len(errors)):
-            while commands[place][0] > at - number * STEP:
+            while place and commands[place][0] > at - number * STEP:
                 place -= 1
             errors[number] = FORGET * errors[number] + _error(commands[place][1], velocity)
         best = min(errors)
