@@ -169,7 +169,8 @@ class CloneContainer:
 
     def share(self, messages: list[machine_link.Shared]) -> None:
         """Send what other robots on the map share."""
-        self._machine.write(machine_link.SharedBatch(messages))
+        for message in messages:
+            self._machine.write(message)
 
     async def settle(self) -> float:
         """Let the container handle what has arrived; return its CPU time [s]."""
