@@ -120,32 +120,13 @@ class PathServices:
 
     def compute(self, request: ComputePathRequest, reply: Reply, costmap: Costmap | None = None) -> Job:
         """Handle a ``ppaas_msgs/ComputePath``; raises as ``plan`` does, and ``InvalidInput`` for an invalid pose."""
-        return self.plan(
-            finite_pose(request.start, "the start"),
-            finite_pose(request.goal, "the goal"),
-            reply,
-            compute_path_response,
-            planner=request.planner,
-            tolerance=request.tolerance,
-            timeout=request.timeout,
-            costmap=costmap,
-            reuse=request.reuse,
-            parameters=parameters_of(request.parameters),
-        )
+        start, goal = finite_pose(request.start, "the start"), finite_pose(request.goal, "the goal")
+        return self.plan(start, goal, reply, compute_path_response, costmap=costmap, **_options(request))
 
     def compute_packed(self, request: ComputePackedPathRequest, reply: Reply) -> Job:
         """Handle a ``ppaas_msgs/ComputePackedPath``; raises as ``compute`` does."""
-        return self.plan(
-            _pose(request.start, "the start"),
-            _pose(request.goal, "the goal"),
-            reply,
-            packed_path_response,
-            planner=request.planner,
-            tolerance=request.tolerance,
-            timeout=request.timeout,
-            reuse=request.reuse,
-            parameters=parameters_of(request.parameters),
-        )
+        start, goal = _pose(request.start, "the start"), _pose(request.goal, "the goal")
+        return self.plan(start, goal, reply, packed_path_response, **_options(request))
 
     def plan(
         self, start: Pose2D, goal: Pose2D, reply: Reply, respond: ToResponse,
@@ -206,6 +187,17 @@ class PathServices:
         except NotFound as error:
             raise InvalidPlanner(str(error)) from error
         return self._planners[own]
+
+
+def _options(request: ComputePathRequest | ComputePackedPathRequest) -> dict[str, Any]:
+    """Return the arguments of `PathServices.plan` that both requests have, all but the poses."""
+    return {
+        "planner": request.planner,
+        "tolerance": request.tolerance,
+        "timeout": request.timeout,
+        "reuse": request.reuse,
+        "parameters": parameters_of(request.parameters),
+    }
 
 
 def _pose(numbers: list[float], what: str) -> Pose2D:
