@@ -81,7 +81,7 @@ def test_data_of_an_earlier_release_exists() -> None:
 async def test_a_data_folder_opens_in_a_started_cloud(files: Path, before: dict[str, Any]) -> None:
     with running_cloud(files) as cloud:
         rest = RestClient(cloud.url, before["token"])
-        assert await lost(rest, before) == []
+        assert await lost(cloud.url, rest, before) == []
         assert "floor" in (await labels(cloud.url))
         assert b"<robot" in await rest.fetch("/v1/robots/tb2/urdf")
         await rest.login("ann", ANN_PASSWORD)

@@ -80,7 +80,7 @@ async def test_a_cloud_runs_on_the_keyspace_and_sends_queued_plans(
     with running_cloud(tmp_path, "--store", server.url(KEYSPACE)) as cloud:
         rest = RestClient(cloud.url)
         await rest.login("ann", ANN_PASSWORD)
-        assert await lost(rest, records) == []
+        assert await lost(cloud.url, rest, records) == []
     with closing(CassandraStore(server.url(KEYSPACE))) as store:
         waited = expected(earlier)["outbox"]
         await until(lambda: store.whole_plans(list(waited)).keys() == waited.keys())

@@ -6,9 +6,13 @@ import tarfile
 from pathlib import Path
 from typing import Any
 
+import cbor2
+import httpx
 import numpy as np
 
+from robots.client.cloud_url import bearer
 from robots.client.rest import RestClient
+from tests.support.endpoints.cbor_arrays import array_in
 from tests.support.sources import ROOT
 
 EARLIER = sorted(file.parent for file in (ROOT / "tests" / "earlier").glob("*/expected.json"))
@@ -40,14 +44,23 @@ def digest(poses: bytes) -> str:
     return hashlib.sha256(poses).hexdigest()
 
 
-async def lost(rest: RestClient, before: dict[str, Any]) -> list[str]:
+async def plan_of(url: str, rest: RestClient, plan_id: str) -> dict[str, Any]:
+    """Return a stored plan with all digits, in CBOR: the numbers in JSON are rounded."""
+    headers = bearer(rest.token or "") | {"Accept": "application/cbor"}
+    async with httpx.AsyncClient(base_url=url, headers=headers) as client:
+        answer = (await client.get(f"/v1/plans/{plan_id}")).raise_for_status()
+    plan: dict[str, Any] = cbor2.loads(answer.content)
+    return plan | {"poses": array_in(plan["poses"])}
+
+
+async def lost(url: str, rest: RestClient, before: dict[str, Any]) -> list[str]:
     """Return the parts of ann's data that a cloud does not report any more."""
     now: dict[str, Any] = {
         "maps": await rest.items("/v1/maps"),
         "versions": await rest.items("/v1/maps/house/versions"),
         "robots": await rest.items("/v1/robots"),
         "evaluation": await rest.get("/v1/maps/house/evaluation"),
-        "plans": {plan_id: without_poses(await rest.get(f"/v1/plans/{plan_id}")) for plan_id in before["plans"]},
+        "plans": {plan_id: without_poses(await plan_of(url, rest, plan_id)) for plan_id in before["plans"]},
         "parts": {plan_id: (await rest.get(f"/v1/plans/{plan_id}/parts"))["items"] for plan_id in before["parts"]},
     }
     user = await rest.get("/v1/users/me")

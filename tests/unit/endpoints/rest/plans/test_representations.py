@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from endpoints.rest.plans.representations import CBOR, JSON, PoseForm, Representation, preferred, short
 from ppaas.errors import NotFound
 from ppaas.geometry import poses_along, quaternion_of
+from tests.support.endpoints.cbor_arrays import array_in
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.problems import problem_of
 from tests.unit.endpoints.conftest import LogIn, Publish
@@ -25,14 +26,6 @@ SHORT = [[0.1, 0.2, HEADING], [3.1, 4.2, 1.0]]
 POLYLINE = "gEoKozD_yF"
 ROUTES = ("/v1/maps/house/plans", "/v1/maps/house/plans?poses={form}&unknown=1")
 """The route as the fast path serves it, and with a query that is left to FastAPI."""
-
-
-def array_in(tagged: Any) -> np.ndarray:
-    """Return the array of several dimensions of a CBOR item (RFC 8746)."""
-    assert tagged.tag == 40
-    shape, numbers = tagged.value
-    assert numbers.tag == 86
-    return np.frombuffer(numbers.value, "<f8").reshape(shape)
 
 
 @pytest.mark.parametrize(
