@@ -7,10 +7,14 @@ from pathlib import Path
 KERNELS = "kernels"
 """Name of the packages that contain kernels."""
 
+DECORATORS = Path("kernel_cache", "decorators.py")
+"""Module with the options of all kernels, in this package."""
+
 
 def kernel_files(root: Path) -> Iterator[Path]:
-    """Yield all source files of the kernels below the folder of a package, in the order of their paths."""
-    yield from sorted(file for file in root.rglob("*.py") if KERNELS in file.relative_to(root).parts)
+    """Yield all source files of the kernels below the folder of a package, and of their decorators, by their paths."""
+    files = ((file, file.relative_to(root)) for file in root.rglob("*.py"))
+    yield from sorted(file for file, place in files if KERNELS in place.parts or place == DECORATORS)
 
 
 def stamp_of(root: Path) -> str:

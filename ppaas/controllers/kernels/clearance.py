@@ -7,8 +7,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 Floats = NDArray[np.float64]
 Field = NDArray[np.float32]
@@ -36,7 +37,7 @@ class RobotOutline(NamedTuple):
     circumscribed: float
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def bilinear(field: Field, column: float, row: float) -> float:
     """Return the value of a field at a point [cells] by bilinear interpolation between the centres of cells.
 
@@ -53,7 +54,7 @@ def bilinear(field: Field, column: float, row: float) -> float:
     return float(low + up * (high - low))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def clearance(
     distance: Field, resolution: float, body: RobotOutline, x: float, y: float, cosine: float, sine: float
 ) -> float:
@@ -95,7 +96,7 @@ def clearance(
     return nearest
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def clearance_along(
     distance: Field,
     resolution: float,

@@ -9,11 +9,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ppaas.controllers.kernels.clearance import Field, Floats, RobotOutline, bilinear, clearance
 from ppaas.cost_values import FREE_SPACE, INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
+from ppaas.kernel_cache.decorators import compiled
 
 ANGULAR_GRANULARITY = 0.1
 """Largest turn in a step of a rollout [rad]."""
@@ -85,7 +85,7 @@ class OutlineCheck(NamedTuple):
     least: float
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def cost_at(costs: NDArray[np.uint8], x: float, y: float) -> int:
     """Return the cost at a point in the frame of the grid [cells], or 255 (unknown) outside the costmap."""
     if x >= 0.0 and y >= 0.0 and x < costs.shape[1] and y < costs.shape[0]:
@@ -93,7 +93,7 @@ def cost_at(costs: NDArray[np.uint8], x: float, y: float) -> int:
     return NO_INFORMATION
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def segments_of(path: Floats, remaining: Floats, frame: Frame) -> Floats:
     """Return a polyline as an array (m, 9) for `project`, in the frame of the grid [m].
 
@@ -118,7 +118,7 @@ def segments_of(path: Floats, remaining: Floats, frame: Frame) -> Floats:
     return segments
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def project(segments: Floats, x: float, y: float, hint: int) -> tuple[float, float, int]:
     """Return the distance of a point to a polyline, the remaining distance from its nearest point, and its row.
 
@@ -158,7 +158,7 @@ def project(segments: Floats, x: float, y: float, hint: int) -> tuple[float, flo
     return math.sqrt(best), to_go, nearest
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _score(
     v: float, w: float, costs: NDArray[np.uint8], resolution: float, segments: Floats,
     x: float, y: float, theta: float, scoring: Scoring, outline: OutlineCheck,
@@ -251,7 +251,7 @@ def _score(
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _free_motion(outline: OutlineCheck, resolution: float, x: float, y: float, theta: float) -> float:
     """Return how far each point of the robot may move before the next check [m]; negative if it is too near."""
     body = outline.body
@@ -265,7 +265,7 @@ def _free_motion(outline: OutlineCheck, resolution: float, x: float, y: float, t
     return max(0.75 * free - outline.least, 0.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def score_velocities(
     velocities: Floats, costs: NDArray[np.uint8], frame: Frame, path: Floats, remaining: Floats,
     x: float, y: float, theta: float, scoring: Scoring, outline: OutlineCheck,

@@ -3,8 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 Floats = NDArray[np.float64]
 
@@ -20,7 +21,7 @@ SPACING = 0.05
 MOST_POINTS = 64
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _nearest(points: Floats, x: float, y: float, first: int, last: int) -> tuple[int, float]:
     nearest, least = first, math.inf
     for i in range(first, last):
@@ -30,7 +31,7 @@ def _nearest(points: Floats, x: float, y: float, first: int, last: int) -> tuple
     return nearest, least
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def locate(points: Floats, along: Floats, reached: int, x: float, y: float) -> int:
     """Return the index of the point of a plan at which a robot is.
 
@@ -57,7 +58,7 @@ def locate(points: Floats, along: Floats, reached: int, x: float, y: float) -> i
     return reached
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def point_at(points: Floats, along: Floats, s: float) -> tuple[float, float]:
     """Return the point of a plan at a distance ``s`` from its first, along the plan, as ``numpy.interp`` does [m]."""
     last = len(along) - 1
@@ -72,7 +73,7 @@ def point_at(points: Floats, along: Floats, s: float) -> tuple[float, float]:
     return x, y
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def points_ahead(
     points: Floats, along: Floats, reached: int, distance: float,
     origin: tuple[float, float, float], resolution: float, shape: tuple[int, int],

@@ -11,10 +11,11 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 from numpy.typing import NDArray
 
 from ppaas.controllers.kernels.clearance import Field, Floats, RobotOutline, bilinear, clearance
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.maps.kernels.serial import serial_copy
 
 NEGLIGIBLE = 5.0
@@ -82,7 +83,7 @@ class Critics(NamedTuple):
     moving_distance: float
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _turn_to_go(terrain: Terrain, x: float, y: float, cosine: float, sine: float, speed: float) -> float:
     """Return the angle from the heading to the direction in which the travel time decreases [rad].
 
@@ -100,7 +101,7 @@ def _turn_to_go(terrain: Terrain, x: float, y: float, cosine: float, sine: float
     return abs(angle) * min(1.0, steepness)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _near_movers(
     movers: Floats, seconds: float, x: float, y: float, ahead_x: float, ahead_y: float, reach: float, distance: float
 ) -> float:
@@ -134,14 +135,14 @@ def _near_movers(
     return near
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _follow(now: float, wanted: float, lowest: float, highest: float, step: float) -> float:
     """Return a command limited to its range, and to a change of at most ``step``."""
     wanted = min(max(wanted, lowest), highest)
     return min(max(wanted, now - step), now + step)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def roll_out(
     commands: Floats, start: Floats, terrain: Terrain, base: Base, body: RobotOutline, critics: Critics
 ) -> float:
@@ -219,11 +220,11 @@ RollOut = Callable[[NDArray[np.float64], Floats, Terrain, Base, RobotOutline, Cr
 """Rolls out commands (n, steps, 2), which are limited in place; the other arguments as `roll_out`. Returns costs (n,)
 [s]."""
 
-roll_out_parallel: RollOut = njit(cache=True, nogil=True, error_model="numpy", parallel=True)(_roll_out_all)
-roll_out_serial: RollOut = njit(cache=True, nogil=True, error_model="numpy")(serial_copy(_roll_out_all))
+roll_out_parallel: RollOut = compiled(parallel=True)(_roll_out_all)
+roll_out_serial: RollOut = compiled(serial_copy(_roll_out_all))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def fill_blocked(seconds: Field, beside: float, far: float) -> None:
     """Replace infinite travel times by finite ones, so that values can be interpolated between cells.
 

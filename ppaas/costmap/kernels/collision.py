@@ -7,9 +7,9 @@ cylinder has no length and width, a box has no radius.
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.maps.voxels import OCCUPIED, UNKNOWN, only_read
 
 Floats = NDArray[np.float64]
@@ -18,7 +18,7 @@ _SLACK = 1e-6
 """Tolerance for rounding, so that touching does not count as overlap [voxels]."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _overlaps(right: float, up: float, yaw: float, sizes: Floats) -> bool:
     """Return whether a robot at (0, 0) overlaps the unit square centred at (``right``, ``up``), seen from above."""
     half_length, half_width, radius = sizes[0], sizes[1], sizes[2] - _SLACK
@@ -37,7 +37,7 @@ def _overlaps(right: float, up: float, yaw: float, sizes: Floats) -> bool:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _hits(
     voxels: NDArray[np.uint8], x: float, y: float, z: float, yaw: float, sizes: Floats, allow_unknown: bool
 ) -> bool:
@@ -63,7 +63,7 @@ def _hits(
     return False
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def first_hit(
     voxels: NDArray[np.uint8], points: Floats, yaws: Floats, sizes: Floats, steps: int, allow_unknown: bool
 ) -> int:

@@ -4,10 +4,11 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit, prange, types
+from numba import prange, types
 from numpy.typing import NDArray
 
 from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.maps.kernels.serial import serial_copy
 
 _DISTANCES = types.Array(types.float32, 2, "C", readonly=True)
@@ -44,8 +45,8 @@ def _inflate(
 Inflate = Callable[[NDArray[np.float32], NDArray[np.uint8], float, float, float], NDArray[np.uint8]]
 """(h, w) distances [m], (h, w) unknown cells (not 0), inscribed and inflation radius [m], decay [1/m] → costs."""
 
-inflate_parallel: Inflate = njit(_SIGNATURE, cache=True, nogil=True, error_model="numpy", parallel=True)(_inflate)
-inflate_serial: Inflate = njit(_SIGNATURE, cache=True, nogil=True, error_model="numpy")(serial_copy(_inflate))
+inflate_parallel: Inflate = compiled(_SIGNATURE, parallel=True)(_inflate)
+inflate_serial: Inflate = compiled(_SIGNATURE)(serial_copy(_inflate))
 
 
 def warm() -> None:

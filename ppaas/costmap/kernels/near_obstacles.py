@@ -7,8 +7,10 @@ obstacles, and of its obstacles only those that are not in the map are new: far 
 import math
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 SLACK = 0.001
 """Distance by which distances are exact beyond those at which obstacles have costs [m]."""
@@ -29,7 +31,7 @@ def are_few(new: NDArray[np.bool_], reach: int) -> bool:
     return int(np.count_nonzero(new)) * (2 * reach + 1) ** 2 <= FEW * new.size
 
 
-@njit(_SIGNATURE, cache=True, nogil=True, error_model="numpy")
+@compiled(_SIGNATURE)
 def lower_near(new: NDArray[np.uint8], resolution: float, reach: int, distance: NDArray[np.float32]) -> None:
     """Lower distances to those from new obstacles, as far as these reach; farther away they may stay too large.
 

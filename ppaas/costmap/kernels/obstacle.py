@@ -3,10 +3,11 @@
 import math
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numpy.typing import NDArray
 
 from ppaas.cost_values import FREE_SPACE, LETHAL_OBSTACLE
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.maps.kernels.traversal import FRACTION, ahead, cell_at, clip_axis, crossings, to_fixed
 
 _CELLS = types.uint8[:, ::1]
@@ -18,7 +19,7 @@ _INSIDE = 0.02
 it [cells]."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _free(
     flat: NDArray[np.uint8],
     index: int,
@@ -62,7 +63,7 @@ def _free(
         position += move
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _clear(cells: NDArray[np.uint8], x: float, y: float, dx: float, dy: float, far: float, keep: int) -> None:
     """Free the cells that a ray from (x, y) in the unit direction (dx, dy) passes up to ``far``, except ``keep``."""
     height, width = cells.shape
@@ -85,7 +86,7 @@ def _clear(cells: NDArray[np.uint8], x: float, y: float, dx: float, dy: float, f
     _free(flat, (row + step) * width, step * width, x + first * dx, spacing * dx, 1, width, count, keep)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _hit(x: float, y: float, angle: float, reach: float, height: int, width: int) -> int:
     """Return the index of the cell in which a beam ended; −1 if it is outside the window or the beam hit nothing."""
     if not 0.0 < reach < np.inf:
@@ -95,8 +96,8 @@ def _hit(x: float, y: float, angle: float, reach: float, height: int, width: int
     return row * width + column if 0 <= row < height and 0 <= column < width else -1
 
 
-@njit(
-    types.void(_CELLS, _FLOAT, _FLOAT, _NUMBERS, _NUMBERS, _FLOAT, _FLOAT), cache=True, nogil=True, error_model="numpy"
+@compiled(
+    types.void(_CELLS, _FLOAT, _FLOAT, _NUMBERS, _NUMBERS, _FLOAT, _FLOAT),
 )
 def mark_and_clear(
     cells: NDArray[np.uint8],

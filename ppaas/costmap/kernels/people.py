@@ -3,17 +3,18 @@
 import math
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numpy.typing import NDArray
 
 from ppaas.cost_values import NO_INFORMATION
+from ppaas.kernel_cache.decorators import compiled
 
 _CELLS = types.uint8[:, ::1]
 _PEOPLE = types.Array(types.float64, 2, "C", readonly=True)
 _FLOAT = types.float64
 
 
-@njit(types.int64(_CELLS, _PEOPLE, _FLOAT, _FLOAT, _FLOAT, _FLOAT, _FLOAT), cache=True, nogil=True, error_model="numpy")
+@compiled(types.int64(_CELLS, _PEOPLE, _FLOAT, _FLOAT, _FLOAT, _FLOAT, _FLOAT))
 def raise_around(
     costs: NDArray[np.uint8],
     people: NDArray[np.float64],

@@ -5,10 +5,10 @@ d voxels away is 2·|d| − 1, and 0 in the same column. So squared distances ar
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.maps.voxels import OCCUPIED, UNKNOWN, only_read
 
 Bytes = NDArray[np.uint8]
@@ -18,13 +18,13 @@ _FAR = np.int32(1 << 30)
 """Number of a layer beyond all layers."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _square(steps: int) -> int:
     """Return the squared distance of a voxel that is ``steps`` voxels away along one axis [squared half voxels]."""
     return (2 * steps - 1) * (2 * steps - 1) if steps else 0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _near(next_above: Ints, last: int, outside: bool, most: int, gaps: Ints, squares: Ints) -> None:
     """Write the squared horizontal distance of each column from the nearest column that hits the robot.
 
@@ -72,7 +72,7 @@ def _near(next_above: Ints, last: int, outside: bool, most: int, gaps: Ints, squ
             squares[row, column] = best
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def inflate_layers(voxels: Bytes, layers: int, table: Bytes, costs: Bytes) -> None:
     """Write the cost of each position for a cylinder that stands there.
 
@@ -116,7 +116,7 @@ def inflate_layers(voxels: Bytes, layers: int, table: Bytes, costs: Bytes) -> No
                 costs[layer, row, column] = cost
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def keep_to_ground(voxels: Bytes, steps: int, costs: Bytes) -> None:
     """Block the positions without an occupied voxel among the ``steps`` voxels below them.
 

@@ -6,7 +6,7 @@ Areas are bits of each cell (`Board.areas`). A robot enters an area with a move 
 import numpy as np
 
 from ppaas.fleet.kernels.board import Board, Step, smallest_board, step_of
-from ppaas.planners.kernels.jit_decorators import bare
+from ppaas.kernel_cache.decorators import bare
 
 
 @bare

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.planners.kernels.jit_decorators import bare, joined
+from ppaas.kernel_cache.decorators import bare, joined
 
 Ints = NDArray[np.int32]
 

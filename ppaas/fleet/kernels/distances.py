@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.fleet.kernels.board import UNREACHABLE, Ints, smallest_board
-from ppaas.planners.kernels.jit_decorators import bare
+from ppaas.kernel_cache.decorators import bare
 
 
 @bare

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.fleet.kernels.board import Board, Ints, smallest_board
-from ppaas.planners.kernels.jit_decorators import bare
+from ppaas.kernel_cache.decorators import bare
 
 STEP = 10
 """Cost of a move without traffic."""

@@ -9,11 +9,11 @@ Algorithm for Quick Multi-Agent Pathfinding", AAAI 2023.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ppaas.fleet.kernels.board import UNREACHABLE, Board, Ints, Step, is_barred, smallest_board, step_of
 from ppaas.fleet.kernels.pibt import decide, is_possible
+from ppaas.kernel_cache.decorators import compiled
 
 Longs = NDArray[np.int64]
 
@@ -71,10 +71,7 @@ class Search(NamedTuple):
     state: Longs
 
 
-_compiled = njit(cache=True, nogil=True, error_model="numpy")
-
-
-@_compiled
+@compiled
 def slot_of(search: Search, cells: Ints) -> int:
     """Return the place of a configuration in the hash table: where it is, or the empty one for it."""
     key = np.uint64(0)
@@ -90,14 +87,14 @@ def slot_of(search: Search, cells: Ints) -> int:
     return int(slot)
 
 
-@_compiled
+@compiled
 def fill_table(search: Search) -> None:
     """Enter all nodes into the hash table, which is empty."""
     for node in range(search.state[NODES]):
         search.table[slot_of(search, search.cells[node])] = node
 
 
-@_compiled
+@compiled
 def is_full(search: Search) -> bool:
     """Return whether one more iteration may need more memory."""
     state = search.state
@@ -109,7 +106,7 @@ def is_full(search: Search) -> bool:
     )
 
 
-@_compiled
+@compiled
 def add_node(board: Board, step: Step, search: Search, slot: int) -> None:
     """Add the configuration ``step.to`` below the current node, and push it onto the stack."""
     state = search.state
@@ -129,7 +126,7 @@ def add_node(board: Board, step: Step, search: Search, slot: int) -> None:
     state[NODES], state[HEIGHT] = node + 1, state[HEIGHT] + 1
 
 
-@_compiled
+@compiled
 def add_constraint(search: Search, above: int, robot: int, cell: int, depth: int) -> int:
     """Add a constraint, and return its number."""
     added = search.state[CONSTRAINTS]
@@ -139,7 +136,7 @@ def add_constraint(search: Search, above: int, robot: int, cell: int, depth: int
     return int(added)
 
 
-@_compiled
+@compiled
 def branch(board: Board, search: Search, node: int, above: int) -> None:
     """Append, to the constraints of a node, one for each cell of the next robot below the constraint ``above``."""
     depth = search.constraints[above, DEPTH]
@@ -159,7 +156,7 @@ def branch(board: Board, search: Search, node: int, above: int) -> None:
         search.nodes[node, LAST] = added
 
 
-@_compiled
+@compiled
 def constrain(board: Board, step: Step, search: Search, constraint: int) -> bool:
     """Lay a constraint and all above it on a step; return False if they contradict each other."""
     step.to[:] = -1
@@ -172,7 +169,7 @@ def constrain(board: Board, step: Step, search: Search, constraint: int) -> bool
     return bool(is_possible(board, step))
 
 
-@_compiled
+@compiled
 def is_goal(board: Board, step: Step, search: Search) -> bool:
     """Return whether all required robots are at their goals."""
     for robot in range(len(step.at)):  # noqa: SIM110 - a kernel has no generators
@@ -181,7 +178,7 @@ def is_goal(board: Board, step: Step, search: Search) -> bool:
     return True
 
 
-@_compiled
+@compiled
 def explore(board: Board, step: Step, search: Search, budget: int) -> int:
     """Search on for up to ``budget`` steps of all robots.
 

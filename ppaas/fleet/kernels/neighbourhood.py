@@ -13,7 +13,7 @@ from ppaas.fleet.kernels.board import Board, Ints, below, seeded, shuffle, small
 from ppaas.fleet.kernels.timed_search import NEXT, NODES, Memory, Schedule, mark, search
 from ppaas.fleet.kernels.turning_search import COLUMNS, Prices, search_turning
 from ppaas.fleet.kernels.turns import DIRECTIONS, count_quarters
-from ppaas.planners.kernels.jit_decorators import bare, joined
+from ppaas.kernel_cache.decorators import bare, joined
 
 WALKS = 8
 """Number of random walks that look for robots in the way of another one."""

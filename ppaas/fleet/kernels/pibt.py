@@ -26,7 +26,7 @@ from ppaas.fleet.kernels.board import (
     step_of,
 )
 from ppaas.fleet.kernels.swap import partner
-from ppaas.planners.kernels.jit_decorators import bare
+from ppaas.kernel_cache.decorators import bare
 
 SPREAD = np.float32(0.9)
 """Random part of the order of cells [cells]: below 1, so that it only decides between cells of the same distance."""

@@ -7,7 +7,7 @@ for Scalable Eventually Optimal Multi-Agent Pathfinding", IJCAI 2023, section 4.
 
 from ppaas.fleet.kernels.areas import fit_together, has_room
 from ppaas.fleet.kernels.board import NOBODY, Board, Ints, Step, is_barred
-from ppaas.planners.kernels.jit_decorators import bare, joined
+from ppaas.kernel_cache.decorators import bare, joined
 
 NO_WAY, ONE_WAY, JUNCTION = 0, 1, 2
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.fleet.kernels.board import Ints, below
-from ppaas.planners.kernels.jit_decorators import bare
+from ppaas.kernel_cache.decorators import bare
 
 NODES = 40_000
 """Largest number of cells and times that a search visits."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.fleet.kernels.board import NO_AREAS, NOBODY, Ints
-from ppaas.planners.kernels.jit_decorators import bare
+from ppaas.kernel_cache.decorators import bare
 
 Seconds = NDArray[np.float64]
 

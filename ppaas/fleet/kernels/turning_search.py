@@ -22,7 +22,7 @@ from ppaas.fleet.kernels.timed_search import (
     write_path,
 )
 from ppaas.fleet.kernels.turns import DIRECTIONS, direction, least_quarters, quarters
-from ppaas.planners.kernels.jit_decorators import bare
+from ppaas.kernel_cache.decorators import bare
 
 HEADING, QUARTERS, COLUMNS = 4, 5, 6
 """Further columns of ``nodes``: direction of the last move, and quarter turns up to the node; number of columns."""

@@ -7,7 +7,7 @@ forwards only, and its first direction is free.
 import numpy as np
 
 from ppaas.fleet.kernels.board import Ints
-from ppaas.planners.kernels.jit_decorators import bare, joined
+from ppaas.kernel_cache.decorators import bare, joined
 
 DIRECTIONS = 4
 

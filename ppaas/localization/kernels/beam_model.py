@@ -8,9 +8,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.localization.kernels.sight import cast
 from ppaas.maps.kernels.serial import serial_copy
 
@@ -42,7 +43,7 @@ Score = Callable[
 ]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _likelihood(measured: float, expected: float, range_max: float, shares: BeamShares) -> float:
     """Return the likelihood of a range, given the range cast in the map (table 6.1)."""
     off = measured - expected
@@ -108,8 +109,8 @@ def _score_ranges(
     return sums
 
 
-score_parallel: Score = njit(cache=True, nogil=True, error_model="numpy", parallel=True)(_score_ranges)
-score_serial: Score = njit(cache=True, nogil=True, error_model="numpy")(serial_copy(_score_ranges))
+score_parallel: Score = compiled(parallel=True)(_score_ranges)
+score_serial: Score = compiled(serial_copy(_score_ranges))
 
 
 def warm() -> None:

@@ -3,8 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 BIN_EDGE, BIN_TURN = 0.5, math.radians(10.0)
 """Size of a bin [m, rad], as in amcl."""
@@ -16,7 +17,7 @@ _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 """2⁶⁴ / golden ratio, the multiplier of Fibonacci hashing (Knuth, *The Art of Computer Programming*, vol. 3, 6.4)."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def bin_of(x: float, y: float, theta: float) -> int:
     """Return the key of the bin of a pose (x, y [m], theta [rad])."""
     column, row = np.int64(math.floor(x / BIN_EDGE)), np.int64(math.floor(y / BIN_EDGE))
@@ -24,7 +25,7 @@ def bin_of(x: float, y: float, theta: float) -> int:
     return int((column << 40) ^ ((row & 0xFFFFF) << 16) ^ (turn & 0xFFFF))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def empty_table(count: int) -> NDArray[np.int64]:
     """Return an empty hash table with space for ``count`` bins at a load of at most one half."""
     size = 16
@@ -33,7 +34,7 @@ def empty_table(count: int) -> NDArray[np.int64]:
     return np.full(size, NONE)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def slot_of(table: NDArray[np.int64], key: int) -> int:
     """Return the slot of a bin: the one that holds it, or the first empty one after its hash (linear probing)."""
     mask = table.size - 1

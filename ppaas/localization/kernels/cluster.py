@@ -3,20 +3,20 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.localization.kernels.bins import bin_of, empty_table, slot_of
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _turned(angle: float) -> float:
     """Return an angle in [−π, π)."""
     return angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi) + 0.5)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def heaviest_bin(particles: NDArray[np.float64], weights: NDArray[np.float64]) -> int:
     """Return the index of a particle in the bin with the largest total weight.
 
@@ -44,7 +44,7 @@ def heaviest_bin(particles: NDArray[np.float64], weights: NDArray[np.float64]) -
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def moments_around(
     particles: NDArray[np.float64], weights: NDArray[np.float64], pose: Pose2D, radius: float, turn: float
 ) -> tuple[float, tuple[float, float, float], NDArray[np.float64]]:

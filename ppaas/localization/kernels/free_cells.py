@@ -1,16 +1,17 @@
 """Kernels: selection of free cells of a map by number, without a list of them, which would be larger than the map."""
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.maps.grid import FREE
 
 _CELLS = types.Array(types.int8, 2, "C", readonly=True)
 _NUMBERS = types.Array(types.int64, 1, "C", readonly=True)
 
 
-@njit(types.int64[::1](_CELLS), cache=True, nogil=True, error_model="numpy")
+@compiled(types.int64[::1](_CELLS))
 def count_free(data: NDArray[np.int8]) -> NDArray[np.int64]:
     """Return for each row the number of free cells in it and all rows below it, (height,) from (height, width)."""
     height, width = data.shape
@@ -23,7 +24,7 @@ def count_free(data: NDArray[np.int8]) -> NDArray[np.int64]:
     return below
 
 
-@njit(types.int64[:, ::1](_CELLS, _NUMBERS, _NUMBERS), cache=True, nogil=True, error_model="numpy")
+@compiled(types.int64[:, ::1](_CELLS, _NUMBERS, _NUMBERS))
 def find_free(data: NDArray[np.int8], below: NDArray[np.int64], numbers: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return row and column of free cells by their numbers, which count the free cells row by row.
 

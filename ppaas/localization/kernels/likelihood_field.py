@@ -4,9 +4,10 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.maps.kernels.serial import serial_copy
 
 FAR = 9.0
@@ -53,7 +54,7 @@ def likelihoods(
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _score_particle(
     x: float,
     y: float,
@@ -149,8 +150,8 @@ def _score_scan(
     return sums
 
 
-score_parallel: Score = njit(cache=True, nogil=True, error_model="numpy", parallel=True)(_score_scan)
-score_serial: Score = njit(cache=True, nogil=True, error_model="numpy")(serial_copy(_score_scan))
+score_parallel: Score = compiled(parallel=True)(_score_scan)
+score_serial: Score = compiled(serial_copy(_score_scan))
 
 
 def warm() -> None:

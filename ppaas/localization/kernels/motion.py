@@ -4,16 +4,17 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.maps.kernels.serial import serial_copy
 
 Motion = tuple[float, float, float]
 Move = Callable[[NDArray[np.float64], Motion, Motion, NDArray[np.float64]], None]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _wrap(angle: float) -> float:
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
 
@@ -65,10 +66,10 @@ def _move_omni(particles: NDArray[np.float64], motion: Motion, sigmas: Motion, n
         particles[i, 2] = _wrap(particles[i, 2] + motion[2] + sigmas[2] * normals[i, 2])
 
 
-move_diff_parallel: Move = njit(cache=True, nogil=True, error_model="numpy", parallel=True)(_move_diff)
-move_diff_serial: Move = njit(cache=True, nogil=True, error_model="numpy")(serial_copy(_move_diff))
-move_omni_parallel: Move = njit(cache=True, nogil=True, error_model="numpy", parallel=True)(_move_omni)
-move_omni_serial: Move = njit(cache=True, nogil=True, error_model="numpy")(serial_copy(_move_omni))
+move_diff_parallel: Move = compiled(parallel=True)(_move_diff)
+move_diff_serial: Move = compiled(serial_copy(_move_diff))
+move_omni_parallel: Move = compiled(parallel=True)(_move_omni)
+move_omni_serial: Move = compiled(serial_copy(_move_omni))
 
 
 def warm() -> None:

@@ -3,13 +3,13 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.localization.kernels.bins import bin_of, empty_table, slot_of
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def draw_low_variance(weights: NDArray[np.float64], count: int, start: float) -> NDArray[np.int64]:
     """Return particles drawn by low variance sampling (*Probabilistic Robotics*, table 4.4).
 
@@ -40,7 +40,7 @@ def draw_low_variance(weights: NDArray[np.float64], count: int, start: float) ->
     return drawn
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def kld_limit(bins: int, error: float, z: float) -> float:
     """Return the number of particles for a Kullback-Leibler distance below ``error`` with ``bins`` bins occupied.
 
@@ -51,7 +51,7 @@ def kld_limit(bins: int, error: float, z: float) -> float:
     return k / (2.0 * error) * (1.0 - a + math.sqrt(a) * z) ** 3
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _starts(cumulative: NDArray[np.float64], total: float) -> NDArray[np.int64]:
     """Return for each of n equal parts of the total weight the first particle to examine (index of cumulative sums)."""
     count = cumulative.size
@@ -64,7 +64,7 @@ def _starts(cumulative: NDArray[np.float64], total: float) -> NDArray[np.int64]:
     return starts
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def kld_sample_size(
     particles: NDArray[np.float64],
     weights: NDArray[np.float64],

@@ -3,14 +3,15 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 NEAR = 1.5
 """Part of the distance between the centres of two cells that lies within the cells [cells], subtracted from a step."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def cast(distance: NDArray[np.float32], x: float, y: float, dx: float, dy: float, most: float, cell: float) -> float:
     """Return the length of a ray to the first occupied cell, to half a cell, or ``most`` if it leaves the map [cells].
 
@@ -42,7 +43,7 @@ def cast(distance: NDArray[np.float32], x: float, y: float, dx: float, dy: float
     return most
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _is_clear(distance: NDArray[np.float32], x: float, y: float, to_x: float, to_y: float, cell: float) -> bool:
     """Return whether the line between two points [cells] is free; False if the first is outside the map."""
     height, width = distance.shape
@@ -53,7 +54,7 @@ def _is_clear(distance: NDArray[np.float32], x: float, y: float, to_x: float, to
     return cast(distance, x, y, dx, dy, length, cell) >= length
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _in_cells(pose: NDArray[np.float64], resolution: float, origin: NDArray[np.float64]) -> tuple[float, float]:
     """Return the position of a pose in the frame of the grid [cells]."""
     c0, s0 = math.cos(origin[2]), math.sin(origin[2])
@@ -61,7 +62,7 @@ def _in_cells(pose: NDArray[np.float64], resolution: float, origin: NDArray[np.f
     return (c0 * dx + s0 * dy) / resolution, (c0 * dy - s0 * dx) / resolution
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def to_walls(
     laser: NDArray[np.float64],
     angles: NDArray[np.float64],
@@ -97,7 +98,7 @@ def to_walls(
     return ranges
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def explain_rays(
     poses: NDArray[np.float64],
     rays: NDArray[np.float64],
@@ -156,7 +157,7 @@ def explain_rays(
     return sums
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def stopped_short(
     pose: NDArray[np.float64],
     points: NDArray[np.float64],

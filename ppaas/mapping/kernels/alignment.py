@@ -8,9 +8,9 @@ yy, yt, tt of the information, then the gradient x, y, t, of a motion of the sca
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.mapping.kernels.pose import relative, solve
 
 FACING = 0.7
@@ -29,7 +29,7 @@ SMALL_STEP = 5e-3
 """Step below which an alignment needs no wide gate any more [m, rad]."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True, inline="always")
+@compiled(fastmath=True, inline="always")
 def bearing(x: float, y: float) -> float:
     """Return atan2(y, x) to 0.004 rad, which suffices to find a beam (Rajan et al., 2006, equation 6)."""
     ax, ay = abs(x), abs(y)
@@ -42,7 +42,7 @@ def bearing(x: float, y: float) -> float:
     return -angle if y < 0.0 else angle
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+@compiled(fastmath=True)
 def associate(
     x: float,
     y: float,
@@ -101,7 +101,7 @@ def associate(
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+@compiled(fastmath=True)
 def add_pairs(
     points: NDArray[np.float32],
     normals: NDArray[np.float32],
@@ -178,7 +178,7 @@ def add_pairs(
     return pairs, readings, squares
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def align(
     points: NDArray[np.float32],
     normals: NDArray[np.float32],
@@ -274,7 +274,7 @@ def align(
     return pose, sums[:6].copy(), ratio, pairs
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def linearise(
     first: NDArray[np.int64],
     second: NDArray[np.int64],

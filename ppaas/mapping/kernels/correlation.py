@@ -3,8 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 HIGHEST = np.uint8(255)
 """Likelihood of a cell with a point."""
@@ -16,7 +17,7 @@ PENALTY = 0.05
 """Part of the score that is subtracted at the edge of the window, so that equal scores stay near the start."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _stamp(grid: NDArray[np.uint8], column: int, row: int, blur: NDArray[np.uint8]) -> None:
     """Blend the likelihood around a point into the cells around (row, column), by maximum; not at the edges."""
     half = blur.shape[0] // 2
@@ -30,7 +31,7 @@ def _stamp(grid: NDArray[np.uint8], column: int, row: int, blur: NDArray[np.uint
             grid[cell] = max(grid[cell], blur[v, u])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _joins(points: NDArray[np.float32], normals: NDArray[np.float32], before: int, beam: int) -> bool:
     """Return whether the points of two successive beams lie on one line: both normals are those of the other, too."""
     dx, dy = points[beam, 0] - points[before, 0], points[beam, 1] - points[before, 1]
@@ -41,7 +42,7 @@ def _joins(points: NDArray[np.float32], normals: NDArray[np.float32], before: in
     return bool(facing > ALIKE) and bool(off < THIN)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def draw(
     grid: NDArray[np.uint8],
     x0: float,
@@ -100,7 +101,7 @@ def draw(
             last_x, last_y = x, y
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def search(
     grid: NDArray[np.uint8],
     x0: float,

@@ -3,17 +3,18 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 
-@njit(cache=True, nogil=True, error_model="numpy")
+
+@compiled
 def _bucket_of(value: float, low: float, edge: float, count: int) -> int:
     """Return the bucket of a coordinate, limited to those beside the buckets in use."""
     return min(max(math.floor((value - low) / edge), -1), count)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _insert(distances: NDArray[np.float64], found: NDArray[np.int64], distance: float, index: int) -> None:
     """Insert an index into the sorted rows of one query, whose last entry is dropped."""
     k = distances.size - 1
@@ -23,7 +24,7 @@ def _insert(distances: NDArray[np.float64], found: NDArray[np.int64], distance: 
     distances[k], found[k] = distance, index
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def nearest(
     queries: NDArray[np.float64], poses: NDArray[np.float64], count: int, radius: float, edge: float
 ) -> NDArray[np.int64]:

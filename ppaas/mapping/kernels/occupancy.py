@@ -3,22 +3,22 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.maps.kernels.traversal import FRACTION, ahead, cell_at, crossings, to_fixed
 
 MOST = np.uint16(65535)
 """Highest count."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def _add(counts: NDArray[np.uint16], cell: int) -> None:
     """Count one beam more in a cell; the highest count stays."""
     counts[cell] = min(counts[cell], MOST - np.uint16(1)) + np.uint16(1)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _pass_lines(
     passed: NDArray[np.uint16],
     index: int,
@@ -58,7 +58,7 @@ def _pass_lines(
         position += move
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _pass_beam(
     passed: NDArray[np.uint16], height: int, width: int, x: float, y: float, to_x: float, to_y: float
 ) -> None:
@@ -80,7 +80,7 @@ def _pass_beam(
     _pass_lines(passed, (row + step) * width, step * width, x + first * dx, spacing * dx, 1, width, count, end)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def bounds(
     poses: NDArray[np.float64], points: NDArray[np.float32], valid: NDArray[np.bool_]
 ) -> tuple[float, float, float, float]:
@@ -97,7 +97,7 @@ def bounds(
     return x0, y0, x1, y1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def count_beams(
     ended: NDArray[np.uint16],
     passed: NDArray[np.uint16],

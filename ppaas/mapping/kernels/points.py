@@ -3,8 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 NEAR, NEAR_GROWTH = 0.10, 0.05
 """Radius of the neighbourhood of a point [m], and its growth with the range [m/m]: points lie farther apart."""
@@ -19,7 +20,7 @@ FEWEST = 3
 """Fewest points of a line."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _fit(
     points: NDArray[np.float32],
     valid: NDArray[np.bool_],
@@ -64,7 +65,7 @@ def _fit(
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _spacing(points: NDArray[np.float32], valid: NDArray[np.bool_], beam: int) -> float:
     """Return the larger distance from a point to those of the beams beside it [m]; 0 unless both have readings."""
     if beam == 0 or beam + 1 >= valid.size or not (valid[beam - 1] and valid[beam + 1]):
@@ -75,7 +76,7 @@ def _spacing(points: NDArray[np.float32], valid: NDArray[np.bool_], beam: int) -
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def prepare(
     ranges: NDArray[np.float32],
     angle_min: float,

@@ -3,14 +3,15 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 TINY = 1e-12
 """Least pivot of a Cholesky factor, so that a singular system is solved with a finite step."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def relative(base: NDArray[np.float64], other: NDArray[np.float64], found: NDArray[np.float64]) -> None:
     """Write the pose of ``other`` in the frame at ``base`` to ``found``; its heading is in [−π, π)."""
     c, s = math.cos(base[2]), math.sin(base[2])
@@ -19,7 +20,7 @@ def relative(base: NDArray[np.float64], other: NDArray[np.float64], found: NDArr
     found[2] = (other[2] - base[2] + math.pi) % (2.0 * math.pi) - math.pi
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def solve(sums: NDArray[np.float64]) -> tuple[float, float, float]:
     """Return x of H x = g by Cholesky factorization.
 

@@ -1,15 +1,14 @@
 """Kernel: flood fill over the four neighbours of a cell."""
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 
-@njit(
+
+@compiled(
     types.uint8[:, ::1](types.Array(types.uint8, 2, "C", readonly=True), types.int64, types.int64),
-    cache=True,
-    nogil=True,
-    error_model="numpy",
 )
 def flood(free: NDArray[np.uint8], row: int, column: int) -> NDArray[np.uint8]:
     """Return the 4-connected component of free cells that contains a cell.

@@ -14,9 +14,10 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit, prange, types
+from numba import prange, types
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.maps.kernels.serial import serial_copy
 
 _SIGNATURE = types.float32[:, ::1](types.Array(types.uint8, 2, "C", readonly=True), types.float64)
@@ -43,7 +44,7 @@ _FAR = 200
 never part of a result, since they exceed _REACH."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _columns(occupied: NDArray[np.uint8], start: int, stop: int, to_occupied: Shorts) -> None:
     """First pass: write g, the distance to the nearest occupied cell of the same column [cells].
 
@@ -71,7 +72,7 @@ def _columns(occupied: NDArray[np.uint8], start: int, stop: int, to_occupied: Sh
             here[c] = min(here[c], np.uint16(min(below[c], _NONE - one) + one))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _try_near(column: Shorts, squares: Shorts, least: Shorts) -> bool:
     """Second pass by search among neighbours: write the squared distances of one row.
 
@@ -109,7 +110,7 @@ def _try_near(column: Shorts, squares: Shorts, least: Shorts) -> bool:
     return False
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _envelope(column: NDArray[np.int64], resolution: float, distance: NDArray[np.float32]) -> None:
     """Second pass by the lower envelope of the parabolas g(v)² + (c − v)²: write the distances of one row.
 
@@ -159,7 +160,7 @@ def _envelope(column: NDArray[np.int64], resolution: float, distance: NDArray[np
             last -= 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _rows(to_occupied: Shorts, height: int, resolution: float, distance: NDArray[np.float32]) -> None:
     """Second pass: write the distances of a block of rows.
 
@@ -201,8 +202,8 @@ def _transform(occupied: NDArray[np.uint8], resolution: float) -> NDArray[np.flo
 Transform = Callable[[NDArray[np.uint8], float], NDArray[np.float32]]
 """(h, w) uint8 occupied cells and the edge of a cell [m] → distances [m]; (h + w) · edge if no cell is occupied."""
 
-distance_parallel: Transform = njit(_SIGNATURE, cache=True, nogil=True, error_model="numpy", parallel=True)(_transform)
-distance_serial: Transform = njit(_SIGNATURE, cache=True, nogil=True, error_model="numpy")(serial_copy(_transform))
+distance_parallel: Transform = compiled(_SIGNATURE, parallel=True)(_transform)
+distance_serial: Transform = compiled(_SIGNATURE)(serial_copy(_transform))
 """The same on one thread, which is faster for small grids such as a local costmap."""
 
 

@@ -10,8 +10,9 @@ node and the number of its next child.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 Bytes = NDArray[np.uint8]
 Corners = NDArray[np.uint16]
@@ -33,7 +34,7 @@ NOT_A_NUMBER = -5
 """The log-odds of a node are NaN."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def read_binary(data: Bytes, corners: Corners, depths: Bytes, occupied: Bytes, counts: Ints) -> int:
     """Read the nodes of a binary file.
 
@@ -94,7 +95,7 @@ def read_binary(data: Bytes, corners: Corners, depths: Bytes, occupied: Bytes, c
     return leaves
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def read_full(data: Bytes, extra: int, corners: Corners, depths: Bytes, occupied: Bytes, counts: Ints) -> int:
     """Read the nodes of a full file. A leaf is occupied if its log-odds are at least 0.
 
@@ -149,7 +150,7 @@ def read_full(data: Bytes, extra: int, corners: Corners, depths: Bytes, occupied
     return leaves
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def write_binary(corners: Corners, depths: Bytes, occupied: Bytes, shared: Ints, data: Bytes) -> int:
     """Write the nodes of a binary file; return the number of bytes.
 
@@ -179,7 +180,7 @@ def write_binary(corners: Corners, depths: Bytes, occupied: Bytes, shared: Ints,
     return used
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def number_nodes(
     corners: Corners, depths: Bytes, log_odds: Floats, shared: Ints, values: Floats, children: Bytes
 ) -> None:
@@ -213,7 +214,7 @@ def number_nodes(
             values[places[depth]] = max(values[places[depth]], log_odds[leaf])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def fill_cubes(voxels: NDArray[np.uint8], corners: Ints, edges: Ints, values: Bytes) -> None:
     """Fill cubes with values, clipped to the grid.
 

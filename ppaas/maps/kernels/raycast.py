@@ -3,16 +3,17 @@
 import math
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.maps.kernels.traversal import FRACTION, ahead, cell_at, clip_axis, crossings, to_fixed
 
 _CELLS = types.Array(types.uint8, 2, "C", readonly=True)
 _NUMBERS = types.Array(types.float64, 1, "C", readonly=True)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _first(
     flat: NDArray[np.uint8], index: int, stride: int, side: float, slope: float, side_stride: int, size: int, count: int
 ) -> int:
@@ -49,7 +50,7 @@ def _first(
     return count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _cast(occupied: NDArray[np.uint8], x: float, y: float, dx: float, dy: float, far: float) -> float:
     """Return the range of one ray from (x, y) in the unit direction (dx, dy) [cells], infinite without a hit."""
     height, width = occupied.shape
@@ -80,11 +81,8 @@ def _cast(occupied: NDArray[np.uint8], x: float, y: float, dx: float, dy: float,
     return hit
 
 
-@njit(
+@compiled(
     types.float64[::1](_CELLS, types.float64, types.float64, _NUMBERS, types.float64),
-    cache=True,
-    nogil=True,
-    error_model="numpy",
 )
 def cast_rays(
     occupied: NDArray[np.uint8], x: float, y: float, angles: NDArray[np.float64], far: float

@@ -9,7 +9,8 @@ and one over the horizontal lines.
 import math
 
 import numpy as np
-from numba import njit
+
+from ppaas.kernel_cache.decorators import compiled
 
 PARALLEL = 1e-12
 """Component of a direction below which a ray is parallel to an axis and crosses none of its lines."""
@@ -21,13 +22,13 @@ _LARGEST = 2.0**30
 """Largest magnitude of a fixed-point position [cells]."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def to_fixed(cells: float) -> int:
     """Return a position or a step [cells] in fixed point, limited to the range of fixed-point numbers."""
     return math.floor(min(max(cells, -_LARGEST), _LARGEST) * 2.0**FRACTION + 0.5)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def ahead(position: float, direction: float) -> int:
     """Return a position in fixed point, moved by about a millionth of a cell in the direction of the ray.
 
@@ -38,7 +39,7 @@ def ahead(position: float, direction: float) -> int:
     return to_fixed(position) + (offset if direction > 0.0 else -offset if direction < 0.0 else 0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def clip_axis(position: float, direction: float, size: int, near: float, far: float) -> tuple[float, float]:
     """Clip the range [near, far] of a ray to positions between 0 and ``size`` on one axis; empty if near > far."""
     if abs(direction) < PARALLEL:
@@ -50,13 +51,13 @@ def clip_axis(position: float, direction: float, size: int, near: float, far: fl
     return max(near, min(first, second)), min(far, max(first, second))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def cell_at(position: float, size: int) -> int:
     """Return the cell at a position on one axis, limited to the grid because of rounding."""
     return min(max(math.floor(position), 0), size - 1)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def crossings(position: float, direction: float, cell: int, size: int, far: float) -> tuple[int, float, float]:
     """Return the crossings of a ray with the grid lines of one axis.
 

@@ -3,9 +3,11 @@
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numba.core.typing.templates import Signature
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 Depths = NDArray[np.uint16] | NDArray[np.float32]
 Nearest = Callable[[Depths, Depths, Depths, Depths], None]
@@ -16,8 +18,8 @@ def _nearest_signature(number: types.Number) -> Signature:
     return types.void(rows, limits, limits, number[::1])
 
 
-@njit(
-    [_nearest_signature(types.uint16), _nearest_signature(types.float32)], cache=True, nogil=True, error_model="numpy"
+@compiled(
+    [_nearest_signature(types.uint16), _nearest_signature(types.float32)],
 )
 def nearest(rows: Depths, low: Depths, high: Depths, least: Depths) -> None:
     """Lower ``least`` to the least depth of each column that is within its limits.
@@ -39,13 +41,12 @@ def nearest(rows: Depths, low: Depths, high: Depths, least: Depths) -> None:
             least[column] = depth if counts else least[column]
 
 
-@njit(
+@compiled(
     types.void(
         types.Array(types.float32, 1, "C", readonly=True),
         types.Array(types.int32, 1, "C", readonly=True),
         types.float32[::1],
     ),
-    cache=True, nogil=True, error_model="numpy",
 )  # fmt: skip
 def spread(ranges: NDArray[np.float32], beams: NDArray[np.int32], scan: NDArray[np.float32]) -> None:
     """Lower the range of each beam to the least range of its columns; beams without a column are left unchanged.

@@ -7,14 +7,16 @@ highest bits; words are little-endian.
 """
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 _MOST_NIBBLES = 11
 """Nibbles of a number of 32 bits."""
 
 
-@njit(types.int64(types.Array(types.uint32, 1, "C", readonly=True), types.uint16[::1]), cache=True, nogil=True)
+@compiled(types.int64(types.Array(types.uint32, 1, "C", readonly=True), types.uint16[::1]))
 def expand_rvl(words: NDArray[np.uint32], pixels: NDArray[np.uint16]) -> int:
     """Decode an image: again and again a number of zeros, a number of other depths, and these as differences.
 

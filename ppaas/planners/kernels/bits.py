@@ -12,7 +12,7 @@ from numba import types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from ppaas.planners.kernels.jit_decorators import bare
+from ppaas.kernel_cache.decorators import bare
 
 Words = NDArray[np.uint64]
 

@@ -7,8 +7,9 @@ means that a cell is not in the heap, and zeroed arrays are an empty heap.
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 Int = int | np.signedinteger[Any]
 Float = float | np.floating[Any]
@@ -17,7 +18,7 @@ Cells = NDArray[np.int32]
 Places = NDArray[np.int32]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _settle(
     keys: Keys, cells: Cells, places: Places, size: Int, hole: Int, cell: Int, major: Float, minor: Float
 ) -> None:
@@ -46,7 +47,7 @@ def _settle(
     places[cell] = at
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def put(keys: Keys, cells: Cells, places: Places, size: Int, cell: Int, major: Float, minor: Float) -> Int:
     """Insert a cell, or change the key of a cell that is in the heap; return the new size.
 
@@ -72,7 +73,7 @@ def put(keys: Keys, cells: Cells, places: Places, size: Int, cell: Int, major: F
     return size
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def drop(keys: Keys, cells: Cells, places: Places, size: Int, cell: Int) -> Int:
     """Remove a cell, if it is in the heap; return the new size."""
     hole = np.int64(places[cell])

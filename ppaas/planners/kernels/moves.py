@@ -3,7 +3,8 @@
 from typing import Any
 
 import numpy as np
-from numba import njit
+
+from ppaas.kernel_cache.decorators import compiled
 
 Int = int | np.signedinteger[Any]
 
@@ -21,7 +22,7 @@ NEEDS = (0, 0, 0, 0, 1 | 4, 2 | 4, 1 | 8, 2 | 8)
 then the diagonals."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def octile(cell: Int, target: Int, stride: Int, cardinal: Int, diagonal: Int) -> int:
     """Return the octile distance of two cells, with the weights of a cardinal and of a diagonal move."""
     # 32-bit unsigned division is the fastest.

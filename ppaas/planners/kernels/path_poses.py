@@ -4,8 +4,10 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 BLOCK = 4096
 """Cells in a parallel task: about 10 µs of work."""
@@ -16,7 +18,7 @@ Costs = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _fill_block(cells: Cells, frame: Floats, headings: Floats, poses: Floats, block: Int) -> None:
     resolution, left, bottom, cosine, sine = frame[0], frame[1], frame[2], frame[3], frame[4]
     for at in range(block * BLOCK, min((block + 1) * BLOCK, len(cells))):
@@ -30,7 +32,7 @@ def _fill_block(cells: Cells, frame: Floats, headings: Floats, poses: Floats, bl
         poses[at, 5], poses[at, 6] = headings[down + 1, right + 1, 0], headings[down + 1, right + 1, 1]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
+@compiled(parallel=True)
 def fill_poses(cells: Cells, frame: Floats, headings: Floats, poses: Floats, threads: int) -> None:
     """Compute a pose at the centre of each cell, heading for the next one.
 
@@ -56,7 +58,7 @@ def fill_poses(cells: Cells, frame: Floats, headings: Floats, poses: Floats, thr
             _fill_block(cells, frame, headings, poses, block)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def add_costs(cells: Cells, costs: Costs, weights: Floats) -> float:
     """Return the cost of a path.
 

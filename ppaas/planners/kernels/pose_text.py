@@ -6,8 +6,9 @@ Indices are unsigned: numba then omits the check for negative indices, which hal
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 Text = NDArray[np.uint8]
 Place = np.unsignedinteger[Any]
@@ -31,7 +32,7 @@ _DECIMALS = np.uint64(9)
 _ZERO, _MINUS, _POINT = np.uint64(ord("0")), ord("-"), ord(".")
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _write_number(value: float, text: Text, at: Place) -> Place:
     """Write a number with one to nine decimals at an index of the text; return the index behind it."""
     scaled = np.uint64(np.rint(abs(value) * SCALE))
@@ -65,7 +66,7 @@ def _write_number(value: float, text: Text, at: Place) -> Place:
     return last + _1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _copy(source: Text, begin: Place, end: Place, text: Text, at: Place) -> Place:
     """Copy bytes ``begin`` to ``end`` to an index of the text, in whole blocks; return the index behind them."""
     behind = at + (end - begin)
@@ -80,7 +81,7 @@ def _copy(source: Text, begin: Place, end: Place, text: Text, at: Place) -> Plac
     return behind
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _changed(rows: NDArray[np.float64], row: int) -> int:
     """Return the number of columns up to the last one in which a row differs from the row before."""
     changed = int(rows.shape[1])
@@ -89,7 +90,7 @@ def _changed(rows: NDArray[np.float64], row: int) -> int:
     return changed
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def write_rows(rows: NDArray[np.float64], pieces: Text, ends: NDArray[np.uint64], text: Text) -> Length:
     """Write each row as piece, number, piece, …, number, piece; return the length, or 0 if a number is too large.
 

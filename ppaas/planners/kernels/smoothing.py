@@ -1,13 +1,14 @@
 """Kernel: smooth points near given ones, by a direct solution instead of an iteration."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 Floats = NDArray[np.float64]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def relax(points: Floats, near: Floats, even: float, found: Floats) -> None:
     """Solve near·(x − y) + even·(y[i − 1] + y[i + 1] − 2y) = 0 for the points y.
 

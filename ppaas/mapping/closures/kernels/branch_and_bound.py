@@ -7,13 +7,13 @@ square of translations, the pyramid bounds its score, and the search descends de
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.mapping.closures.kernels.pyramid import FULL_LEVELS, PADDING, block_shift, build_levels
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _rotated_cells(
     points: NDArray[np.float64], turn: float, x0: float, y0: float, resolution: float, first: NDArray[np.int64]
 ) -> NDArray[np.int32]:
@@ -46,7 +46,7 @@ def _rotated_cells(
     return cells
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _group(cells: NDArray[np.int32], shift: int, out: NDArray[np.int32]) -> int:
     """Write the blocks that contain points, each with its number of points, and return the number of blocks.
 
@@ -74,7 +74,7 @@ def _group(cells: NDArray[np.int32], shift: int, out: NDArray[np.int32]) -> int:
     return m
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _sum(
     values: NDArray[np.uint8], size: NDArray[np.int64], blocks: NDArray[np.int32], count: int, du: int, dv: int
 ) -> int:
@@ -105,7 +105,7 @@ def _sum(
     return total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _all_excluded(
     u: int, v: int, edge: int, turned: float, excluded: NDArray[np.float64], last: NDArray[np.int64]
 ) -> bool:
@@ -130,7 +130,7 @@ def _all_excluded(
     return bool(du * du + dv * dv < excluded[2] * excluded[2])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def best_motion(
     values: NDArray[np.uint8],
     sizes: NDArray[np.int64],

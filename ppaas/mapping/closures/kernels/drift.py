@@ -1,14 +1,15 @@
 """Kernel: uncertainty along the shortest paths of a pose graph, as sums of moments (Bosse et al., IJRR 2004, Atlas)."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 MOMENTS = 9
 """Sums per node: length; length × x, y; length × xx, xy, yy; signed length; signed length × x, y."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _push(keys: NDArray[np.float64], nodes: NDArray[np.int64], size: int, key: float, node: int) -> None:
     """Insert a node into a binary heap of ``size`` nodes."""
     i = size
@@ -18,7 +19,7 @@ def _push(keys: NDArray[np.float64], nodes: NDArray[np.int64], size: int, key: f
     keys[i], nodes[i] = key, node
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _pop(keys: NDArray[np.float64], nodes: NDArray[np.int64], size: int) -> int:
     """Remove the node with the smallest key from a binary heap of ``size`` nodes, and return it."""
     found: int = nodes[0]
@@ -36,7 +37,7 @@ def _pop(keys: NDArray[np.float64], nodes: NDArray[np.int64], size: int) -> int:
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def path_moments(
     root: int,
     starts: NDArray[np.int64],

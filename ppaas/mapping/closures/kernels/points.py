@@ -3,11 +3,12 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 
-@njit(cache=True, nogil=True, error_model="numpy")
+
+@compiled
 def gather(
     points: NDArray[np.float32], valid: NDArray[np.bool_], poses: NDArray[np.float64], frame: NDArray[np.float64]
 ) -> NDArray[np.float64]:
@@ -46,7 +47,7 @@ def gather(
     return out[:n].copy()
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def thin(points: NDArray[np.float64], size: float, reach: float) -> NDArray[np.float64]:
     """Return the mean of the points of each cell of a square around the origin.
 

@@ -8,8 +8,9 @@ Matching* (ICRA 2015), so that the search adds blocks instead of points and the 
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 PADDING = 4
 """Blocks before the first one of a level: a window that starts outside the grid may still reach into it."""
@@ -18,13 +19,13 @@ FULL_LEVELS = 3
 """Levels whose blocks are single cells."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def block_shift(level: int) -> int:
     """Return the binary logarithm of the edge of a level's blocks [cells]."""
     return max(level - FULL_LEVELS + 1, 0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def blurred_grid(
     points: NDArray[np.float64],
     x0: float,
@@ -63,7 +64,7 @@ def blurred_grid(
     return grid
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _halved(blocks: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return the maxima of blocks of 2 by 2 entries."""
     height, width = blocks.shape
@@ -74,7 +75,7 @@ def _halved(blocks: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return out
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _window_maxima(blocks: NDArray[np.uint8], window: int) -> NDArray[np.uint8]:
     """Return maxima over windows of entries.
 
@@ -107,7 +108,7 @@ def _window_maxima(blocks: NDArray[np.uint8], window: int) -> NDArray[np.uint8]:
     return out
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def build_levels(grid: NDArray[np.uint8], levels: int) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
     """Return the pyramid of a grid.
 

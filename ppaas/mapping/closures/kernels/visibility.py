@@ -3,11 +3,12 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 
-@njit(cache=True, nogil=True, error_model="numpy")
+
+@compiled
 def agreement(
     points: NDArray[np.float32],
     valid: NDArray[np.bool_],

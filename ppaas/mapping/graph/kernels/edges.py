@@ -7,14 +7,15 @@ wrapped. Poses change by addition to x, y, theta.
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def edge_errors(
     poses: Floats, first: Ints, second: Ints, measurements: Floats, information: Floats, errors: Floats, chi2: Floats
 ) -> None:
@@ -45,7 +46,7 @@ def edge_errors(
                 chi2[k] += errors[k, a] * information[k, a, b] * errors[k, b]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def add_edges(
     poses: Floats,
     first: Ints,
@@ -106,27 +107,27 @@ def add_edges(
             _add_transposed_vector(j1, gradients[k], weights[k], right[j])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _multiply(left: Floats, right: Floats, factor: float, product: Floats) -> None:
     for a in range(3):
         for b in range(3):
             product[a, b] = factor * (left[a, 0] * right[0, b] + left[a, 1] * right[1, b] + left[a, 2] * right[2, b])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _add_transposed_product(left: Floats, right: Floats, total: Floats) -> None:
     for a in range(3):
         for b in range(3):
             total[a, b] += left[0, a] * right[0, b] + left[1, a] * right[1, b] + left[2, a] * right[2, b]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _add_transposed_vector(left: Floats, vector: Floats, factor: float, total: Floats) -> None:
     for a in range(3):
         total[a] += factor * (left[0, a] * vector[0] + left[1, a] * vector[1] + left[2, a] * vector[2])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def connected_parts(count: int, first: Ints, second: Ints) -> Ints:
     """Return the smallest node of the connected part that each of ``count`` nodes is in (union-find, path halving)."""
     roots = np.arange(count)

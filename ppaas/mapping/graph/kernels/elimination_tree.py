@@ -1,11 +1,12 @@
 """Kernels: elimination tree of a factor, its postorder, and its supernodes (columns of one structure)."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 
-@njit(cache=True, nogil=True, error_model="numpy")
+
+@compiled
 def elimination_tree(
     order: NDArray[np.int64], member_starts: NDArray[np.int64], members: NDArray[np.int64]
 ) -> NDArray[np.int64]:
@@ -25,7 +26,7 @@ def elimination_tree(
     return parents
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def postorder(parents: NDArray[np.int64], counts: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the steps of an elimination in postorder of their tree, the child with the longest column last.
 
@@ -72,7 +73,7 @@ def postorder(parents: NDArray[np.int64], counts: NDArray[np.int64]) -> NDArray[
     return visited
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def supernodes(
     parents: NDArray[np.int64], counts: NDArray[np.int64], small: int, share: float
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -119,7 +120,7 @@ def supernodes(
     return starts[: count + 1].copy(), heights[:count].copy()
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def front_rows(
     starts: NDArray[np.int64],
     heights: NDArray[np.int64],

@@ -15,14 +15,15 @@ Arrays that describe the fronts, as ``elimination_tree`` makes them:
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def stack_size(starts: Ints, row_starts: Ints, children: Ints) -> int:
     """Return the largest total size of the update matrices that wait for their parents [numbers]."""
     waiting, depth = np.empty(children.size, np.int64), 0
@@ -40,7 +41,7 @@ def stack_size(starts: Ints, row_starts: Ints, children: Ints) -> int:
     return int(largest)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def factorise(
     starts: Ints,
     row_starts: Ints,
@@ -128,7 +129,7 @@ def factorise(
     return -1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _extend_add(front: Floats, update: Floats, rows: Ints, place: Ints) -> None:
     """Add an update matrix of the block rows ``rows``, stored column by column, to a front."""
     count = rows.size
@@ -146,7 +147,7 @@ def _extend_add(front: Floats, update: Floats, rows: Ints, place: Ints) -> None:
                     front[column + a, row + b] += update[source + 3 * i + b]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@compiled(fastmath={"contract"})
 def _eliminate(front: Floats, width: int) -> int:
     """Eliminate the first columns of a front, stored column by column, its lower triangle alone.
 
@@ -174,7 +175,7 @@ def _eliminate(front: Floats, width: int) -> int:
     return -1
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@compiled(fastmath={"contract"})
 def _pivot(front: Floats, begin: int, column: int) -> bool:
     """Make a column one of the factor, with those from ``begin`` on done; return whether its pivot is positive."""
     target = front[column, column:]
@@ -192,7 +193,7 @@ def _pivot(front: Floats, begin: int, column: int) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def solve(starts: Ints, row_starts: Ints, rows: Ints, panel_starts: Ints, panels: Floats, values: Floats) -> None:
     """Solve L Lᵀ x = b in place.
 
@@ -217,19 +218,19 @@ def solve(starts: Ints, row_starts: Ints, rows: Ints, panel_starts: Ints, panels
         _scatter(part, rows[row_starts[s] : row_starts[s + 1]], values)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _gather(values: Floats, rows: Ints, part: Floats) -> None:
     for k in range(rows.size):
         part[3 * k : 3 * k + 3] = values[rows[k]]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _scatter(part: Floats, rows: Ints, values: Floats) -> None:
     for k in range(rows.size):
         values[rows[k]] = part[3 * k : 3 * k + 3]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@compiled(fastmath={"contract"})
 def _forward(panel: Floats, part: Floats) -> None:
     """Solve the columns of a panel, and subtract their products from the rows below."""
     size = part.shape[0]
@@ -242,7 +243,7 @@ def _forward(panel: Floats, part: Floats) -> None:
                 part[r, k] -= column[r] * x
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
+@compiled(fastmath={"contract", "reassoc"})
 def _backward(panel: Floats, part: Floats) -> None:
     """Solve the transposed columns of a panel, last column first."""
     size = part.shape[0]

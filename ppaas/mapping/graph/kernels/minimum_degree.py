@@ -1,8 +1,9 @@
 """Kernel: approximate minimum degree ordering of a symmetric sparse matrix, with the structure of its factor."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 Ints = NDArray[np.int64]
 Elimination = tuple[Ints, Ints, Ints]
@@ -10,7 +11,7 @@ Elimination = tuple[Ints, Ints, Ints]
 _VARIABLE, _ELEMENT, _ABSORBED = 0, 1, 2
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def minimum_degree(starts: Ints, neighbours: Ints) -> Elimination:
     """Return an order of elimination with little fill, and the fill.
 
@@ -88,7 +89,7 @@ def minimum_degree(starts: Ints, neighbours: Ints) -> Elimination:
     return order, member_starts, members[:used].copy()
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _with_space(members: Ints, used: int, links: Ints, state: NDArray[np.int8], size: Ints) -> Ints:
     """Return the members, copied to a larger array if those of a new element may not fit."""
     needed = links.size
@@ -101,7 +102,7 @@ def _with_space(members: Ints, used: int, links: Ints, state: NDArray[np.int8], 
     return larger
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _gather_members(
     links: Ints,
     step: int,
@@ -129,7 +130,7 @@ def _gather_members(
     return used
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _kept_links(
     links: Ints,
     elements: int,
@@ -162,7 +163,7 @@ def _kept_links(
     return kept, count, beyond
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _link(node: int, degree: int, head: Ints, after: Ints, before: Ints) -> None:
     """Put a node at the head of the list of its degree."""
     after[node], before[node] = head[degree], -1
@@ -171,7 +172,7 @@ def _link(node: int, degree: int, head: Ints, after: Ints, before: Ints) -> None
     head[degree] = node
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _unlink(node: int, degree: int, head: Ints, after: Ints, before: Ints) -> None:
     """Remove a node from the list of its degree."""
     if before[node] >= 0:

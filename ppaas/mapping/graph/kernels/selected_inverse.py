@@ -6,16 +6,16 @@ Z_RR is in the columns of the front's ancestors, which are computed before it.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.mapping.graph.kernels.fronts import one_block
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def inverse_diagonal(starts: Ints, row_starts: Ints, rows: Ints, panel_starts: Ints, panels: Floats) -> Floats:
     """Return the blocks (n, 3, 3) on the diagonal of (L Lᵀ)⁻¹, by block column.
 
@@ -56,7 +56,7 @@ def inverse_diagonal(starts: Ints, row_starts: Ints, rows: Ints, panel_starts: I
     return blocks
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _known_inverse(
     below: Ints, owner: Ints, starts: Ints, row_starts: Ints, rows: Ints, panel_starts: Ints, inverse: Floats
 ) -> Floats:
@@ -76,7 +76,7 @@ def _known_inverse(
     return known
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@compiled(fastmath={"contract"})
 def _gain(factor: Floats) -> Floats:
     """Return Gᵀ = (L_RP L_PP⁻¹)ᵀ of a panel."""
     width = factor.shape[0]
@@ -90,7 +90,7 @@ def _gain(factor: Floats) -> Floats:
     return gain
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@compiled(fastmath={"contract"})
 def _square_of_inverse(factor: Floats, result: Floats) -> None:
     """Write (L_PP L_PPᵀ)⁻¹ into the first columns of a panel."""
     width = factor.shape[0]

@@ -8,9 +8,10 @@ is its row in the array of log-odds, in which voxel (x, y, z) of the block is at
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.maps.kernels.serial import serial_copy
 
 EDGE = 8
@@ -70,11 +71,11 @@ def _collect(free: Words, occupied: Words, box: Words, touched: NDArray[np.uint8
                         touched[layer, y, word * EDGE + block] = 1
 
 
-collect_parallel: Collect = njit(cache=True, nogil=True, error_model="numpy", parallel=True)(_collect)
-collect_serial: Collect = njit(cache=True, nogil=True, error_model="numpy")(serial_copy(_collect))
+collect_parallel: Collect = compiled(parallel=True)(_collect)
+collect_serial: Collect = compiled(serial_copy(_collect))
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def entry_of(codes: Words, code: int) -> int:
     """Return the entry of the table that holds a code, or the empty one where it belongs."""
     mask = len(codes) - 1
@@ -84,7 +85,7 @@ def entry_of(codes: Words, code: int) -> int:
     return entry
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def find_slots(codes: Words, slots: Words, wanted: Words, found: Words, used: int) -> int:
     """Find the slots of blocks, add the blocks that are new, and return the number of slots used now.
 
@@ -108,7 +109,7 @@ def find_slots(codes: Words, slots: Words, wanted: Words, found: Words, used: in
     return used
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def look_up(codes: Words, slots: Words, wanted: Words, found: Words) -> None:
     """Find the slots of blocks; −1 for those that do not exist. Parameters as in `find_slots`."""
     for i in range(len(wanted)):
@@ -161,8 +162,8 @@ def _update(
                     voxels[row * EDGE + bit] = min(max(new, least), most)
 
 
-update_parallel: Update = njit(cache=True, nogil=True, error_model="numpy", parallel=True)(_update)
-update_serial: Update = njit(cache=True, nogil=True, error_model="numpy")(serial_copy(_update))
+update_parallel: Update = compiled(parallel=True)(_update)
+update_serial: Update = compiled(serial_copy(_update))
 
 
 def warm() -> None:

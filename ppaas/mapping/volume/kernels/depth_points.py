@@ -1,11 +1,12 @@
 """Kernel: points of a depth image in the map frame."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 
-@njit(cache=True, nogil=True, error_model="numpy")
+
+@compiled
 def back_project(
     image: NDArray[np.uint16] | NDArray[np.float32],
     unit: float,

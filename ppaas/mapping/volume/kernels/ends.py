@@ -8,9 +8,10 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.maps.kernels.serial import serial_copy
 
 MIDDLE = 32768
@@ -25,13 +26,13 @@ FindEnds = Callable[
 ]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def key_of(coordinate: float, factor: float) -> int:
     """Return the key of a coordinate [m]; ``factor`` is 1 / resolution [1/m]."""
     return math.floor(factor * coordinate) + MIDDLE
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def _end(ends: NDArray[np.float32], i: int, origin: NDArray[np.float32], max_range: float) -> int:
     """Cut a ray at the maximum range, and return its kind without regard to the range of keys."""
     dx, dy, dz = ends[i, 0] - origin[0], ends[i, 1] - origin[1], ends[i, 2] - origin[2]
@@ -90,8 +91,8 @@ def _find_ends(
         bounds[part, 0], bounds[part, 1] = low, high
 
 
-find_ends_parallel: FindEnds = njit(cache=True, nogil=True, error_model="numpy", parallel=True)(_find_ends)
-find_ends_serial: FindEnds = njit(cache=True, nogil=True, error_model="numpy")(serial_copy(_find_ends))
+find_ends_parallel: FindEnds = compiled(parallel=True)(_find_ends)
+find_ends_serial: FindEnds = compiled(serial_copy(_find_ends))
 
 
 def warm() -> None:

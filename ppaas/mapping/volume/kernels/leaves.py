@@ -1,16 +1,16 @@
 """Kernel: leaves of the octree of a volume, merged as in OctoMap's ``pruneNode``."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.mapping.volume.kernels.blocks import VOXELS
 
 DEPTH = 16
 """Depth of the finest voxels."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def _siblings(corners: NDArray[np.uint16], depths: NDArray[np.uint8], values: NDArray[np.float32], count: int) -> bool:
     """Return whether the last eight leaves are the children of one node, not of the root, and equal."""
     first, last = count - 8, count - 1
@@ -28,7 +28,7 @@ def _siblings(corners: NDArray[np.uint16], depths: NDArray[np.uint8], values: ND
     return equal
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def merge_leaves(
     blocks: NDArray[np.int64],
     slots: NDArray[np.int64],

@@ -7,16 +7,16 @@ thick as it was.
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.mapping.volume.kernels.blocks import BITS, EDGE, EMPTY, VOXELS, entry_of
 from ppaas.mapping.volume.kernels.ends import MIDDLE
 
 Words = NDArray[np.int64]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def sample_moved(
     codes: Words,
     slots: Words,

@@ -1,9 +1,9 @@
 """Kernel: projection of a volume onto a 2D occupancy grid, as in ``octomap_server``."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.mapping.volume.kernels.blocks import BITS, EDGE, EMPTY, VOXELS, entry_of
 from ppaas.mapping.volume.kernels.ends import MIDDLE
 
@@ -12,7 +12,7 @@ _FREE, _OCCUPIED = np.int8(0), np.int8(100)
 Words = NDArray[np.int64]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _has_neighbour(codes: Words, slots: Words, log_odds: NDArray[np.float32], x: int, y: int, z: int) -> bool:
     """Return whether any of the 26 voxels around a voxel is occupied."""
     for dz in range(-1, 2):
@@ -28,7 +28,7 @@ def _has_neighbour(codes: Words, slots: Words, log_odds: NDArray[np.float32], x:
     return False
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def project(
     codes: Words,
     slots: Words,

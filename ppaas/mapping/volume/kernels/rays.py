@@ -13,9 +13,10 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.mapping.volume.kernels.ends import CUT, HIT, MIDDLE, NONE, key_of
 from ppaas.maps.kernels.serial import serial_copy
 from ppaas.maps.kernels.traversal import FRACTION, to_fixed
@@ -32,7 +33,7 @@ MarkRays = Callable[
 ]  # fmt: skip
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def _mark(bits: NDArray[np.int64], voxel: int) -> None:
     """Set the bit of a voxel. Most are set already: without a store, the loop does not wait for its own stores."""
     word, bit = bits[voxel >> 6], np.int64(1) << (voxel & 63)
@@ -40,7 +41,7 @@ def _mark(bits: NDArray[np.int64], voxel: int) -> None:
         bits[voxel >> 6] = word | bit
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def _cross(
     free: NDArray[np.int64],
     index: int,
@@ -80,13 +81,13 @@ def _cross(
         bt += db
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def _tie(slope: float, before: bool) -> int:
     """Return the offset for ties of an axis that is crossed before the axis of the loop, or after it."""
     return 0 if slope == 0.0 else _TIE if (slope > 0.0) == before else -_TIE
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def _first(key: int, origin: float, direction: float, resolution: float, length: float) -> float:
     """Return the distance along the ray at which it leaves its first voxel on one axis [m], with OctoMap's rounding."""
     if direction == 0.0:
@@ -96,7 +97,7 @@ def _first(key: int, origin: float, direction: float, resolution: float, length:
     return min(max((border - origin) / direction, 0.0), length)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _cast(
     free: NDArray[np.int64],
     occupied: NDArray[np.int64],
@@ -174,8 +175,8 @@ def _mark_rays(
                 _cast(free[part], occupied[part], box, origin, resolution, ends[i], kinds[i])
 
 
-mark_rays_parallel: MarkRays = njit(cache=True, nogil=True, error_model="numpy", parallel=True)(_mark_rays)
-mark_rays_serial: MarkRays = njit(cache=True, nogil=True, error_model="numpy")(serial_copy(_mark_rays))
+mark_rays_parallel: MarkRays = compiled(parallel=True)(_mark_rays)
+mark_rays_serial: MarkRays = compiled(serial_copy(_mark_rays))
 
 
 def warm() -> None:

@@ -1,16 +1,16 @@
 """Kernel: descend a cost field, along exact equality of values."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.planners.field.kernels.layout import AT_GOAL, BLOCKED
 
 Ints = NDArray[np.int64]
 Field = NDArray[np.uint32] | NDArray[np.int64]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def descend(
     field: Field, costs: NDArray[np.uint8], stride: int, weights: Ints,
     cells: NDArray[np.int32], count: int, budget: int,

@@ -9,9 +9,9 @@ again, and its stale entry is skipped later (lazy deletion).
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.planners.field.kernels.layout import (
     AHEAD,
     AT_GOAL,
@@ -39,7 +39,7 @@ BUCKET, FREE, SPARE, COUNT, EMPTY = range(STATE_SIZE)
 consecutive empty buckets."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def seed(field: Field, cells: Ints, pool: Pool, links: Links, heads: Links, fills: Links, state: Ints) -> None:
     """Insert the goals into an empty queue, whose pool must be large enough; duplicates are inserted once."""
     for cell in cells:
@@ -57,7 +57,7 @@ def seed(field: Field, cells: Ints, pool: Pool, links: Links, heads: Links, fill
         fills[0] += 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _follow(
     field: Field, costs: NDArray[np.uint8], stride: int, weights: Ints,
     cell: Int, came: Int, value: Int, old: Int, most: Int,
@@ -105,7 +105,7 @@ def _follow(
     return cell, value, old, passed
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def propagate(
     field: Field, costs: NDArray[np.uint8], stride: int, weights: Ints,
     pool: Pool, links: Links, heads: Links, fills: Links, state: Ints, target: int, limit: int, budget: int,

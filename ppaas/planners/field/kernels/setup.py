@@ -1,17 +1,17 @@
 """Kernel: initialize the padded costs and the empty field, row by row."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.planners.field.kernels.layout import BLOCKED, UNREACHED
 
 Bytes = NDArray[np.uint8]
 Field = NDArray[np.uint32]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _pad_row(source: Bytes, allow_unknown: bool, costs: Bytes, field: Field, row: int) -> None:
     height, width = source.shape
     costs[row, 0] = costs[row, width + 1] = 255
@@ -28,7 +28,7 @@ def _pad_row(source: Bytes, allow_unknown: bool, costs: Bytes, field: Field, row
         field[row, column + 1] = UNREACHED if free else np.uint32(BLOCKED)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def pad_rows(source: Bytes, allow_unknown: bool, costs: Bytes, field: Field, first: int, last: int) -> None:
     """Initialize rows ``first`` to ``last`` of the padded arrays.
 

@@ -8,9 +8,9 @@ as in ``propagation``, with a single bucket.
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.planners.kernels.moves import NEEDS
 
 Int = int | np.signedinteger[Any]
@@ -29,7 +29,7 @@ WAITING, TARGET = range(STATE_SIZE)
 SQRT2 = 1.4142135623730951
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def grow_from_start(
     values: NDArray[np.float64], costs: NDArray[np.uint8], stride: int, weights: NDArray[np.float64], least: float,
     waiting: NDArray[np.uint32], state: Ints, targets: Ints, budget: int,

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import bare, joined
 from ppaas.planners.field.kernels.tile_layout import (
     BASE,
     BOTTOM,
@@ -35,7 +36,6 @@ from ppaas.planners.field.kernels.tile_layout import (
 )  # fmt: skip
 from ppaas.planners.field.kernels.tile_rows import BESIDE, LAST, SEEN, SELF, SPARE, relaxed, slanted, weighed
 from ppaas.planners.kernels import atomics, simd
-from ppaas.planners.kernels.jit_decorators import bare, joined
 
 Int = int | np.signedinteger[Any]
 Numbers = NDArray[np.uint32]

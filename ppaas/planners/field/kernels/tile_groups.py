@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
+from ppaas.kernel_cache.decorators import bare, joined
 from ppaas.planners.field.kernels.tile_layout import ALL, BLOCKED, COLUMNS, COST, FILLED, FREE, KIND, OPEN, SIDE, TABLE
 from ppaas.planners.field.kernels.tile_rows import CHANGES
 from ppaas.planners.field.kernels.tile_setup import fill_tile
 from ppaas.planners.kernels import atomics, simd
-from ppaas.planners.kernels.jit_decorators import bare, joined
 from ppaas.planners.kernels.prefetch import BYTES_PER_LINE, fetch_to_l2
 
 FEW, MANY = 8, 32

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import bare
 from ppaas.planners.field.kernels.propagation import TOO_NARROW
 from ppaas.planners.field.kernels.tile_groups import fill_around
 from ppaas.planners.field.kernels.tile_help import BOX, call_one
@@ -79,7 +80,6 @@ from ppaas.planners.field.kernels.tile_state import (
 from ppaas.planners.field.kernels.tile_visit import visit, write_back
 from ppaas.planners.kernels import atomics
 from ppaas.planners.kernels.addresses import bytes_of, int64s_of, readonly_bytes_of, uint32s_of
-from ppaas.planners.kernels.jit_decorators import bare
 from ppaas.planners.kernels.moves import EXHAUSTED, PAUSED, SETTLED
 
 Int = int | np.signedinteger[Any]

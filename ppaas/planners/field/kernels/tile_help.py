@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import bare
 from ppaas.planners.field.kernels.tile_record import RECORD, SCRATCH_MEMORY, STATE, store_array
 from ppaas.planners.field.kernels.tile_rows import SCRATCH
 from ppaas.planners.field.kernels.tile_state import ALIGNED, APART, CALLED, LINE, STOP, THREADS
 from ppaas.planners.kernels import atomics
 from ppaas.planners.kernels.addresses import address_of, int64s_of
-from ppaas.planners.kernels.jit_decorators import bare
 from ppaas.planners.kernels.wakeup import send_byte, sleep, wait_for_byte
 
 Int = int | np.signedinteger[Any]

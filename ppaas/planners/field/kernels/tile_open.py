@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import bare, joined
 from ppaas.planners.field.kernels.tile_border import beside, edge, free_along, seen, value_at
 from ppaas.planners.field.kernels.tile_layout import (
     ALL,
@@ -32,7 +33,6 @@ from ppaas.planners.field.kernels.tile_layout import (
 )  # fmt: skip
 from ppaas.planners.field.kernels.tile_rows import BACK, FORTH, LAST, SELF, SPARE, slanted, weighed
 from ppaas.planners.kernels import simd
-from ppaas.planners.kernels.jit_decorators import bare, joined
 
 Int = int | np.signedinteger[Any]
 Numbers = NDArray[np.uint32]

@@ -22,8 +22,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import bare
 from ppaas.planners.kernels.addresses import address_of
-from ppaas.planners.kernels.jit_decorators import bare
 
 HEIGHT, WIDTH, UNKNOWN, ACROSS, TILES, TARGET = range(6)
 SOURCE, FIELD, TABLES, COSTS, MARKS, WORDS, HINTS, PLACES, SCRATCH_MEMORY, STATE = range(6, 26, 2)

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import bare, joined
 from ppaas.planners.field.kernels.tile_border import (
     beside,
     crossed,
@@ -49,7 +50,6 @@ from ppaas.planners.field.kernels.tile_rows import (
     weighed,
 )
 from ppaas.planners.kernels import simd
-from ppaas.planners.kernels.jit_decorators import bare, joined
 
 Int = int | np.signedinteger[Any]
 Numbers = NDArray[np.uint32]

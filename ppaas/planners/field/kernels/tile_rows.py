@@ -20,9 +20,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import bare, joined
 from ppaas.planners.field.kernels.tile_layout import BASE, FACTOR, HALF, ROOT, ROOT_SHIFT, SIDE, UNKNOWN, UNREACHED
 from ppaas.planners.kernels import simd
-from ppaas.planners.kernels.jit_decorators import bare, joined
 
 Int = int | np.signedinteger[Any]
 Numbers = NDArray[np.uint32]

@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import bare
 from ppaas.planners.field.kernels.tile_growth import grow_tiles
 from ppaas.planners.field.kernels.tile_help import BOX, FIELD_RECORD, OVER, THREAD, finish, wait_for_call
 from ppaas.planners.kernels.addresses import int64s_of
-from ppaas.planners.kernels.jit_decorators import bare
 
 Ints = NDArray[np.int64]
 

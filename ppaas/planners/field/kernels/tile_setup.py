@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
+from ppaas.kernel_cache.decorators import bare
 from ppaas.planners.field.kernels.tile_layout import (
     ALL,
     BLOCKED,
@@ -36,7 +37,6 @@ from ppaas.planners.field.kernels.tile_record import (
 )
 from ppaas.planners.kernels import simd
 from ppaas.planners.kernels.addresses import bytes_of, readonly_bytes_of, uint32s_of
-from ppaas.planners.kernels.jit_decorators import bare
 
 Int = int | np.signedinteger[Any]
 Ints = NDArray[np.int64]

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import bare, joined
 from ppaas.planners.field.kernels.tile_border import (
     beside,
     edge,
@@ -45,7 +46,6 @@ from ppaas.planners.field.kernels.tile_rows import (
     TILE,
 )
 from ppaas.planners.kernels import atomics, simd
-from ppaas.planners.kernels.jit_decorators import bare, joined
 from ppaas.planners.kernels.prefetch import LINE, fetch
 
 Int = int | np.signedinteger[Any]

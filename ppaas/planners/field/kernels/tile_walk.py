@@ -3,9 +3,9 @@
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.planners.field.kernels.tile_layout import CELLS, FREE, SIDE, TABLE, TOUCHED, UNREACHED
 from ppaas.planners.kernels import simd
 
@@ -15,7 +15,7 @@ Numbers = NDArray[np.uint32]
 Marks = NDArray[np.uint8]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@compiled(forceinline=True)
 def _value(field: Numbers, marks: Marks, across: Int, row: Int, column: Int) -> Int:
     tile = row // SIDE * across + column // SIDE
     if not marks[tile] & TOUCHED:
@@ -23,13 +23,13 @@ def _value(field: Numbers, marks: Marks, across: Int, row: Int, column: Int) -> 
     return np.int64(field[tile * CELLS + row % SIDE * SIDE + column % SIDE])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@compiled(forceinline=True)
 def _is_free(tables: Numbers, across: Int, row: Int, column: Int) -> bool:
     tile = row // SIDE * across + column // SIDE
     return bool(np.int64(tables[tile * TABLE + FREE + row % SIDE]) >> column % SIDE & 1)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def descend_tiles(
     field: Numbers, tables: Numbers, marks: Marks, source: NDArray[np.uint8], height: int, width: int, across: int,
     weights: Ints, cells: NDArray[np.int32], count: int, budget: int,
@@ -90,7 +90,7 @@ def descend_tiles(
     return int(count)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def count_up_to(field: Numbers, marks: Marks, first: int, last: int, most: int) -> int:
     """Return the number of cells of tiles ``first`` to ``last`` whose value is at most ``most``."""
     count: Int = 0
@@ -102,7 +102,7 @@ def count_up_to(field: Numbers, marks: Marks, first: int, last: int, most: int) 
     return int(count)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def read_rows(
     field: Numbers, marks: Marks, across: int, first: int, last: int, scale: float, values: NDArray[np.float64]
 ) -> None:

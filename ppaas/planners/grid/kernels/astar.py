@@ -12,8 +12,8 @@ whether a new value is lower, because elements of earlier searches are never low
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import bare
 from ppaas.planners.grid.kernels.bucket_ring import BUCKET, MARKS, RING_STATE, SHIFT, SIZE, SLOTS, empty, pop, push
-from ppaas.planners.kernels.jit_decorators import bare
 from ppaas.planners.kernels.moves import EXHAUSTED, NEEDS, PAUSED, POOL_EMPTY, SETTLED
 
 Ints = NDArray[np.int64]

@@ -17,8 +17,8 @@ They are passed one by one, since unpacking a tuple takes as long as the operati
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import bare, inlined
 from ppaas.planners.kernels.bits import trailing_zeros
-from ppaas.planners.kernels.jit_decorators import bare, inlined
 
 Links = NDArray[np.int32]
 Marks = NDArray[np.uint64]

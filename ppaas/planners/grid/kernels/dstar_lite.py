@@ -12,9 +12,9 @@ a blocked cell or passes its corner, so a cell that becomes blocked is removed a
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.planners.field.kernels.layout import AT_GOAL, BLOCKED
 from ppaas.planners.kernels.indexed_heap import drop, put
 from ppaas.planners.kernels.moves import EXHAUSTED, NEEDS, PAUSED, SETTLED, octile
@@ -35,7 +35,7 @@ SIZE, COUNT, START, GOAL, MOVED = range(STATE_SIZE)
 the robot's moves so far (k_m in the paper), by which earlier keys are too low; the algorithm allows for that."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _rhs(field: Ints, costs: Bytes, weights: Ints, offsets: Ints, cell: Int) -> Int:
     """Return the rhs of a cell: the minimum over its neighbours of their value plus the weight of the move."""
     least = FAR
@@ -52,7 +52,7 @@ def _rhs(field: Ints, costs: Bytes, weights: Ints, offsets: Ints, cell: Int) -> 
     return least
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _queue(
     field: Ints, ahead: Ints, stride: Int, least: Ints,
     keys: NDArray[np.float64], cells: Places, places: Places, state: Ints, cell: Int,
@@ -66,7 +66,7 @@ def _queue(
         state[SIZE] = drop(keys, cells, places, state[SIZE], cell)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def repair(
     field: Ints, ahead: Ints, costs: Bytes, stride: int, weights: Ints, offsets: Ints, least: Ints,
     keys: NDArray[np.float64], cells: Places, places: Places, state: Ints, budget: int,
@@ -147,7 +147,7 @@ def repair(
     return PAUSED
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def amend(
     field: Ints, ahead: Ints, costs: Bytes, stride: int, weights: Ints, offsets: Ints, least: Ints,
     keys: NDArray[np.float64], cells: Places, places: Places, state: Ints, changed: Ints, new_costs: Bytes,

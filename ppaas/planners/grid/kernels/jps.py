@@ -20,13 +20,13 @@ follow. The path from a node to its parent is straight first, then diagonal.
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import bare, inlined
 from ppaas.planners.grid.kernels.astar import UNKNOWN_YET, divide, octile
 from ppaas.planners.grid.kernels.bucket_ring import BUCKET, MARKS, RING_STATE, SHIFT, SIZE, SLOTS, empty, pop, push
 from ppaas.planners.grid.kernels.jump_planes import AHEAD, BACK, MIXED, SQUARE
 from ppaas.planners.grid.kernels.jump_turns import ANY, DOWN, RIGHT, turns
 from ppaas.planners.grid.kernels.jump_turns import MIXED as IN_MIXED
 from ppaas.planners.kernels.bits import first_from, is_set, last_until, three_at
-from ppaas.planners.kernels.jit_decorators import bare, inlined
 from ppaas.planners.kernels.moves import EXHAUSTED, PAUSED, POOL_EMPTY, SETTLED
 from ppaas.planners.units import CARDINAL, DIAGONAL
 

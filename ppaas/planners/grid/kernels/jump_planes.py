@@ -10,8 +10,9 @@ or its columns; everything beyond it counts as blocked.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 Planes = NDArray[np.uint64]
 Bytes = NDArray[np.uint8]
@@ -24,7 +25,7 @@ free 2×2 square with the next cell of the line and the two cells of the next li
 _1, _63 = np.uint64(1), np.uint64(63)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def mark_cells(costs: Bytes, weights: Ints, one_cost: bool, rows: Planes, first: int, last: int) -> None:
     """Write the planes of free and of mixed cells for rows ``first`` to ``last``.
 
@@ -64,7 +65,7 @@ def mark_cells(costs: Bytes, weights: Ints, one_cost: bool, rows: Planes, first:
                     break
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _transposed(source: Planes, plane: int, line: int, word: int, block: Planes) -> None:
     """Transpose a block of 64×64 bits (Warren, "Hacker's Delight", 2012, 7–3); lines beyond the map are zero."""
     for i in range(64):
@@ -82,7 +83,7 @@ def _transposed(source: Planes, plane: int, line: int, word: int, block: Planes)
         mask ^= mask << width
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def turn(rows: Planes, columns: Planes, first: int, last: int) -> None:
     """Write words ``first`` to ``last`` of the columns' planes `FREE` and `MIXED`, by transposing the rows' planes."""
     block = np.empty(64, np.uint64)
@@ -94,7 +95,7 @@ def turn(rows: Planes, columns: Planes, first: int, last: int) -> None:
                     columns[plane, place * 64 + i, word] = block[i]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def mark_jumps(planes: Planes, first: int, last: int) -> None:
     """Write the other planes for lines ``first`` to ``last`` (rows or columns), from those of free and mixed cells.
 

@@ -12,8 +12,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 Int = int | np.signedinteger[Any]
 Costs = NDArray[np.uint8]
@@ -29,7 +30,7 @@ HAIR = 1e-9
 updates."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def weigh(costs: Costs, stride: Int, weights: Ints, cell: Int, down: Int, right: Int) -> float:
     """Return the integral of the weights along a line, or `HIDDEN` if it crosses a blocked cell.
 
@@ -87,7 +88,7 @@ def weigh(costs: Costs, stride: Int, weights: Ints, cell: Int, down: Int, right:
     return float(total * (math.sqrt(rows * rows + columns * columns) / end))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def trace(down: int, right: int, cells: NDArray[np.int32], points: NDArray[np.float64]) -> int:
     """Write the cells that a line enters, and its midpoint within each; return their number.
 

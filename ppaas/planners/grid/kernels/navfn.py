@@ -13,8 +13,9 @@ precision, and infinite if not reached. Blocked cells are always marked as waiti
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 Int = int | np.signedinteger[Any]
 Floats = NDArray[np.float32]
@@ -45,7 +46,7 @@ INVERSE_SQRT2 = np.float32(0.707106781)
 _1 = np.uint64(1)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _interpolate(across: np.float32, along: np.float32, weight: np.float32) -> np.float32:
     """Return the potential of a cell from those of two neighbours: navfn's quadratic approximation of a plane wave."""
     least, apart = min(across, along), abs(across - along)
@@ -55,7 +56,7 @@ def _interpolate(across: np.float32, along: np.float32, weight: np.float32) -> n
     return least + weight * ((np.float32(-0.2301) * part + np.float32(0.5307)) * part + np.float32(0.7040))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def expand(
     potentials: Floats, weights: Bytes, waiting: Flags, stride: int, buffers: Cells, state: Ints,
     threshold: Floats, target: int, pull: np.float32, budget: int,

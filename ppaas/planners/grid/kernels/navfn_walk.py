@@ -9,8 +9,9 @@ a lower neighbour. It never leaves the reached cells, and cuts no corners.
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 Int = int | np.signedinteger[Any]
 Floats = NDArray[np.float32]
@@ -23,7 +24,7 @@ LONGEST_STAY = 4
 diagonally."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _slope(potentials: Floats, cell: Int, apart: Int) -> float:
     """Return the decrease of the potential across a reached cell, from ``cell − apart`` to ``cell + apart``."""
     here, slope = np.float64(potentials[cell]), 0.0
@@ -34,7 +35,7 @@ def _slope(potentials: Floats, cell: Int, apart: Int) -> float:
     return slope
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _gradient(potentials: Floats, stride: int, row: float, column: float) -> tuple[float, float]:
     """Return the downhill direction at a place between four reached cells: row, column, of about unit length."""
     first_row, first_column = np.int64(np.floor(row)), np.int64(np.floor(column))
@@ -52,7 +53,7 @@ def _gradient(potentials: Floats, stride: int, row: float, column: float) -> tup
     return along_rows, along_columns
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _surrounded(potentials: Floats, stride: int, cell: Int) -> bool:
     """Return whether a cell and its eight neighbours are reached."""
     for first in (cell - stride - 1, cell - 1, cell + stride - 1):
@@ -62,7 +63,7 @@ def _surrounded(potentials: Floats, stride: int, cell: Int) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _lowest(potentials: Floats, stride: int, cell: Int) -> Int:
     """Return the lowest neighbour of a reached cell; a diagonal move needs both cells beside it reached."""
     lowest = cell
@@ -74,7 +75,7 @@ def _lowest(potentials: Floats, stride: int, cell: Int) -> Int:
     return lowest
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _add(potentials: Floats, stride: int, cells: NDArray[np.int32], count: Int, row: Int, column: Int) -> Int:
     """Append a cell to a path; it replaces the last cell if a diagonal move can bypass that one."""
     if count > 1:
@@ -86,7 +87,7 @@ def _add(potentials: Floats, stride: int, cells: NDArray[np.int32], count: Int, 
     return count + 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def walk(
     potentials: Floats, stride: int, goal: int, place: NDArray[np.float64], stay: Int,
     cells: NDArray[np.int32], points: NDArray[np.float64],

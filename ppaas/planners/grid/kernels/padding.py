@@ -1,15 +1,15 @@
 """Kernel: copy a map with a blocked margin, and find out which costs occur in it."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ppaas.cost_values import LETHAL_OBSTACLE
+from ppaas.kernel_cache.decorators import compiled
 
 Bytes = NDArray[np.uint8]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def pad(source: Bytes, costs: Bytes, occurring: NDArray[np.bool_], first: int, last: int) -> None:
     """Fill rows ``first`` to ``last`` of the padded map.
 

@@ -3,9 +3,9 @@
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.planners.grid.kernels.line_of_sight import HAIR, HIDDEN, weigh
 
 Int = int | np.signedinteger[Any]
@@ -13,13 +13,13 @@ Ints = NDArray[np.int64]
 Bytes = NDArray[np.uint8]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _between(costs: Bytes, stride: Int, weights: Ints, begin: Int, end: Int) -> float:
     row, other = begin // stride, end // stride
     return weigh(costs, stride, weights, begin, other - row, (end - other * stride) - (begin - row * stride))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _two_lines(costs: Bytes, stride: Int, weights: Ints, begin: Int, corner: Int, end: Int, most: float) -> float:
     """Return the cost of two lines that meet in a corner; infinite if one is hidden, or from ``most`` on."""
     first = _between(costs, stride, weights, begin, corner)
@@ -29,7 +29,7 @@ def _two_lines(costs: Bytes, stride: Int, weights: Ints, begin: Int, corner: Int
     return np.inf if second == HIDDEN or first + second >= most else first + second
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _cheaper_beside(
     costs: Bytes, stride: Int, weights: Ints, offsets: Ints, begin: Int, centre: Int, end: Int, most: float
 ) -> tuple[int, float]:
@@ -45,7 +45,7 @@ def _cheaper_beside(
     return best, most
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def tauten(
     costs: Bytes, stride: int, weights: Ints, offsets: Ints, corners: Ints, count: int, at: int
 ) -> tuple[int, int]:
@@ -97,7 +97,7 @@ def tauten(
     return count - 1, max(at - 1, 1)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def along(costs: Bytes, stride: int, weights: Ints, corners: Ints, count: int) -> float:
     """Return the cost of a path that runs straight from each corner to the next."""
     total = 0.0

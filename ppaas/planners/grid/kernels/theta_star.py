@@ -20,9 +20,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.planners.grid.kernels.line_of_sight import HAIR, HIDDEN, weigh
 from ppaas.planners.kernels.indexed_heap import drop, put
 from ppaas.planners.kernels.moves import EXHAUSTED, NEEDS, PAUSED, SETTLED
@@ -49,19 +49,19 @@ With 0.95, paths are 0.1 % longer than with 0.924, and a third as many cells are
 SQRT2 = math.sqrt(2.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _place(cell: Int, stride: Int) -> tuple[Int, Int]:
     """Return row and column of a cell on the padded map; 32-bit unsigned division is the fastest."""
     row = np.int64(np.uint32(cell) // np.uint32(stride))
     return row, cell - row * stride
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _distance(down: Int, right: Int) -> float:
     return math.sqrt(down * down + right * right)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _reveal(
     costs: Bytes, stride: Int, weights: Ints, offsets: Ints, value: NDArray[np.float64], parent: NDArray[np.int32],
     status: Bytes, cell: Int,
@@ -97,7 +97,7 @@ def _reveal(
     return int(abs(down) + abs(right))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def find(
     costs: Bytes, stride: int, weights: Ints, offsets: Ints, least: float, toward: NDArray[np.float64], most: float,
     value: NDArray[np.float64], parent: NDArray[np.int32], status: Bytes,

@@ -12,8 +12,8 @@ from numba import types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import joined
 from ppaas.planners.kernels.bits import leading_zeros, trailing_zeros
-from ppaas.planners.kernels.jit_decorators import joined
 
 Words = NDArray[np.int64]
 

@@ -1,15 +1,15 @@
 """Checks against the costs of now, of which the index of the map knows nothing."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
+from ppaas.kernel_cache.decorators import compiled
 
 Bounds = tuple[int, int, int, int]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def is_free_along(costs: NDArray[np.uint8], cells: NDArray[np.int32], allow_unknown: bool) -> bool:
     """Return whether a robot may take a path.
 
@@ -32,7 +32,7 @@ def is_free_along(costs: NDArray[np.uint8], cells: NDArray[np.int32], allow_unkn
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def opens(costs: NDArray[np.uint8], base: NDArray[np.uint8], window: Bounds, allow_unknown: bool) -> bool:
     """Return whether a cell is free that the map has blocked.
 
@@ -55,7 +55,7 @@ def opens(costs: NDArray[np.uint8], base: NDArray[np.uint8], window: Bounds, all
     return opened != 0
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@compiled(forceinline=True)
 def _is_free(cost: int, allow_unknown: bool) -> bool:
     return (cost < INSCRIBED_INFLATED_OBSTACLE) | (allow_unknown & (cost == NO_INFORMATION))
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ppaas.kernel_cache.decorators import bare, joined
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.layout import (
     CORNER_SIZE,
@@ -33,7 +34,6 @@ from ppaas.planners.hub_labels.kernels.scratch import (
     route_of,
     side_of,
 )
-from ppaas.planners.kernels.jit_decorators import bare, joined
 from ppaas.planners.kernels.prefetch import LINE, fetch
 
 HUB = (1 << HUB_BITS) - 1

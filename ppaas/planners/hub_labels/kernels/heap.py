@@ -1,7 +1,7 @@
 """Kernel: binary heap of keys (length, node) in an int64 array: length in the upper 32 bits, node in the lower."""
 
+from ppaas.kernel_cache.decorators import joined
 from ppaas.planners.hub_labels.kernels.bits import Words
-from ppaas.planners.kernels.jit_decorators import joined
 
 NODE = 0xFFFFFFFF
 """Mask of the node in a key."""

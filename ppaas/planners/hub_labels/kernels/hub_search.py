@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ppaas.kernel_cache.decorators import bare, joined
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.fringe_exit import write_exit_path
 from ppaas.planners.hub_labels.kernels.layout import (
@@ -35,7 +36,6 @@ from ppaas.planners.hub_labels.kernels.scratch import (
     reach_of,
     route_of,
 )
-from ppaas.planners.kernels.jit_decorators import bare, joined
 from ppaas.planners.kernels.prefetch import LINE, fetch
 
 

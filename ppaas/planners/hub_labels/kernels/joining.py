@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ppaas.kernel_cache.decorators import bare, joined
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.layout import (
     COLUMN,
@@ -36,7 +37,6 @@ from ppaas.planners.hub_labels.kernels.terrain import (
     row_stride,
 )
 from ppaas.planners.kernels import simd
-from ppaas.planners.kernels.jit_decorators import bare, joined
 from ppaas.planners.kernels.prefetch import LINE, WORDS_PER_LINE, fetch
 
 lanes: Any = simd  # `operation` returns intrinsics, which mypy takes for their generators

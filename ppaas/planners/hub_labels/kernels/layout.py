@@ -20,9 +20,9 @@ for the last run of a path. Following links thus reads one place per edge, and w
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import inlined, joined
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.scan import Integers
-from ppaas.planners.kernels.jit_decorators import inlined, joined
 from ppaas.planners.kernels.simd import LANES
 
 Shorts = NDArray[np.uint16]

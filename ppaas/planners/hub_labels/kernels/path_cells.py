@@ -8,14 +8,13 @@ import sys
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import bare, compiled, joined
 from ppaas.planners.hub_labels.kernels import vectors
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.layout import DIRECTIONS, Shorts, direction_of_run, last_run_of, moves_of_run
 from ppaas.planners.hub_labels.kernels.vectors import AT_ONCE
-from ppaas.planners.kernels.jit_decorators import bare, joined
 
 Cells = NDArray[np.int32]
 
@@ -43,7 +42,7 @@ def direction_of(down: int, right: int) -> int:
     return 6 + down
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def new_cells(count: int) -> tuple[Cells, Words]:
     """Return an array for ``count`` cells, and a view of it with one number per cell and space for the excess."""
     buffer = np.empty((count + AT_ONCE, 2), np.int32)

@@ -14,8 +14,9 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numba import njit, types
+from numba import types
 
+from ppaas.kernel_cache.decorators import compiled, inlined, joined
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.fringe_exit import exit_fringe, save_visible
 from ppaas.planners.hub_labels.kernels.hub_search import (
@@ -84,7 +85,6 @@ from ppaas.planners.hub_labels.kernels.upward_search import (
     search_upwards,
     write_upward_path,
 )
-from ppaas.planners.kernels.jit_decorators import inlined, joined
 
 
 @joined
@@ -240,7 +240,7 @@ def _write_cells(
     write_straight(flat, at, cell, row, column, to_row, to_column)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def find_path(index: Words, scratch: Integers, row: int, column: int, to_row: int, to_column: int) -> Cells:
     """Return a shortest path.
 

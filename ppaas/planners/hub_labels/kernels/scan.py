@@ -7,9 +7,10 @@ limits all later rays (Uras, Koenig and Hernández 2013, "direct-h-reachable").
 """
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import bare, compiled, joined
 from ppaas.kernel_threads import limit_threads
 from ppaas.planners.hub_labels.kernels.bits import Words, down, is_set, up
 from ppaas.planners.hub_labels.kernels.terrain import (
@@ -24,7 +25,6 @@ from ppaas.planners.hub_labels.kernels.terrain import (
     row_stride,
 )
 from ppaas.planners.kernels.bits import leading_zeros, trailing_zeros
-from ppaas.planners.kernels.jit_decorators import bare, joined
 
 Integers = NDArray[np.int32]
 
@@ -194,7 +194,7 @@ def most_seen(rows: int, columns: int, corners: int) -> int:
     return min(corners, 4 + 4 * (1 + 2 * min(rows, columns))) + 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _scan_range(
     terrain: Words, positions: Integers, most: int, first: int, last: int,
     starts: Words, to: Integers, lengths: Integers,
@@ -211,7 +211,7 @@ def _scan_range(
                 lengths[begin + i] = far[i]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
+@compiled(parallel=True)
 def _scan_blocks(
     terrain: Words, positions: Integers, most: int, first: int, last: int,
     starts: Words, to: Integers, lengths: Integers,

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from ppaas.kernel_cache.decorators import inlined, joined
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.layout import CORNERS, FAR, LABELLED, LANDMARK_LANES, MOST_SEEN
 from ppaas.planners.hub_labels.kernels.scan import Integers
-from ppaas.planners.kernels.jit_decorators import inlined, joined
 
 EXPANDED, MEETING = range(2)
 """Results: number of label entries examined, and the corner at which both upward searches met, or −1."""

@@ -19,12 +19,12 @@ all diagonals that begin one map width apart, separated by the margin.
 """
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import bare, compiled, joined
 from ppaas.kernel_threads import limit_threads
 from ppaas.planners.hub_labels.kernels.bits import Words, count, is_set
-from ppaas.planners.kernels.jit_decorators import bare, joined
 
 Cells = NDArray[np.uint8]
 
@@ -147,7 +147,7 @@ def _write_rows(free: Cells, terrain: Words, first: int, last: int) -> None:
         _write_row(free, terrain, row, 0, terrain[COLUMNS])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
+@compiled(parallel=True)
 def _write_blocks(free: Cells, terrain: Words, first: int, last: int) -> None:
     for block in prange(first // BLOCK, (last + BLOCK - 1) // BLOCK):
         _write_rows(free, terrain, block * BLOCK, min((block + 1) * BLOCK, last))

@@ -8,6 +8,7 @@ not intersect. Corners are expanded from the least important up, so each is expa
 
 import numpy as np
 
+from ppaas.kernel_cache.decorators import bare, joined
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.heap import NODE, pop, push
 from ppaas.planners.hub_labels.kernels.joining import lower_bound_between
@@ -50,7 +51,6 @@ from ppaas.planners.hub_labels.kernels.scratch import (
     route_of,
     side_of,
 )
-from ppaas.planners.kernels.jit_decorators import bare, joined
 from ppaas.planners.kernels.prefetch import LINE, fetch
 
 

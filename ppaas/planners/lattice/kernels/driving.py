@@ -10,11 +10,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE as BLOCKED
 from ppaas.cost_values import LETHAL_OBSTACLE as LETHAL
+from ppaas.kernel_cache.decorators import compiled
 
 Floats = NDArray[np.float64]
 
@@ -66,7 +66,7 @@ class DriveOutcome(NamedTuple):
     leaving: bool
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def fits(surface: DrivingSurface, x: float, y: float, cosine: float, sine: float) -> bool:
     """Return whether the robot's outline at x, y touches no lethal cell; the heading is given by cosine and sine.
 
@@ -106,19 +106,19 @@ def fits(surface: DrivingSurface, x: float, y: float, cosine: float, sine: float
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def sample_count(surface: DrivingSurface, curvature: float, length: float) -> int:
     """Return the number of samples on a piece, at most `STEP` of motion apart for every point of the robot."""
     return max(1, math.ceil(abs(length) * (1.0 + abs(curvature) * surface.reach) / STEP))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _may_enter(surface: DrivingSurface, row: int, column: int, leaving: bool) -> bool:
     inside = 0 <= row < surface.costs.shape[0] and 0 <= column < surface.costs.shape[1]
     return inside and (surface.costs[row, column] < BLOCKED or (leaving and surface.costs[row, column] != LETHAL))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def drive(
     surface: DrivingSurface,
     x: float,

@@ -6,21 +6,20 @@ pieces driven forward, plain and mirrored (RSR, RSL, RLR). The middle arc of LRL
 
 import math
 
-from numba import njit
-
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.planners.lattice.kernels.reeds_shepp import MIRROR, SLACK, CurveWord
 
 TURN = 2.0 * math.pi
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _ahead(angle: float) -> float:
     """Wrap an angle to [0, 2π); within `SLACK` below 2π it becomes 0, so that rounding does not add a full circle."""
     angle -= TURN * math.floor(angle / TURN)
     return angle if 0.0 <= angle <= TURN - SLACK else 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def dubins(x: float, y: float, theta: float, turn: float) -> CurveWord:
     """Return the cheapest word to a goal.
 

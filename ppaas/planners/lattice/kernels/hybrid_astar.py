@@ -10,9 +10,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.planners.kernels.indexed_heap import drop, put
 from ppaas.planners.lattice.kernels.driving import DrivingSurface, drive, flat_surface
 from ppaas.planners.lattice.kernels.pose_tree import (
@@ -55,7 +55,7 @@ FREE_FIELD = 1.0 / 50.0
 """Factor from values of the cost field to cells of free space: a free cell weighs 50."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def estimate(
     surface: DrivingSurface, car: Car, field: Floats, outside: float, goal: Floats, x: float, y: float, theta: float
 ) -> float:
@@ -72,7 +72,7 @@ def estimate(
     return max(around * FREE_FIELD, word.cost * car.radius * float(surface.rates[0]))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _try_goal(
     surface: DrivingSurface, car: Car, goal: Floats, motions: Floats, tree: PoseTree, node: Int, best: float
 ) -> float:
@@ -94,7 +94,7 @@ def _try_goal(
     return float(tree.costs[node]) + cost
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _reach(
     surface: DrivingSurface, car: Car, field: Floats, outside: float, goal: Floats, motions: Floats, tree: PoseTree,
     state: Ints, node: Int, motion: Int,
@@ -126,7 +126,7 @@ def _reach(
     state[SIZE] = put(tree.heap, tree.entries, tree.places, state[SIZE], other, so_far + GREED * left, left)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def expand(
     surface: DrivingSurface, car: Car, field: Floats, outside: float, goal: Floats, motions: Floats, tree: PoseTree,
     state: Ints, best: Floats, budget: int,

@@ -3,8 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 Floats = NDArray[np.float64]
 Links = NDArray[np.int32]
@@ -46,7 +47,7 @@ class PoseTree(NamedTuple):
     places: Links
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def find(keys: Keys, table: Links, key: int) -> int:
     """Return the slot of a key in the hash table, or the free slot to insert it (linear probing)."""
     mask = len(table) - 1
@@ -56,7 +57,7 @@ def find(keys: Keys, table: Links, key: int) -> int:
     return at
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def fill_table(keys: Keys, table: Links, first: int, last: int) -> None:
     """Insert nodes ``first`` to ``last``, ``last`` excluded, which are not in the table."""
     for node in range(first, last):

@@ -10,8 +10,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 QUARTER = 0.5 * math.pi
 """Length of a quarter turn."""
@@ -40,13 +41,13 @@ class CurveWord(NamedTuple):
     cost: float
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def wrap(angle: float) -> float:
     """Wrap an angle to [−π, π)."""
     return angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _outer(u: float, w: float, x: float, y: float, phi: float) -> tuple[float, float]:
     """Return the first and last piece of L R L R with the inner pieces ``u`` and ``w`` (formulas 8.5 and 8.6)."""
     difference = wrap(u - w)
@@ -59,7 +60,7 @@ def _outer(u: float, w: float, x: float, y: float, phi: float) -> tuple[float, f
     return t, wrap(t - u + w - phi)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _solve(
     family: int, a: float, b: float, apart: float, bearing: float, phi: float, most: float
 ) -> tuple[bool, float, float, float]:
@@ -129,7 +130,7 @@ def _solve(
     return found, t, u, v
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _cost(family: int, t: float, u: float, v: float, flipped: bool, reverse: float, turn: float) -> float:
     """Return the cost of a word: lengths weigh ``turn`` times as much on an arc, and ``reverse`` times in reverse.
 
@@ -149,7 +150,7 @@ def _cost(family: int, t: float, u: float, v: float, flipped: bool, reverse: flo
     return cost + middle + turn * QUARTER * back * (2.0 if family == 7 else 1.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def reeds_shepp(x: float, y: float, theta: float, reverse: float, turn: float) -> CurveWord:
     """Return the cheapest word to a goal.
 
@@ -187,7 +188,7 @@ def reeds_shepp(x: float, y: float, theta: float, reverse: float, turn: float) -
     return best
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def spell(word: CurveWord, pieces: NDArray[np.float64]) -> int:
     """Write the pieces of a word, and return their number.
 

@@ -7,9 +7,9 @@ the path; its edges are the old path to the next pose, and a curve to each later
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.planners.lattice.kernels.driving import DrivingSurface, drive, flat_surface, sample_count
 from ppaas.planners.lattice.kernels.reeds_shepp import MAX_PIECES
 from ppaas.planners.lattice.kernels.steering import LEG, Car, curve, drive_curve, weight
@@ -21,7 +21,7 @@ GAIN = 1e-6
 """Least saving of a shortcut [cells of cost]."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def join(
     surface: DrivingSurface, car: Car, poses: Floats, along: Floats, costs: Floats, origins: Counts, legs: Floats,
     counts: Counts, first: int, last: int,
@@ -66,7 +66,7 @@ def join(
                 legs[to] = trial
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def cut(surface: DrivingSurface, car: Car, legs: Floats, longest: float, parts: Floats) -> int:
     """Divide long legs at their samples, and return the number of parts.
 
@@ -103,7 +103,7 @@ def cut(surface: DrivingSurface, car: Car, legs: Floats, longest: float, parts: 
     return count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def trace(surface: DrivingSurface, legs: Floats, leaving: bool, points: Floats) -> int:
     """Write the samples along legs, and return their number.
 

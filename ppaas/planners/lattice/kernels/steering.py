@@ -7,9 +7,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.planners.lattice.kernels.driving import DrivingSurface, drive, flat_surface
 from ppaas.planners.lattice.kernels.dubins import dubins
 from ppaas.planners.lattice.kernels.reeds_shepp import MAX_PIECES, CurveWord, reeds_shepp, spell
@@ -51,7 +51,7 @@ class Car(NamedTuple):
     longest: float
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def weight(car: Car, curvature: float, length: float, before: float) -> float:
     """Return the factor on the length of a piece that follows one of the curvature ``before``."""
     gear = car.reverse if length < 0.0 else 1.0
@@ -60,7 +60,7 @@ def weight(car: Car, curvature: float, length: float, before: float) -> float:
     return gear * (car.turn + (car.change if curvature * before <= 0.0 else 0.0))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def curve(car: Car, x: float, y: float, theta: float, to_x: float, to_y: float, to_theta: float) -> CurveWord:
     """Return the cheapest curve from one pose to another, ignoring obstacles; lengths in radii."""
     dx, dy = (to_x - x) / car.radius, (to_y - y) / car.radius
@@ -74,7 +74,7 @@ def curve(car: Car, x: float, y: float, theta: float, to_x: float, to_y: float, 
     return forward if forward.cost < either.cost else either
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def drive_curve(
     surface: DrivingSurface,
     car: Car,

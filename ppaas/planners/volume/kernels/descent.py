@@ -1,13 +1,13 @@
 """Kernel: descend a cost field in space, along exact equality of values."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.planners.volume.kernels.layout import AT_GOAL, BLOCKED, DOWN, KINDS, NEEDS, RIGHT, UP
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def descend(
     field: NDArray[np.uint32], costs: NDArray[np.uint8], stride: int, plane: int, weights: NDArray[np.int64],
     cells: NDArray[np.int32], count: int, budget: int,

@@ -7,9 +7,9 @@ if its value falls while its bucket is the lowest one; once a bucket is empty, a
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.planners.kernels.moves import EXHAUSTED, PAUSED, POOL_EMPTY, SETTLED
 from ppaas.planners.volume.kernels.layout import (
     BLOCKED,
@@ -39,7 +39,7 @@ BUCKET, FREE, SPARE, COUNT, EMPTY, TOUCHED = range(STATE_SIZE)
 consecutive empty buckets, and the last result of ``_touch``."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def least_left(layers: int, rows: int, columns: int, least: Ints) -> int:
     """Return the cost of the shortest path over a distance in an empty map: the heuristic of A*.
 
@@ -56,7 +56,7 @@ def least_left(layers: int, rows: int, columns: int, least: Ints) -> int:
     return int(fewest * least[2] + (middle - fewest) * least[1] + (most - middle) * least[0])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _touch(field: NDArray[np.uint32], costs: NDArray[np.uint8], stride: int, plane: int, voxels: Pool) -> int:
     """Read the neighbourhoods of voxels into the cache before they are expanded.
 
@@ -72,7 +72,7 @@ def _touch(field: NDArray[np.uint32], costs: NDArray[np.uint8], stride: int, pla
     return seen
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def propagate(
     field: NDArray[np.uint32], costs: NDArray[np.uint8], stride: int, plane: int, weights: Ints, least: Ints,
     pool: Pool, links: Links, heads: Links, fills: Links, state: Ints, target: int, budget: int,

@@ -1,14 +1,14 @@
 """Kernel: initialize the padded costs and the empty field, layer by layer."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.maps.voxels import only_read
 from ppaas.planners.volume.kernels.layout import BLOCKED, UNREACHED
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def pad_layers(
     source: NDArray[np.uint8], open_costs: NDArray[np.bool_], costs: NDArray[np.uint8], field: NDArray[np.uint32],
     first: int, last: int,

@@ -1,9 +1,9 @@
 """Kernel: decode the numbers of many plan bodies at once (``ppaas.plans.encoding.body``)."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.plans.encoding.kernels.numbers import COUNT, MOST, NUMBERS, read_numbers
 
 Bytes = NDArray[np.uint8]
@@ -20,7 +20,7 @@ _MOST_SHIFT = 56
 """Largest shift of a count [bits]; more bytes mean damage."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def read_bodies_numbers(data: Bytes, first: Rows, values: Numbers, header: Rows) -> None:
     """Decode the numbers of bodies.
 
@@ -43,7 +43,7 @@ def read_bodies_numbers(data: Bytes, first: Rows, values: Numbers, header: Rows)
         header[1, plan], header[2, plan] = stop - begin, stop > end
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def ends_near(values: Numbers, positions: FourFloats, most: float) -> NDArray[np.bool_]:
     """Return for each plan whether both ends lie within a distance of two positions.
 
@@ -64,7 +64,7 @@ def ends_near(values: Numbers, positions: FourFloats, most: float) -> NDArray[np
     return near
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _count_behind_id(data: Bytes, begin: int, end: int) -> tuple[int, int]:
     """Return the number of waypoints of a body and the index after it; the body's end if it has another format."""
     if begin >= end or data[begin] & 15 != FORMAT:

@@ -1,9 +1,9 @@
 """Kernel: encode segments of waypoints as chain codes, and decode stored segments."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.plans.encoding.kernels.float_bits import bits_of, float_of
 from ppaas.plans.encoding.kernels.grid_moves import MOVES, QUATERNIONS
 
@@ -39,19 +39,19 @@ _WIDTHS = np.array((7, 3, 8), np.int64)
 """Bits per waypoint, by packing."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _nanometres(word: np.uint64) -> int:
     """Return a coordinate in nanometres, given the bits of its value in metres."""
     return int(np.rint(min(max(float_of(np.int64(word)), -_FARTHEST), _FARTHEST) * PER_METRE))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _ulp_offset(word: np.uint64, unit: int) -> int:
     """Return the offset of a coordinate from its nanometres in units in the last place, plus 2."""
     return int(np.int64(word)) - bits_of(unit / PER_METRE) + 2
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _encoded(words: Words, row: int, x: int, y: int) -> int:
     """Return the byte of a waypoint: its direction and both offsets; -1 if it cannot be encoded."""
     sine = words[row, 5]
@@ -68,7 +68,7 @@ def _encoded(words: Words, row: int, x: int, y: int) -> int:
     return int(direction | offset_x << 3 | offset_y << 5)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def write_chains(words: Words, begins: Rows, ends: Rows, out: Bytes, stops: Rows) -> None:
     """Write the chain codes of segments of (n, 7) poses.
 
@@ -115,7 +115,7 @@ def write_chains(words: Words, begins: Rows, ends: Rows, out: Bytes, stops: Rows
         stops[segment] = at
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def read_segments(data: Bytes, kinds: Rows, begins: Rows, rows: Rows, words: Words) -> None:
     """Decode the waypoints of segments.
 
@@ -141,7 +141,7 @@ def read_segments(data: Bytes, kinds: Rows, begins: Rows, rows: Rows, words: Wor
             _read_planes(data, begins[segment], kinds[segment] == FLAT, row, count, words)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _read_chain(data: Bytes, begin: int, row: int, count: int, words: Words) -> None:
     width = _WIDTHS[data[begin]]
     step, x, y = _read(data, begin + 5, 4), _read(data, begin + 9, 8), _read(data, begin + 17, 8)
@@ -161,7 +161,7 @@ def _read_chain(data: Bytes, begin: int, row: int, count: int, words: Words) -> 
         x, y = x + MOVES[direction, 0] * step, y + MOVES[direction, 1] * step
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _read_planes(data: Bytes, begin: int, is_flat: bool, row: int, count: int, words: Words) -> None:
     at = begin
     for column in range(7):
@@ -175,13 +175,13 @@ def _read_planes(data: Bytes, begin: int, is_flat: bool, row: int, count: int, w
         at += 8 * count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _write(out: Bytes, at: int, value: int, size: int) -> None:
     for place in range(size):
         out[at + place] = np.uint8(value >> (8 * place) & 255)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _read(data: Bytes, at: int, size: int) -> int:
     value = np.int64(0)
     for place in range(size):

@@ -1,8 +1,9 @@
 """Kernel: hashes of waypoints, and the cuts of plans at their local maxima."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 Words = NDArray[np.uint64]
 Rows = NDArray[np.int64]
@@ -25,7 +26,7 @@ _MIX, _HALF = np.uint64(MIX), np.uint64(32)
 _INFINITE = np.uint64(0x7FF) << np.uint64(52)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def hash_waypoints(words: Words, hashes: Words) -> int:
     """Write the hash of each of (n, 7) poses, given by their bits; return the first row that is not finite, or -1."""
     for row in range(len(words)):
@@ -40,7 +41,7 @@ def hash_waypoints(words: Words, hashes: Words) -> int:
     return -1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def cut(words: Words, stops: Rows, granularity: int, begins: Rows, ends: Rows, parts: Rows) -> int:
     """Cut plans before each waypoint whose hash is the maximum within G waypoints on both sides.
 
@@ -91,7 +92,7 @@ def cut(words: Words, stops: Rows, granularity: int, begins: Rows, ends: Rows, p
     return -1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _is_largest(hashes: Words, row: int, granularity: int) -> bool:
     for step in range(1, granularity + 1):
         if hashes[row - step] > hashes[row] or hashes[row + step] >= hashes[row]:

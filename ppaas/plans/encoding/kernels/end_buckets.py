@@ -1,8 +1,9 @@
 """Kernel: index keys of plans by their ends (``ppaas.plans.encoding.end_buckets``)."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 Numbers = NDArray[np.float64]
 Rows = NDArray[np.int64]
@@ -27,7 +28,7 @@ _ODD, _LAST = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBF58476D1CE4E5B9)
 _SHIFT = np.uint64(29)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def mixed(scope: np.uint64, numbers: Rows) -> np.uint64:
     """Return a fast 64-bit hash. Matches are checked, so collisions do no harm."""
     word = scope
@@ -37,23 +38,23 @@ def mixed(scope: np.uint64, numbers: Rows) -> np.uint64:
     return word * _LAST
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _subcell(value: float) -> int:
     """Return the subcell of a coordinate, counted from zero."""
     return int(np.floor(_in_subcells(value)))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _in_subcells(value: float) -> float:
     return min(max(value / EDGE, -_FARTHEST), _FARTHEST) * SUBCELLS
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _bucket(scope: np.uint64, cells: Rows) -> int:
     return int(np.int64(mixed(scope, cells) >> np.uint64(64 - _BUCKET_BITS)))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def index_keys(scopes: NDArray[np.uint64], ends: Numbers, lengths: Numbers, found: Rows) -> None:
     """Write the index keys of plans.
 
@@ -79,7 +80,7 @@ def index_keys(scopes: NDArray[np.uint64], ends: Numbers, lengths: Numbers, foun
         found[plan] = (_bucket(scopes[plan], cells) << LENGTH_BITS | length) << END_BITS | subcells
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def buckets_near(scope: np.uint64, positions: Numbers, tolerance: float) -> Rows:
     """Return (k, ``COLUMNS``): the buckets of plans whose ends may lie within a tolerance of two positions.
 
@@ -114,7 +115,7 @@ def buckets_near(scope: np.uint64, positions: Numbers, tolerance: float) -> Rows
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def may_join(keys: Rows, positions: Numbers, tolerance: float) -> NDArray[np.bool_]:
     """Return for (n,) keys of `buckets_near` whether both ends may lie within a tolerance of their positions.
 

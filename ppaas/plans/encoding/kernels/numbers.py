@@ -7,9 +7,9 @@ the float64.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.plans.encoding.kernels.float_bits import bits_of, float_of
 from ppaas.plans.encoding.kernels.quaternions import quaternion_near, quaternion_towards
 
@@ -41,7 +41,7 @@ _COST_PER_METRE = 1000.0
 """Cost of a metre of free cells on a map of 5 cm, the most common resolution (``ppaas.planners.weights``) [1/m]."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _read_ends(words: Words, stops: Rows, values: Numbers, spatial: Words) -> None:
     """Copy the end poses of plans into their numbers, as `write_numbers` describes."""
     first = 0
@@ -58,7 +58,7 @@ def _read_ends(words: Words, stops: Rows, values: Numbers, spatial: Words) -> No
         first = stops[plan]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _expected(values: Numbers, number: int) -> float:
     """Return the prediction of a number from those before it."""
     if number == 2:
@@ -76,7 +76,7 @@ def _expected(values: Numbers, number: int) -> float:
     return float(values[own + column]) if column < 2 else quaternion_near(values[own + 2])[column - 2]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _size(code: int) -> int:
     size = 0
     while code:
@@ -84,17 +84,17 @@ def _size(code: int) -> int:
     return size
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _zigzag(whole: int) -> int:
     return whole << 1 if whole >= 0 else (-whole << 1) - 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _unzigzag(code: int) -> int:
     return code >> 1 if not code & 1 else -(code + 1 >> 1)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _tag_and_code(value: float, expected: float) -> tuple[int, int]:
     """Return the tag and code of a number that differs from its prediction."""
     word = bits_of(value)
@@ -119,7 +119,7 @@ def _tag_and_code(value: float, expected: float) -> tuple[int, int]:
     return _RAW, word
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _value(tag: int, code: int, expected: float) -> float:
     if tag < _MICROS:
         return _unzigzag(code) / 1e3
@@ -130,7 +130,7 @@ def _value(tag: int, code: int, expected: float) -> float:
     return float_of(bits_of(expected) + code - (128 if tag == _NEAR_ULPS else 1 << 15))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def write_numbers(words: Words, stops: Rows, values: Numbers, spatial: Words, out: Bytes, ends: Rows) -> None:
     """Encode the numbers of plans.
 
@@ -172,7 +172,7 @@ def write_numbers(words: Words, stops: Rows, values: Numbers, spatial: Words, ou
         ends[plan] = at
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def read_numbers(data: Bytes, begin: int, end: int, values: Numbers) -> int:
     """Decode the numbers of a plan.
 
@@ -208,14 +208,14 @@ def read_numbers(data: Bytes, begin: int, end: int, values: Numbers) -> int:
     return int(at)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _write(out: Bytes, at: int, code: int, size: int) -> int:
     for byte in range(size):
         out[at + byte] = np.uint8(code >> (8 * byte) & 255)
     return at + size
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _read(data: Bytes, at: int, end: int, size: int) -> int:
     """Return a number of ``size`` bytes; zero if they reach beyond the end."""
     code = np.int64(0)

@@ -7,8 +7,7 @@ Results are identical on every machine: only additions, multiplications, divisio
 
 import math
 
-from numba import njit
-
+from ppaas.kernel_cache.decorators import compiled
 from ppaas.plans.encoding.kernels.grid_moves import QUATERNIONS
 
 HALF_PI, HALF_PI_REST = 1.5707963267948966, 6.123233995736766e-17
@@ -21,7 +20,7 @@ _C1, _C2, _C3 = 4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015
 _C4, _C5, _C6 = -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _sine(x: float, rest: float) -> float:
     """Return the sine of x + rest, for angles from 0 to π/4 [rad]."""
     z = x * x
@@ -30,7 +29,7 @@ def _sine(x: float, rest: float) -> float:
     return x - ((z * (0.5 * rest - v * r) - rest) - v * _S1)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def _cosine(x: float, rest: float) -> float:
     """Return the cosine of x + rest, for angles from 0 to π/4 [rad]."""
     z = x * x
@@ -40,7 +39,7 @@ def _cosine(x: float, rest: float) -> float:
     return whole + (((1.0 - whole) - half) + (z * r - x * rest))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def quaternion_near(yaw: float) -> tuple[float, float]:
     """Return qz, qw of a yaw from −π to π [rad], nearly always correctly rounded; a fixed result for other yaws."""
     half = min(abs(yaw) * 0.5, 2.0)
@@ -52,7 +51,7 @@ def quaternion_near(yaw: float) -> tuple[float, float]:
     return (-sine if yaw < 0.0 else sine), cosine
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def quaternion_towards(x: float, y: float) -> tuple[float, float]:
     """Return qz, qw of the heading along (x, y), accurate to a few units in the last place."""
     length = math.sqrt(x * x + y * y)

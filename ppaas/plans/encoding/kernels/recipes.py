@@ -1,8 +1,9 @@
 """Kernel: lists of integers as bytes: zigzag-encoded differences in seven bits a byte (LEB128)."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from ppaas.kernel_cache.decorators import compiled
 
 Bytes = NDArray[np.uint8]
 Rows = NDArray[np.int64]
@@ -11,7 +12,7 @@ MOST = 10
 """Largest number of bytes per number."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def write_recipes(numbers: Rows, stops: Rows, out: Bytes, ends: Rows) -> None:
     """Encode lists that follow each other up to ``stops``; write the end of the bytes of each to ``ends``."""
     at = begin = 0
@@ -30,7 +31,7 @@ def write_recipes(numbers: Rows, stops: Rows, out: Bytes, ends: Rows) -> None:
         ends[recipe] = at
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def read_recipes(data: Bytes, ends: Rows, numbers: Rows, stops: Rows) -> bool:
     """Decode lists whose bytes follow each other up to ``ends``; return whether none ends inside a number."""
     at = decoded = 0

@@ -2,6 +2,7 @@
 
 import os
 import pkgutil
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import ppaas
+from ppaas.kernel_cache.sources import DECORATORS, kernel_files
 from tests.unit.ppaas.kernel_cache.kernel_package import ASK, LOWER, package_of
 
 
@@ -87,3 +89,12 @@ def test_all_kernel_packages_watch_their_files():
     for name in kernels:
         text = Path(ppaas.__path__[0], *name.split(".")[1:], "__init__.py").read_text()
         assert "\nwatch_all_kernels()\n" in text, name
+
+
+def test_all_kernels_are_compiled_with_the_options_of_one_module():
+    others = [
+        str(file)
+        for file in kernel_files(Path(ppaas.__path__[0]))
+        if file.name != DECORATORS.name and re.search(r"\b(njit|jit)\b", file.read_text())
+    ]
+    assert others == []

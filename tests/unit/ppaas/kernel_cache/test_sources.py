@@ -10,8 +10,8 @@ from ppaas.kernel_cache.sources import kernel_files, stamp_of
 
 @pytest.fixture
 def root(tmp_path: Path) -> Path:
-    """Return the folder of a package with two kernel modules, one of them in a folder below."""
-    for name in ("one/kernels/a.py", "one/kernels/deep/b.py", "one/other.py"):
+    """Return the folder of a package with two kernel modules, one of them in a folder below, and their decorators."""
+    for name in ("one/kernels/a.py", "one/kernels/deep/b.py", "one/other.py", "kernel_cache/decorators.py"):
         file = tmp_path / "package" / name
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(name)
@@ -19,7 +19,7 @@ def root(tmp_path: Path) -> Path:
 
 
 def test_files_of_kernels_are_found_in_order(root: Path) -> None:
-    assert [file.name for file in kernel_files(root)] == ["a.py", "b.py"]
+    assert [file.name for file in kernel_files(root)] == ["decorators.py", "a.py", "b.py"]
 
 
 def test_a_stamp_is_the_same_elsewhere_and_after_a_touch(root: Path, tmp_path: Path) -> None:
@@ -36,4 +36,6 @@ def test_a_stamp_changes_with_content_and_name(root: Path) -> None:
     stamps.append(stamp_of(root))
     (root / "one/kernels/a.py").rename(root / "one/kernels/c.py")
     stamps.append(stamp_of(root))
-    assert len(set(stamps)) == 3
+    (root / "kernel_cache/decorators.py").write_text("other options")
+    stamps.append(stamp_of(root))
+    assert len(set(stamps)) == 4

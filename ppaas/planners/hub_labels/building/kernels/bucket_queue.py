@@ -12,8 +12,8 @@ until the queue is empty.
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import joined
 from ppaas.planners.hub_labels.kernels.scan import STRAIGHT, Integers
-from ppaas.planners.kernels.jit_decorators import joined
 
 Entries = NDArray[np.int64]
 

@@ -12,14 +12,13 @@ to the end, with twice the capacity.
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import bare, compiled, joined
 from ppaas.planners.hub_labels.building.kernels.trees import Rows
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.layout import MOST_MOVES
 from ppaas.planners.hub_labels.kernels.scan import Integers
-from ppaas.planners.kernels.jit_decorators import bare, joined
 
 Flags = NDArray[np.bool_]
 
@@ -179,7 +178,7 @@ def _add_shortcut(
         rows[at, LENGTH_TO] = rows[_index_of(b, a, begins, degrees, rows), LENGTH_TO] = length
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def contract(
     batch: Integers, pairs: Rows, counts: Rows,
     begins: Words, degrees: Integers, capacities: Integers, rows: Rows, edges: Rows,

@@ -9,11 +9,11 @@ the round are searched fully.
 
 import numpy as np
 
+from ppaas.kernel_cache.decorators import bare, joined
 from ppaas.planners.hub_labels.building.kernels.contraction import FOUND, NODE, Flags
 from ppaas.planners.hub_labels.building.kernels.trees import Rows
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.scan import Integers
-from ppaas.planners.kernels.jit_decorators import bare, joined
 
 BIAS = 1 << 20
 """Offset of costs, which keeps them positive."""

@@ -9,11 +9,11 @@ A full label moves to the end of the pool, with twice the capacity.
 
 import numpy as np
 
+from ppaas.kernel_cache.decorators import bare
 from ppaas.planners.hub_labels.building.kernels.core_searches import HUB_OF, LENGTH, TOWARDS, Entries
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.layout import FAR
 from ppaas.planners.hub_labels.kernels.scan import Integers
-from ppaas.planners.kernels.jit_decorators import bare
 
 FIRST_CAPACITY = 8
 """Initial capacity of a label [entries]."""

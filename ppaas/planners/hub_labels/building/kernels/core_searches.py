@@ -12,9 +12,10 @@ s + 2 S … of the batch.
 """
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import bare, compiled, joined
 from ppaas.kernel_threads import limit_threads
 from ppaas.planners.hub_labels.building.kernels.pool_distances import clear, length_up_to, prefetch, scatter
 from ppaas.planners.hub_labels.building.kernels.trees import Heaps, Rows
@@ -22,7 +23,6 @@ from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.heap import NODE, pop, push
 from ppaas.planners.hub_labels.kernels.layout import FAR
 from ppaas.planners.hub_labels.kernels.scan import Integers
-from ppaas.planners.kernels.jit_decorators import bare, joined
 
 Entries = NDArray[np.int32]
 
@@ -136,7 +136,7 @@ def _search_serial(
         )  # fmt: skip
 
 
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
+@compiled(parallel=True)
 def _search_parallel(
     first: int, batch: int, starts: Words, to: Integers, far: Integers, ids: Integers,
     hubs: Integers, lengths: Integers, begins: Words, ends: Words,

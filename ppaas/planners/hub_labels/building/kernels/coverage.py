@@ -8,12 +8,11 @@ Source: Delling, Goldberg, Pajor and Werneck, "Robust Distance Queries on Massiv
 """
 
 import numpy as np
-from numba import njit
 
+from ppaas.kernel_cache.decorators import bare, compiled, joined
 from ppaas.planners.hub_labels.building.kernels.trees import Rows
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.scan import Integers
-from ppaas.planners.kernels.jit_decorators import bare, joined
 
 GROUPS = 16
 """Number of groups; tree i belongs to group i mod `GROUPS`."""
@@ -71,7 +70,7 @@ def _best(totals: Rows) -> int:
     return best
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def cover(
     parents: Rows, sizes: Rows, firsts: Rows, nexts: Rows, totals: Rows, order: Integers, state: Words, budget: int
 ) -> bool:

@@ -12,8 +12,9 @@ intersect.
 """
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 
+from ppaas.kernel_cache.decorators import bare, compiled
 from ppaas.kernel_threads import limit_threads
 from ppaas.planners.hub_labels.building.kernels.pool_distances import clear, length_up_to, scatter
 from ppaas.planners.hub_labels.building.kernels.trees import Heaps, Rows
@@ -21,7 +22,6 @@ from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.heap import NODE, pop, push
 from ppaas.planners.hub_labels.kernels.layout import BOTTOM, FAR, HUB_BITS, LEFTMOST, RIGHTMOST, TOP
 from ppaas.planners.hub_labels.kernels.scan import Integers, octile
-from ppaas.planners.kernels.jit_decorators import bare
 
 NEXT, BEGIN, END = range(3)
 """State of a slot: its next node, and begin and end of its free space among the gates."""
@@ -221,7 +221,7 @@ def _find_serial(
         )  # fmt: skip
 
 
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
+@compiled(parallel=True)
 def _find_parallel(
     nodes: Integers, labelled: int, starts: Words, to: Integers, far: Integers, positions: Rows,
     hubs: Integers, label_lengths: Integers, label_begins: Words, label_ends: Words,

@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from ppaas.kernel_cache.decorators import bare
 from ppaas.planners.hub_labels.building.kernels.contraction import LENGTH, TO
 from ppaas.planners.hub_labels.building.kernels.trees import Rows
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.scan import Integers
-from ppaas.planners.kernels.jit_decorators import bare
 
 
 @bare

@@ -8,15 +8,15 @@ Each slot has its own range of free space in the pool of labels.
 """
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 
+from ppaas.kernel_cache.decorators import bare, compiled
 from ppaas.kernel_threads import limit_threads
 from ppaas.planners.hub_labels.building.kernels.pool_distances import clear, length_up_to
 from ppaas.planners.hub_labels.building.kernels.trees import Heaps, Rows
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.scan import Integers
 from ppaas.planners.kernels.bits import trailing_zeros
-from ppaas.planners.kernels.jit_decorators import bare
 
 
 @bare
@@ -105,7 +105,7 @@ def _merge_serial(
         )  # fmt: skip
 
 
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
+@compiled(parallel=True)
 def _merge_parallel(
     nodes: Integers, starts: Words, to: Integers, far: Integers, ids: Integers,
     hubs: Integers, lengths: Integers, edges: Integers, begins: Words, ends: Words,

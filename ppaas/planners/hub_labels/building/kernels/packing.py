@@ -1,8 +1,8 @@
 """Kernel: pack labels and paths as `layout` describes: by rank of the corners, and with shortcuts expanded."""
 
 import numpy as np
-from numba import njit
 
+from ppaas.kernel_cache.decorators import bare, compiled, joined
 from ppaas.planners.hub_labels.building.kernels.contraction import LEFT, LENGTH, RIGHT, RUNS, TO
 from ppaas.planners.hub_labels.building.kernels.trees import Rows
 from ppaas.planners.hub_labels.kernels.bits import Words
@@ -29,7 +29,6 @@ from ppaas.planners.hub_labels.kernels.layout import (
 )
 from ppaas.planners.hub_labels.kernels.path_cells import direction_of
 from ppaas.planners.hub_labels.kernels.scan import Integers
-from ppaas.planners.kernels.jit_decorators import bare, joined
 
 
 @bare
@@ -172,7 +171,7 @@ def pack_labels(
                 labels[link + LINK_NEXT] = table[above, LABEL] + links_after(table[above, ENTRIES]) + LINK_SIZE * place
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled
 def pack_paths(
     positions: Rows,
     first: int,

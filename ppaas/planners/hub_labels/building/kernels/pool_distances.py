@@ -7,10 +7,10 @@ distance of each of its hubs.
 
 import numpy as np
 
+from ppaas.kernel_cache.decorators import bare, joined
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.layout import FAR
 from ppaas.planners.hub_labels.kernels.scan import Integers
-from ppaas.planners.kernels.jit_decorators import bare, joined
 from ppaas.planners.kernels.prefetch import LINE, fetch
 
 BLOCK = LINE

@@ -9,9 +9,10 @@ Each *slot* processes its own nodes: slot s of S takes nodes s, s + S, s + 2 S â
 """
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import bare, compiled, joined
 from ppaas.kernel_threads import limit_threads
 from ppaas.planners.hub_labels.building.kernels.bucket_queue import ENTRY, WIDTH, Entries, next_bucket, put, take
 from ppaas.planners.hub_labels.building.kernels.contraction import FIRST, FOUND, LENGTH_TO, NODE, PAIR_BITS, SLOT, Flags
@@ -19,7 +20,6 @@ from ppaas.planners.hub_labels.building.kernels.trees import Heaps, Rows
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.heap import NODE as LOWER
 from ppaas.planners.hub_labels.kernels.scan import DIAGONAL, STRAIGHT, Integers
-from ppaas.planners.kernels.jit_decorators import bare, joined
 
 Targets = NDArray[np.int32]
 
@@ -189,7 +189,7 @@ def _find_serial(
         )  # fmt: skip
 
 
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
+@compiled(parallel=True)
 def _find_parallel(
     batch: Integers, begins: Words, degrees: Integers, rows: Rows, in_round: Flags, positions: Rows, reached: Heaps,
     limits: Heaps, targets: Targets, buckets: Rows, entries: Heaps, pairs: Rows, counts: Rows, states: Heaps,

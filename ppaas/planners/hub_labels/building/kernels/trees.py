@@ -8,16 +8,16 @@ Remaining ties go to the parent with the larger number.
 """
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 from numpy.typing import NDArray
 
+from ppaas.kernel_cache.decorators import bare, compiled, joined
 from ppaas.kernel_threads import limit_threads
 from ppaas.planners.hub_labels.building.kernels.bucket_queue import Entries, next_bucket, put, take
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.heap import NODE
 from ppaas.planners.hub_labels.kernels.layout import FAR
 from ppaas.planners.hub_labels.kernels.scan import Integers
-from ppaas.planners.kernels.jit_decorators import bare, joined
 
 Rows = NDArray[np.int32]
 Heaps = NDArray[np.int64]
@@ -109,7 +109,7 @@ def _grow_serial(
         )  # fmt: skip
 
 
-@njit(cache=True, nogil=True, error_model="numpy", parallel=True)
+@compiled(parallel=True)
 def _grow_parallel(
     starts: Words, to: Integers, far: Integers, roots: Integers, states: Heaps, lengths: Rows,
     buckets: Rows, entries: Heaps, settled: Rows, parents: Rows, sizes: Rows, firsts: Rows, nexts: Rows, budget: int,

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from ppaas.kernel_cache.decorators import bare
 from ppaas.planners.field.kernels.tile_groups import FEW, MANY, fill_around
 from ppaas.planners.field.kernels.tile_layout import (
     ALL,
@@ -22,7 +23,6 @@ from ppaas.planners.field.kernels.tile_layout import (
     WALLED,
 )  # fmt: skip
 from ppaas.planners.field.kernels.tile_rows import SCRATCH
-from ppaas.planners.kernels.jit_decorators import bare
 
 COSTS_OF_TILES = (0, 0, 0, 7, 252, 253, 254, 255)
 

@@ -4,13 +4,13 @@ import threading
 import numpy as np
 import pytest
 
+from ppaas.kernel_cache.decorators import bare
 from ppaas.planners.field.kernels import tile_help
 from ppaas.planners.field.kernels.tile_help import BOX, FIELD_RECORD, HEARS, NOBODY, OVER, RINGS, THREAD, WORD, WRITTEN
 from ppaas.planners.field.kernels.tile_record import RECORD, SCRATCH_MEMORY, STATE, store_array
 from ppaas.planners.field.kernels.tile_rows import SCRATCH
 from ppaas.planners.field.kernels.tile_state import APART, CALLED, STOP, THREADS, state_size
 from ppaas.planners.kernels.addresses import bytes_of, int64s_of, readonly_bytes_of, uint32s_of
-from ppaas.planners.kernels.jit_decorators import bare
 
 
 @pytest.fixture

@@ -3,9 +3,9 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
+from ppaas.kernel_cache.decorators import bare
 from ppaas.planners.grid.bucket_ring import BucketRing
 from ppaas.planners.grid.kernels.bucket_ring import BUCKET, FREE, SIZE, SLOTS, USED, empty, pop, push
-from ppaas.planners.kernels.jit_decorators import bare
 from ppaas.planners.watch import proceed
 
 # Distances of keys: small ones, and ones that leave whole words of marks empty, up to the largest allowed.
