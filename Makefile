@@ -43,7 +43,7 @@ WITH_CLIENTS := tests/e2e/test_clients.py tests/e2e/test_foxglove.py tests/unit/
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo browser proxies broker kernels test test-clients test-servers test-docker test-ray test-ros test-versions joints chaos schemathesis properties fuzz lint bench bench-cassandra performance lock sbom clean
+.PHONY: help setup demo browser proxies broker kernels test unit test-clients test-servers test-docker test-ray test-ros test-versions joints chaos schemathesis properties fuzz lint bench bench-cassandra performance lock sbom clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -82,6 +82,11 @@ kernels: $(INSTALLED) ## Compile all kernels into the cache, if they are not the
 test: $(INSTALLED) $(NODE_MODULES) browser proxies broker kernels ## Run all tests
 	@echo "test: all of tests/, without the network (PYTEST_ARGS narrows it)"
 	$(BIN)/python -m pytest --numprocesses $(TEST_PROCESSES) --dist loadscope --no-loadscope-reorder $(PYTEST_ARGS)
+
+unit: $(INSTALLED) kernels ## Run the unit tests that are quick and start no process
+	@echo "unit: tests/unit and tests/architecture without the files in tests/ci/not_unit"
+	@$(BIN)/python -m pytest -p tests.ci.no_processes --numprocesses auto --dist loadscope --no-loadscope-reorder \
+		-o testpaths="tests/unit tests/architecture" $$(sed 's/^/--ignore=/' tests/ci/not_unit) $(PYTEST_ARGS)
 
 test-clients: $(INSTALLED) $(NODE_MODULES) $(CLIENTS)/roslibpy-1 $(ARM)/usr ## Drive robots with unmodified clients: roslibpy, roslib, roslibrust, ROS#'s frames; build for ARM
 	@echo "test-clients: builds roslibrust, minutes the first time"

@@ -3,7 +3,6 @@
 import importlib
 import importlib.metadata
 import re
-import shutil
 import subprocess
 import sys
 import zipfile
@@ -161,23 +160,3 @@ def test_each_module_of_a_command_is_a_command():
     own = set(pyproject()["project"]["entry-points"]["ppaas.commands"].values())
     modules = {f"robots.cli.commands.{path.stem}" for path in (ROOT / "robots/cli/commands").glob("[!_]*.py")}
     assert modules <= own
-
-
-# -- the image ---------------------------------------------------------------------------------------------------------
-
-
-def test_the_kernels_of_the_image_are_compiled_from_what_is_copied_there(tmp_path):
-    stage = (ROOT / "docker" / "engine.Dockerfile").read_text().partition(" AS kernels\n")[2].partition("\nFROM ")[0]
-    for source, target in re.findall(r"^COPY (\S+) (\S+)$", stage, re.MULTILINE):
-        if source.endswith(".py"):
-            (tmp_path / target).mkdir(parents=True, exist_ok=True)
-            shutil.copy(ROOT / source, tmp_path / target)
-        else:
-            shutil.copytree(ROOT / source, tmp_path / target)
-    (module,) = re.findall(r"python -m (\S+)$", stage, re.MULTILINE)
-    imported = (
-        f"import sys; sys.path[:] = [{str(tmp_path)!r}, *(path for path in sys.path if path != {str(ROOT)!r})]; "
-        f"import {module} as compiler; print(compiler.__file__)"
-    )
-    done = subprocess.run([sys.executable, "-P", "-c", imported], capture_output=True, text=True, check=False, cwd="/")
-    assert done.stdout.startswith(str(tmp_path)), done.stderr
