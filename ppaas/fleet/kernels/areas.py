@@ -59,7 +59,7 @@ def count_inside(board: Board, step: Step) -> None:
     if len(board.room) > 0:
         for robot in range(len(step.at)):
             if step.to[robot] >= 0:
-                enter(board, step, robot, step.to[robot], 1)
+                enter(board, step, robot, np.int64(step.to[robot]), 1)
 
 
 def warm() -> None:

@@ -53,10 +53,10 @@ def closes_ring(step: Step, robot: int, cell: int) -> bool:
 @bare
 def choose(board: Board, step: Step, robot: int, out: Ints) -> None:
     """Write the cells of a robot into ``out`` from the best to the worst, their number, and its partner (`Step`)."""
-    cell, keys = step.at[robot], step.keys
+    cell, keys = np.int64(step.at[robot]), step.keys
     count = 0
     for k in range(5):
-        near = board.neighbours[cell, k] if k < 4 else cell
+        near = np.int64(board.neighbours[cell, k]) if k < 4 else cell
         if near < 0 or (k < 4 and is_barred(board, robot, near)):
             continue
         key = board.distances[robot, near] + SPREAD * fraction(step.bits)
@@ -69,7 +69,7 @@ def choose(board: Board, step: Step, robot: int, out: Ints) -> None:
         keys[place], out[place] = key, near
         count += 1
     out[COUNT] = count
-    out[PARTNER] = partner(board, step, robot, out[0])
+    out[PARTNER] = partner(board, step, robot, np.int64(out[0]))
     if out[PARTNER] >= 0:  # it is the puller or the pusher of a swap: away from its goal first
         for place in range(count // 2):
             out[place], out[count - 1 - place] = out[count - 1 - place], out[place]
@@ -89,15 +89,15 @@ def is_open(board: Board, step: Step, robot: int, cell: int) -> bool:
 @bare
 def advance(board: Board, step: Step, depth: int) -> int:
     """Try the next cells of the robot on top of the stack; return DECIDED, FAILED, or PUSHES with one more on it."""
-    robot, mine = step.pushed[depth], step.choices[depth]
+    robot, mine = np.int64(step.pushed[depth]), step.choices[depth]
     while step.turn[depth] < mine[COUNT]:
-        cell = mine[step.turn[depth]]
+        cell = np.int64(mine[step.turn[depth]])
         if not is_open(board, step, robot, cell):
             step.turn[depth] += 1
             continue
         step.next[cell], step.to[robot] = robot, cell
         enter(board, step, robot, cell, 1)
-        other = step.here[cell]
+        other = np.int64(step.here[cell])
         if other < 0 or other == robot or step.to[other] >= 0:
             return DECIDED
         step.pushed[depth + 1], step.turn[depth + 1] = other, 0
@@ -119,11 +119,11 @@ def may_move(board: Board, start: int, cell: int) -> bool:
 @bare
 def pull(board: Board, step: Step, depth: int) -> None:
     """Let the partner of the robot on top of the stack follow into its cell, if both are free to do so."""
-    robot, mine = step.pushed[depth], step.choices[depth]
-    other, cell = mine[PARTNER], step.at[robot]
+    robot, mine = np.int64(step.pushed[depth]), step.choices[depth]
+    other, cell = np.int64(mine[PARTNER]), np.int64(step.at[robot])
     if step.turn[depth] > 0 or other < 0 or step.to[other] >= 0 or step.next[cell] >= 0 or step.to[robot] == cell:
         return
-    if not may_move(board, step.at[other], cell) or is_barred(board, other, cell):
+    if not may_move(board, np.int64(step.at[other]), cell) or is_barred(board, other, cell):
         return
     if not has_room(board, step, other, cell):
         return
@@ -140,7 +140,8 @@ def place(board: Board, step: Step, robot: int) -> bool:
     choose(board, step, robot, step.choices[0])
     while depth >= 0:
         if found == FAILED:
-            enter(board, step, step.pushed[depth], step.to[step.pushed[depth]], -1)
+            last = np.int64(step.pushed[depth])
+            enter(board, step, last, np.int64(step.to[last]), -1)
             step.turn[depth] += 1
         if found != DECIDED:
             found = advance(board, step, depth)
@@ -199,10 +200,11 @@ def is_possible(board: Board, step: Step) -> bool:
             possible = possible and step.next[cell] < 0
             step.next[cell] = robot
     for robot in range(len(step.at)):
-        if possible and step.to[robot] >= 0 and step.to[robot] != step.at[robot]:
-            enter(board, step, robot, step.to[robot], -1)  # itself does not count
-            possible = has_room(board, step, robot, step.to[robot]) and not closes_ring(step, robot, step.to[robot])
-            enter(board, step, robot, step.to[robot], 1)
+        cell = np.int64(step.to[robot])
+        if possible and cell >= 0 and cell != step.at[robot]:
+            enter(board, step, robot, cell, -1)  # itself does not count
+            possible = has_room(board, step, robot, cell) and not closes_ring(step, robot, cell)
+            enter(board, step, robot, cell, 1)
     clear(step)
     return possible
 

@@ -5,6 +5,8 @@ a junction and the *pusher* follows it, until both can exchange their places the
 for Scalable Eventually Optimal Multi-Agent Pathfinding", IJCAI 2023, section 4.
 """
 
+import numpy as np
+
 from ppaas.fleet.kernels.areas import fit_together, has_room
 from ppaas.fleet.kernels.board import NOBODY, Board, Ints, Step, is_barred
 from ppaas.kernel_cache.decorators import bare, joined
@@ -102,10 +104,10 @@ def partner(board: Board, step: Step, robot: int, best: int) -> int:
     best : int
         The cell that it wants most.
     """
-    cell = int(step.at[robot])
+    cell = np.int64(step.at[robot])
     if best == cell:
         return int(NOBODY)
-    other = int(step.here[best])
+    other = np.int64(step.here[best])
     if (
         other >= 0
         and step.to[other] < 0
@@ -114,13 +116,13 @@ def partner(board: Board, step: Step, robot: int, best: int) -> int:
         and is_needed(board, step, robot, other, cell, best)
         and is_possible(board, step, other, robot, best, cell)
     ):
-        return other
+        return int(other)
     # Somebody behind the robot may want to pass it, so that it must clear the way: it is the puller.
     for k in range(4):
-        near = int(board.neighbours[cell, k])
+        near = np.int64(board.neighbours[cell, k])
         if near < 0:
             break
-        other = int(step.here[near])
+        other = np.int64(step.here[near])
         if (
             other >= 0
             and near != best
@@ -129,5 +131,5 @@ def partner(board: Board, step: Step, robot: int, best: int) -> int:
             and is_needed(board, step, other, robot, cell, best)
             and is_possible(board, step, other, robot, best, cell)
         ):
-            return other
+            return int(other)
     return int(NOBODY)
