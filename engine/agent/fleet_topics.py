@@ -1,8 +1,10 @@
 """Fleet topics: the topics that robots on one map share, published and received for the containers of a machine."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Protocol
 
+from engine.agent.shared_positions import MAX_WAITING, SharedPositions, Subscription
 from engine.fabric.keys import COORDINATOR, TRAFFIC_NODE, Scope, addressed_key, parse_shared, shared_by_user, shared_key
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
@@ -20,9 +22,6 @@ _NAMES = {"people": COORDINATOR, "traffic": TRAFFIC_NODE}
 _REPORTS = {"people": PEOPLE_REPORT.name, "traffic": TRAFFIC_REPORT.name}
 """Names of the nodes of groups in keys, and the topics that they receive."""
 
-MAX_WAITING = 1 << 18
-"""Bytes queued for a slow container above which shared messages to it are dropped."""
-
 MAX_SHARED = 1 << 16
 """Largest shared message [bytes]; it is sent to every robot on the map."""
 
@@ -30,12 +29,15 @@ MAX_STATE = 1 << 20
 """Largest state of the people on a map [bytes], for a thousand people; it is sent to the robots of one user."""
 
 
-class Subscription(Protocol):
-    """Subscription to a key expression."""
+class _Hearing:
+    """Shared positions that a container receives until it is closed."""
+
+    def __init__(self, end: Callable[[], None]) -> None:
+        self._end = end
 
     def close(self) -> None:
         """End it."""
-        ...
+        self._end()
 
 
 class Fabric(Protocol):
@@ -61,6 +63,7 @@ class FleetTopics:
 
     def __init__(self, fabric: Fabric) -> None:
         self._fabric = fabric
+        self._positions: dict[str, SharedPositions] = {}
 
     def share(self, scope: Scope | None, frame: machine_link.Share) -> None:
         """Publish what a container shares with other robots on its map.
@@ -97,7 +100,18 @@ class FleetTopics:
             if not itself and stream.waiting <= MAX_WAITING:
                 stream.write(machine_link.Shared(other.user, other.robot, other.topic_for(scope.robot), payload))
 
-        return [self._fabric.subscribe(key, heard) for key in heard_keys]
+        positions = {scope.shared_pattern(topic) for topic in SHARED_TOPICS}
+        return [
+            _Hearing(self._positions_on(key).add(scope, stream))
+            if key in positions
+            else self._fabric.subscribe(key, heard)
+            for key in heard_keys
+        ]
+
+    def _positions_on(self, key: str) -> SharedPositions:
+        if key not in self._positions:
+            self._positions[key] = SharedPositions(partial(self._fabric.subscribe, key))
+        return self._positions[key]
 
 
 def _shared_key(frame: machine_link.Share, scope: Scope | None) -> str:

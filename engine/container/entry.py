@@ -166,9 +166,12 @@ def _bridges(
     return FleetBridge(launch, home.graph, machine, here), groups
 
 
-def _shared(outside: FleetBridge, groups: Sequence[GroupBridge], message: machine_link.Shared) -> None:
-    for take in (outside.shared, *(bridge.shared for bridge in groups)):
-        _faults.call(f"{take.__qualname__} on {message.topic}", take, message)
+def _shared(outside: FleetBridge, groups: Sequence[GroupBridge], *messages: machine_link.Shared) -> None:
+    _faults.call("the fleet bridge", outside.shared, *messages)
+    for message in messages:
+        for bridge in groups:
+            if bridge.hears(message.topic):
+                _faults.call(f"the bridge of a group on {message.topic}", bridge.shared, message)
 
 
 def _resize(threads: KernelThreads, count: int) -> None:

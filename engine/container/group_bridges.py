@@ -83,13 +83,17 @@ class GroupBridge:
         if isinstance(answer, self._answer.type):
             self._machine.share(topic, encode(answer), _robot_in(answer) or "")
 
+    def hears(self, topic: str) -> bool:
+        """Return whether messages of a topic are reports or answers for this container."""
+        return topic == self._heard.name and topic in self._graph.topics
+
     def shared(self, message: machine_link.Shared) -> None:
         """Take a report or an answer; messages of other topics are ignored.
 
         One that is not valid, or names another robot than the one that it is from or for, is dropped. So is a message
         that a node refuses. The first one of each robot is logged.
         """
-        if message.topic != self._heard.name or self._heard.name not in self._graph.topics:
+        if not self.hears(message.topic):
             return
         try:
             content = decode(self._heard.type, message.payload)

@@ -47,7 +47,7 @@ class MachineClient:
 
     async def serve(
         self,
-        shared: Callable[[machine_link.Shared], None],
+        shared: Callable[..., None],
         resized: Callable[[int], None] = lambda _: None,
         endpoint_came: Callable[[], None] = lambda: None,
         use_layers: Callable[[machine_link.UseLayers], None] = lambda _: None,
@@ -58,7 +58,7 @@ class MachineClient:
         Parameters
         ----------
         shared : callable
-            Called with each message that another robot shares.
+            Called with the messages that other robots share, one or more at a time.
         resized : callable
             Called with the new number of threads of kernels.
         endpoint_came : callable
@@ -72,6 +72,8 @@ class MachineClient:
             match frame:
                 case machine_link.Shared():
                     shared(frame)
+                case machine_link.SharedBatch():
+                    shared(*frame.messages)
                 case machine_link.Resized():
                     resized(frame.threads)
                 case machine_link.EndpointCame():

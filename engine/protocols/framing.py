@@ -79,8 +79,12 @@ class FrameStream(Generic[In]):
 
     def write(self, message: msgspec.Struct) -> None:
         """Queue a message without waiting. Does nothing on a closed stream."""
+        self.write_packed(pack(message))
+
+    def write_packed(self, frame: tuple[bytes, bytes]) -> None:
+        """Queue a frame made by `pack`, which may be the same for several streams."""
         if not self._writer.is_closing():
-            self._writer.writelines(pack(message))
+            self._writer.writelines(frame)
 
     async def send(self, message: msgspec.Struct) -> None:
         """Queue a message, and wait while the peer is slow."""

@@ -186,6 +186,12 @@ class Shared(msgspec.Struct, tag="shared"):
     payload: bytes
 
 
+class SharedBatch(msgspec.Struct, tag="shared_batch"):
+    """Messages that robots on the same map have published, perhaps one of this container among them."""
+
+    messages: list[Shared]
+
+
 class Resized(msgspec.Struct, tag="resized"):
     """The container was resized; its kernels may use this number of threads."""
 
@@ -227,4 +233,4 @@ class UseLayers(msgspec.Struct, tag="use_layers"):
 
 Answer = Done | PlansFound | LogRead | PlanningHistory
 
-ToContainer = Answer | Shared | Resized | EndpointCame | UseLayers | RecorderTold
+ToContainer = Answer | Shared | SharedBatch | Resized | EndpointCame | UseLayers | RecorderTold

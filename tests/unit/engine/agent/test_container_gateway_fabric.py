@@ -182,3 +182,30 @@ async def test_disconnected_container_is_unsubscribed(
     await stream.close()
     await until(lambda: not gateway._streams)
     assert fabric.subscriptions == []
+
+
+async def test_positions_that_follow_each_other_arrive_as_one_frame(attach: Attach, fabric: FakeFabric) -> None:
+    ann, bob = await attach(robot_spec("c1", "ann")), await attach(robot_spec("c2", "bob"))
+    for payload in (b"first", b"second", b"third"):
+        fabric.publish("ppaas/map/house/eve/tb1/amcl_pose", payload)
+    ann.write(machine_link.Share("amcl_pose", b"ann"))
+    batch = [
+        machine_link.Shared("eve", "tb1", "amcl_pose", b"third"),
+        machine_link.Shared("ann", "tb1", "amcl_pose", b"ann"),
+    ]
+    for robot in (ann, bob):
+        assert await receive(robot) == machine_link.Shared("eve", "tb1", "amcl_pose", b"first")
+        assert await receive(robot) == machine_link.SharedBatch(batch)
+
+
+async def test_machine_subscribes_once_to_positions_while_a_container_receives_them(
+    attach: Attach, fabric: FakeFabric
+) -> None:
+    ann, bob = await attach(robot_spec("c1", "ann")), await attach(robot_spec("c2", "bob"))
+    assert [str(each.key) for each in fabric.subscriptions] == ["ppaas/map/house/*/*/amcl_pose"]
+    await ann.close()
+    bob.write(machine_link.Share("amcl_pose", b"bob"))
+    await until(lambda: len(fabric.published) == 1)
+    assert len(fabric.subscriptions) == 1
+    await bob.close()
+    await until(lambda: not fabric.subscriptions)

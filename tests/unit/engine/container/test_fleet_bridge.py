@@ -272,6 +272,13 @@ async def test_message_rate_does_not_grow_with_the_number_of_robots(clone: Clone
     assert clone.seen() == [float(number) for number in range(8)]
 
 
+async def test_positions_of_a_batch_are_told_at_once_without_the_robot_itself(clone: Clone) -> None:
+    batch = [shared("bob", encode(pose(1.0))), shared("ann", encode(pose(2.0))), shared("eve", encode(pose(3.0)))]
+    clone.outside.shared(*batch)
+    assert len(clone.node.robots) == 1
+    assert clone.seen() == [1.0, 3.0]
+
+
 @pytest.mark.parametrize(
     "payload",
     [
@@ -304,7 +311,7 @@ async def test_invalid_positions_are_dropped_and_logged_once(
     for _ in range(3):
         clone.outside.shared(shared("eve", payload))
     clone.clock.advance(TELL_PERIOD)
-    clone.outside.shared(shared("ann", encode(pose(2.0))))
+    clone.outside.shared(shared("ian", encode(pose(2.0))))
     assert clone.seen() == [1.0, 2.0]
     assert len([record for record in caplog.records if record.levelno >= logging.WARNING]) == 1
 

@@ -19,7 +19,7 @@ Machine = FrameStream[machine_link.FromContainer]
 async def ends() -> AsyncIterator[tuple[MachineClient, Machine, list[machine_link.Shared]]]:
     near, far = await pair(machine_link.ToContainer, machine_link.FromContainer)
     client, heard = MachineClient(near), list[machine_link.Shared]()
-    serving = asyncio.create_task(client.serve(heard.append))
+    serving = asyncio.create_task(client.serve(lambda *messages: heard.extend(messages)))
     yield client, far, heard
     await far.close()
     await asyncio.wait_for(serving, 10)
@@ -81,8 +81,10 @@ async def test_resize_and_new_endpoint_are_passed_to_the_callbacks() -> None:
 
 async def test_shared_messages_are_passed_to_the_callback(ends: Ends) -> None:
     client, machine, heard = ends
-    machine.write(machine_link.Shared("bob", "tb1", "amcl_pose", b"{}"))
+    messages = [machine_link.Shared(user, "tb1", "amcl_pose", b"{}") for user in ("ann", "bob", "eve")]
+    machine.write(messages[0])
+    machine.write(machine_link.SharedBatch(messages[1:]))
     saving = asyncio.create_task(client.save_clone({}))
     machine.write(machine_link.Done((await receive(machine)).request))
     await saving
-    assert heard == [machine_link.Shared("bob", "tb1", "amcl_pose", b"{}")]
+    assert heard == messages
