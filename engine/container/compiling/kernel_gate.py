@@ -17,10 +17,13 @@ from engine.protocols.framing import FrameStream
 from engine.protocols.refusals import error_of
 from engine.runtimes.compilation import kernel_modules
 from engine.specs.containers import Launch
-from ppaas.errors import Unavailable
+from ppaas.errors import Starting, Unavailable
 
 PERIOD = 1.0
 """Period at which a container that cannot start yet reports that it waits [s]."""
+
+AGAIN = 0.2
+"""Time for which a job waits after another one has waited in vain [s]: it may have waited behind that one already."""
 
 Ask = Callable[[list[str], float | None], Awaitable[None]]
 """Waits until kernel modules are compiled, for a limited time [s]; raises ``Starting`` after that."""
@@ -89,7 +92,7 @@ class KernelGate:
         loaded: Callable[[], Sequence[ModuleType]] = kernel_modules.loaded,
     ) -> None:
         self._ask = ask
-        self._patience = patience
+        self._patience = self._within = patience
         self._loaded = loaded
         self._ready = set() if ask is None else {module.__name__ for module in loaded()}
         self._looked_at = 0
@@ -116,9 +119,14 @@ class KernelGate:
         Raises
         ------
         Starting
-            They are not within the patience of this container.
+            They are not within the patience of this container, which one job has for all that wait behind it.
         """
-        await self._wait(self._patience)
+        try:
+            await self._wait(self._within)
+        except Starting:
+            self._within = AGAIN
+            raise
+        self._within = self._patience
 
     async def for_start(self, report: Callable[[], None]) -> None:
         """Wait without a time limit, before the container is ready, and report again and again that it waits."""

@@ -71,6 +71,10 @@ def _names() -> list[str]:
     from engine.container.warm_up.plugins import load_plugins  # noqa: PLC0415
     from engine.runtimes.compilation import kernel_modules  # noqa: PLC0415
 
+    # Not loaded beforehand, but called by containers that plan for programs, and by endpoints that answer these.
+    from ppaas.planners.kernels import pose_text  # noqa: F401, PLC0415
+    from ppaas.plans.encoding import packed_poses  # noqa: F401, PLC0415
+
     load_plugins()
     return [module.__name__ for module in kernel_modules.loaded()]
 

@@ -106,6 +106,22 @@ async def test_a_job_that_waits_too_long_is_refused_and_its_modules_stay_missing
     assert gate.missing() == ["lattice"]
 
 
+async def test_jobs_behind_one_that_waited_in_vain_are_refused_soon(machine: Machine) -> None:
+    """Their clients have waited as long as that of the first."""
+    gate = gate_of(machine)
+    machine.loaded.append(module("lattice"))
+    machine.compiled.set()
+    machine.refusal = Starting("3 of 9 kernels")
+    for _ in range(2):
+        with pytest.raises(Starting, match="3 of 9"):
+            await gate.for_job()
+    machine.refusal = None
+    await gate.for_job()
+    machine.loaded.append(module("hub_labels"))
+    await gate.for_job()
+    assert [within for _, within in machine.asked] == [8.0, kernel_gate.AGAIN, kernel_gate.AGAIN, 8.0]
+
+
 async def test_a_start_waits_without_a_limit_and_is_reported_meanwhile(
     machine: Machine, monkeypatch: pytest.MonkeyPatch
 ) -> None:

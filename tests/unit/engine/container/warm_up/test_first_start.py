@@ -67,7 +67,9 @@ def test_kernels_of_containers_are_compiled_and_noted(
     (note,) = (tmp_path / ".cache" / "ppaas").glob("*.json")
     files = [Path(file) for file in msgspec.json.decode(note.read_bytes(), type=list[str])]
     assert all(file.exists() for file in files)
-    assert {"dwa", "likelihood_field", "tile_growth"} <= {file.name.partition(".")[0] for file in files}
+    assert {"dwa", "likelihood_field", "tile_growth", "chain_code", "pose_text"} <= {
+        file.name.partition(".")[0] for file in files
+    }
     first_start.compile_missing(LAYER)
     assert not arguments.exists()
 
