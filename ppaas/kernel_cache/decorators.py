@@ -1,7 +1,7 @@
 """Decorators of kernels: the options with which numba compiles them.
 
 Kernels are cached on disk, run without the lock of the interpreter, and divide by zero as numpy does. numba compiles
-them a fifth faster without two things of which they have no use: a wrapper for callers in C, and a version of its own
+them a tenth faster without two things of which they have no use: a wrapper for callers in C, and a version of its own
 for each constant that a caller passes.
 """
 
