@@ -32,6 +32,8 @@ def _with_options(**options: Any) -> Callable[..., Any]:
 
 def _for_all_constants(kernel: Any) -> Any:
     """Make the callers of a kernel share one compiled version, whichever constants they pass."""
+    if isinstance(kernel, FunctionType):  # NUMBA_DISABLE_JIT
+        return kernel
     resolve = kernel.get_call_template
     plain: Callable[[Any], Any] = unliteral
 

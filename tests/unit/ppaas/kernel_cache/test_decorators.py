@@ -1,5 +1,8 @@
 """Kernels have no versions and wrappers that nobody uses."""
 
+import os
+import subprocess
+import sys
 from typing import Any
 
 import numpy as np
@@ -47,3 +50,10 @@ def test_kernels_have_no_wrapper_for_c() -> None:
     for kernel in (scaled, twice_and_thrice):
         (version,) = kernel.overloads.values()  # type: ignore[attr-defined]
         assert not [name for name in version.library.get_defined_functions() if name.name.startswith("cfunc.")]
+
+
+def test_kernels_may_be_plain_functions() -> None:
+    """Files of robots are checked in a process that compiles nothing."""
+    of_plain = "from ppaas.kernel_cache.decorators import compiled; print(compiled(lambda: 5)())"
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
+    assert subprocess.check_output([sys.executable, "-c", of_plain], env=environment) == b"5\n"
