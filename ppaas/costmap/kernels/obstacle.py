@@ -96,9 +96,7 @@ def _hit(x: float, y: float, angle: float, reach: float, height: int, width: int
     return row * width + column if 0 <= row < height and 0 <= column < width else -1
 
 
-@compiled(
-    types.void(_CELLS, _FLOAT, _FLOAT, _NUMBERS, _NUMBERS, _FLOAT, _FLOAT),
-)
+@compiled(types.void(_CELLS, _FLOAT, _FLOAT, _NUMBERS, _NUMBERS, _FLOAT, _FLOAT))
 def mark_and_clear(
     cells: NDArray[np.uint8],
     x: float,

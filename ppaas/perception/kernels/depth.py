@@ -18,9 +18,7 @@ def _nearest_signature(number: types.Number) -> Signature:
     return types.void(rows, limits, limits, number[::1])
 
 
-@compiled(
-    [_nearest_signature(types.uint16), _nearest_signature(types.float32)],
-)
+@compiled([_nearest_signature(types.uint16), _nearest_signature(types.float32)])
 def nearest(rows: Depths, low: Depths, high: Depths, least: Depths) -> None:
     """Lower ``least`` to the least depth of each column that is within its limits.
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ppaas.kernel_cache.decorators import compiled, joined
+from ppaas.kernel_cache.decorators import compiled
 
 
 @compiled(cache=False)
@@ -20,7 +20,7 @@ def twice_and_thrice(number: int) -> int:
     return scaled(number, 2) + scaled(number, by=3)
 
 
-@joined(cache=False)
+@compiled(cache=False, _nrt=False, forceinline=True)
 def least(numbers: Any, first: int) -> Any:
     found = numbers[first]
     for number in numbers[first:]:

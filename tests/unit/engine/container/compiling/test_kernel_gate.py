@@ -107,7 +107,7 @@ async def test_a_job_that_waits_too_long_is_refused_and_its_modules_stay_missing
 
 
 async def test_jobs_behind_one_that_waited_in_vain_are_refused_soon(machine: Machine) -> None:
-    """Their clients have waited as long as that of the first."""
+    """Each of them has already waited behind it."""
     gate = gate_of(machine)
     machine.loaded.append(module("lattice"))
     machine.compiled.set()
