@@ -2,9 +2,8 @@
 
 import asyncio
 import contextlib
-from collections.abc import AsyncIterator, Callable, Coroutine
+from collections.abc import AsyncIterator, Coroutine
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 from ppaas.clock import monotonic
@@ -22,9 +21,9 @@ from robots.client.rest import RestClient
 from robots.client.rest_paths import path_of
 from robots.client.robot_client import RobotClient
 from robots.client.robot_file import RobotFile
-from robots.demo.demonstration import CORES, CloudAccess, DemoOptions, own_cloud, waiting
 from robots.demo.map_score import wrong_cells
 from robots.demo.mission import Mission
+from robots.demo.options import CORES, CloudAccess, DemoOptions, Write
 from robots.demo.report import ExplorationReport, RobotReport
 from robots.demo.scorer import Scorer
 from robots.sim.courses import Course, CoursePlanner
@@ -92,23 +91,20 @@ def set_stage(options: DemoOptions) -> ExplorationStage:
     return ExplorationStage(path.stem if path else "office", moved, course, starts)
 
 
-async def explore_and_drive(options: DemoOptions) -> ExplorationReport:
-    """Run the demo in the given cloud or in a new one; return its report.
+async def explore_and_drive(options: DemoOptions, cloud: CloudAccess) -> ExplorationReport:
+    """Run the demo in a cloud; return its report.
 
     Raises
     ------
     PPaaSError
-        The map or the options are invalid, the cloud does not start or rejects the login, or the robot cannot explore.
+        The map or the options are invalid, the cloud rejects the login, or the robot cannot explore.
     """
-    async with contextlib.AsyncExitStack() as stack:
-        with waiting(options.console) as tell:
-            stage = await asyncio.to_thread(set_stage, options)
-            access = options.cloud or await own_cloud(stack, tell)
-        rest = RestClient(access.url)
-        await rest.login(access.admin, access.password)
-        began = monotonic()
-        explored = await _explore(rest, access, stage, options)
-        mission = await _drive(rest, access, stage, options)
+    stage = await asyncio.to_thread(set_stage, options)
+    rest = RestClient(cloud.url)
+    await rest.login(cloud.admin, cloud.password)
+    began = monotonic()
+    explored = await _explore(rest, cloud, stage, options)
+    mission = await _drive(rest, cloud, stage, options)
     return _report(stage, explored, mission.close(), monotonic() - began)
 
 
@@ -138,7 +134,7 @@ async def _explore(rest: RestClient, access: CloudAccess, stage: ExplorationStag
             operators.append(await _connected(stack, access, rest.token or "", robot, name))
             if name != names[-1]:
                 await asyncio.sleep(HEAD_START)  # the map is in the frame of the robot that began first
-        explorers = [ExploreClient(each, _progress(options, name, len(names))) for each, name in operators]
+        explorers = [ExploreClient(each, _progress(options.write, name, len(names))) for each, name in operators]
         outcomes = await asyncio.gather(*(each.explore() for each in explorers))
         made = await _published(rest, stage.map_id)
     scorer = Scorer(world)
@@ -169,12 +165,9 @@ async def _joined(rest: RestClient, names: list[str]) -> float | None:
     return None
 
 
-def _progress(options: DemoOptions, name: str, robots: int) -> ExploreProgress | None:
+def _progress(write: Write, name: str, robots: int) -> ExploreProgress:
     """Return what writes the progress of a robot, with its name if there are several."""
-    lines = _lines(options)
-    if lines is None:
-        return None
-    return ExploreProgress(lines if robots == 1 else lambda line: lines(f"{name:12}{line}"))
+    return ExploreProgress(write if robots == 1 else lambda line: write(f"{name:12}{line}"))
 
 
 async def _published(rest: RestClient, map_id: str) -> GridMap:
@@ -188,10 +181,9 @@ async def _drive(rest: RestClient, access: CloudAccess, stage: ExplorationStage,
     """Let the second robot drive to its goals on the published map."""
     world = World(stage.grid, options.seed + 1)
     world.add_robot(stage.course.start, SimulatedRobotModel())
-    mission = Mission(world, 0, FOLLOWER, stage.course)
+    mission = Mission(world, 0, FOLLOWER, stage.course, options.write)
     await rest.put_robot(FOLLOWER, _robot_file(options, stage.map_id, stage.course.start))
-    if (write := _lines(options)) is not None:
-        write(f"{FOLLOWER} drives to {GOALS} goals on the published map")
+    options.write(f"{FOLLOWER} drives to {GOALS} goals on the published map")
     async with background(Simulator(world).run()):
         await mission.run(access.url, rest.token or "")
     return mission
@@ -229,12 +221,6 @@ def _report(stage: ExplorationStage, explored: _Explored, drove: RobotReport, se
 
 
 # -- background --------------------------------------------------------------------------------------------------------
-
-
-def _lines(options: DemoOptions) -> Callable[[str], None] | None:
-    """Return what writes lines of progress, if there is a terminal for them."""
-    console = options.console
-    return None if console is None else partial(console.print, highlight=False, markup=False)
 
 
 @contextlib.asynccontextmanager

@@ -12,6 +12,7 @@ from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
 from robots.client.move_base import MoveBaseClient
 from robots.client.robot_client import RobotClient
+from robots.demo.options import Write, no_lines
 from robots.demo.report import RobotReport
 from robots.demo.scorer import Scorer
 from robots.sim.courses import Course
@@ -52,12 +53,15 @@ class Mission:
         Id of the robot in the cloud.
     course : Course
         Start and goals.
+    write : callable
+        Writes a line about each step of the robot; none is written by default.
     """
 
     world: World
     index: int
     robot: str
     course: Course
+    write: Write = no_lines
     report: RobotReport = field(init=False)
     progress: MissionProgress = field(init=False)
 
@@ -94,6 +98,7 @@ class Mission:
             self.progress.state = "localizing"
             await move_base.localized()
             self.report.ready_seconds = round(monotonic() - began, 4)
+            self.write(f"{self.robot} is localized, {self.report.ready_seconds:.1f} s after it connected")
             yield move_base
             driving.cancel()
 
@@ -112,7 +117,9 @@ class Mission:
         error = Scorer(self.world).error(self.index, goal)
         self.report.goals_asked = max(number, self.report.goals_asked)
         self.report.add_goal(outcome.reached, error, outcome.plan_seconds)
-        if not outcome.reached:
+        if outcome.reached:
+            self.write(f"{self.robot} has reached goal {number}, {error:.2f} m off")
+        else:
             logger.warning("%s: goal %d: %s: %s", self.robot, number, outcome.status.name, outcome.text)
 
     def close(self) -> RobotReport:

@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 import math
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -21,8 +21,9 @@ from robots.client.map_files import read_map_file
 from robots.client.rest import RestClient
 from robots.client.robot_client import RobotClient
 from robots.client.robot_file import RobotFile
-from robots.demo.demonstration import CORES, CloudAccess, DemoOptions, on_interrupt, own_cloud, waiting
+from robots.demo.demonstration import on_interrupt
 from robots.demo.exploration import background
+from robots.demo.options import CORES, CloudAccess, DemoOptions, Write
 from robots.demo.people_patrol import Patrol
 from robots.demo.people_report import PeopleDemoReport
 from robots.demo.people_score import PeopleScore
@@ -93,29 +94,25 @@ def set_stage(options: DemoOptions) -> PeopleStage:
     return PeopleStage(path.stem if path else "office", grid, scene, names)
 
 
-async def follow_people(options: DemoOptions) -> PeopleDemoReport:
-    """Run the demo in the given cloud or in a new one; return its report.
+async def follow_people(options: DemoOptions, cloud: CloudAccess) -> PeopleDemoReport:
+    """Run the demo in a cloud; return its report.
 
     Raises
     ------
     PPaaSError
-        The map or the options are invalid, the cloud does not start or rejects the login, or no coordinator answers.
+        The map or the options are invalid, the cloud rejects the login, or no coordinator answers.
     """
     async with contextlib.AsyncExitStack() as stack:
-        with waiting(options.console) as tell:
-            stage = await asyncio.to_thread(set_stage, options)
-            access = options.cloud or await own_cloud(stack, tell)
-        write = _lines(options)
-        write(f"dashboard: {access.url}  (user {access.admin}, password {access.password})")
-        rest = RestClient(access.url)
-        login = await rest.login(access.admin, access.password)
+        stage = await asyncio.to_thread(set_stage, options)
+        rest = RestClient(cloud.url)
+        login = await rest.login(cloud.admin, cloud.password)
         await _register(rest, stage, options)
         simulator = Simulator(stage.scene.world, after_step=stage.truth.step)
         await stack.enter_async_context(background(simulator.run()))
         for number, robot in enumerate(stage.robots):
-            await _connect(stack, access, login.token, stage, number, options=options)
-            write(f"{robot} is connected")
-        return await _score(stage, options, write)
+            await _connect(stack, cloud, login.token, stage, number, options=options)
+            options.write(f"{robot} is connected")
+        return await _score(stage, options)
 
 
 async def _register(rest: RestClient, stage: PeopleStage, options: DemoOptions) -> None:
@@ -157,7 +154,7 @@ async def _connect(
     if options.on_robot:
         wanted = {DETECTORS[options.sensor]: "robot"}
         computer = await asyncio.to_thread(this_computer)
-        await stack.enter_async_context(background(run_local_nodes(client, computer, wanted, _lines(options))))
+        await stack.enter_async_context(background(run_local_nodes(client, computer, wanted, options.write)))
     operator = await stack.enter_async_context(RobotClient(access.url, robot=robot, token=token, role="operator"))
     await operator.subscribe(f"{DETECTORS[options.sensor]}/view", SensorView, partial(_note_view, stage, robot))
     if number == 0:
@@ -174,25 +171,25 @@ def _note_view(stage: PeopleStage, robot: str, view: SensorView) -> None:
 # -- score -------------------------------------------------------------------------------------------------------------
 
 
-async def _score(stage: PeopleStage, options: DemoOptions, write: Callable[[str], None]) -> PeopleDemoReport:
+async def _score(stage: PeopleStage, options: DemoOptions) -> PeopleDemoReport:
     """Wait for all robots, then compare the states of the coordinator with the truth."""
     await wait_for_robots(stage)
-    write("all robots take part; the score begins")
+    options.write("all robots take part; the score begins")
     score, began = PeopleScore(options.people), monotonic()
     stage.truth.begin()
     if options.keep_going:
-        scoring = asyncio.create_task(_compare(stage, score, math.inf, write))
+        scoring = asyncio.create_task(_compare(stage, score, math.inf, options.write))
         with on_interrupt([scoring]):
             await asyncio.wait([scoring])
         if not scoring.cancelled():
             scoring.result()
     else:
-        await _compare(stage, score, began + options.seconds, write)
+        await _compare(stage, score, began + options.seconds, options.write)
     figures = score.figures(stage.truth.contacts())
     return PeopleDemoReport(stage.map_id, round(monotonic() - began, 2), options.robots, options.people, figures)
 
 
-async def _compare(stage: PeopleStage, score: PeopleScore, until: float, write: Callable[[str], None]) -> None:
+async def _compare(stage: PeopleStage, score: PeopleScore, until: float, write: Write) -> None:
     """Compare states with the truth until a time [s]."""
     last = stage.state
     while monotonic() < until:
@@ -241,7 +238,7 @@ async def _time_limit(stage: PeopleStage, limit: float) -> AsyncIterator[None]:
         ) from error
 
 
-def write_changes(before: PeopleState | None, state: PeopleState, write: Callable[[str], None]) -> None:
+def write_changes(before: PeopleState | None, state: PeopleState, write: Write) -> None:
     """Write what has changed: the number of people, and who follows whom."""
     if before is not None and before.count != state.count:
         write("1 person is seen" if state.count == 1 else f"{state.count} people are seen")
@@ -253,9 +250,3 @@ def write_changes(before: PeopleState | None, state: PeopleState, write: Callabl
 
 def _sentence(order: FollowOrder) -> str:
     return f"{order.robot} follows person {order.person}: {order.reason}"
-
-
-def _lines(options: DemoOptions) -> Callable[[str], None]:
-    """Return a function that writes lines of progress, if there is a terminal for them."""
-    console = options.console
-    return (lambda _: None) if console is None else partial(console.print, highlight=False, markup=False)

@@ -1,7 +1,6 @@
 """Report of the demo of people."""
 
 import msgspec
-from rich.console import Console
 
 from robots.demo.people_score import PeopleFigures
 
@@ -41,17 +40,14 @@ class PeopleDemoReport(msgspec.Struct):
         """Return the figures as one line of JSON."""
         return msgspec.json.encode({key: getattr(self.figures, key) for key in KEYS}).decode()
 
-
-def summary(report: PeopleDemoReport, console: Console) -> None:
-    """Print the report."""
-    figures = report.figures
-    lines = [
-        f"{report.robots} robots and {report.people} people, {figures.seen:.1f} of them in view on average",
-        f"the count was exact {100 * figures.count_exact:.1f} % of the time, and {figures.count_error_mean:.2f} off on "
-        f"average; {figures.identity_switches} identity switches",
-        f"a robot was near the person followed {100 * figures.followed_fraction:.1f} % of the time; "
-        f"{figures.handovers} handovers, {figures.flaps} of them reverted within 5 s; {figures.contacts} contacts",
-        f"{'passed' if report.passed else 'failed'} after {report.seconds:.0f} s on map {report.map!r}",
-    ]
-    for line in lines:
-        console.print(line, highlight=False, markup=False)
+    def lines(self) -> list[str]:
+        """Return the report for people."""
+        figures = self.figures
+        return [
+            f"{self.robots} robots and {self.people} people, {figures.seen:.1f} of them in view on average",
+            f"the count was exact {100 * figures.count_exact:.1f} % of the time, and {figures.count_error_mean:.2f} "
+            f"off on average; {figures.identity_switches} identity switches",
+            f"a robot was near the person followed {100 * figures.followed_fraction:.1f} % of the time; "
+            f"{figures.handovers} handovers, {figures.flaps} of them reverted within 5 s; {figures.contacts} contacts",
+            f"{'passed' if self.passed else 'failed'} after {self.seconds:.0f} s on map {self.map!r}",
+        ]

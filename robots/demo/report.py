@@ -1,8 +1,26 @@
-"""Report of a demo, as one JSON object."""
+"""Report of a demo, as one JSON object and as lines."""
 
 import math
+from typing import Protocol
 
 import msgspec
+
+
+class Report(Protocol):
+    """Report of any demo."""
+
+    @property
+    def passed(self) -> bool:
+        """Whether the demo showed what it is for."""
+        ...
+
+    def to_json(self) -> str:
+        """Return the report as one line of JSON."""
+        ...
+
+    def lines(self) -> list[str]:
+        """Return the report for people."""
+        ...
 
 
 class RobotReport(msgspec.Struct):
@@ -41,6 +59,12 @@ class RobotReport(msgspec.Struct):
         self.final_errors_m.append(round(error, 4))
         self.plan_seconds.append(round(plan_seconds, 4) if math.isfinite(plan_seconds) else None)
 
+    def line(self) -> str:
+        """Return the report for people."""
+        worst = f", at most {max(self.final_errors_m):.2f} m off" if self.final_errors_m else ""
+        goals = f"{self.goals_reached} of {self.goals_asked} goals reached{worst}, " if self.goals_asked else ""
+        return f"{self.id}: {goals}{self.distance_m:.1f} m travelled, {self.collisions} contacts"
+
 
 class DemoReport(msgspec.Struct):
     """Report of a demo: the map, the driving time [s], and a report per robot."""
@@ -57,6 +81,10 @@ class DemoReport(msgspec.Struct):
     def to_json(self) -> str:
         """Return the report as one line of JSON."""
         return msgspec.json.encode(self).decode()
+
+    def lines(self) -> list[str]:
+        """Return a line for each robot, and one about all."""
+        return [*(robot.line() for robot in self.robots), outcome(self)]
 
 
 class ExplorationReport(msgspec.Struct):
@@ -105,3 +133,21 @@ class ExplorationReport(msgspec.Struct):
     def to_json(self) -> str:
         """Return the report as one line of JSON."""
         return msgspec.json.encode(self).decode()
+
+    def lines(self) -> list[str]:
+        """Return lines about the exploration and its map, one for each robot, and one about all."""
+        joined = [] if self.joined_seconds is None else [f"the maps were joined after {self.joined_seconds:.0f} s"]
+        share = 100.0 * self.wrong_cells / max(self.known_cells, 1)
+        return [
+            *joined,
+            f"exploring {self.explored} after {self.explored_seconds:.0f} s: {self.frontiers} frontiers left, "
+            f"{self.unreachable} given up",
+            f"map: {self.area_m2:.1f} m² known, {self.wrong_cells} of {self.known_cells} cells wrong ({share:.2f} %)",
+            *(robot.line() for robot in self.robots),
+            outcome(self),
+        ]
+
+
+def outcome(report: DemoReport | ExplorationReport) -> str:
+    """Return the last line of a report."""
+    return f"{'passed' if report.passed else 'failed'} in {report.seconds:.0f} s on map {report.map!r}"

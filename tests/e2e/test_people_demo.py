@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from ppaas.maps.formats.map_files import save_map
-from robots.demo.demonstration import CloudAccess, DemoOptions
+from robots.demo.options import CloudAccess, DemoOptions
 from robots.demo.people import follow_people
 from tests.support.cloud.cloud import ADMIN_PASSWORD, RunningCloud
 from tests.support.world.rooms import room
@@ -25,10 +25,10 @@ async def test_people_are_counted_and_the_demo_reports_its_figures(cloud: Runnin
             seconds=1.5,
             seed=5,
             map_path=tmp_path / "people-room.yaml",
-            cloud=CloudAccess(cloud.url, "admin", ADMIN_PASSWORD),
             sensor="laser",
             on_robot=False,
-        )
+        ),
+        CloudAccess(cloud.url, "admin", ADMIN_PASSWORD),
     )
     assert report.map == "people-room"
     assert report.figures.seconds > 1.0

@@ -1,7 +1,11 @@
 """Command ``ppaas demo``: a cloud and simulated robots on this machine, scored by their true poses."""
 
 import argparse
+import asyncio
+import contextlib
 import sys
+from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,11 +14,15 @@ from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.log_lines import log_lines
 from robots.cli import event_loop
 from robots.cli.session import seconds
+from robots.client.map_files import read_map_file
 
 if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable, Iterator
+
     from rich.console import Console
 
-    from robots.demo.demonstration import CloudAccess, DemoOptions
+    from robots.demo.options import CloudAccess, DemoOptions, Write
+    from robots.demo.report import Report
 
 NAME = "demo"
 HELP = "start a cloud on this machine and drive simulated robots in it"
@@ -23,6 +31,17 @@ ADMIN = "admin"
 
 DRIVE, PEOPLE, FLEET = "drive", "people", "fleet"
 """What the demo shows."""
+
+EXPLORE = "explore"
+"""What the demo of driving shows with ``--explore``."""
+
+MODULES = {
+    DRIVE: ("robots.demo.demonstration", "demonstrate"),
+    FLEET: ("robots.demo.demonstration", "demonstrate"),
+    EXPLORE: ("robots.demo.exploration", "explore_and_drive"),
+    PEOPLE: ("robots.demo.people", "follow_people"),
+}
+"""Module and function of each demo."""
 
 ROBOTS, GOALS = 3, 2
 """Robots, and goals of each."""
@@ -112,22 +131,35 @@ def run(arguments: argparse.Namespace) -> int:
 async def _run(arguments: argparse.Namespace) -> int:
     from rich.console import Console  # noqa: PLC0415 - a robot's install lacks rich and the simulator
 
-    from robots.demo.demonstration import DemoOptions, demonstrate  # noqa: PLC0415
-    from robots.demo.exploration import explore_and_drive  # noqa: PLC0415
-    from robots.demo.progress_view import summary  # noqa: PLC0415
-
     # With --json, only the result goes to the standard output.
     console = Console(stderr=arguments.json)
-    options = DemoOptions(
+    options = _options(arguments, console)
+    if options.map_path is not None:
+        read_map_file(options.map_path)  # one that cannot be read is refused before a cloud is started
+    async with contextlib.AsyncExitStack() as stack:
+        cloud = _access(arguments) or await _own_cloud(stack, options)
+        report = await _show(arguments, options, cloud)
+    if arguments.json:
+        sys.stdout.write(report.to_json() + "\n")
+    else:
+        for line in report.lines():
+            _print(console, line)
+    return 0 if report.passed else 1
+
+
+def _options(arguments: argparse.Namespace, console: "Console") -> "DemoOptions":
+    from robots.demo.options import DemoOptions, no_lines  # noqa: PLC0415
+
+    return DemoOptions(
         robots=arguments.robots,
         goals=arguments.goals,
         seed=arguments.seed,
         map_path=arguments.map,
         keep_going=arguments.keep_going,
+        write=no_lines if arguments.headless else partial(_print, console),
         console=console if console.is_terminal and not arguments.headless else None,
         planner=arguments.planner,
         controller=arguments.controller,
-        cloud=_access(arguments),
         explorers=arguments.explorers,
         people=arguments.people,
         seconds=arguments.seconds,
@@ -135,30 +167,44 @@ async def _run(arguments: argparse.Namespace) -> int:
         sensor=arguments.sensor,
         traffic=arguments.show == FLEET,
     )
-    if arguments.show == PEOPLE:
-        return await _people(arguments, options, console)
-    report = await (explore_and_drive if arguments.explore else demonstrate)(options)
-    if arguments.json:
-        sys.stdout.write(report.to_json() + "\n")
+
+
+def _print(console: "Console", line: str) -> None:
+    console.print(line, highlight=False, markup=False, soft_wrap=True)
+
+
+async def _own_cloud(stack: contextlib.AsyncExitStack, options: "DemoOptions") -> "CloudAccess":
+    """Start a cloud, which ends with the stack, and write the address of its dashboard."""
+    from robots.demo.own_cloud import own_cloud  # noqa: PLC0415
+
+    with _status(options) as write:
+        cloud = await stack.enter_async_context(own_cloud(write))
+    options.write(f"dashboard: {cloud.url}  (user {cloud.admin}, password {cloud.password})")
+    return cloud
+
+
+@contextlib.contextmanager
+def _status(options: "DemoOptions") -> "Iterator[Write]":
+    """Show one line that changes, on a terminal; else, texts are lines of their own."""
+    if options.console is None:
+        yield options.write
     else:
-        summary(report, console)
-    return 0 if report.passed else 1
+        with options.console.status("") as status:
+            yield status.update
 
 
-async def _people(arguments: argparse.Namespace, options: "DemoOptions", console: "Console") -> int:
-    from robots.demo.people import follow_people  # noqa: PLC0415
-    from robots.demo.people_report import summary  # noqa: PLC0415
-
-    report = await follow_people(options)
-    if arguments.json:
-        sys.stdout.write(report.to_json() + "\n")
-    else:
-        summary(report, console)
-    return 0 if report.passed else 1
+async def _show(arguments: argparse.Namespace, options: "DemoOptions", cloud: "CloudAccess") -> "Report":
+    """Show the demo. Modules of the simulation compile kernels, most of which a new cloud has compiled by now."""
+    options.write("preparing the simulation")
+    module, name = MODULES[EXPLORE if arguments.explore else arguments.show]
+    show: Callable[[DemoOptions, CloudAccess], Awaitable[Report]] = getattr(
+        await asyncio.to_thread(import_module, module), name
+    )
+    return await show(options, cloud)
 
 
 def _access(arguments: argparse.Namespace) -> "CloudAccess | None":
-    from robots.demo.demonstration import CloudAccess  # noqa: PLC0415
+    from robots.demo.options import CloudAccess  # noqa: PLC0415
 
     if arguments.cloud is None:
         return None

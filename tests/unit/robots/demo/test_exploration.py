@@ -7,8 +7,8 @@ import pytest
 from ppaas.errors import Conflict, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import FREE
-from robots.demo.demonstration import DemoOptions
 from robots.demo.exploration import GOALS, background, set_stage
+from robots.demo.options import DemoOptions
 
 
 def test_explorer_starts_at_the_origin_and_all_poses_are_free() -> None:

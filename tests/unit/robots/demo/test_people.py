@@ -8,8 +8,8 @@ from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Point
 from ppaas.messages.people_coordination import FollowOrder, GroupRobot, PeopleState
 from robots.demo import people
-from robots.demo.demonstration import DemoOptions
 from robots.demo.exploration import background
+from robots.demo.options import DemoOptions
 from robots.demo.people import PeopleStage, set_stage, write_changes
 
 

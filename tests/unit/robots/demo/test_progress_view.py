@@ -4,8 +4,7 @@ from rich.console import Console
 
 from ppaas.geometry import Pose2D
 from robots.demo.mission import Mission
-from robots.demo.progress_view import progress_table, summary
-from robots.demo.report import DemoReport, RobotReport
+from robots.demo.progress_view import progress_table
 from robots.sim.courses import Course
 from robots.sim.world import World
 from tests.support.world.rooms import room
@@ -22,14 +21,3 @@ def test_the_table_shows_the_progress_of_each_robot() -> None:
     text = console.file.getvalue()  # type: ignore[attr-defined]
     for shown in ("tb1", "1/1", "3.50", "to go (m)", "failed: [red]no[/red]"):
         assert shown in text
-
-
-def test_the_summary_shows_goals_reached_and_contacts() -> None:
-    console = Console(file=io.StringIO(), width=120)
-    robot = RobotReport(
-        "tb1", goals_asked=2, goals_reached=1, distance_m=12.34, final_errors_m=[0.03, 1.5], collisions=1
-    )
-    summary(DemoReport("depot", 61.0, [robot]), console)
-    text = console.file.getvalue()  # type: ignore[attr-defined]
-    assert "tb1: 1 of 2 goals reached, at most 1.50 m off, 12.3 m travelled, 1 contacts" in text
-    assert "failed in 61 s on map 'depot'" in text

@@ -3,7 +3,6 @@ import math
 
 import pytest
 
-from robots.demo.progress_view import exploration_lines, robot_line
 from robots.demo.report import DemoReport, ExplorationReport, RobotReport
 
 
@@ -41,6 +40,14 @@ def test_a_report_passes_with_all_goals_reached_and_no_collision(
     assert DemoReport("depot", 1.0, [RobotReport("tb0"), robot]).passed is passed
 
 
+def test_a_report_has_a_line_for_each_robot() -> None:
+    robot = RobotReport("tb1", 2, 1, 12.34, [0.03, 1.5], collisions=1)
+    assert DemoReport("depot", 61.0, [robot]).lines() == [
+        "tb1: 1 of 2 goals reached, at most 1.50 m off, 12.3 m travelled, 1 contacts",
+        "failed in 61 s on map 'depot'",
+    ]
+
+
 def exploration(**changed: object) -> ExplorationReport:
     """Return a report that passes, with some fields changed."""
     drove = RobotReport("follower", 6, 6, 30.0, [0.02], 0)
@@ -62,12 +69,12 @@ def test_an_exploration_passes_with_a_right_map_all_goals_and_no_contact() -> No
 
 def test_an_exploration_is_summed_up_in_lines() -> None:
     report = exploration()
-    assert exploration_lines(report) == [
+    assert report.lines() == [
         "exploring succeeded after 150 s: 0 frontiers left, 1 given up",
         "map: 100.0 m² known, 400 of 40000 cells wrong (1.00 %)",
-    ]
-    assert [robot_line(robot) for robot in report.robots] == [
         "explorer: 70.0 m travelled, 0 contacts",
         "follower: 6 of 6 goals reached, at most 0.02 m off, 30.0 m travelled, 0 contacts",
+        "passed in 200 s on map 'office'",
     ]
+    assert exploration(joined_seconds=12.3).lines()[0] == "the maps were joined after 12 s"
     assert '"wrong_cells":400' in report.to_json()

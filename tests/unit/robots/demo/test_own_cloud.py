@@ -7,8 +7,8 @@ import pytest
 
 from ppaas.errors import Unavailable
 from robots.client.rest import RestClient
-from robots.demo import start_progress
-from robots.demo.start_progress import start_text, tell_start
+from robots.demo import own_cloud
+from robots.demo.own_cloud import start_text, tell_start
 from tests.support.waiting import until
 
 KERNELS = {"done": 12, "total": 107, "compiling": ["lattice/driving"]}
@@ -45,12 +45,9 @@ async def test_each_change_is_told_once_also_if_the_cloud_does_not_serve_yet(mon
         return answer
 
     monkeypatch.setattr(RestClient, "get", get)
-    monkeypatch.setattr(start_progress, "PERIOD", 0.0)
+    monkeypatch.setattr(own_cloud, "PERIOD", 0.0)
     told: list[str] = []
     telling = asyncio.create_task(tell_start("http://127.0.0.1:1", told.append))
     await until(lambda: next(answers, None) is None)
     telling.cancel()
-    assert [text.partition(" (")[0] for text in told] == [
-        "the cloud is starting",
-        "the cloud is starting: compiling kernels, 12 of 107",
-    ]
+    assert [text.partition(" (")[0] for text in told] == ["the cloud is starting: compiling kernels, 12 of 107"]
