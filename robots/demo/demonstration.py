@@ -17,10 +17,14 @@ from robots.demo.mission import Mission
 from robots.demo.options import CORES, CloudAccess, DemoOptions, no_lines
 from robots.demo.progress_view import show
 from robots.demo.report import DemoReport
-from robots.sim.courses import CoursePlanner
+from robots.sim.courses import CoursePlanner, GoalRules
 from robots.sim.robot import SimulatedRobotModel
 from robots.sim.simulator import Simulator
 from robots.sim.world import World
+
+
+RULES = GoalRules(shortest=0.2, preferred=0.25)
+"""Goals near enough that a robot reaches two in half a minute, in the warehouse."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +47,7 @@ def set_stage(options: DemoOptions) -> Stage:
     """
     path = options.map_path
     grid = read_map_file(path) if path else warehouse(options.seed)
-    courses = CoursePlanner(grid, options.seed).choose(options.robots, options.goals)
+    courses = CoursePlanner(grid, options.seed, RULES).choose(options.robots, options.goals)
     world = World(grid, options.seed)
     write = options.write if options.console is None else no_lines
     missions = []

@@ -32,6 +32,8 @@ LOOK = 0.25
 
 LOWEST_PRIORITY = 19
 
+_SPAWNING = multiprocessing.get_context("spawn")
+
 
 class CompileReport(msgspec.Struct, frozen=True):
     """Progress of a compilation.
@@ -68,7 +70,7 @@ def compile_all(
     ----------
     names : callable or list of str
         Names of the kernel modules, those that take longest first; or a function that returns them in any order. It is
-        called in a process of the pool, so it must be picklable.
+        called in a process of its own, so it must be picklable.
     notes : ModuleNotes
         Notes of the cache.
     urgent : bool
@@ -90,7 +92,7 @@ def compile_all(
     name_semaphores()
     with contextlib.ExitStack() as stack:
         pools = {0: stack.enter_context(_pool(0))}
-        modules = names if isinstance(names, list) else pools[0].submit(_largest_first, names).result()
+        modules = names if isinstance(names, list) else _largest_first(names)
         if urgent:
             notes.want(modules)
         while not notes.compiled().keys() >= set(modules):
@@ -177,8 +179,7 @@ class _Compilation:
 
 
 def _pool(nice: int) -> ProcessPoolExecutor:
-    spawning = multiprocessing.get_context("spawn")
-    return ProcessPoolExecutor(len(os.sched_getaffinity(0)), spawning, _begin, (nice,))
+    return ProcessPoolExecutor(len(os.sched_getaffinity(0)), _SPAWNING, _begin, (nice,))
 
 
 def _end_tracker() -> None:
@@ -191,10 +192,15 @@ def _end_tracker() -> None:
 
 
 def _begin(nice: int) -> None:
-    """Prepare a process of the pool. It exits with its parent: if that is killed, it would wait for work for ever."""
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    """Prepare a process of the pool."""
+    _end_with_parent_soon()
     os.nice(nice)
     threading_layer.choose()
+
+
+def _end_with_parent_soon() -> None:
+    """Exit as soon as the parent does: if that is killed, this process would wait for work for ever."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
 def _end_with_parent() -> None:
@@ -206,6 +212,19 @@ def _end_with_parent() -> None:
 
 def _largest_first(names: Callable[[], Iterable[str]]) -> list[str]:
     """Return the modules that have a ``warm`` function, the largest first: they take longest."""
+    with ProcessPoolExecutor(1, _SPAWNING, _begin_to_look) as pool:
+        return pool.submit(_warmable, names).result()
+
+
+def _begin_to_look() -> None:
+    """Prepare a process that imports kernel modules without compiling kernels whose argument types are declared."""
+    import numba  # noqa: PLC0415 - this process may not need it
+
+    _end_with_parent_soon()
+    numba.config.DISABLE_JIT = True
+
+
+def _warmable(names: Callable[[], Iterable[str]]) -> list[str]:
     modules = map(importlib.import_module, names())
     warmable = [module for module in modules if hasattr(module, "warm")]
     return [module.__name__ for module in sorted(warmable, key=_size, reverse=True)]

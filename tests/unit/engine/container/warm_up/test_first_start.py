@@ -74,6 +74,20 @@ def test_kernels_of_containers_are_compiled_and_noted(
     assert not arguments.exists()
 
 
+def test_modules_are_listed_without_compiling_kernels_of_declared_types(tmp_path: Path) -> None:
+    script = (
+        "from engine.container.warm_up import first_start\n"
+        "from engine.runtimes.compilation import compile_pool\n"
+        "print(*compile_pool._largest_first(first_start._names))\n"
+    )
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    listed = subprocess.run(
+        [sys.executable, "-c", script], env=environment, check=True, capture_output=True, text=True, timeout=300
+    ).stdout.split()
+    assert {"ppaas.costmap.kernels.obstacle", "ppaas.maps.kernels.raycast"} <= set(listed)
+    assert not list(tmp_path.rglob("*.nbi"))
+
+
 def test_a_compiler_that_is_killed_is_started_again(
     notes: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
