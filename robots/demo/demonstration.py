@@ -22,7 +22,6 @@ from robots.sim.robot import SimulatedRobotModel
 from robots.sim.simulator import Simulator
 from robots.sim.world import World
 
-
 RULES = GoalRules(shortest=0.2, preferred=0.25)
 """Goals near enough that a robot reaches two in half a minute, in the warehouse."""
 
