@@ -25,7 +25,7 @@ class RequestLimits:
 
     max_body: int = 1 * MIB
     max_login: int = 16 << 10
-    max_upload: int = 256 * MIB
+    max_upload: int = 260 * MIB  # a binary PGM of 16384 x 16384 cells, zones and YAML
     max_body_seconds: float = 30.0
     max_upload_seconds: float = 300.0
     max_plan_seconds: float = 60.0
