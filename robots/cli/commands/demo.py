@@ -5,7 +5,6 @@ import asyncio
 import contextlib
 import sys
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -31,17 +30,6 @@ ADMIN = "admin"
 
 DRIVE, PEOPLE, FLEET = "drive", "people", "fleet"
 """What the demo shows."""
-
-EXPLORE = "explore"
-"""What the demo of driving shows with ``--explore``."""
-
-MODULES = {
-    DRIVE: ("robots.demo.demonstration", "demonstrate"),
-    FLEET: ("robots.demo.demonstration", "demonstrate"),
-    EXPLORE: ("robots.demo.exploration", "explore_and_drive"),
-    PEOPLE: ("robots.demo.people", "follow_people"),
-}
-"""Module and function of each demo."""
 
 ROBOTS, GOALS = 3, 2
 """Robots, and goals of each."""
@@ -196,11 +184,22 @@ def _status(options: "DemoOptions") -> "Iterator[Write]":
 async def _show(arguments: argparse.Namespace, options: "DemoOptions", cloud: "CloudAccess") -> "Report":
     """Show the demo. Modules of the simulation compile kernels, most of which a new cloud has compiled by now."""
     options.write("preparing the simulation")
-    module, name = MODULES[EXPLORE if arguments.explore else arguments.show]
-    show: Callable[[DemoOptions, CloudAccess], Awaitable[Report]] = getattr(
-        await asyncio.to_thread(import_module, module), name
-    )
+    show = await asyncio.to_thread(_demo_of, arguments)
     return await show(options, cloud)
+
+
+def _demo_of(arguments: argparse.Namespace) -> "Callable[[DemoOptions, CloudAccess], Awaitable[Report]]":
+    if arguments.show == PEOPLE:
+        from robots.demo.people import follow_people  # noqa: PLC0415
+
+        return follow_people
+    if arguments.explore:
+        from robots.demo.exploration import explore_and_drive  # noqa: PLC0415
+
+        return explore_and_drive
+    from robots.demo.demonstration import demonstrate  # noqa: PLC0415
+
+    return demonstrate
 
 
 def _access(arguments: argparse.Namespace) -> "CloudAccess | None":
