@@ -218,10 +218,10 @@ def _largest_first(names: Callable[[], Iterable[str]]) -> list[str]:
 
 def _begin_to_look() -> None:
     """Prepare a process that imports kernel modules without compiling kernels whose argument types are declared."""
-    import numba  # noqa: PLC0415 - this process may not need it
+    from numba.core import config  # noqa: PLC0415 - most processes that import this module do not need it
 
     _end_with_parent_soon()
-    numba.config.DISABLE_JIT = True
+    config.DISABLE_JIT = True  # type: ignore[attr-defined]
 
 
 def _warmable(names: Callable[[], Iterable[str]]) -> list[str]:
