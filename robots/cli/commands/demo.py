@@ -13,7 +13,6 @@ from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.log_lines import log_lines
 from robots.cli import event_loop
 from robots.cli.session import seconds
-from robots.client.map_files import read_map_file
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable, Iterator
@@ -118,6 +117,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 async def _run(arguments: argparse.Namespace) -> int:
     from rich.console import Console  # noqa: PLC0415 - a robot's install lacks rich and the simulator
+
+    from robots.client.map_files import read_map_file  # noqa: PLC0415
 
     # With --json, only the result goes to the standard output.
     console = Console(stderr=arguments.json)

@@ -1,3 +1,4 @@
+import gc
 import weakref
 from concurrent.futures import ThreadPoolExecutor
 
@@ -12,6 +13,7 @@ from tests.support.world.tile_fields import drawn, fields
 
 
 def test_memory_of_a_deleted_field_is_reused_without_old_values():
+    gc.collect()  # a field of another test that is deleted later would take the place of this memory
     costs = drawn("cluttered", (300, 300), 3)
     costs.flags.writeable = False
     first, _ = fields(costs, grids.free_cells(costs, True)[:1])
