@@ -1,7 +1,6 @@
 """Command ``ppaas demo``: a cloud and simulated robots on this machine, scored by their true poses."""
 
 import argparse
-import asyncio
 import contextlib
 import sys
 from functools import partial
@@ -184,6 +183,8 @@ def _status(options: "DemoOptions") -> "Iterator[Write]":
 
 async def _show(arguments: argparse.Namespace, options: "DemoOptions", cloud: "CloudAccess") -> "Report":
     """Show the demo. Modules of the simulation compile kernels, most of which a new cloud has compiled by now."""
+    import asyncio  # noqa: PLC0415 - the help of all commands imports nothing heavy
+
     options.write("preparing the simulation")
     show = await asyncio.to_thread(_demo_of, arguments)
     return await show(options, cloud)
