@@ -66,7 +66,9 @@ def test_every_link_has_a_target(document):
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda file: file.relative_to(ROOT).as_posix())
 def test_every_anchor_of_a_link_is_a_heading(document):
     links = ANCHOR.findall(document.read_text(encoding="utf-8"))
-    pages = {name: document.parent / name if name else document for name, _ in links if not name or name.endswith(".md")}
+    pages = {
+        name: document.parent / name if name else document for name, _ in links if not name or name.endswith(".md")
+    }
     headings = {name: anchors(page.read_text(encoding="utf-8")) for name, page in pages.items()}
     assert [f"{name}#{anchor}" for name, anchor in links if anchor not in headings.get(name, {anchor})] == []
 
