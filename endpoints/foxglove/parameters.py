@@ -51,7 +51,7 @@ async def write_parameter(view: RobotView, name: str, parameter: Parameter) -> N
     ----------
     view : RobotView
     name : str
-        Name without that of the robot.
+        Name without the robot's name.
     parameter : Parameter
     """
     if parameter.value is msgspec.UNSET:

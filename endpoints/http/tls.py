@@ -30,7 +30,7 @@ class ServerTls:
     Parameters
     ----------
     certificate : Path
-        Certificate of the server in PEM, followed by those of its issuers.
+        Certificate of the server in PEM, followed by its issuers' certificates.
     key : Path
         Its private key in PEM, not encrypted.
 

@@ -135,7 +135,7 @@ class Clone:
 
 @dataclass
 class _Names:
-    """Names in the graph of a container that differ from those of the clone."""
+    """Names in a container's graph that differ from the clone's names."""
 
     namespaces: set[str] = field(default_factory=set)
     remapped: dict[str, str] = field(default_factory=dict)

@@ -31,7 +31,7 @@ class RobotInterface(Interface):
     Raises
     ------
     InvalidInput
-        The type is that of an interface in a container, or the class is not known to a forwarder.
+        The type belongs to an interface in a container, or the class is not known to a forwarder.
     """
 
     def __init__(self, robot: str, tag: str, kind: InterfaceType, class_name: str, send: Send) -> None:
@@ -52,7 +52,7 @@ class RobotInterface(Interface):
         Raises
         ------
         InvalidInput
-            Its class is not that of the interface, or it is not a message of this class.
+            Its class is not the interface's, or it is not a message of this class.
         """
         if message.type != self.class_name:
             raise InvalidInput(

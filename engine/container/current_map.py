@@ -1,4 +1,4 @@
-"""Current map of a container: layers and stored plans, replaced by those of another version while the robot drives."""
+"""Current map of a container: layers and stored plans, replaced by another version's while the robot drives."""
 
 import logging
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Grants as messages: how many cells ahead a robot needs, and when it is told."""
+"""Grants as messages: how many cells ahead a robot needs, and when they are sent."""
 
 import math
 from collections import Counter
@@ -49,7 +49,7 @@ class GrantWriter:
 
     def __init__(self) -> None:
         self._sent: dict[str, tuple[float, TrafficGrants]] = {}
-        # Those of robots that were forgotten stay: a robot that comes back ignores numbers that it knows.
+        # Numbers of robots that were forgotten stay: a robot that comes back ignores numbers that it knows.
         self._numbers: Counter[str] = Counter()
 
     def next_number(self, robot: str) -> int:

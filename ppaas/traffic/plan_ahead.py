@@ -42,7 +42,7 @@ class PlanAhead:
     heads : mapping of str to int
         Cell of each robot in which the plan begins.
     members : mapping of str to Member
-        Robots by name, those of ``heads`` among them.
+        Robots by name, including all of ``heads``.
     seed : int
         Seed of the random numbers.
     sizes : mapping of str to int

@@ -51,7 +51,7 @@ def with_recorded_times(
 ) -> list[str]:
     """Let all messages have the times of recording if scans and odometry are stamped by two clocks, and return notes.
 
-    So does a simulator whose laser has simulated time, and whose odometry that of the computer. The stamps are changed
+    So does a simulator whose laser has simulated time, and whose odometry has the computer's. The stamps are changed
     in place, unless a time of recording is not known.
     """
     moving = [message for message in messages if headers(message)]

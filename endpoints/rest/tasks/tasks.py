@@ -37,7 +37,7 @@ TaskId = Annotated[Name, Path(examples=["018f3c2ab4d0-5e1c9a02"])]
 
 
 class TaskPaging(Paging):
-    """Parameters of a page of tasks: those of every list, and the state that is sought.
+    """Parameters of a page of tasks: as for every list, and the state that is sought.
 
     Parameters
     ----------

@@ -48,7 +48,7 @@ MAX_PROBE = 1 << 20
 """Largest probe of the link [bytes]."""
 
 MAX_STATE = 1 << 20
-"""Largest checkpoint of a node that a robot may send [characters]; those of the built-in nodes have some hundred."""
+"""Largest checkpoint of a node that a robot may send [characters]; the built-in nodes' have some hundred."""
 
 
 class MonitorState(msgspec.Struct):

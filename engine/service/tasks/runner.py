@@ -1,4 +1,4 @@
-"""Runner of tasks: leads those of all users and maps, in the process of the master."""
+"""Runner of tasks: leads the tasks of all users and maps, in the process of the master."""
 
 import asyncio
 import contextlib

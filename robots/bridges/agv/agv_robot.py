@@ -275,7 +275,7 @@ class AgvRobot:
         return self._map
 
     def use_zones(self, zones: Sequence[Zone]) -> None:
-        """Take the zones in force on the map; the AGV is told them while it is on that map."""
+        """Take the zones in force on the map; the AGV gets them while it is on that map."""
         position = self._position
         if position is not None and self._options.map_of(position.map_id) == self._map:
             self._zones.take(zones, position.map_id, self._sheet, self._agv.version)
