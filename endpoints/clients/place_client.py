@@ -205,7 +205,7 @@ class PlaceClient:
         self._served[service] = serve
 
     def withdraw(self, service: str) -> None:
-        """Offer a service no longer."""
+        """Withdraw a service."""
         if self._served.pop(service, None) is not None:
             self._execute(operations.UnadvertiseService(service))
 

@@ -163,7 +163,7 @@ class RobotView:
             raise
 
     def ignore(self, shown: Shown) -> None:
-        """Feed a channel no longer."""
+        """Stop feeding a channel."""
         feed = self._feeds.pop(shown, None)
         if feed is not None:
             feed.close()

@@ -119,7 +119,7 @@ class Clone:
         self._owner.lost(reason)
 
     def renew_token(self, token: str) -> None:
-        """Let the client be one of another token of the same user."""
+        """Replace the client's token by another one of the same user."""
         if self._client is not None:
             self._client.attachment.token = token
 

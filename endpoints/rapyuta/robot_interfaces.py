@@ -41,7 +41,7 @@ class RobotInterface(Interface):
         self._active = False
 
     def peers_changed(self) -> None:
-        """Notify the robot that the interface is connected now, or no longer."""
+        """Notify the robot that the interface was connected or disconnected."""
         if self._active is not bool(self.peers):
             self._active = bool(self.peers)
             self._send(interface_status(self.tag, active=self._active), None)

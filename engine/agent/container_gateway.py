@@ -166,7 +166,7 @@ class ContainerGateway:
     async def use_layers(
         self, spec: ContainerSpec, layers: Path, changes: Sequence[tuple[int, int, int, int]] | None
     ) -> None:
-        """Let an attached container go on with the map versions of a spec; wait until it does.
+        """Move an attached container to the map versions of a spec; wait until it uses them.
 
         Its requests act for these versions from its answer on.
 

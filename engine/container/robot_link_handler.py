@@ -122,7 +122,7 @@ class Container:
         self._links.append(link)
 
     def drop_link(self, link: ServedLink) -> None:
-        """Serve a link no longer: drop its subscriptions."""
+        """Stop serving a link: drop its subscriptions."""
         self._links.remove(link)
         for topic in tuple(link.wanted):
             self._unsubscribe(link, topic)

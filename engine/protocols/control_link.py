@@ -142,7 +142,7 @@ class ResizeContainer(msgspec.Struct, tag="resize"):
 
 
 class UseMap(msgspec.Struct, tag="use_map"):
-    """Let the clone in a container go on with other versions of its map and masks. Ignored if it does not run.
+    """Move the clone in a container to other versions of its map and masks. Ignored if it does not run.
 
     The fields replace the ones in its spec and its robot from now on.
     """

@@ -193,7 +193,7 @@ class SocketFrame(msgspec.Struct, tag="out"):
 
 
 class Settled(msgspec.Struct, tag="settled"):
-    """Frames of a client that a next container need not get."""
+    """Client frames that a replacement container does not need."""
 
     socket: int
     numbers: list[int]

@@ -117,7 +117,7 @@ class RecorderProcess:
         self._write(Left(*key))
 
     async def close(self) -> None:
-        """Let the recorder finish its files, and wait for its end."""
+        """Stop the recorder once it has finished its files, and wait for its end."""
         if self._keeper is not None:
             self._keeper.cancel()
             await asyncio.gather(self._keeper, return_exceptions=True)

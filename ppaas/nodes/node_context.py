@@ -68,7 +68,7 @@ class NodeContext:
             self._faults.call(f"a caller of node {self.node!r}", reply, moved)
 
     def serve(self, on_call: Callable[[Reply], None], reply: Reply) -> None:
-        """Let the node answer a call, now or later; ``reply`` is called once, even if the node leaves before that."""
+        """Ask the node to answer a call, now or later; ``reply`` is called once, even if the node leaves."""
         number = next(self._numbers)
         self._calls[number] = reply
 

@@ -21,7 +21,7 @@ MOST_AHEAD = 8
 
 
 def window_of(report: TrafficReport, spacing: float) -> int:
-    """Return how many cells ahead a robot is granted: so many that it need not slow down before it learns of more."""
+    """Return how many cells to grant ahead, so that the robot never brakes while it waits for the next grant."""
     needed = report.braking + ROUND_TRIP * report.speed
     return min(1 + math.ceil(needed / spacing), MOST_AHEAD)
 

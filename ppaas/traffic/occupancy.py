@@ -160,7 +160,7 @@ class Occupancy:
         self.outdated = True
 
     def put_back(self, name: str) -> None:
-        """Let a robot that was taken out take part again, where it stands.
+        """Take a robot that was taken out in again, where it stands.
 
         Raises
         ------
@@ -245,7 +245,7 @@ class Occupancy:
             self.gives_back |= {member.name} if member.report.way else set()
 
     def _stand(self, member: Member) -> None:
-        """Let a robot hold the cells that it touches, and nothing else."""
+        """Mark only the cells that a robot touches as held by it."""
         self._release(member)
         member.base = self._touched(member)
         for cell in member.base:

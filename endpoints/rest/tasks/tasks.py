@@ -129,7 +129,7 @@ def _cancel(store: TaskStore, key: tuple[str, str, str]) -> MapTask:
 
 
 async def _tell(services: Services, record: MapTask) -> None:
-    """Let the master read the tasks; without one, that which leads next does."""
+    """Ask the master to read the tasks; without one, the next leader does."""
     with suppress(Unavailable):
         await services.cloud.tasks_changed(record.user, record.map)
 

@@ -274,7 +274,7 @@ class NodeMonitorNode(Node):
                 self._take_back(node, f"the robot did not renew its lease for {self._parameters.patience:g} s")
 
     def recall(self, reason: str) -> None:
-        """Let all nodes that run on the robot continue here from their last checkpoints, as after a lost lease.
+        """Continue all nodes that run on the robot here, from their last checkpoints, as after a lost lease.
 
         Their wanted home stays, so the robot takes them again, built from the current map.
         """

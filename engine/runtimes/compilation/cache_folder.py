@@ -21,7 +21,7 @@ VARIABLE = "NUMBA_CACHE_DIR"
 
 
 def ensure_cache() -> None:
-    """Let this process and its children cache kernels in memory, if nowhere else; call it before numba is imported.
+    """Cache kernels of this process and its children in memory, if nowhere else; call it before numba is imported.
 
     The folder is removed when this process ends, or swept by the next one after it was killed.
     """

@@ -146,7 +146,7 @@ class Following:
         return self._not_found
 
     def give_up(self, reason: str, *, not_found: bool = False) -> None:
-        """Follow no longer by this order, or until a robot sees a person who was ``not_found``."""
+        """Stop following by this order, or until a robot sees a person who was ``not_found``."""
         self._gave_up, self._not_found = reason, not_found
 
     def step(self, now: float, robot: Pose2D, views: Sequence[SensorView]) -> Step:

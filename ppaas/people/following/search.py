@@ -156,7 +156,7 @@ class Search:
         return None
 
     def skip(self) -> None:
-        """Look no longer at the place of `next_place`, which the robot does not get to."""
+        """Give up the place of `next_place`, which the robot does not get to."""
         if self._target is not None:
             self._area &= self._from(self._target) > NEAR
 

@@ -41,7 +41,7 @@ class OffsetFilter:
         self.covariance: Array = np.zeros((3, 3))
 
     def predict(self, now: float, prior: Array) -> None:
-        """Let the offset drift until a time [s], towards the (3, 3) covariance of the robot's own localization."""
+        """Apply the offset's drift until a time [s], towards the (3, 3) covariance of the robot's own localization."""
         seconds, self.at = max(now - self.at, 0.0), now
         fading = float(np.exp(-seconds / FORGET))
         self.mean = fading * self.mean

@@ -149,7 +149,7 @@ class MasterControl:
         return self._out
 
     def tick(self, now: float) -> list[Instruction]:
-        """Let time pass: messages are sent again, patience runs out, progress is reported."""
+        """Advance the time: messages are sent again, patience runs out, progress is reported."""
         self._out = []
         if self._broken_at is not None and now - self._broken_at > self.settings.offline_patience:
             broken = f"the connection of the AGV has been broken for {now - self._broken_at:.0f} s"
