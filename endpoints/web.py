@@ -124,13 +124,13 @@ class Web:
         await asyncio.gather(*(server.serve(list(sockets)) for server, sockets in servers))
 
     def serve_rapyuta(self, listeners: Sequence[socket.socket]) -> None:
-        """Let ``serve`` also serve robots of Rapyuta, on these listeners."""
+        """Make ``serve`` also serve robots of Rapyuta, on these listeners."""
         self._background.run(self._rapyuta.watch())
         app = rapyuta_app(self._services, self._rapyuta, self._settings)
         self._others.append((Server(self._configured(app)), listeners))
 
     def serve_foxglove(self, listeners: Sequence[socket.socket]) -> None:
-        """Let ``serve`` also serve viewers of Foxglove, on these listeners; needs the extra ``foxglove``."""
+        """Make ``serve`` also serve viewers of Foxglove, on these listeners; needs the extra ``foxglove``."""
         from endpoints.foxglove.app import foxglove_app  # noqa: PLC0415 - of the extra
 
         app = foxglove_app(self._services, self.sessions, self._settings)

@@ -15,7 +15,7 @@ BASE = ""
 
 
 def install_hint(*extras: str) -> str:
-    """Return the words that tell how to install extras of this project.
+    """Return the words that explain how to install extras of this project.
 
     The project is installed from a checkout: no index has it, and a program that an index has under a name like it is
     another one.

@@ -385,7 +385,7 @@ class PlanCancelled(PlanningError):
 
 
 def _classes_by_slug(root: type[PPaaSError]) -> dict[str, type[PPaaSError]]:
-    """Return a class and all its subclasses, by slug; a subclass without one of its own is left out."""
+    """Return a class and all its subclasses, by slug; a subclass without its own slug is left out."""
     found = {root.slug: root}
     for child in root.__subclasses__():
         found = _classes_by_slug(child) | found

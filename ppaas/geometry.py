@@ -74,7 +74,7 @@ def poses_along(points: NDArray[np.float64], goal_theta: float | None = None) ->
     points : (n, 2) array
         x, y [m].
     goal_theta : float, optional
-        Heading of the last pose [rad]; by default that of the pose before it.
+        Heading of the last pose [rad]; by default the heading of the pose before it.
 
     Returns
     -------

@@ -21,7 +21,7 @@ class MapStore(Protocol):
         """Make the uploaded files the current version of a map, atomically; return its head.
 
         Metadata that the publication leaves at None is unchanged. Publishing the files of the current version again
-        adds no version, so a publication may be retried; a message replaces that of the version.
+        adds no version, so a publication may be retried; a message replaces the version's.
 
         Raises
         ------
@@ -29,7 +29,7 @@ class MapStore(Protocol):
             The map belongs to another user (of two users who publish under a new id at the same time, one gets it), or
             its current version is not ``if_match``.
         InvalidInput
-            A name is not valid, or the files are not those of a map.
+            A name is not valid, or the files are not a map's.
         """
         ...
 
@@ -66,7 +66,7 @@ class MapStore(Protocol):
         NotFound
             The map does not exist.
         Conflict
-            For the reasons of ``publish``, or the files are those of the current version.
+            For the reasons of ``publish``, or the files are the current version's.
         QuotaExceeded
             Too many versions of the map wait already, or they are too large.
         """

@@ -18,7 +18,7 @@ class OpenMap:
     record : MapRecord
         The map, with this version.
     paths, buffers : dict
-        Path of each file on this machine, and its content; the keys are those of ``storage.versions.PARTS``.
+        Path of each file on this machine, and its content; the keys are from ``storage.versions.PARTS``.
     """
 
     record: MapRecord

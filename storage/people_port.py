@@ -9,7 +9,7 @@ from storage.people_records import BEFORE_ALL, MapPeople, PeopleCount
 class PeopleStore(Protocol):
     """Settings of the robots of a user on a map, and numbers of people in an hour.
 
-    Counts need stored settings: those of other users and maps are not stored.
+    Counts need stored settings: counts of other users and maps are not stored.
     """
 
     def put_people_settings(self, record: MapPeople, *, instead_of: MapPeople | None = None) -> None:

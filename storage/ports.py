@@ -217,8 +217,8 @@ class PlanStore(Protocol):
     def plans_through(self, search: PlanStoreQuery, *, limit: int = 8) -> list[PlanPassage]:
         """Return plans that pass near one place and later near another, shortest passage first.
 
-        Parameters are those of ``find_plans``. The store examines a bounded number of plans: each result is right, but
-        a shorter passage may exist.
+        Parameters are the same as for ``find_plans``. The store examines a bounded number of plans: each result is
+        right, but a shorter passage may exist.
         """
         ...
 

@@ -257,7 +257,7 @@ class RobotRecord(msgspec.Struct, frozen=True):
 class PlanRecord(msgspec.Struct, frozen=True):
     """A plan. ``poses`` holds the (n, 7) float64 array, little-endian, row by row.
 
-    ``parameters`` are those of the planner. ``origin`` is ``computed``; ``reused``, a stored plan; ``stitched``, a
+    ``parameters`` are the planner's. ``origin`` is ``computed``; ``reused``, a stored plan; ``stitched``, a
     stored plan with computed ends; or ``given`` by a program, whose numbers are not verified. The *head* of a plan is
     the record without poses (empty bytes).
     """
@@ -288,7 +288,7 @@ class PlanPassage(msgspec.Struct, frozen=True):
 
 
 class PlanPart(msgspec.Struct, frozen=True):
-    """A segment of a plan that is stored as an entry of its own, which any number of plans share.
+    """A segment of a plan that is stored as a separate entry, which any number of plans share.
 
     ``first`` is the index of its first waypoint in the plan, ``count`` its number of waypoints, ``plans`` the number of
     references from plans.

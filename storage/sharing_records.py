@@ -44,7 +44,7 @@ class Share(msgspec.Struct, frozen=True):
 
 
 class TokenScope(msgspec.Struct, frozen=True):
-    """Limit of the rights of a token; it never has more than those of its user.
+    """Limit of the rights of a token; it never has more rights than its user.
 
     Parameters
     ----------

@@ -86,7 +86,7 @@ class StagedUpload:
         self.keeps: frozenset[str] = frozenset()
 
     def files_after(self, current: Mapping[str, MapFile]) -> dict[str, MapFile]:
-        """Return the files of a version made of it, given those of the current version."""
+        """Return the files of a version made of it, given the files of the current version."""
         return files_after(self.files, self.keeps, current)
 
     def path(self, part: str) -> Path:

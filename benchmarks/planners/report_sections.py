@@ -72,7 +72,7 @@ def _fields(fields: Sequence[dict[str, Any]]) -> Iterator[str]:
 def _comparisons(comparisons: Sequence[dict[str, Any]]) -> Iterator[str]:
     yield "### Comparison with packages from PyPI"
     yield (
-        "*× ours* is the time, divided by that of our fastest planner with the right answer. *Error* is the mean "
+        "*× ours* is the time, divided by the time of our fastest planner with the right answer. *Error* is the mean "
         "relative error of the values of a field, or the relative excess cost of a path over the cheapest; it is "
         "negative for some paths that cut corners. *Preparation* is not part of the time: it builds an index, or "
         "converts the map to the input of a library. *Drivable* is a field that reaches the same cells as ours, or a "
@@ -114,7 +114,7 @@ def _indexes(indexes: Sequence[dict[str, Any]]) -> Iterator[str]:
     yield "### Indexes"
     yield (
         "The index of a grid, built on one thread and on several, and queries between random cells. *Wrong* counts "
-        "the queries whose path is not as long as that of jps. The aim for an index of 1024² is at most 5 s on two "
+        "the queries whose path is not as long as jps's. The aim for an index of 1024² is at most 5 s on two "
         "threads, and 40 MB."
     )
     yield from _answered(indexes, tables.index_rows, "grid")

@@ -295,7 +295,7 @@ class Accounts:
         self._tokens.forget_user(user_id)
 
     def forget_all(self) -> None:
-        """Read all users again, because another endpoint may have changed them without this one being told."""
+        """Read all users again, because another endpoint may have changed them without notice to this one."""
         self._tokens.forget_all()
 
     async def is_known(self, user_id: str) -> bool:

@@ -53,7 +53,7 @@ def credentials_of(connection: HTTPConnection) -> Credentials:
 def address_of(connection: HTTPConnection) -> str:
     """Return the address of the client, without its port; empty if it is unknown.
 
-    Behind a trusted proxy, it is that of the client of the proxy (`endpoints.http.forwarding`).
+    Behind a trusted proxy, it is the address of the proxy's client (`endpoints.http.forwarding`).
     """
     return connection.client.host if connection.client is not None else ""
 
@@ -113,7 +113,7 @@ async def _user_of(connection: HTTPConnection, credentials: Credentials, account
 async def authenticate_socket(socket: WebSocket, accounts: Accounts) -> tuple[User, str]:
     """Return the user of a handshake, and the id of the token; note both.
 
-    The token is that of the header, else of the ticket, else of a subprotocol, else in the address. Basic credentials
+    The token is taken from the header, else the ticket, else a subprotocol, else the address. Basic credentials
     count last: beside a token they may be for a proxy in between, whose password a browser sends to all behind it.
 
     Raises

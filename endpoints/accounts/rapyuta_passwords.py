@@ -87,7 +87,7 @@ class RapyutaPasswords:
             raise NotAuthenticated("wrong user or password") from error
 
     async def set(self, user_id: str, password: str | None) -> User:
-        """Set the password for the robots of a user, who is returned; None lets no robot log in by one any more.
+        """Set the password for the robots of a user, who is returned; None stops robots from logging in by one.
 
         Raises
         ------

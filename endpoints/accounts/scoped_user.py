@@ -9,7 +9,7 @@ from storage.sharing_records import TokenScope
 class ScopedUser(User, frozen=True, kw_only=True):
     """User whose request was authenticated by a scoped token: an ordinary user, also if the user is an administrator.
 
-    ``scope`` is that of the token. The password hash is empty.
+    ``scope`` is the token's scope. The password hash is empty.
     """
 
     scope: TokenScope

@@ -7,8 +7,8 @@ from storage.store_cache import StoreCache
 class TokenCache(StoreCache[User]):
     """Users of recently verified tokens, by the hashes of the tokens; of one endpoint.
 
-    Each endpoint is told when another one changes a user (``SharedLogins.forget``). One that cannot be told accepts a
-    revoked token for the lifetime of an entry.
+    Each endpoint is notified when another one changes a user (``SharedLogins.forget``). One that cannot be notified
+    accepts a revoked token for the lifetime of an entry.
     """
 
     def forget_user(self, user_id: str) -> None:

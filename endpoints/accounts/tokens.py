@@ -136,7 +136,7 @@ class Tokens:
     async def forget(self, user_id: str) -> None:
         """Make all endpoints read a user and the user's tokens again.
 
-        If the others cannot be told now, they accept the tokens for the lifetime of an entry of their cache.
+        If the others cannot be notified now, they accept the tokens for the lifetime of an entry of their cache.
         """
         self.forget_user(user_id)
         try:

@@ -1,4 +1,4 @@
-"""Notes of routes for the audit log, in the ASGI scope of a request: what neither path nor body says."""
+"""Notes of routes for the audit log, in the ASGI scope of a request: what neither path nor body contains."""
 
 from collections.abc import MutableMapping
 from typing import Any

@@ -1,6 +1,6 @@
 """Client of a place within this process: operations in, messages and answers out, as rosbridge has them.
 
-Its session is in the container of the place, as that of any client. Errors that the endpoint can see are raised at
+Its session is in the container of the place, as for any client. Errors that the endpoint can see are raised at
 once; what the session refuses is reported later.
 """
 
@@ -205,7 +205,7 @@ class PlaceClient:
         self._served[service] = serve
 
     def withdraw(self, service: str) -> None:
-        """Offer a service no longer."""
+        """Withdraw a service."""
         if self._served.pop(service, None) is not None:
             self._execute(operations.UnadvertiseService(service))
 
@@ -243,7 +243,7 @@ class PlaceClient:
         self._end(frame.id, values if frame.result else error_of_text(_text(frame.values), Unavailable))
 
     def _end(self, identity: str | int | None, outcome: Outcome) -> bool:
-        """End a call; return whether the id is that of a call."""
+        """End a call; return whether the id names a call."""
         name, mark, number = str(identity).partition(_CALL)
         if name or not mark or not number.isdecimal():
             return False

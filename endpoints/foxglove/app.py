@@ -1,4 +1,4 @@
-"""Application for viewers: the WebSocket, and a page that says how to open it."""
+"""Application for viewers: the WebSocket, and a page that explains how to open it."""
 
 from dataclasses import replace
 

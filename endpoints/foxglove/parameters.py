@@ -51,7 +51,7 @@ async def write_parameter(view: RobotView, name: str, parameter: Parameter) -> N
     ----------
     view : RobotView
     name : str
-        Name without that of the robot.
+        Name without the robot's name.
     parameter : Parameter
     """
     if parameter.value is msgspec.UNSET:
@@ -101,7 +101,7 @@ class WatchedParameters:
         self._all = self._all or not names
 
     def remove(self, names: list[str]) -> None:
-        """Watch parameters no longer; without names, none."""
+        """Stop watching parameters; without names, all of them."""
         self._names.difference_update(names)
         if not names:
             self._names, self._all = set(), False

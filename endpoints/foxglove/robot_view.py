@@ -26,7 +26,7 @@ _encoder = msgspec.json.Encoder()
 class Shown(NamedTuple):
     """Content of a channel.
 
-    ``topic`` is the name without that of the robot; ``source`` the topic of the clone that it is made of, empty for
+    ``topic`` is the name without the robot's name; ``source`` the topic of the clone that it is made of, empty for
     the body of the robot, and ``kind`` the type of that topic as spelled in ROS 1.
     """
 
@@ -163,7 +163,7 @@ class RobotView:
             raise
 
     def ignore(self, shown: Shown) -> None:
-        """Feed a channel no longer."""
+        """Stop feeding a channel."""
         feed = self._feeds.pop(shown, None)
         if feed is not None:
             feed.close()

@@ -177,7 +177,7 @@ class Viewer:
         raise NotFound("robot at the beginning of", name[:64], [f"/{known}/{bare[:64]}" for known in sorted(views)[:5]])
 
     def find_topic(self, name: str) -> tuple[RobotView, str]:
-        """Return robot and topic as `find`; a topic of the clone that names no robot is that of the only robot."""
+        """Return robot and topic as `find`; a topic of the clone that names no robot belongs to the only robot."""
         try:
             return self.find(name)
         except NotFound:

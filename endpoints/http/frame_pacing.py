@@ -17,7 +17,7 @@ FRAMES = 4000.0
 """Rate of frames that alone uses the whole budget [1/s]; a robot with many sensors sends some hundreds."""
 
 BYTES = 128 << 20
-"""Rate of data that alone uses the whole budget [bytes/s]: twice that of raw 640×480 depth images at 30 Hz."""
+"""Rate of data that alone uses the whole budget [bytes/s]: twice the rate of raw 640×480 depth images at 30 Hz."""
 
 BUSY = 0.5
 """Share of the event loop's time that alone uses the whole budget."""

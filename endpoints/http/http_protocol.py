@@ -1,7 +1,7 @@
 """HTTP protocol of uvicorn with limits of heads, times and connections, which passes bodies on without copies.
 
 Every state in which the client must act has a time limit: a head must arrive, the rest of a body that was answered
-already, the next request, and the reading of an answer. Bodies have limits of their own (`endpoints.http.body_limit`).
+already, the next request, and the reading of an answer. Bodies have separate limits (`endpoints.http.body_limit`).
 """
 
 import asyncio

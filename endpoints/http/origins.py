@@ -1,6 +1,6 @@
-"""Origins of web pages that open a WebSocket: those of the cloud's own host, and those that are allowed.
+"""Origins of web pages that open a WebSocket: pages of the cloud's own host, and allowed origins.
 
-Browsers apply no rule of their own to WebSockets, and name the page in ``Origin`` (RFC 6455, 10.2). Clients that are no
+Browsers apply no rule to WebSockets themselves, and name the page in ``Origin`` (RFC 6455, 10.2). Clients that are no
 browser may send any ``Origin``, or none.
 """
 

@@ -62,7 +62,7 @@ STATUS: dict[type[errors.PPaaSError], tuple[int, str]] = {
     errors.TransformError: (422, "No transform"),
     errors.PlanningError: (422, "Planning failed"),
 }
-"""HTTP status and title of each error; other errors have those of their nearest base class."""
+"""HTTP status and title of each error; other errors use their nearest base class."""
 
 _SLUG = "ppaas.problem"
 """Key in the ASGI scope."""
@@ -110,7 +110,7 @@ def status_problem(status: int, detail: str, headers: Mapping[str, str] | None =
 def problem_response(error: errors.PPaaSError, *, to_admin: bool = False) -> Response:
     """Return the response of an error.
 
-    Planning errors have their Nav2 ``code`` (201–208), and those of zones and robot files their ``faults``.
+    Planning errors have their Nav2 ``code`` (201–208), and errors of zones and robot files their ``faults``.
     A request that waits in the queue, as it allowed, is not a problem: it is accepted (202) with its position. What
     only operators may read is logged, and sent to administrators.
     """
@@ -141,7 +141,7 @@ def _retry(error: errors.PPaaSError) -> dict[str, str]:
 
 
 def add_problem_handlers(app: FastAPI, operations: Operations) -> None:
-    """Make an application respond to every error with a problem; ``operations`` are those of its service."""
+    """Make an application respond to every error with a problem; ``operations`` belong to its service."""
     app.add_exception_handler(errors.PPaaSError, _domain_error)
     app.add_exception_handler(RequestValidationError, _validation_error)
     app.add_exception_handler(HTTPException, partial(_http_error, operations))
@@ -203,7 +203,7 @@ async def _http_error(operations: Operations, request: Request, error: Exception
 
 
 def _allowed(operations: Operations, asked: str) -> set[str]:
-    """Return all methods of a path; Starlette reports only those of the first of its routes."""
+    """Return all methods of a path; Starlette reports only the methods of its first route."""
     methods = {method for path, methods in operations if compile_path(path)[0].match(asked) for method in methods}
     return methods | {"HEAD"} if "GET" in methods else methods
 

@@ -30,7 +30,7 @@ class ServerTls:
     Parameters
     ----------
     certificate : Path
-        Certificate of the server in PEM, followed by those of its issuers.
+        Certificate of the server in PEM, followed by its issuers' certificates.
     key : Path
         Its private key in PEM, not encrypted.
 
@@ -97,7 +97,7 @@ class ServerTls:
         return context
 
     def _use_newest(self, connection: ssl.SSLSocket | ssl.SSLObject, _name: str | None, _first: ssl.SSLContext) -> None:
-        """Let a handshake use the newest certificate; OpenSSL calls it for each, also if the client names no host."""
+        """Use the newest certificate in a handshake; OpenSSL calls it for each, also if the client names no host."""
         connection.context = self._newest
 
 

@@ -98,7 +98,7 @@ class JointMapCoordinator:
         return maps
 
     def _permitted(self, robots: list[MappingRobot]) -> list[MappingRobot]:
-        """Return the robots without those of users with whom the published map is not shared any more; may block."""
+        """Return the robots whose users own the published map, or may still use it; may block."""
         return [robot for robot in robots if self._may_join(robot.user, robot.joint_map)]
 
     def _may_join(self, user: str, joint_map: str) -> bool:
@@ -206,7 +206,7 @@ def _names(join: Join) -> str:
 
 
 def join_in_process(groups: Sequence[Sequence[bytes]]) -> bytes:
-    """Join pose graphs in a process of its own; blocks.
+    """Join pose graphs in a separate process; blocks.
 
     Parameters
     ----------

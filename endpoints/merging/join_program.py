@@ -13,7 +13,7 @@ from storage.staged_uploads import mapped
 
 
 def join_files(groups: list[list[str]], to: Path) -> dict[str, Any]:
-    """Join pose graphs, and write that of the joint map.
+    """Join pose graphs, and write the joint map's.
 
     Parameters
     ----------

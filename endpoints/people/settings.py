@@ -60,7 +60,7 @@ async def change_settings(services: Services, user: str, map_id: str, change: Ch
 
 
 async def forget_counts(services: Services, user: str, map_id: str) -> None:
-    """Remove all counts of a user on a map, also those of the coordinator.
+    """Remove all counts of a user on a map, also the coordinator's.
 
     A coordinator that runs forgets its counts when it is configured without ``history``. One that does not has them in
     its checkpoint: what it counted in this hour and before is not collected when it runs again.

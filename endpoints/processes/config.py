@@ -21,7 +21,7 @@ class FrontConfig(msgspec.Struct, frozen=True, kw_only=True):
     url : str
         Address at which it serves clients, for lists; empty on a joined machine until its endpoint knows the host.
     advertised : str
-        Address that robots whose container is on this machine are told; empty for none.
+        Address sent to robots whose container is on this machine; empty for none.
     dead : float
         Time after which a silent connection counts as dead [s].
     log_level, root_path : str
@@ -84,7 +84,7 @@ class EndpointConfig(msgspec.Struct, frozen=True, kw_only=True, tag="own"):
     machine : str
         Machine on which it runs.
     run_dir : str
-        Folder of the sockets of the cloud; the master's and those of endpoints are in it.
+        Folder of the sockets of the cloud; the master's and the endpoints' sockets are in it.
     secret : str
         Secret of the cloud's own processes.
     store, map_store : str

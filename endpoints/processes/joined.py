@@ -1,4 +1,4 @@
-"""Settings of an endpoint on a joined machine: those of its machine, and those that its cloud tells."""
+"""Settings of an endpoint on a joined machine: its machine's own, and the ones that its cloud sends."""
 
 import asyncio
 import logging

@@ -16,10 +16,10 @@ from ppaas.errors import Unavailable
 logger = logging.getLogger(__name__)
 
 COMMAND = (sys.executable, "-m", serving.__name__)
-"""Command that runs an endpoint; with docstrings, since those of routes are the documentation of REST."""
+"""Command that runs an endpoint; with docstrings, since the routes' docstrings document REST."""
 
 START_TIMEOUT, LOOK = 600.0, 0.02
-"""Time limit until all endpoints serve, as long as that of the local machine, and the period of checks [s]. They start
+"""Time limit until all endpoints serve, as long as the local machine's limit, and the period of checks [s]. They start
 while the fork server compiles kernels, if it is the first start on a computer."""
 
 HOPELESS = 3

@@ -20,7 +20,7 @@ PERIOD = 0.5
 class MapRightsWatch:
     """Closes places whose map or mask is no longer shared with the owner of their robot.
 
-    A robot that makes a joint map with those of another user connects again, and then maps apart from them.
+    A robot that makes a joint map with another user's robots reconnects, and then maps apart from them.
 
     Parameters
     ----------

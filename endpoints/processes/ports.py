@@ -56,7 +56,7 @@ class Ports:
         )
 
     def log(self, *, tls: bool) -> None:
-        """Log the addresses beside that of REST and robots."""
+        """Log the addresses other than the one of REST and robots."""
         if self.rapyuta:
             logger.info("serving robots of Rapyuta at %s", url_of(self.rapyuta[0], "https" if tls else "http"))
         if self.foxglove:

@@ -1,4 +1,4 @@
-"""Records of the endpoint processes of a host, by which a cloud process finds those of a killed one."""
+"""Records of the endpoint processes of a host, by which a cloud process finds the endpoints of a killed one."""
 
 from pathlib import Path
 

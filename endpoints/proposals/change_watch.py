@@ -166,7 +166,7 @@ class ChangeWatch:
             (folder / POSEGRAPH).write_bytes(posegraph)
 
     def _add_others(self, upload: StagedUpload, head: MapRecord) -> None:
-        """Add the files of a map that are not compared, such as an octomap; its zones are those of the map anyway."""
+        """Add the files of a map that are not compared, such as an octomap; the map's zones are kept anyway."""
         upload.keeps = ONLY_ZONES
         others = head.present.files.keys() - {*PARTS, ZONES}
         with self._services.map_store.open_map(head.id, head.version, only=others) as opened:

@@ -1,4 +1,4 @@
-"""Files of a comparison: those of the map, the pose graph of the robot that continues it, and the settings."""
+"""Files of a comparison: the map's files, the pose graph of the robot that continues it, and the settings."""
 
 from storage.versions import IMAGE, POSEGRAPH, YAML
 

@@ -27,7 +27,7 @@ def rapyuta_app(services: Services, registry: RobotRegistry, settings: FrontSett
     registry : RobotRegistry
         Registry of the robots.
     settings : FrontSettings
-        Trusted proxies, which may tell the address by which robots come.
+        Trusted proxies, which may state the address by which robots come.
     """
 
     async def robot_socket(websocket: WebSocket) -> None:
@@ -42,7 +42,7 @@ def rapyuta_app(services: Services, registry: RobotRegistry, settings: FrontSett
 
 
 async def _master(request: Request) -> Response:
-    """Return the address of the WebSocket: that of this request, which the robot has reached."""
+    """Return the address of the WebSocket: the address of this request, which the robot has reached."""
     scheme = "wss" if request.url.scheme == "https" else "ws"
     answer = answer_master(request.query_params.multi_items(), f"{scheme}://{request.url.netloc}/")
     return Response(answer.body, answer.status, {"Cache-Control": "no-store"}, answer.media_type)

@@ -119,7 +119,7 @@ class Clone:
         self._owner.lost(reason)
 
     def renew_token(self, token: str) -> None:
-        """Let the client be one of another token of the same user."""
+        """Replace the client's token by another one of the same user."""
         if self._client is not None:
             self._client.attachment.token = token
 
@@ -135,7 +135,7 @@ class Clone:
 
 @dataclass
 class _Names:
-    """Names in the graph of a container that differ from those of the clone."""
+    """Names in a container's graph that differ from the clone's names."""
 
     namespaces: set[str] = field(default_factory=set)
     remapped: dict[str, str] = field(default_factory=dict)

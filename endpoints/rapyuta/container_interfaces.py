@@ -140,7 +140,7 @@ class ContainerServiceProvider(ContainerInterface, Asker):
         self._graph.client.offer(self.name, self._class, self.ask)
 
     def close(self) -> None:
-        """Offer the service no longer."""
+        """Withdraw the service."""
         self._graph.client.withdraw(self.name)
 
 

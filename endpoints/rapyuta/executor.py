@@ -257,7 +257,7 @@ class Executor:
                 self._reopen(clone)
 
     def _reopen(self, clone: Clone) -> None:
-        """Let the interfaces of all containers use a clone that was opened again."""
+        """Move the interfaces of all containers to a clone that was reopened."""
         containers = [one for one in self._endpoints.all() if isinstance(one, Container) and one.clone is clone]
         for container in containers:
             self._each(container.own_interfaces(), lambda interface: interface.open())

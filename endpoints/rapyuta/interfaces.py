@@ -57,7 +57,7 @@ class Sink(Interface, ABC):
 
     @abstractmethod
     def deliver(self, payload: bytes, topic: str) -> None:
-        """Deliver a message as JSON; ``topic`` is that of its source."""
+        """Deliver a message as JSON; ``topic`` is its source's topic."""
 
 
 class Source(Interface):

@@ -1,4 +1,4 @@
-"""Login of robots: by the SHA-256 hash of a password of their own, where an administrator allows it, or by a token."""
+"""Login of robots: by the SHA-256 hash of a separate password, where an administrator allows it, or by a token."""
 
 from starlette.websockets import WebSocket
 

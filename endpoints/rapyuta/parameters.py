@@ -1,4 +1,4 @@
-"""Parameters of ROS 1 in a container: free ones of the clone, and those of nodes, which are in the robot's file."""
+"""Parameters of ROS 1 in a container: free ones of the clone, and nodes' parameters, which are in the robot's file."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -17,7 +17,7 @@ from storage.ports import RobotStore
 from storage.records import RobotRecord
 
 MOVE_BASE = "move_base"
-"""Node below whose name ROS 1 has the parameters of planners and costmaps, which have sections of their own here."""
+"""Node below whose name ROS 1 has the parameters of planners and costmaps, which have separate sections here."""
 
 _encoder = msgspec.json.Encoder()
 

@@ -100,7 +100,7 @@ class Robot(Endpoint):
         self.expiry: asyncio.TimerHandle | None = None
 
     def renew(self, identity: Identity) -> None:
-        """Let the robot be logged in by another token of the same user."""
+        """Replace the robot's login by another token of the same user."""
         self.identity = identity
         if self.clone is not None:
             self.clone.renew_token(identity.token)
@@ -112,7 +112,7 @@ class Robot(Endpoint):
     # -- frames --------------------------------------------------------------------------------------------------------
 
     def disconnect(self) -> None:
-        """Let frames wait for the next connection."""
+        """Hold frames for the next connection."""
         self.carrier = None
         self.outbox.connect(None)
 

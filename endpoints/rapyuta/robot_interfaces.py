@@ -31,7 +31,7 @@ class RobotInterface(Interface):
     Raises
     ------
     InvalidInput
-        The type is that of an interface in a container, or the class is not known to a forwarder.
+        The type belongs to an interface in a container, or the class is not known to a forwarder.
     """
 
     def __init__(self, robot: str, tag: str, kind: InterfaceType, class_name: str, send: Send) -> None:
@@ -41,7 +41,7 @@ class RobotInterface(Interface):
         self._active = False
 
     def peers_changed(self) -> None:
-        """Notify the robot that the interface is connected now, or no longer."""
+        """Notify the robot that the interface was connected or disconnected."""
         if self._active is not bool(self.peers):
             self._active = bool(self.peers)
             self._send(interface_status(self.tag, active=self._active), None)
@@ -52,7 +52,7 @@ class RobotInterface(Interface):
         Raises
         ------
         InvalidInput
-            Its class is not that of the interface, or it is not a message of this class.
+            Its class is not the interface's, or it is not a message of this class.
         """
         if message.type != self.class_name:
             raise InvalidInput(

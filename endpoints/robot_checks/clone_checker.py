@@ -137,7 +137,7 @@ class CloneChecker:
         return _answers.decode(line)
 
     def _stay(self) -> None:
-        """Let the process live on."""
+        """Keep the process alive."""
         if self._dismissal is not None:
             self._dismissal.cancel()
             self._dismissal = None

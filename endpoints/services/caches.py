@@ -9,7 +9,7 @@ from storage.store_cache import StoreCache
 
 
 class Caches:
-    """Connects the caches of this process with those of others.
+    """Connects the caches of this process with the caches of others.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ class HeavyWork:
 
     @asynccontextmanager
     async def turn_of_user(self, user: str) -> AsyncIterator[None]:
-        """Wait for a turn among those of this user only: for work that a slow client may prolong."""
+        """Wait for a turn among this user's turns only: for work that a slow client may prolong."""
         turns = self._users.setdefault(user, _UserTurns(self._of_user))
         turns.waiting += 1
         try:

@@ -1,6 +1,6 @@
 """Joint maps: the choice of the maps that are joined next, and the results of attempts. It does no I/O.
 
-Robots that make maps of one name belong to one *joint map*, but each begins in a frame of its own. Robots in one frame
+Robots that make maps of one name belong to one *joint map*, but each begins in a separate frame. Robots in one frame
 exchange what they mapped; those in different frames are joined by places that they have both seen.
 """
 
@@ -70,7 +70,7 @@ class Join(NamedTuple):
 
     @property
     def robots(self) -> list[RobotMap]:
-        """All robots, those of the first group first."""
+        """All robots, the first group's first."""
         return [robot for group in self.groups for robot in group]
 
     @property

@@ -91,7 +91,7 @@ class Publication:
 class Publications:
     """Publications by user and robot; of a robot whose map is published several times at once, the last one.
 
-    They are those of this endpoint: `GET` of a robot's map by way of another endpoint shows no progress of them.
+    They belong to this endpoint: `GET` of a robot's map by way of another endpoint shows no progress of them.
     """
 
     def __init__(self) -> None:

@@ -25,7 +25,7 @@ class RefusedConnect(NamedTuple):
 class RefusedConnects:
     """Last refusals by user and robot.
 
-    They are those of this endpoint: a diagnosis by way of another endpoint does not name them, and a connect by way of
+    They belong to this endpoint: a diagnosis by way of another endpoint does not name them, and a connect by way of
     another endpoint does not end them.
 
     Parameters

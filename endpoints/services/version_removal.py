@@ -62,7 +62,7 @@ def expire_versions(services: Services, record: MapRecord, containers: Sequence[
 
 
 def _in_use(containers: Sequence[ContainerView], map_id: str, versions: set[str]) -> set[str]:
-    """Return those of the versions that robots may use: as their map, or any of them as a mask."""
+    """Return which of the versions robots may use: as their map, or any of them as a mask."""
     of_robots = [one for one in containers if one.robot is not None]
     if any(map_id in one.masks for one in of_robots):
         return versions

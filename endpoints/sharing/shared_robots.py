@@ -42,7 +42,7 @@ class ReachedRobot:
 
     @property
     def id(self) -> str:
-        """Id of the robot among those of its owner."""
+        """Id of the robot among its owner's robots."""
         return self.record.id
 
 
@@ -136,7 +136,7 @@ def shows_map(store: RobotStore, caller: User, head: MapRecord) -> bool:
 def plans_shown(store: RobotStore, caller: User, head: MapRecord) -> Callable[[PlanRecord], bool]:
     """Return a function that returns whether a caller, who may read a map, may see a stored plan on it; may block.
 
-    A caller who reads the map itself sees all. One whom a robot shows the map sees the caller's own plans, and those of
+    A caller who reads the map itself sees all. One whom a robot shows the map sees the caller's own plans, and plans of
     robots whose plans they may subscribe to.
     """
     if reads_itself(caller, head):

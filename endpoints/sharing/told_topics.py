@@ -1,4 +1,4 @@
-"""Topics whose content each route about a robot answers with: what the robot would not tell a caller, no route does."""
+"""Topics whose content each route about a robot returns: no route reveals what the robot would not send a caller."""
 
 from collections.abc import Mapping
 from typing import Final

@@ -37,7 +37,7 @@ class AgentConfig(msgspec.Struct, frozen=True):
     peering : Peering, optional
         How its router connects to the routers of other hosts.
     endpoints : str, optional
-        Folder of the sockets of the endpoints on this machine; by default, that of its sockets.
+        Folder of the sockets of the endpoints on this machine; by default, its own sockets' folder.
     identity : str, optional
         Folder with its key and certificates, if the master is on another host.
     runtime : str

@@ -166,7 +166,7 @@ class ContainerGateway:
     async def use_layers(
         self, spec: ContainerSpec, layers: Path, changes: Sequence[tuple[int, int, int, int]] | None
     ) -> None:
-        """Let an attached container go on with the map versions of a spec; wait until it does.
+        """Move an attached container to the map versions of a spec; wait until it uses them.
 
         Its requests act for these versions from its answer on.
 
@@ -288,7 +288,7 @@ class ContainerGateway:
                 subscription.close()
 
     def _take(self, frame: machine_link.FromContainer, attached: _AttachedContainer) -> None:
-        spec = attached.spec  # that of the frame: the map may be replaced before the request is executed
+        spec = attached.spec  # as of the frame: the map may be replaced before the request is executed
         match frame:
             case machine_link.SaveClone():
                 self._ask(frame.request, attached, _in_turn(attached, lambda: self._save_clone(attached, spec, frame)))

@@ -259,7 +259,7 @@ class ContainerSupervisor:
             self._cache.release(folder)
 
     def use_map(self, order: control_link.UseMap) -> None:
-        """Let the clone in a container go on with other versions of its map; do nothing if it does not run."""
+        """Move the clone in a container to other versions of its map; do nothing if it does not run."""
         hosted = self._hosted.get(order.container)
         if hosted is not None and hosted.followed is not None:
             hosted.followed.follow(order, self._cache, self._gateway)

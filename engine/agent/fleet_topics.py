@@ -71,7 +71,7 @@ class FleetTopics:
         Raises
         ------
         NotPermitted
-            The container only plans, or addresses a robot and is not that of a traffic node.
+            The container only plans, or addresses a robot without being a traffic node's.
         MessageTooLarge
             The payload is over `MAX_SHARED` bytes, or `MAX_STATE` for the state of people.
         """

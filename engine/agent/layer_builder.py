@@ -109,7 +109,7 @@ async def build_in_fork(spec: LayerSpec, files: GridFiles, masks: Mapping[str, G
     Raises
     ------
     InvalidMap
-        The files are not a valid map, or those of a mask are not.
+        The files of the map or of a mask are not valid.
     Unavailable
         There is no space, a file cannot be read, or the process was killed.
     """

@@ -54,7 +54,7 @@ def build_here(spec: LayerSpec, files: GridFiles, masks: Mapping[str, GridFiles]
     Raises
     ------
     InvalidMap
-        The files are not a valid map, or those of a mask are not.
+        The files of the map or of a mask are not valid.
     Unavailable
         There is no space, or a file cannot be read.
     """

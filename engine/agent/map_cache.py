@@ -83,7 +83,7 @@ class MapCache:
         Raises
         ------
         InvalidMap
-            The files are not a valid map, or those of a mask are not.
+            The files of the map or of a mask are not valid.
         InvalidParameter
             The robot radius is outside [0, 100) m, or a mask does not exist or is not a grid.
         NotFound

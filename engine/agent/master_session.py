@@ -48,7 +48,7 @@ class MasterSession:
     def welcome(self, epoch: int) -> bool:
         """Record the welcome of a master, for which the machine acts from now on; return whether it was accepted.
 
-        A master of an earlier epoch than this machine has followed was replaced. It is told so, and refused.
+        A master of an earlier epoch than this machine has followed was replaced. It is notified, and refused.
         """
         if epoch < self.epoch:
             self.tell(control_link.Outranked(self.epoch))

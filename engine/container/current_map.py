@@ -1,4 +1,4 @@
-"""Current map of a container: layers and stored plans, replaced by those of another version while the robot drives."""
+"""Current map of a container: layers and stored plans, replaced by another version's while the robot drives."""
 
 import logging
 from collections.abc import Sequence
@@ -98,7 +98,7 @@ class CurrentMap:
         return float("inf") if self._whole is None else self._whole.zones.next_change(epoch())
 
     def follow_zones(self, graph: Graph, monitoring: ContainerMonitor | None) -> None:
-        """Let the nodes go on with the zones that are in force now, if others are closed than before.
+        """Move the nodes to the zones that are in force now, if others are closed than before.
 
         Raises
         ------
@@ -110,7 +110,7 @@ class CurrentMap:
             self._publish(graph, ())
 
     def use(self, frame: machine_link.UseLayers, graph: Graph, monitoring: ContainerMonitor | None) -> bool:
-        """Let the nodes of a clone go on with other layers; the goal, the pose and seen obstacles stay.
+        """Move the nodes of a clone to other layers; the goal, the pose and seen obstacles stay.
 
         Nodes that run on the robot continue here, with the new map, until the robot takes them again.
 
@@ -148,7 +148,7 @@ class CurrentMap:
         graph: Graph,
         monitoring: ContainerMonitor | None,
     ) -> None:
-        """Let the nodes go on with layers, to which closed zones are added; on an error all is as before."""
+        """Move the nodes to layers, to which closed zones are added; on an error all is as before."""
         before, closed = dict(self._filters), _closed_in(whole)
         self._set_filters(_filters_of(spec, closed))  # Move Base makes its processor of stored plans with them
         try:

@@ -41,7 +41,7 @@ class Serving(Protocol):
         ...
 
     def drop_link(self, link: ServedLink) -> None:
-        """Serve a link no longer."""
+        """Stop serving a link."""
         ...
 
 

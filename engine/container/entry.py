@@ -154,7 +154,7 @@ def _connected(attendants: Attendants | None, machine: MachineClient) -> Callabl
 
 
 def _presence_of(sessions: CloneSessions | None) -> RobotIsHere:
-    """Return what says whether the robot of a container is connected; a container without a robot has none."""
+    """Return a callable that reports whether the robot of a container is connected: never without a robot."""
     return lambda: sessions is not None and sessions.host.robot_is_here
 
 

@@ -100,7 +100,7 @@ class FleetBridge:
         self._itself = launch.spec.user, "" if robot is None else robot.id
         self._radius = robot_body(robot.model, robot.urdf, robot.parameters).robot_radius if robot else 0.0
         self._frame, self._is_joint = MAP, bool(launch.spec.joint_map)
-        # The frame of a new map is that of the other robots only while it continues a published or a joint one.
+        # Other robots share the frame of a new map only while it continues a published or a joint one.
         shared = topics.SHARED_POSE if launch.spec.maps else topics.AMCL_POSE
         if shared.name in graph.topics:
             graph.tap(shared.name, self._share_pose)
@@ -138,7 +138,7 @@ class FleetBridge:
         self._machine.share(topics.AMCL_POSE.name, encode(state))
 
     def _is_in_frame(self, frame: str) -> bool:
-        """Return whether other robots may know the frame of a pose; note it if it is that of a map to be joined."""
+        """Return whether other robots may know the frame of a pose; note it if a map that is to be joined has it."""
         if self._is_joint and frame != self._frame:
             self._frame = frame
             self._others.clear()
@@ -147,8 +147,8 @@ class FleetBridge:
     def shared(self, *messages: machine_link.Shared) -> None:
         """Take positions and velocities of other robots on this map, and publish all recent ones to the clone.
 
-        Those of this robot itself, and in the frame of a map that is not joined with this one, are ignored. A payload
-        that is not a valid state is dropped, and logged once for each robot.
+        Positions of this robot itself, and in the frame of a map that is not joined with this one, are ignored. A
+        payload that is not a valid state is dropped, and logged once for each robot.
         """
         if topics.ROBOTS.name not in self._graph.topics:
             return

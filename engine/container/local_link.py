@@ -8,7 +8,7 @@ from engine.protocols import robot_link
 
 
 class LocalLink:
-    """Both ends of a link without a stream: frames for the clone arrive at once, those of the clone soon after.
+    """Both ends of a link without a stream: frames for the clone arrive at once, frames of the clone soon after.
 
     Parameters
     ----------

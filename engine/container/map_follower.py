@@ -34,7 +34,7 @@ class MapFollower:
     monitoring: ContainerMonitor | None
 
     async def attend_zones(self) -> None:
-        """Let the nodes go on with other zones of the map whenever others come into force."""
+        """Move the nodes to other zones of the map whenever others come into force."""
         while True:
             await asyncio.sleep(max(min(self.current.next_change - epoch(), LOOK), 0.01))
             try:

@@ -47,7 +47,7 @@ class NodeLogs:
                 del self._pending[name]
 
     def _changes(self) -> Iterator[tuple[str, LogChange]]:
-        """Yield the changes since the last call: those of leases first, which end before their node runs here."""
+        """Yield the changes since the last call: changes of leases first, which end before their node runs here."""
         yield from self._leased.take_changes().items()
         for node in self._graph.nodes_with_logs:
             change = node.log_change()

@@ -122,7 +122,7 @@ class Container:
         self._links.append(link)
 
     def drop_link(self, link: ServedLink) -> None:
-        """Serve a link no longer: drop its subscriptions."""
+        """Stop serving a link: drop its subscriptions."""
         self._links.remove(link)
         for topic in tuple(link.wanted):
             self._unsubscribe(link, topic)
@@ -242,7 +242,7 @@ class Container:
         return any(topic in link.wanted for link in self._links)
 
     def _topic_changed(self, node: Node, name: str, topic: Topic | None) -> None:
-        """Tell all links of a new or removed topic; forward a new one to those that are subscribed to it."""
+        """Announce a new or removed topic to all links; forward a new one to the links that are subscribed to it."""
         if topic is None:
             self._taps.pop(name, None)
             self._write(robot_link.TopicRemoved(name))
@@ -252,7 +252,7 @@ class Container:
             self._taps[name] = self._graph.tap(name, self._forward)
 
     def map_replaced(self) -> None:
-        """Tell all links that only changes of the map were published."""
+        """Notify all links that only changes of the map were published."""
         self._write(robot_link.MapReplaced())
 
     def _forward(self, topic: str, payload: Payload) -> None:

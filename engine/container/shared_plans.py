@@ -23,7 +23,7 @@ class SharedPlans:
     Parameters
     ----------
     times : Times
-        Measured times, to which those of the answers are added.
+        Measured times, to which the answers' times are added.
     elsewhere : callable
         Called on the loop's thread when a job would block there; the job is restarted in another thread.
     clock : callable

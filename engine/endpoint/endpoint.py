@@ -65,7 +65,7 @@ class Here:
     url : str
         Address at which it serves clients.
     advertised : str
-        Address that clients whose container is on this machine are told; empty for none.
+        Address sent to clients whose container is on this machine; empty for none.
     machines : MachineAccess, optional
         Access for containers of other hosts; None for none.
     """

@@ -36,7 +36,7 @@ class MachineAccess(NamedTuple):
     host : str
         Host or address to listen at; the port is any free one.
     authority : Path
-        Certificate of the cloud's authority, which signs those of machines.
+        Certificate of the cloud's authority, which signs the machines' certificates.
     """
 
     host: str
@@ -60,7 +60,7 @@ class LinkListener:
     Attributes
     ----------
     secret : str
-        Secret from which those of the places are derived.
+        Secret from which the places' secrets are derived.
     address : EndpointAddress
         Addresses that containers dial.
     """
@@ -84,7 +84,7 @@ class LinkListener:
             await self._start_for_others(self._machines)
 
     async def _start_for_others(self, access: MachineAccess) -> None:
-        """Listen for containers of other hosts, with a certificate whose fingerprint they are told."""
+        """Listen for containers of other hosts, with a certificate whose fingerprint they get."""
         from engine.remote.certificates import key_pem, new_key, self_signed  # noqa: PLC0415 - imports cryptography
 
         identity = TlsIdentity(self.path.with_suffix(".key"), self.path.with_suffix(".pem"), access.authority)

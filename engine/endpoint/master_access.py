@@ -1,4 +1,4 @@
-"""Access of an endpoint to its master, and that to the master of its own host."""
+"""Access of an endpoint to its master, and access to a master on the same host."""
 
 import enum
 from collections.abc import Awaitable, Callable
@@ -75,5 +75,5 @@ class OwnMaster:
         return await dial(self._address)
 
     async def silence(self) -> Silence:
-        """Return whether another process leads: its endpoints are those of its own host."""
+        """Return whether another process leads: its endpoints are on its own host."""
         return Silence.REPLACED if await self._is_replaced() else Silence.UNKNOWN

@@ -38,7 +38,7 @@ class MasterLink:
     served : EndpointCalls
         Serves the calls of the master.
     found : callable
-        Called after each registration, before other calls go on: tells the master what this endpoint has.
+        Called after each registration, before other calls go on: reports to the master what this endpoint has.
     clock : callable
         Returns monotonic seconds.
     """

@@ -1,4 +1,4 @@
-"""Paths that an endpoint counts without asking the master for each: those of users who request many at once."""
+"""Paths that an endpoint counts without asking the master for each: paths of users who request many at once."""
 
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass

@@ -85,7 +85,7 @@ class EndpointSessions:
             self._settle(kind)
 
     def _settle(self, kind: _Kind) -> None:
-        """Tell the master of clients that have left."""
+        """Report to the master which clients have left."""
         while self._told[kind] > self._clients[kind]:
             self._told[kind] -= 1
             self._master.tell(MasterCalls.leave, kind.key, kind.as_robot)

@@ -36,7 +36,7 @@ class RequestCache:
         return len(self._known)
 
     def answer(self, request: str, patience: float, begin: Callable[[], Answering]) -> asyncio.Task[bytes]:
-        """Return the task that executes a request: a new one, or that of its first arrival.
+        """Return the task that executes a request: a new one, or the task of its first arrival.
 
         Parameters
         ----------

@@ -34,7 +34,7 @@ FIRST_PAUSE, LAST_PAUSE = 0.02, 0.25
 """Pause between repetitions while no server is reachable [s]; doubled each time, up to the last."""
 
 _REFUSAL = zenoh.Encoding("application/x-ppaas-refusal")
-"""Encoding of our own errors, to tell them from those of Zenoh."""
+"""Encoding of our own errors, which distinguishes them from Zenoh's."""
 
 Handler = Callable[[str, bytes], Awaitable[bytes]]
 """Takes key and payload of a request; returns the answer, or raises a PPaaSError, which is sent to the client."""

@@ -18,7 +18,7 @@ class RouterCredentials(msgspec.Struct, frozen=True):
 class Peering(msgspec.Struct, frozen=True):
     """Connections between the routers of a cloud's machines, over mutual TLS.
 
-    The routers of other hosts connect to that of the cloud, which forwards messages between them.
+    The routers of other hosts connect to the cloud's router, which forwards messages between them.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def _between_hosts(peering: Peering) -> dict[str, Any]:
             "listen_certificate": peering.certificate,
             "connect_private_key": peering.key,
             "connect_certificate": peering.certificate,
-            # Our authority signs only one server certificate, that of the cloud, and it does not name a host.
+            # Our authority signs only one server certificate, the cloud's, and it does not name a host.
             "verify_name_on_connect": False,
         },
     }

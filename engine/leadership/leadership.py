@@ -1,4 +1,4 @@
-"""Leadership of this process: takes and renews the lease of the master in the store, in a thread of its own."""
+"""Leadership of this process: takes and renews the lease of the master in the store, in a separate thread."""
 
 import asyncio
 import logging

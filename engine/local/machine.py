@@ -74,7 +74,7 @@ class LocalMachine:
     file : Path, optional
         File that records the agent for the next cloud process.
     left : AgentRecord, optional
-        Agent of a killed cloud process. It is adopted if its folder is that of ``config``, and stopped first otherwise.
+        Agent of a killed cloud process. It is adopted if its folder is ``config``'s, and stopped first otherwise.
     """
 
     expected_at_start = True

@@ -1,4 +1,4 @@
-"""Process keeper: keeps named processes running, replaces frozen ones, and adopts those of a killed keeper."""
+"""Process keeper: keeps named processes running, replaces frozen ones, and adopts the processes of a killed keeper."""
 
 import asyncio
 import logging

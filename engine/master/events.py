@@ -44,8 +44,8 @@ class ResizeRequested:
 class MapChanged:
     """A map has another current version; ``in_space`` is whether it has an octomap, None if that is not known.
 
-    The clones on this map, and those that use it as a mask, go on with this version. ``number`` is that of its
-    publication: an event that arrives after one with a higher number is out of date.
+    The clones that use this map, as map or mask, move to this version. ``number`` is the number of its publication: an
+    event that arrives after one with a higher number is out of date.
     """
 
     map: MapVersion

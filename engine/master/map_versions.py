@@ -11,7 +11,7 @@ from engine.specs.containers import ContainerSpec
 
 
 def follow(event: MapChanged, state: MasterState) -> list[Order]:
-    """Let the places of robots and of nodes of groups follow a map; return the orders to their containers.
+    """Move the places of robots and of group nodes to a map's version; return the orders to their containers.
 
     A container that is starting uses the version that it was started with, and gets its order when it is ready.
     Requests in the queue follow too. Places that only plan belong to one version. An event that is out of date changes

@@ -51,7 +51,7 @@ class Master:
     quotas : Quotas, optional
         Quotas of the users, where their usage is counted.
     id_suffix : str
-        Suffix of all container ids, which distinguishes them from those of other cloud processes.
+        Suffix of all container ids, which distinguishes them from other cloud processes' ids.
     log_size : int, optional
         Number of events in the log; None for all.
 

@@ -39,7 +39,7 @@ class Quota:
     versions_per_map: int = 1000
 
     def with_own(self, limits: Limits) -> "Quota":
-        """Return this quota with a user's own limits in place of its own."""
+        """Return this quota with a user's own limits in place of the defaults."""
         own = {name: getattr(limits, name) for name in QUOTAS}
         return replace(self, **{name: value for name, value in own.items() if value is not None})
 

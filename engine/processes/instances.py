@@ -42,7 +42,8 @@ def folder_of(instance: str, base: Path = SHARED_MEMORY) -> Path:
 def name_semaphores() -> None:
     """Name the semaphores that multiprocessing makes in this process, and in its children, after this process.
 
-    Its resource tracker removes those of a killed process, unless it is killed as well; `sweep_stale` does so then.
+    Its resource tracker removes the semaphores of a killed process, unless it is killed as well; `sweep_stale` does so
+    then.
     """
     process.current_process()._config["semprefix"] = f"/ppaas-{instance_name()}"  # type: ignore[attr-defined]
 
@@ -50,7 +51,7 @@ def name_semaphores() -> None:
 def sweep_stale(base: Path = SHARED_MEMORY) -> list[Path]:
     """Remove the folders and semaphores of dead instances of this user, and return their paths.
 
-    Those of another PID namespace are left alone, since their processes may still run.
+    Instances of another PID namespace are left alone, since their processes may still run.
     """
     named = [folder for folder in sorted(base.glob("ppaas-*")) if is_dead(folder.name.removeprefix("ppaas-"))]
     folders = [folder for folder in named if is_own_folder(folder)]

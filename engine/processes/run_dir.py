@@ -18,7 +18,7 @@ LONGEST_PATH = 107
 """Longest path of a Unix socket without the terminating zero [bytes] (``sun_path`` in unix(7))."""
 
 LONGEST_NAME = len("pymp-12345678/listener-12345678")
-"""Longest name of a socket in the folder [bytes]: that of the fork server of the standard library."""
+"""Longest name of a socket in the folder [bytes]: the name that the standard library's fork server uses."""
 
 PREFIX = "ppaas-"
 _NAME = re.compile(rf"{PREFIX}[a-z0-9_]{{8}}")
@@ -34,11 +34,11 @@ BEING_MADE = 1.0
 """Age up to which an empty folder may be one that a process has just made and does not own yet [s]."""
 
 AFTER_ALL_OTHERS = -1000
-"""Priority of a clean-up at exit that runs last: those of the standard library go down to -100."""
+"""Priority of a clean-up at exit that runs last: priorities of the standard library go down to -100."""
 
 
 def make_run_dir(longest: int = LONGEST_NAME) -> Path:
-    """Create a folder for sockets, private to this user, and remove those of dead processes.
+    """Create a folder for sockets, private to this user, and remove folders of dead processes.
 
     Parameters
     ----------

@@ -62,7 +62,7 @@ def reached_as(address: str, other: str) -> str:
     Parameters
     ----------
     address : str
-        Address; if its host is all addresses, that of ``other`` is the result's.
+        Address; if its host is all addresses, the result has the host of ``other``.
     other : str
         Address of another port.
 

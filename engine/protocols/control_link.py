@@ -32,8 +32,8 @@ class Register(msgspec.Struct, tag="register"):
     """A machine joins, with the containers that it still runs for an earlier master.
 
     ``memory`` is in bytes. ``network`` is the bandwidth in bytes per second, 0 if unknown. ``labels`` describe the
-    machine; ``release`` is the release of this program that it runs. ``epoch`` is that of the latest master that it has
-    followed, 0 if it has followed none: a master of an earlier epoch was replaced.
+    machine; ``release`` is the release of this program that it runs. ``epoch`` is the epoch of the latest master that
+    it has followed, 0 if it has followed none: a master of an earlier epoch was replaced.
     """
 
     machine: str
@@ -49,7 +49,7 @@ class Register(msgspec.Struct, tag="register"):
 
 
 class MachineStarting(msgspec.Struct, tag="starting"):
-    """A machine that is about to join cannot start containers yet. Sent repeatedly on a connection of its own.
+    """A machine that is about to join cannot start containers yet. Sent repeatedly on a separate connection.
 
     ``kernels`` is the progress of its kernel compiler, None if that is not known yet.
     """
@@ -142,9 +142,9 @@ class ResizeContainer(msgspec.Struct, tag="resize"):
 
 
 class UseMap(msgspec.Struct, tag="use_map"):
-    """Let the clone in a container go on with other versions of its map and masks. Ignored if it does not run.
+    """Move the clone in a container to other versions of its map and masks. Ignored if it does not run.
 
-    The fields are those of its spec and of its robot from now on.
+    The fields replace the ones in its spec and its robot from now on.
     """
 
     container: str

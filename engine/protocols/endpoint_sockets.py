@@ -19,7 +19,7 @@ class EndpointAddress(msgspec.Struct, frozen=True):
     machine : str
         Machine on which it runs.
     near : str
-        Address for containers of its own host: a Unix socket.
+        Address for containers on the same host: a Unix socket.
     far : str
         Address for containers of other hosts; empty if it has none.
     fingerprint : str
@@ -38,5 +38,5 @@ def endpoint_socket(folder: Path, endpoint: str) -> Path:
 
 
 def is_endpoint_socket(path: Path, folder: Path) -> bool:
-    """Return whether a path is that of an endpoint's socket in a folder."""
+    """Return whether a path is an endpoint's socket in a folder."""
     return path.parent == folder and _ENDPOINT.fullmatch(path.name) is not None

@@ -1,6 +1,6 @@
 """Framing: typed messages over a byte stream, each a length of four bytes (big endian) and one MessagePack struct.
 
-The same framing is used over Unix sockets on one machine and over TLS between machines. Back-pressure is that of the
+The same framing is used over Unix sockets on one machine and over TLS between machines. Back-pressure comes from the
 stream: ``send`` waits while the peer reads slower than we write.
 """
 

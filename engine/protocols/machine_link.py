@@ -22,14 +22,14 @@ class Attach(msgspec.Struct, tag="attach"):
 
 
 class Compiling(msgspec.Struct, tag="compiling"):
-    """First and only frame on a connection of its own: a container compiles a kernel until it closes this."""
+    """First and only frame on a separate connection: a container compiles a kernel until it closes this."""
 
     container: str
     secret: str
 
 
 class AwaitKernels(msgspec.Struct, tag="await_kernels"):
-    """First and only frame on a connection of its own: modules are to be compiled before others.
+    """First and only frame on a separate connection: modules are to be compiled before others.
 
     The answer comes once they are, or after a time ``within`` [s]; without it there is no time limit.
     """

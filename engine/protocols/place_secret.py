@@ -13,6 +13,6 @@ def place_secret(secret: str, place: str, generation: int) -> str:
     place : str
         Name of the place.
     generation : int
-        Number of the container among those of the place.
+        Number of the container among the place's containers.
     """
     return hmac.digest(secret.encode(), f"{generation} {place}".encode(), "sha256").hex()

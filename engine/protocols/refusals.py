@@ -16,9 +16,9 @@ class Refusal(msgspec.Struct, frozen=True):
     ----------
     slug, text : str
     retry_after : float, optional
-        That of a ``QuotaExceeded`` or a ``Starting`` [s].
+        Delay of a ``QuotaExceeded`` or a ``Starting`` [s].
     position : int
-        That of a ``Queued``; 0 for other errors.
+        Position of a ``Queued``; 0 for other errors.
     """
 
     slug: str

@@ -55,7 +55,7 @@ class ContainerBeat(msgspec.Struct, tag="beat", frozen=True):
     round_trip : float, optional
         Round trip to the robot [s], once an endpoint has measured it.
     robot : bool
-        Whether one of the sockets is that of the robot itself.
+        Whether one of the sockets belongs to the robot itself.
     """
 
     busy: bool
@@ -68,7 +68,7 @@ class ContainerBeat(msgspec.Struct, tag="beat", frozen=True):
 class Hello(msgspec.Struct, tag="hello"):
     """The container is ready; ``applied`` is the last sequence number in its checkpoint.
 
-    ``place`` and ``generation`` are those of `DialEndpoint`; empty and 0 on the link to the master.
+    ``place`` and ``generation`` come from `DialEndpoint`; empty and 0 on the link to the master.
     """
 
     container: str
@@ -145,7 +145,7 @@ class Ack(msgspec.Struct, tag="ack"):
 
 
 class MessageRefused(msgspec.Struct, tag="refused"):
-    """The clone refuses a message of a client; ``sequence`` is that of ``Deliver``."""
+    """The clone refuses a message of a client; ``sequence`` is the number in ``Deliver``."""
 
     client: int
     topic: str
@@ -218,7 +218,7 @@ class DialEndpoint(msgspec.Struct, tag="dial"):
     place : str
         Name of the place, for the hello.
     generation : int
-        Number of the container among those of the place, for the hello: an endpoint serves none of an earlier one.
+        Number of the container among the place's containers, for the hello: an endpoint serves none of an earlier one.
     secret : str
         Secret for the hello, by which the endpoint knows that place and generation are right.
     """

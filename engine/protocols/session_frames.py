@@ -92,7 +92,7 @@ class Attach(msgspec.Struct, tag="attach"):
     access : Access
         Rights of the client.
     id : str
-        Id of the session, if it begins anew or is carried already.
+        Id of the session, if it is new or is carried already.
     resume : ResumptionPoint, optional
         Point at which the client resumes its session.
     carried : bool
@@ -101,7 +101,7 @@ class Attach(msgspec.Struct, tag="attach"):
     since : int
         Number of the last frame that the client had sent before it came to this endpoint, which keeps none of these.
     settled : list of int
-        Those of them that were settled while the client was at this endpoint.
+        The frames among them that were settled while the client was at this endpoint.
     """
 
     socket: int
@@ -193,7 +193,7 @@ class SocketFrame(msgspec.Struct, tag="out"):
 
 
 class Settled(msgspec.Struct, tag="settled"):
-    """Frames of a client that a next container need not get."""
+    """Client frames that a replacement container does not need."""
 
     socket: int
     numbers: list[int]

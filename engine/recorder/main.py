@@ -54,7 +54,7 @@ class Recorder:
     reserve : DiskReserve, optional
         Reserve of disk space of the cloud; nothing is written while it is used up.
     tell : callable
-        Called with what the clone of a robot is to be told.
+        Called with the report for the clone of a robot.
     """
 
     def __init__(self, folder: RecordingsFolder, reserve: DiskReserve | None, tell: Tell) -> None:
@@ -64,7 +64,7 @@ class Recorder:
         self._looked = float("-inf")
 
     def take(self, frame: ToRecorder, now: float) -> None:
-        """Execute a frame [s, monotonic]; a failure is told to the clone, and ends the files of its robot."""
+        """Execute a frame [s, monotonic]; a failure is reported to the clone, and ends the files of its robot."""
         key = frame.user, frame.robot
         if isinstance(frame, Left):
             self._guard(key, lambda robot: robot.finish(), now)

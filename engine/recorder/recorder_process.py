@@ -48,7 +48,7 @@ class Recordings(Protocol):
     """Recorder of a machine, as the container gateway uses it."""
 
     def take(self, spec: ContainerSpec, batch: bytes, tell: Tell) -> None:
-        """Record a batch of a container; ``tell`` is called with what its clone is to be told."""
+        """Record a batch of a container; ``tell`` is called with the report for its clone."""
         ...
 
     def left(self, spec: ContainerSpec) -> None:
@@ -60,7 +60,7 @@ class NoRecorder:
     """Recorder of a machine that keeps no recordings."""
 
     def take(self, spec: ContainerSpec, batch: bytes, tell: Tell) -> None:
-        """Tell the clone that this machine keeps no recordings."""
+        """Report to the clone that this machine keeps no recordings."""
         tell(RecorderTold(NOT_HERE))
 
     def left(self, spec: ContainerSpec) -> None:
@@ -117,7 +117,7 @@ class RecorderProcess:
         self._write(Left(*key))
 
     async def close(self) -> None:
-        """Let the recorder finish its files, and wait for its end."""
+        """Stop the recorder once it has finished its files, and wait for its end."""
         if self._keeper is not None:
             self._keeper.cancel()
             await asyncio.gather(self._keeper, return_exceptions=True)
@@ -167,7 +167,7 @@ class RecorderProcess:
             await stream.close()  # at its end, the recorder finishes its files
 
     async def _pass_on(self, stream: FrameStream[Told], process: Process) -> None:
-        """Tell the clones what the recorder answers, until it exits; kill it if it violates the protocol."""
+        """Pass the recorder's answers to the clones, until it exits; kill it if it violates the protocol."""
         try:
             while (told := await stream.receive()) is not None:
                 tell = self._tell.get((told.user, told.robot))

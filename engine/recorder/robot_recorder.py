@@ -160,7 +160,7 @@ class RobotRecorder:
                 total -= segment.size
 
     def _switch(self, batch: Batch, now: float) -> None:
-        """End the recording so far, and begin that of a batch; one that was cut off is continued by another file."""
+        """End the recording so far, and begin the batch's; one that was cut off is continued by another file."""
         self._end_recording()
         if not batch.recording:
             return

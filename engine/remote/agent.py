@@ -100,7 +100,7 @@ async def stay(membership: Membership, options: MachineOptions) -> None:
 async def _start_endpoints(
     membership: Membership, options: MachineOptions, stack: contextlib.AsyncExitStack
 ) -> Path | None:
-    """Start the endpoints of the machine, or adopt those of a killed agent; return the folder of their sockets.
+    """Start the endpoints of the machine, or adopt the endpoints of a killed agent; return the folder of their sockets.
 
     They find the cloud themselves, and serve on while the agent is restarted.
     """

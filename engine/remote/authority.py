@@ -81,7 +81,7 @@ class Authority:
     def issue(self, machine: str, request: bytes) -> bytes:
         """Return a new certificate in PEM; it revokes the machine's earlier one.
 
-        That of a standby is not recorded: each standby has the key of this authority.
+        A standby's certificate is not recorded: each standby has the key of this authority.
 
         Raises
         ------

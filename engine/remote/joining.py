@@ -34,7 +34,7 @@ class Join(msgspec.Struct, tag="join"):
 
 
 class Joined(msgspec.Struct, tag="joined"):
-    """Accepted: the machine's certificate and that of the authority, in PEM."""
+    """Accepted: the certificates of the machine and of the authority, in PEM."""
 
     certificate: bytes
     authority: bytes

@@ -130,7 +130,7 @@ class RemoteMachines:
         await stream.close()
 
     def _announce(self) -> None:
-        """Tell all machines where they find the masters of the cloud."""
+        """Send all machines the addresses of the cloud's masters."""
         if self._control is not None:
             self._control.tell_all(MastersChanged(self._masters.texts()))
 

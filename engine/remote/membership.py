@@ -82,7 +82,7 @@ class Membership:
         return settings
 
     def peering(self, settings: ClusterSettings, routers: tuple[str, ...] = ()) -> Peering:
-        """Return the connection of the machine's router to ``routers``, by default to that of the cloud."""
+        """Return the connection of the machine's router to ``routers``, by default to the cloud's router."""
         identity, router = self.identity, self.cloud._replace(port=settings.fabric_port)
         return Peering(
             str(identity.key), str(identity.certificate), str(identity.authority), settings.fabric,

@@ -1,4 +1,4 @@
-"""The leader's end of the connections of standbys: sends them its files, and tells machines where they are."""
+"""The leader's end of the connections of standbys: sends them its files, and sends machines their addresses."""
 
 import asyncio
 import logging
@@ -52,7 +52,7 @@ class ReplicaFile(msgspec.Struct, tag="replica_file"):
 class ReplicaComplete(msgspec.Struct, tag="replica_complete"):
     """All files were sent. Repeated every `PERIOD` seconds, so that a standby notices a lost connection.
 
-    ``names`` are those of all files after a change, else None. A standby removes its others: a certificate may have
+    ``names`` are the names of all files after a change, else None. A standby removes its others: a certificate may have
     been withdrawn while it was away.
     """
 
@@ -77,7 +77,7 @@ class Standbys:
     data : Path
         Data folder of the leader.
     masters : KnownMasters
-        Addresses of all masters; those of standbys are added.
+        Addresses of all masters; the standbys' are added.
     announce : callable
         Called when an address was added.
     period : float

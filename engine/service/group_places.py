@@ -133,7 +133,7 @@ class GroupPlaces:
             self._watch.cancel()
 
     async def step(self) -> None:
-        """Open the places of groups that have robots, and close those of groups that have had none for long enough."""
+        """Open places for groups that have robots, and close places of groups that have had none for long enough."""
         now, present = self._clock(), self._present()
         for key in present.keys() - self.groups.keys():
             self.groups[key] = Group({})

@@ -144,7 +144,7 @@ class MachineEvents:
     # -- reports -------------------------------------------------------------------------------------------------------
 
     async def machine_registered(self, register: control_link.Register) -> None:
-        """Add a machine, and adopt those of its containers that are still the clones of their robots.
+        """Add a machine, and adopt its containers that are still the clones of their robots.
 
         Raises
         ------

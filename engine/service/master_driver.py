@@ -205,7 +205,7 @@ class MasterDriver:
         return self._master.request_of(key)
 
     def serves_group(self, key: str) -> bool:
-        """Return whether an open place is that of the node of a group."""
+        """Return whether an open place holds the node of a group."""
         request = self.request_of(key)
         return request is not None and request.group_node != ""
 
@@ -252,9 +252,9 @@ class MasterDriver:
         self._control.order(self._master.machine_of(container), control_link.StopContainer(container, grace=0.0))
 
     def map_changed(self, version: MapVersion, number: int, *, in_space: bool | None) -> None:
-        """Let the robots on a map, or with it as a mask, go on with another version of it, which must have a grid.
+        """Move robots that use a map, as map or mask, to another version of it, which must have a grid.
 
-        ``number`` is that of the publication; if a later one is known, nothing changes. ``in_space`` is whether it has
+        ``number`` is the publication's number; if a later one is known, nothing changes. ``in_space`` is whether it has
         an octomap, None if that is not known.
         """
         self._handle(MapChanged(version, in_space, number))

@@ -75,7 +75,7 @@ class NavigationClient:
     pose : tuple of float, optional
         Last pose: x, y [m], yaw [rad] in the frame of the map.
     followed : frozenset of str, optional
-        Ids of the goals that Move Base follows or has waiting, also those of other clients; None until it told them.
+        Ids of the goals that Move Base follows or has waiting, also other clients' goals; None until it reported them.
     localized : Event
         Set once a pose was received.
     """
@@ -196,7 +196,7 @@ class NavigationClient:
         self._publish(topics.MOVE_BASE_CANCEL.name, GoalID(id=goal_id))
 
     def cancel_all(self) -> None:
-        """Cancel all goals of the robot, also those of other clients."""
+        """Cancel all goals of the robot, also other clients' goals."""
         self._publish(topics.MOVE_BASE_CANCEL.name, GoalID())
 
     def _publish(self, topic: str, message: MoveBaseActionGoal | GoalID) -> int:

@@ -149,7 +149,7 @@ class RobotSessions:
         return self._service.open_place(request, queue=queue)
 
     def _follow(self, heads: Iterable[MapRecord]) -> None:
-        """Let open places follow the versions of a map and its masks, if another cloud has published them.
+        """Move open places to the versions of a map and its masks that another cloud has published.
 
         If another version was published since they were read, the request gets that one.
         """

@@ -1,4 +1,4 @@
-"""Start log: tells the operator of a cloud what it waits for while it starts, and which kernels it compiles then."""
+"""Start log: shows the operator of a cloud what it waits for while it starts, and which kernels it compiles then."""
 
 import asyncio
 import logging

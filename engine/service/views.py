@@ -168,7 +168,7 @@ class ContainerView(msgspec.Struct, frozen=True):
 
 
 class MappingRobot(msgspec.Struct, frozen=True):
-    """Robot that makes a new map of its own.
+    """Robot that makes its own new map.
 
     Parameters
     ----------
@@ -277,7 +277,7 @@ class RobotState(msgspec.Struct, frozen=True):
 
 
 class UserUsage(msgspec.Struct, frozen=True):
-    """Usage of a user's quotas, without those of storage.
+    """Usage of a user's quotas, without storage quotas.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Outbox of one client: frames waiting to be sent, bounded per topic and in total, so that a slow reader harms nobody.
 
 It outlives the socket. To a client that reconnects and reports how many frames it received, the frames that must
-arrive and did not are sent again; see ``docs/adr/0013-sessions-outlive-sockets.md``.
+arrive and did not are sent again; see ``docs/design-sessions.md``.
 """
 
 import itertools

@@ -158,7 +158,7 @@ class ContainerSpec(msgspec.Struct, frozen=True):
 
     @property
     def checkpoint_name(self) -> str:
-        """Name of its checkpoints among those of its user: that of the robot or group; empty if it only plans."""
+        """Name of its checkpoints among its user's: the robot's or the group's; empty if it only plans."""
         if self.robot is not None:
             return self.robot.id
         match self.group_node:

@@ -9,10 +9,10 @@ from collections.abc import Iterable, Mapping
 from ppaas.errors import InvalidParameter, QuotaExceeded
 
 OVERSUBSCRIPTION = 4.0
-"""Factor by which the cores given to containers may exceed those of the machine: containers plan in bursts."""
+"""Factor by which the cores given to containers may exceed the machine's cores: containers plan in bursts."""
 
 MEMORY_PER_CORE = 128 << 20
-"""Memory that counts for each core of a container's size [bytes]. A clone has 13 MB of its own, and shares its map."""
+"""Memory that counts for each core of a container's size [bytes]. A clone has 13 MB to itself, and shares its map."""
 
 MEMORY_LIMIT = 512 << 20
 """Memory limit of a container of size 0 [bytes], where limits are enforced: its interpreter and planning."""

@@ -21,11 +21,11 @@ class MachineSettings(msgspec.Struct, frozen=True):
     Parameters
     ----------
     labels : dict of str to str
-        Labels in addition to those of its agent; a robot may require labels of its machine.
+        Labels in addition to its agent's; a robot may require labels of its machine.
     max_containers : int
         Most containers.
     oversubscription : float
-        Factor by which the cores given to containers may exceed those of the machine; 1 means no sharing.
+        Factor by which the cores given to containers may exceed the machine's cores; 1 means no sharing.
     max_memory : int, optional
         Memory for containers [bytes]. Default: all memory of the machine.
     draining : bool

@@ -100,7 +100,7 @@ def build_clone(
     urdf_text : UrdfText, optional
         The URDF itself, for clients that request it.
     initial_pose : tuple of float
-        x, y [m], yaw [rad] in the map frame. Without effect on a new map, whose frame is that of the odometry.
+        x, y [m], yaw [rad] in the map frame. Without effect on a new map, which has the odometry's frame.
     base_global_planner, base_local_planner : str
         Plug-ins by name or ROS alias; those in the parameters of ``move_base`` take precedence.
     parameters : dict, optional
@@ -160,7 +160,7 @@ def _located(
     threads: Threads,
     posegraph: Callable[[str], bytes | memoryview] | None,
 ) -> Localization:
-    """Return localization on a map, or that of a robot that makes one, which has no masks."""
+    """Return localization on a map, or the mapping localization of a robot that makes one, which has no masks."""
     if layers is not None:
         return on_map(given, layers, initial_pose, threads)
     check_no_masks(given.given)

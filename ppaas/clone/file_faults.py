@@ -1,7 +1,7 @@
 """Finds all faults of a robot file by the check of a clone, which stops at the first.
 
-The part that is at fault is found by leaving it out: without it, the check finds another fault or none. So the rules
-are those of the clone alone.
+The part that is at fault is found by leaving it out: without it, the check finds another fault or none. So only the
+clone has the rules.
 """
 
 from collections.abc import Callable, Iterator, Mapping

@@ -105,7 +105,7 @@ def while_mapping(given: NodeParameters, posegraph: Callable[[str], bytes | memo
 
 
 def only(name: str, posegraph: Callable[[str], bytes | memoryview]) -> Callable[[str], bytes | memoryview]:
-    """Return the loader of pose graphs of a clone, which has only that of one map.
+    """Return the loader of pose graphs of a clone, which has only one map's graph.
 
     The loader raises ``Unavailable`` for other names.
     """

@@ -83,7 +83,7 @@ class Outline:
 def by_outline(planner: P, outline: Outline) -> P:
     """Return a planner with the same name and parameters that also plans through narrow passages.
 
-    A planner that prepares maps keeps that of the disc; narrow passages are then planned by `AStar`. So does one that
+    A planner that prepares maps keeps the disc's map; narrow passages are then planned by `AStar`. So does one that
     replans: a twin of it plans narrow passages.
     """
     kind = type(planner)

@@ -1,4 +1,4 @@
-"""Variants of a planning container: costmaps and planners for requests with parameters of their own."""
+"""Variants of a planning container: costmaps and planners for requests with their own parameters."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -30,7 +30,7 @@ _COSTMAP_NAMES = frozenset(GlobalCostmapParameters.__struct_fields__)
 
 
 def split(given: Given) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the parameters of the global costmap, and those of the planner, of one table with both."""
+    """Return the parameters of the global costmap and of the planner, from one table with both."""
     costs = {name: value for name, value in given.items() if name in _COSTMAP_NAMES}
     return costs, {name: value for name, value in given.items() if name not in _COSTMAP_NAMES}
 
@@ -57,7 +57,7 @@ def allows_unknown(given: Given) -> bool:
     Raises
     ------
     InvalidParameter
-        The parameter is not true or false, or there are others than it and those of the costmap.
+        The parameter is not true or false, or there are others than it and the costmap's.
     """
     own = split(given)[1]
     allowed = own.pop(ALLOW_UNKNOWN, True)

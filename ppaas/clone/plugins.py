@@ -20,7 +20,7 @@ DEFAULT_CONTROLLER = "dwa"
 def planners_of(
     driving: MoveBaseParameters, given: NodeParameters, body: RobotModel
 ) -> tuple[Planner, dict[str, Planner]]:
-    """Return the robot's own planner, and by name those of the path services.
+    """Return the robot's own planner, and by name the path services' planners.
 
     The services have another instance of the robot's planner, since both may plan at the same time.
     """

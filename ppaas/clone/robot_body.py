@@ -53,7 +53,7 @@ def robot_body(
 ) -> RobotModel:
     """Return the body of a robot: parameters take precedence over its URDF, and that over its model.
 
-    The radius is that of the circumscribed circle. Speeds are those of the wheels, but at most the model's: many files
+    The radius is the circumscribed circle's. Speeds come from the wheels, but are at most the model's: many files
     have placeholders as limits, and wheels may turn a robot in place faster than localization can follow.
 
     Parameters

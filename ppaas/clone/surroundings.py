@@ -56,7 +56,7 @@ def surroundings_of(
 ) -> Surroundings:
     """Return the surroundings of a robot with this body on the map of these layers.
 
-    ``costs`` are those of the map, which remembered obstacles get too.
+    ``costs`` are the map's costs, which remembered obstacles get too.
     """
     radius = body.robot_radius + parameters.footprint_padding
     window = LocalCostmap(

@@ -54,12 +54,12 @@ def build_layers(
     overhead : GridMap, optional
         Keep-out mask of `height_mask`, for a map in space; treated like ``keepout``.
     zones : ZoneSet
-        Zones of the map. Robots keep out of those of the kind ``keep_out`` that have no times, as of the masks; for
-        those with times see ``ppaas.costmap.closed_layers``.
+        Zones of the map. Robots keep out of zones of the kind ``keep_out`` that have no times, as of the masks; for
+        zones with times see ``ppaas.costmap.closed_layers``.
     distance : (h, w) float32 array, optional
         Distances to the nearest occupied cell [m], if they are known; computed by default.
     threads : int, optional
-        Maximum number of threads, where other threads may call kernels at the same time; by default that of numba.
+        Maximum number of threads, where other threads may call kernels at the same time; by default numba's.
 
     Raises
     ------

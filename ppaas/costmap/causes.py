@@ -71,7 +71,7 @@ class Body(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Causes:
-    """Causes around a robot at a moment, or those of a map alone.
+    """Causes around a robot at a moment, or the causes of a map alone.
 
     Parameters
     ----------

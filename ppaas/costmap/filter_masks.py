@@ -64,7 +64,7 @@ def barred(grid: GridMap, keepout: GridMap) -> GridMap:
 
 
 def raise_costs(costs: NDArray[np.uint8], keepout: NDArray[np.int8]) -> None:
-    """Raise costs to those of a keep-out mask, in place.
+    """Raise costs to a keep-out mask's costs, in place.
 
     Parameters
     ----------

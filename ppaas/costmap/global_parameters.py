@@ -49,7 +49,7 @@ class CostParameters(Parameters, frozen=True):
 
     @property
     def costs(self) -> "CostParameters":
-        """These parameters alone, without those of subclasses."""
+        """These parameters alone, without the ones of subclasses."""
         return CostParameters(self.inflation_radius, self.cost_scaling_factor, self.lethal_cost_threshold)
 
     @property
@@ -73,16 +73,16 @@ class StaticLayerParameters(Parameters, frozen=True):
 
 
 class GlobalCostmapParameters(CostParameters, frozen=True):
-    """Parameters of the global costmap: those of its costs, and the size of the robot.
+    """Parameters of the global costmap: of its costs, and the size of the robot.
 
     They are the same in a robot's file, in a request for a path, and on the command line.
 
     Parameters
     ----------
     robot_radius : float, optional
-        Radius of the robot for the costmap and the controller [m]; default: that of the URDF or the model.
+        Radius of the robot for the costmap and the controller [m]; default: the radius of the URDF or the model.
     footprint : tuple of (x, y)
-        Corners of the outline [m]; without ``robot_radius``, the radius is that of the circumscribed circle.
+        Corners of the outline [m]; without ``robot_radius``, the radius is the circumscribed circle's.
     """
 
     robot_radius: float | None = None

@@ -40,7 +40,7 @@ def inflate(
 ) -> NDArray[np.uint8]:
     """Return the cost of each cell from its distance to the nearest obstacle.
 
-    The cost is that of ``inflation_layer.h``: 254 at distance 0, 253 up to the inscribed radius, then
+    The cost is the same as in ``inflation_layer.h``: 254 at distance 0, 253 up to the inscribed radius, then
     252 · exp(−factor · (distance − inscribed radius)) rounded down, and 0 beyond the inflation radius.
 
     Parameters

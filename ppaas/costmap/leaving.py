@@ -38,7 +38,7 @@ class Leaving:
     map_layers : MapLayers
         Layers of the map.
     layers : MapLayers
-        Layers by which the robot drives now: those of the map, or those by which it leaves.
+        Layers by which the robot drives now: the map's layers, or the layers by which it leaves.
     """
 
     def __init__(self, layers: MapLayers, radius: float, hull: Points | None = None) -> None:
@@ -99,7 +99,7 @@ def _within_hull(hull: Points, offsets: Points, theta: float) -> NDArray[np.bool
 def opened(layers: MapLayers, inside: NDArray[np.float64]) -> MapLayers:
     """Return layers in which the zones of some barred cells are expensive instead of lethal.
 
-    If no zone bars them, a mask does; then all that only masks bar is opened. The costmap is that of before, by which
+    If no zone bars them, a mask does; then all that only masks bar is opened. The costmap is the earlier one, by which
     robots plan as soon as they have left.
 
     Parameters

@@ -65,7 +65,7 @@ class LocalCostmap:
     footprint : Footprint
         Outline of the robot, of which the convex hull is free; empty for the disc of ``robot_radius``.
     inner_radius : float, optional
-        With a footprint: radius within which the costs that `update` returns are those of an obstacle [m]. Farther away
+        With a footprint: radius within which `update` returns the costs of an obstacle [m]. Farther away
         they are `NARROW`, since the outline may fit.
 
     Raises
@@ -152,7 +152,7 @@ class LocalCostmap:
         return self._layers.grid.info.to_world(np.argwhere(self._obstacles.marked) + corner).reshape(-1, 2)
 
     def use_layers(self, layers: MapLayers) -> None:
-        """Replace the map; costs are those of the next `update`.
+        """Replace the map; costs follow with the next `update`.
 
         What the laser saw is kept if the cells of both maps coincide, and forgotten otherwise.
         """
@@ -249,7 +249,7 @@ class LocalCostmap:
         return self._hull is None or fits_at(Costmap(self._costs, self._info()), pose, self._hull)
 
     def see(self, pose: Pose2D, reading: LaserReading | None) -> None:
-        """Centre the window on the robot, and add a scan; costs are those of the next `update`, whose errors it raises.
+        """Centre the window on the robot, and add a scan; costs are as of the next `update`, whose errors it raises.
 
         A robot with several lasers adds the scans of all but one by this.
         """
@@ -325,7 +325,7 @@ class LocalCostmap:
         """Return the distance of each cell to the nearest lethal one and, if ``static``, obstacle of the map [m].
 
         Distances beyond those at which obstacles have costs may be too large.
-        Obstacles of the map outside the window count as well, since the distances are those of the whole map.
+        Obstacles of the map outside the window count as well, since the distances are for the whole map.
         """
         resolution = self._layers.grid.info.resolution
         if not self._static:

@@ -1,6 +1,6 @@
 """Social layer: costs around people, which extend in the direction in which they walk.
 
-Values and names are those of the proxemic layer of social_navigation_layers.
+Values and names are the same as in the proxemic layer of social_navigation_layers.
 """
 
 import math

@@ -14,7 +14,7 @@ from ppaas.fleet.problem import FleetProblem
 from ppaas.fleet.timing import turns_of
 
 GROUP = 4
-"""Largest number of robots that are planned anew together. Larger groups are worse where robots are dense."""
+"""Largest number of robots that are replanned together. Larger groups are worse where robots are dense."""
 
 PLAIN = 0.8
 """Part of the time in which turns cost nothing at first: searches without them are faster, and so plans of many robots
@@ -88,7 +88,7 @@ class Improvement:
             self._number += len(firsts) * GROUP
 
     def _tries(self) -> Iterator[tuple[NDArray[np.int32], bool]]:
-        """Yield robots to plan anew: first each alone, the dearest first, then groups around robots by their delays."""
+        """Yield robots to replan: first each alone, the dearest first, then groups around robots by their delays."""
         dearest = np.argsort(self._prices.least - self._costs, kind="stable").astype(np.int32)
         for begin in range(0, len(dearest), AT_ONCE):
             yield dearest[begin : begin + AT_ONCE], True

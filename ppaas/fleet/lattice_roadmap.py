@@ -74,8 +74,8 @@ def lattice_roadmap(
     """Return the roadmap of a map for robots of a radius.
 
     A cell is free where the distance of the map at its centre is at least the radius and the margin, and a robot may
-    move between two cells where all of the straight line between their centres keeps that distance. Distances are those
-    of `MapLayers`, from the centre of a map cell to the centre of a lethal one.
+    move between two cells where all of the straight line between their centres keeps that distance. Distances come from
+    `MapLayers`, from the centre of a map cell to the centre of a lethal one.
 
     The places of all cells follow from two offsets along x and y, which are chosen such that the largest connected part
     has the most cells. So an aisle that is narrower than a cell, but wide enough for a robot, gets a row of cells. One

@@ -111,7 +111,7 @@ class Roadmap:
         Parameters
         ----------
         closed : (v, 4) bool array
-            True for the moves to those of ``neighbours`` that are closed.
+            True for the moves to ``neighbours`` that are closed.
         """
         neighbours = _packed(np.where(closed, BLOCKED, self.neighbours))
         return replace(self, neighbours=neighbours, incoming=_incoming(neighbours))
@@ -155,7 +155,7 @@ class Roadmap:
 def _beside(free: NDArray[np.bool_]) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
     """Return row and column of each cell, the numbers of a grid, and the four cells beside each, `BLOCKED` for none.
 
-    The four are those of the row before, the row behind, the column before and the column behind.
+    The four are in the row before, the row behind, the column before and the column behind.
     """
     rows, columns = np.nonzero(free)
     numbers = np.full(free.shape, BLOCKED, np.int32)

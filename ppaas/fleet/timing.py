@@ -1,4 +1,4 @@
-"""Times of a plan: when each robot reaches its cells, if robots have speeds of their own and take time to turn."""
+"""Times of a plan: when each robot reaches its cells, if robots have different speeds and take time to turn."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""Distance filter: leaves out beams that end at people who crowd around a robot, since they do not tell its pose.
+"""Distance filter: leaves out beams that end at people who crowd around a robot, since they do not determine its pose.
 
 Fox, Burgard, Thrun, *Markov Localization for Mobile Robots in Dynamic Environments* (1999).
 """

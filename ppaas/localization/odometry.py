@@ -1,6 +1,6 @@
 """Odometry models: move particles by a measured motion plus noise.
 
-The ``-corrected`` models are those of *Probabilistic Robotics*, table 5.6. amcl's ``diff`` and ``omni``
+The ``-corrected`` models are from *Probabilistic Robotics*, table 5.6. amcl's ``diff`` and ``omni``
 (``amcl_odom.cpp``) use the variance as the standard deviation.
 """
 

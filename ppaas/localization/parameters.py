@@ -29,7 +29,7 @@ class AmclParameters(Parameters, frozen=True):
     ``recovery_alpha_fast``, falls a tenth below the average with ``recovery_alpha_slow``; 0 disables this.
 
     ``odom_drift`` is not amcl's: the standard deviation of the heading of the odometry per second, whether the robot
-    moves or not [rad/s]. The errors of amcl's models are those of a motion.
+    moves or not [rad/s]. The errors of amcl's models belong to a motion.
 
     ``odom_frame_id`` is by default the frame that the odometry names. ``base_frame_id`` is the frame in which the robot
     is driven; wherever the odometry names another one, the two are joined. ``global_frame_id`` is another name of the

@@ -86,7 +86,8 @@ class PoseCandidates:
     weights : (n,) array
         Likelihoods of the poses, with sum 1.
     believed_odds : float
-        Likelihood of the pose that was believed before the search, divided by that of all candidates together.
+        Likelihood of the pose that was believed before the search, divided by the likelihood of all candidates
+        together.
     """
 
     search: "PoseSearch"

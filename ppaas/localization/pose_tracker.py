@@ -143,8 +143,8 @@ class PoseTracker:
     def note_update(self, now: float) -> float:
         """Record that the particles are updated; return the standard deviation of their turn by drift since [rad].
 
-        Updates of a robot that drives follow each other closely and tell its heading. Those of a robot that stands are
-        many seconds apart, and one scan alone hardly tells it.
+        Updates of a robot that drives follow each other closely and determine its heading. Updates of a robot that
+        stands are many seconds apart, and one scan alone hardly determines it.
         """
         drifted = self._drift * min(max(now - self._updated_at, 0.0), UNKNOWN_HEADING / max(self._drift, 1e-9))
         if self._known_at is None or now - self._updated_at < LATE:
@@ -153,7 +153,7 @@ class PoseTracker:
         return 0.0 if first else drifted
 
     def align(self, believed: PoseEstimate, odom: Pose2D, points: NDArray[np.float64], now: float) -> Pose2D | None:
-        """Return the pose of the robot by a scan, or None if the scan does not tell it.
+        """Return the pose of the robot by a scan, or None if the scan does not determine it.
 
         Parameters
         ----------
@@ -181,7 +181,7 @@ class PoseTracker:
         return found.pose
 
     def _settling(self, found: Alignment, *, slipped: bool) -> float:
-        """Return the standard deviation of the position beyond that of the next motion [m]."""
+        """Return the standard deviation of the position beyond the next motion's [m]."""
         if self._fix is None:
             return 0.0
         return min(max(found.deviations[:2]), SETTLING) if slipped else 0.5 * self._fix.position

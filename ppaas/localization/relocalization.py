@@ -54,7 +54,7 @@ class Relocalizer:
         self.use_layers(layers)
 
     def use_layers(self, layers: MapLayers) -> None:
-        """Replace the map; results of searches of the last one are discarded, and scans are judged anew."""
+        """Replace the map; results of searches of the last one are discarded, and scans are judged again."""
         self.free, self._match = FreePoses(layers.grid), ScanMatch(layers, self._parameters)
         self._averages.forget()
         self._wanted = self._under_way = None

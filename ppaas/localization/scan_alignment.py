@@ -63,8 +63,8 @@ class Alignment(NamedTuple):
 def align(match: ScanMatch, points: NDArray[np.float64], expected: Pose2D, spread: NDArray[np.float64]) -> Alignment:
     """Return the mean of the poses near an expected pose, weighted by how well the points fit (importance sampling).
 
-    In a direction that the points do not tell, such as along a corridor, the pose stays the expected one, and the
-    covariance that of the prior. The prior has a second, wider part, so that a robot that slipped is followed.
+    In a direction that the points do not determine, such as along a corridor, the pose stays the expected one, and the
+    covariance the prior's. The prior has a second, wider part, so that a robot that slipped is followed.
 
     Parameters
     ----------

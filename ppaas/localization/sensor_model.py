@@ -98,7 +98,7 @@ class SensorModel(ABC):
         return beams
 
     def informative(self, beams: NDArray[np.float64], pose: Pose2D) -> NDArray[np.float64]:
-        """Return the beams that tell where a robot near ``pose`` is; all of them if the model itself includes people.
+        """Return the beams that show where a robot near ``pose`` is; all of them if the model itself includes people.
 
         Parameters
         ----------

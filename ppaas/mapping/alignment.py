@@ -36,7 +36,7 @@ CHECKING = AlignmentSettings()
 """Settings to check a loop closure."""
 
 TRACKING = AlignmentSettings(deviation=0.05)
-"""Settings to track a scan. Several key frames repeat one error, so each pair tells less."""
+"""Settings to track a scan. Several key frames repeat one error, so each pair counts less."""
 
 NO_PRIOR = (100.0, 100.0, 100.0)
 """Standard deviations that stand for no prior [m, m, rad]."""
@@ -65,7 +65,7 @@ class Aligned(NamedTuple):
     pose : Pose2D
         Pose of the laser in the map frame.
     information : (6,) float64 array
-        Information xx, xy, xt, yy, yt, tt of the pose in the frame of the scan, with that of the prior.
+        Information xx, xy, xt, yy, yt, tt of the pose in the frame of the scan, including the prior's.
     ratio : float
         Part of the scan's points that have a pair in the key frame in which most have one, from 0 to 1.
     pairs : int

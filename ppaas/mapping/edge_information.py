@@ -1,4 +1,4 @@
-"""Information of graph edges from that of aligned scans."""
+"""Information of graph edges from the information of aligned scans."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -107,7 +107,7 @@ class KeyFrames:
         return self._arrays.valid[: self._count]
 
     def scan_points(self, index: int | slice | NDArray[Any]) -> ScanPoints:
-        """Return the scan of one key frame, or those of several, stacked."""
+        """Return the scan of one key frame, or the scans of several, stacked."""
         return ScanPoints(self.points[index], self.normals[index], self.valid[index])
 
     def add(self, scan: ScanPoints, number: int, pose: Pose2D, information: NDArray[np.float64]) -> int:
@@ -195,7 +195,7 @@ class KeyFrames:
     def snapshot(self) -> "KeyFrames":
         """Return the key frames as they are now, for another thread. None may be added to a snapshot.
 
-        It shares the scans, which never change, and has poses of its own.
+        It shares the scans, which never change, and has its own poses.
         """
         taken = KeyFrames.__new__(KeyFrames)
         taken.geometry, taken._most, taken._count = self.geometry, self._count, self._count

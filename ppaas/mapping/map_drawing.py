@@ -45,7 +45,7 @@ DEFAULTS = DrawingSettings()
 
 
 def draw_map(key_frames: KeyFrames, poses: PoseArray, settings: DrawingSettings = DEFAULTS) -> GridMap:
-    """Return the occupancy grid of all key frames; its axes are those of the map frame.
+    """Return the occupancy grid of all key frames; its axes are the map frame's.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def count_beams(
     counts : tuple of (h, w) uint16 array
         Modified: numbers of beams that end in each cell, and that pass it.
     info : GridInfo
-        Their geometry; its axes are those of the map frame, and all beams lie in it.
+        Their geometry; its axes are the map frame's, and all beams lie in it.
     poses : (k, 3) array
         Poses of the laser in the map frame: x, y [m], theta [rad].
     points : (k, b, 2) float32 array

@@ -14,7 +14,7 @@ class SlamParameters(Parameters, frozen=True):
     ``scan_buffer_size`` is the number of key frames that a scan is tracked against; the search for the start has
     ``correlation_search_space_resolution`` and ``correlation_search_space_smear_deviation``, steps of
     ``coarse_angle_resolution``, and a window of ``correlation_search_space_dimension`` plus twice the standard
-    deviation of the odometry to each side. ``resolution`` is that of the map drawn.
+    deviation of the odometry to each side. ``resolution`` is the drawn map's.
 
     Of gmapping: the standard deviations of an odometry step, ``srr`` of the translation by the distance [m/m], ``srt``
     of the translation by the turn [m/rad], ``str`` of the heading by the distance [rad/m], ``stt`` of the heading by

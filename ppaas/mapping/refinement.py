@@ -111,7 +111,7 @@ def refine(
     poses : (k, 3) array
         Their poses, with all closures applied: errors larger than the first gate are not repaired.
     odometry : Edges
-        Edges of the graph to keep, weighted by their information: those of the odometry, not closures.
+        Edges of the graph to keep, weighted by their information: odometry edges, not closures.
     settings : RefinementSettings
         Gates, weights and pairs.
     cancelled : callable

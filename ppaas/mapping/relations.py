@@ -17,7 +17,7 @@ from ppaas.errors import InvalidInput
 from ppaas.planar_poses import relative
 
 NEAR = 0.3
-"""Largest difference of the stamp of a relation and that of a pose [s]; files of relations have few digits."""
+"""Largest difference between the stamps of a relation and a pose [s]; files of relations have few digits."""
 
 COLUMNS = 8
 """Numbers of a line: two stamps, x, y, z, roll, pitch, yaw."""

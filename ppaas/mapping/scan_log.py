@@ -16,7 +16,7 @@ SAME_STEP = 1e-3
 
 
 class LoggedScan(NamedTuple):
-    """Scan of a log, before its beams are put in line with those of the other scans.
+    """Scan of a log, before its beams are put in line with the other scans' beams.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class ScanLog:
     geometry : LaserGeometry
         Beams of the laser, and its place on the robot.
     skipped : int
-        Number of scans without ranges, because their beams are not those of most scans.
+        Number of scans without ranges, because their beams differ from most scans' beams.
     """
 
     stamps: NDArray[np.float64]
@@ -105,7 +105,7 @@ def joined(
     Raises
     ------
     InvalidInput
-        There is no scan, or the beams of most scans are not those of a laser.
+        There is no scan, or the beams of most scans are not from one laser.
     """
     if not scans:
         raise InvalidInput("a log has no scan: a map needs at least one")
@@ -127,7 +127,7 @@ def _most_common(scans: Sequence[LoggedScan]) -> tuple[float, float, int]:
 
 
 def _put(scan: LoggedScan, geometry: LaserGeometry, row: NDArray[np.float32], first_angle: NDArray[np.float64]) -> bool:
-    """Write the ranges and the first angle of a scan; return whether its increment is that of the laser."""
+    """Write the ranges and the first angle of a scan; return whether its increment is the laser's."""
     step = geometry.angle_increment
     if abs(scan.angle_increment - step) > SAME_STEP * abs(step):
         return False

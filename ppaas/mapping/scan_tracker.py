@@ -58,7 +58,7 @@ class Tracked(NamedTuple):
     key_frame : int
         Index of the last key frame, from which the pose hangs when closures move it.
     information : (6,) float64 array
-        Information of the pose in the frame of the scan, with that of the odometry; 0 of the first scan.
+        Information of the pose in the frame of the scan, including the odometry's; 0 for the first scan.
     ratio : float
         Part of the points that fit the key frames; 1 of the first scan.
     is_lost : bool
@@ -78,7 +78,7 @@ class Tracked(NamedTuple):
 
 
 class ScanTracker:
-    """Tracks a laser scan by scan. The first scan is a key frame; its pose is that of the odometry.
+    """Tracks a laser scan by scan. The first scan is a key frame; its pose is the odometry's.
 
     On a map that was loaded, scans are aligned with the key frames of that map around them as well. The first scan, and
     the next one after `place`, is searched around a given pose.
@@ -162,7 +162,7 @@ class ScanTracker:
         frames : KeyFrames
             Its key frames; at least one.
         pose, odometry : Pose2D
-            Those of the other tracker.
+            The other tracker's.
         """
         frames.limit(self._parameters.max_key_frames)
         self.key_frames, self._scans = frames, int(frames.scans[-1]) + 1

@@ -100,7 +100,7 @@ class TrackingDoubt:
         """Return the share of the visible points of a scan that key frames confirm.
 
         It is 1 if most points of the scan fit them, or if few points of scans usually do, as outdoors: there, a scan
-        that fits poorly tells nothing.
+        that fits poorly shows nothing.
 
         Parameters
         ----------

@@ -10,7 +10,7 @@ from ppaas.maps.kernels.distance import distance_parallel, distance_serial
 def distance_to_occupied(
     grid: GridMap, threshold: int = OCCUPIED_THRESHOLD, *, serial: bool = False
 ) -> NDArray[np.float32]:
-    """Return the exact Euclidean distance from the centre of each cell to that of the nearest occupied cell.
+    """Return the exact Euclidean distance from the centre of each cell to the centre of the nearest occupied cell.
 
     It uses numba's current number of threads, or one if ``serial``.
 

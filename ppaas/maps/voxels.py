@@ -33,7 +33,7 @@ ORIGIN = Point3D(0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class VoxelInfo:
-    """Geometry of a voxel grid, whose axes are those of the map frame.
+    """Geometry of a voxel grid, whose axes are the map frame's.
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ OTHER_SPELLINGS: Mapping[type[Message], Mapping[str, str]] = {
     CameraInfo: {"d": "D", "k": "K", "r": "R", "p": "P"},
     GetParamRequest: {"default_value": "default"},
 }
-"""Names of fields in ROS 2 that differ from those of ROS 1."""
+"""Names of fields in ROS 2 that differ from ROS 1."""
 
 LISTS_OF_GOALS: Mapping[type[Message], str] = {NavigateThroughPosesGoal: "poses", ComputePathThroughPosesGoal: "goals"}
 """Fields that are lists of poses in Nav2 before Kilted, and a ``nav_msgs/Goals`` since."""

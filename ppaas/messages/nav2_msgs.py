@@ -163,7 +163,7 @@ class NavigateThroughPosesActionFeedback(Message):
 
 
 class NavigateThroughPosesResult(NavigateToPoseResult):
-    """``nav2_msgs/NavigateThroughPosesResult``; the statuses are those of all poses of the goal, in its order."""
+    """``nav2_msgs/NavigateThroughPosesResult``; the statuses belong to all poses of the goal, in its order."""
 
     waypoint_statuses: list[WaypointStatus] = field(default_factory=list)
 

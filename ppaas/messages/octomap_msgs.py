@@ -55,7 +55,7 @@ class GetOctomapFileRequest(Message):
         Offset in the file [bytes]: 0 takes a new one, and others continue it.
     before, after : list of float
         Poses of the robot at key frames now, and where they are to be in a new file, which moves with them: x, y [m],
-        theta [rad] one after the other. Without them, the file is that of the current map.
+        theta [rad] one after the other. Without them, the file has the current map.
     """
 
     offset: int = 0

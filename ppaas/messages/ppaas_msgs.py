@@ -24,7 +24,7 @@ class ComputePathRequest(Message):
         Whether a stored plan may be returned if it is available sooner than a computed one.
     parameters : str
         Parameters of the planner and the global costmap that differ from the usual ones, as a JSON object; empty for
-        none. A robot plans with those of its file and refuses others.
+        none. A robot plans with its file's parameters and refuses others.
     """
 
     start: Pose
@@ -154,7 +154,7 @@ class RobotStates(OwnMessage):
     granted : list of bool
         Whether each is of the same user and drives by grants of its traffic node; empty if none does.
     names : list of str
-        Id of each robot of the same user, empty texts for those of others; empty if all are.
+        Id of each robot of the same user, empty texts for other users' robots; empty if all are.
     """
 
     header: Header

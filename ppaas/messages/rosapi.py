@@ -1,6 +1,6 @@
 """``rosapi``: introspection of topics, services, nodes and types, and access to parameters.
 
-Those of ROS 1 and of ROS 2, where the package is ``rosapi_msgs``. ``GetParam``, ``SetParam`` and ``DeleteParam``
+Services of ROS 1 and of ROS 2, where the package is ``rosapi_msgs``. ``GetParam``, ``SetParam`` and ``DeleteParam``
 respond as newer versions of rosapi do, with ``successful`` and ``reason``. Older clients ignore these fields.
 """
 

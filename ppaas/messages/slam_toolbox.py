@@ -11,7 +11,7 @@ from ppaas.messages.geometry_msgs import Pose2D
 
 
 class SaveMapResult(IntEnum):
-    """The ``result`` of ``slam_toolbox/SaveMap``; the misspelled name is that of the definition."""
+    """The ``result`` of ``slam_toolbox/SaveMap``; the definition has the misspelled name."""
 
     RESULT_SUCCESS = 0
     RESULT_NO_MAP_RECEIEVD = 1
@@ -63,7 +63,7 @@ class MatchType(IntEnum):
 
 
 class DeserializePoseGraphRequest(Message):
-    """``slam_toolbox/DeserializePoseGraph`` request; the pose is that of the robot in the map frame."""
+    """``slam_toolbox/DeserializePoseGraph`` request; the pose is the robot's, in the map frame."""
 
     constants: ClassVar[type[IntEnum] | None] = MatchType
 

@@ -1,6 +1,6 @@
 """State machine of Move Base: takes events and returns orders.
 
-States, patience and recoveries are those of ``move_base.cpp`` (ros-planning/navigation)::
+States, patience and recoveries are the same as in ``move_base.cpp`` (ros-planning/navigation)::
 
     goal ──► PLANNING ──plan──► CONTROLLING ──at the goal──► SUCCEEDED
                ▲  │                 │  │

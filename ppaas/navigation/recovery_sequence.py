@@ -1,4 +1,4 @@
-"""Recovery behaviours of Move Base: those of its parameters, or move_base's default list."""
+"""Recovery behaviours of Move Base: the ones in its parameters, or move_base's default list."""
 
 from typing import Any
 

@@ -116,7 +116,7 @@ class Context(Protocol):
         ...
 
     def declare(self, node: "Node", topic: Topic) -> None:
-        """Declare a topic that the node publishes in addition to those of its class, until ``undeclare``.
+        """Declare a topic that the node publishes in addition to its class's topics, until ``undeclare``.
 
         Raises
         ------
@@ -134,7 +134,7 @@ class Context(Protocol):
         ...
 
     def latch(self, topic: str, message: Payload) -> None:
-        """Replace the last message of a latched topic for later subscribers; those of now do not get it."""
+        """Replace the last message of a latched topic for later subscribers; current ones do not get it."""
         ...
 
     def has_subscribers(self, topic: str) -> bool:

@@ -51,7 +51,7 @@ def camera_of(info: CameraInfo) -> PinholeCamera:
     Raises
     ------
     InvalidInput
-        It is not that of a camera.
+        It is not a camera's image.
     """
     if len(info.K) != 9:
         raise InvalidInput(f"camera_info.K must have 9 numbers, not {len(info.K)}")

@@ -43,7 +43,7 @@ class FrameNames:
     map : str
         Another name of the map's frame.
     prefix : str
-        Prefix of the frames of the robot's model; empty for that of its odometry.
+        Prefix of the frames of the robot's model; empty for its odometry's prefix.
     """
 
     odom: str = ""
@@ -66,13 +66,13 @@ class FrameNames:
         )
 
     def is_map(self, frame: str) -> bool:
-        """Return whether a frame is that of the map: ``map`` by any of its names, or without one."""
+        """Return whether a frame is the map's: ``map`` by any of its names, or without one."""
         name = frame.lstrip("/")
         return name in ("", MAP, self.map) or unprefixed(name) == MAP
 
 
 def is_scan_odometry(message: TFMessage) -> bool:
-    """Return whether transforms are those of mapping for a robot without odometry, not of the robot."""
+    """Return whether transforms come from mapping for a robot without odometry, not from the robot."""
     return any(each.header.frame_id == SCAN_ODOM for each in message.transforms)
 
 
@@ -166,7 +166,7 @@ class FrameListener:
 
     @property
     def odom(self) -> str:
-        """Frame of the odometry: that of the parameters, or else the parent of the highest frame that moves.
+        """Frame of the odometry: from the parameters, or else the parent of the highest frame that moves.
 
         Of a robot without odometry it is `SCAN_ODOM`, whatever the parameters name.
         """

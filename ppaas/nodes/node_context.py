@@ -68,7 +68,7 @@ class NodeContext:
             self._faults.call(f"a caller of node {self.node!r}", reply, moved)
 
     def serve(self, on_call: Callable[[Reply], None], reply: Reply) -> None:
-        """Let the node answer a call, now or later; ``reply`` is called once, even if the node leaves before that."""
+        """Ask the node to answer a call, now or later; ``reply`` is called once, even if the node leaves."""
         number = next(self._numbers)
         self._calls[number] = reply
 
@@ -99,7 +99,7 @@ class NodeContext:
             self._executor.publish(topic, message)
 
     def declare(self, node: "Node", topic: Topic) -> None:
-        """Declare a topic of the node in addition to those of its class; raises ``Conflict`` if the name exists."""
+        """Declare a topic of the node in addition to its class's topics; raises ``Conflict`` if the name exists."""
         self._executor.declare(node, topic)
 
     def undeclare(self, node: "Node", name: str) -> None:
@@ -112,7 +112,7 @@ class NodeContext:
             self._executor.forget(topic)
 
     def latch(self, topic: str, message: Payload) -> None:
-        """Replace the last message of a latched topic for later subscribers; those of now do not get it."""
+        """Replace the last message of a latched topic for later subscribers; current ones do not get it."""
         if not self._ended:
             self._executor.latch(topic, message)
 

@@ -19,7 +19,7 @@ MOST_WAITING = 100
 """Largest number of scans that wait for transforms, as in amcl's message filter."""
 
 MOST_AHEAD = 1.0
-"""Time by which a scan may be ahead of the newest odometry [s]; lidars and bases have clocks of their own."""
+"""Time by which a scan may be ahead of the newest odometry [s]; lidars and bases have separate clocks."""
 
 MOST_WARNED = 32
 """Largest number of lasers that are warned about."""
@@ -34,7 +34,7 @@ class RobotScan(NamedTuple):
     laser : Pose2D
         Pose of the laser in the robot's frame.
     stamp : float
-        Time of the scan, 0 for that of the newest odometry [s].
+        Time of the scan, 0 for the newest odometry's [s].
     at : float
         Time of arrival, by the executor's clock [s].
     """
@@ -72,7 +72,7 @@ class ScanReader:
         Raises
         ------
         InvalidInput
-            An angle or limit is not finite, the angles are not those of a scan, or the laser is tilted too much.
+            An angle or limit is not finite, the angles are not a scan's, or the laser is tilted too much.
         TransformError
             Its frame is unknown.
         """
@@ -103,7 +103,7 @@ class Stamped(Protocol):
 
     @property
     def stamp(self) -> float:
-        """Time of the data, 0 for that of the newest odometry [s]."""
+        """Time of the data, 0 for the newest odometry's [s]."""
         ...
 
     @property

@@ -11,7 +11,8 @@ SILENT = 2.0
 ODOMETRY_SILENT = 0.8
 """Time without odometry after which it has stopped, and scans that are ahead of it do not blame the clocks [s].
 
-It is shorter than ``robot_scans.MOST_AHEAD``, so that the first scan that is ahead of stopped odometry is told right.
+It is shorter than ``robot_scans.MOST_AHEAD``, so that the first scan that is ahead of stopped odometry is judged
+correctly.
 """
 
 

@@ -60,7 +60,7 @@ class TopicBus:
         return self.topics[name]
 
     def declare(self, node: Node, topic: Topic) -> None:
-        """Declare a topic that a node publishes in addition to those of its class, until ``undeclare``.
+        """Declare a topic that a node publishes in addition to its class's topics, until ``undeclare``.
 
         Raises
         ------
@@ -196,7 +196,7 @@ class TopicBus:
         self._latched.pop(topic, None)
 
     def latch(self, topic: str, message: Payload) -> None:
-        """Replace the last message of a latched topic for later subscribers; those of now do not get it.
+        """Replace the last message of a latched topic for later subscribers; current ones do not get it.
 
         Raises
         ------

@@ -160,7 +160,7 @@ DIAGNOSTICS = Topic("diagnostics", DiagnosticArray, stream=True, robot_only=True
 TOPICS = {topic.name: topic for topic in tuple(globals().values()) if isinstance(topic, Topic)} | {
     topic.name: topic for action in (*NAV2_ACTIONS, EXPLORE) for topic in action
 }
-"""The topics above, and those of the actions of Nav2 and of `explore`, by their names."""
+"""The topics above, and the topics of the actions of Nav2 and of `explore`, by their names."""
 
 CLIENT_TOPIC = Topic("", Message)
 """Policy of a topic that is not in the table, such as one that a client advertises."""

@@ -4,5 +4,5 @@ import hashlib
 
 
 def coordinator_checkpoint(map_id: str) -> str:
-    """Return the name of the checkpoints of a coordinator among those of its user, made of the id of its map."""
+    """Return the name of a coordinator's checkpoints among its user's, made of the id of its map."""
     return f"people-{hashlib.blake2b(map_id.encode(), digest_size=16).hexdigest()}"

@@ -28,7 +28,7 @@ class MapArea:
     def distance(self, points: Array) -> Array:
         """Return the distance of (n, 2) points [m] from the free space, about [m]; 0 within it.
 
-        For a point outside the map it is at most that of the nearest cell plus the distance from there.
+        For a point outside the map it is at most the nearest cell's plus the distance from there.
         """
         cells = self._info.to_cells(points)
         inside = np.clip(cells, 0, np.array(self._info.shape) - 1)

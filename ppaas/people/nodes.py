@@ -6,7 +6,7 @@ from typing import Any
 TORSO_DETECTOR, LEG_DETECTOR = "torso_detector", "leg_detector"
 PEOPLE_TRACKER, FOLLOW_PERSON = "people_tracker", "follow_person"
 PEOPLE_COORDINATOR = "people_coordinator"
-"""The node of a group of robots, in a container of its own."""
+"""The node of a group of robots, in a separate container."""
 
 FOLLOWING_GOAL = f"{FOLLOW_PERSON}/"
 """Beginning of the ids of the goals for Move Base that the node ``follow_person`` sends."""
@@ -15,7 +15,7 @@ _OF_TRACKERS = (TORSO_DETECTOR, LEG_DETECTOR, PEOPLE_TRACKER)
 
 
 def tracks_people(parameters: Mapping[str, Any]) -> bool:
-    """Return whether a robot has ``people_tracker``: with a detector, or by parameters of its own."""
+    """Return whether a robot has ``people_tracker``: with a detector, or by its own parameters."""
     return any(name in parameters for name in _OF_TRACKERS)
 
 

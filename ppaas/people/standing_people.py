@@ -24,7 +24,7 @@ class StandingPeople:
     Parameters
     ----------
     most : int
-        Largest number of positions; those of people who were not seen for the longest time are forgotten first.
+        Largest number of positions; positions of people who were not seen for the longest time are forgotten first.
     """
 
     def __init__(self, most: int) -> None:

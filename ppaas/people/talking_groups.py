@@ -29,7 +29,7 @@ def groups_of(people: Iterable[TrackedPerson], seconds: float = 0.0) -> list[Poi
     people : iterable of TrackedPerson
         Those who are lost are left out.
     seconds : float
-        Time after that of the positions, for which they are predicted [s].
+        Time after the time of the positions, for which they are predicted [s].
 
     Returns
     -------

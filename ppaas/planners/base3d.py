@@ -1,4 +1,4 @@
-"""Interface of planners in space: like that of planners in the plane, with heights and layers."""
+"""Interface of planners in space: like the interface of planners in the plane, with heights and layers."""
 
 import math
 from abc import ABC, abstractmethod

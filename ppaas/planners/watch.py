@@ -34,7 +34,7 @@ class Watch:
         self._began = request.clock()
 
     def seconds(self) -> float:
-        """Return the time since construction, without that of compiling kernels [s]."""
+        """Return the time since construction, without the time to compile kernels [s]."""
         return self._request.clock() - self._began - self._compiled()
 
     def check(self) -> None:

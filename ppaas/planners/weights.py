@@ -41,7 +41,7 @@ def exact_weights() -> NDArray[np.float64]:
 
 
 def fixed_weights() -> NDArray[np.int64]:
-    """Return the (2, 256) weights of cardinal and diagonal moves in fixed point; that of 254 is 0."""
+    """Return the (2, 256) weights of cardinal and diagonal moves in fixed point; the weight of 254 is 0."""
     weights = exact_weights()
     weights[LETHAL_OBSTACLE] = 0.0
     cardinal = np.rint(weights * SCALE).astype(np.int64)

@@ -138,7 +138,7 @@ def found_row(key: tuple[str, str, str, int], origin: Origin) -> PlannerHistory:
 
 
 def compared_row(key: tuple[str, str, str, int], length: float, cheapest: float) -> PlannerHistory:
-    """Return the row of one comparison between the length of a plan and that of the cheapest one [m]."""
+    """Return the row of one comparison between the length of a plan and the length of the cheapest one [m]."""
     return PlannerHistory(
         *key, compared=1, millimetres=round(length * 1000), cheapest_millimetres=round(cheapest * 1000)
     )

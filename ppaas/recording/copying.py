@@ -39,7 +39,7 @@ class McapCopy:
     def copy(self, sources: Iterable[IO[bytes]]) -> Copied:
         """Copy files one after the other, and finish the new one.
 
-        Metadata and attachments are those of the first. Messages that the later ones repeat at their begin (sequence
+        Metadata and attachments come from the first. Messages that the later ones repeat at their begin (sequence
         number 0) are left out. A damaged file is copied as far as it is good.
         """
         for source in sources:

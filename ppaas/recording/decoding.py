@@ -11,7 +11,7 @@ MOST_SKIPPED = 256
 """Largest number of topics whose skipped messages are counted."""
 
 _OF_OLD_ROBOTS = {"tf/tfMessage": "tf2_msgs/TFMessage"}
-"""Types of early ROS 1, and those of today with the same fields."""
+"""Types of early ROS 1, and today's types with the same fields."""
 
 
 class McapDecoder:

@@ -12,7 +12,7 @@ from ppaas.parameters import Parameters, read_parameters
 NAME = "recorder"
 
 EVERYTHING = "*"
-"""Glob that stands for all topics but those of `HEAVY`."""
+"""Glob that stands for all topics except `HEAVY`."""
 
 HEAVY = (
     "camera/*",

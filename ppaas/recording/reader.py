@@ -1,6 +1,6 @@
 """Reads MCAP files, also those that are cut off, damaged or hostile, in bounded memory.
 
-The records are those of the library ``mcap``; their framing is read here, because a file that was not finished has no
+The records are classes of the library ``mcap``; their framing is read here, because a file that was not finished has no
 index and no end, and lengths in a file are not to be believed. Source: the specification of MCAP
 (https://mcap.dev/spec).
 """
@@ -96,7 +96,7 @@ class McapReader:
             raise MalformedMessage("not an MCAP file: its first bytes are others")
 
     def messages(self) -> Iterator[Message]:
-        """Yield the messages: those of a chunk by time, and chunks in the order of the file.
+        """Yield the messages: within a chunk by time, and chunks in the order of the file.
 
         Raises
         ------

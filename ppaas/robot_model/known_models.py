@@ -46,7 +46,7 @@ class RobotModel:
     frames: tuple[tuple[str, Rigid], ...] = ()
 
     def frames_with(self, laser_frame: str = "") -> dict[str, Rigid]:
-        """Return the frames of the body with that of its laser, which may be named differently, by their names."""
+        """Return the frames of the body with the frame of its laser, which may be named differently, by their names."""
         x, y, theta = self.laser
         laser = Rigid(x, y, 0.0, *quaternion_of(theta))
         found = dict(self.frames) or {self.laser_frame: laser}

@@ -50,7 +50,7 @@ def extent_of(name: str, data: bytes) -> Extent:
     Parameters
     ----------
     name : str
-        Name of the file; its ending tells the format.
+        Name of the file; its ending determines the format.
     data : bytes
         The file.
 
@@ -129,7 +129,7 @@ def _shown(root: Element) -> Element:
 
 
 def _positions(geometry: Element) -> Points:
-    """Return the vertices of a geometry; those of its normals and textures are other sources."""
+    """Return the vertices of a geometry; its normals and textures are other sources."""
     sources = {each.get("id", ""): each for each in geometry.iter("source")}
     found = [np.empty((0, 3))]
     for reference in geometry.iterfind("mesh/vertices/input[@semantic='POSITION']"):

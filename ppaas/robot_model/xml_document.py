@@ -10,7 +10,7 @@ from defusedxml.ElementTree import fromstring
 from ppaas.errors import InvalidUrdf, MessageTooLarge
 
 MAX_BYTES = 1 << 20
-"""Limit of a URDF's size; that of a PR2, with 90 links and two arms, has a third of it [bytes]."""
+"""Limit of a URDF's size; a PR2's, with 90 links and two arms, has a third of it [bytes]."""
 
 MAX_NAME = 256
 """Limit of the length of names [characters]."""

@@ -103,7 +103,7 @@ class Dispatcher:
         return orders
 
     def goal_ended(self, robot: str, goal_id: str, outcome: Outcome, text: str, now: float) -> list[Order]:
-        """Note the end of a goal; one that is not that of the robot's task changes nothing.
+        """Note the end of a goal; a goal that is not of the robot's task changes nothing.
 
         The clone of a robot that is away may give a goal up. That is no failure: it is sent again if the robot comes
         back in time.

@@ -36,7 +36,7 @@ def checkpoint_of(coordinator: Coordinator) -> bytes:
 
 
 def restore(coordinator: Coordinator, state: bytes, now: float) -> None:
-    """Let a coordinator begin from a checkpoint: it waits for the robots of it, and takes what they held for held.
+    """Start a coordinator from a checkpoint: it waits for the robots in it, and treats what they held as held.
 
     Those that were taken out stay out.
 

@@ -20,7 +20,7 @@ GATHER = 1.0
 """Time in which a new coordinator listens to reports, before it chooses its epoch [s]."""
 
 STALE, FOLLOWED = 0.2, 40.0
-"""Share of robots behind the plan from which on all are planned anew, and the time for which a plan is followed first
+"""Share of robots behind the plan from which on all are replanned, and the time for which a plan is followed first
 [s]."""
 
 LOOK = 2.0
@@ -37,7 +37,7 @@ class Coordinator:
     """Grants robots cells in the order of one plan, so that no two are in one cell, and none waits for ever.
 
     A robot that is granted a cell keeps it until it has left it or gives it back. Cells are granted in the order of a
-    plan that is extended while robots drive (`PlanAhead`), and made anew where many robots are behind it: a robot is
+    plan that is extended while robots drive (`PlanAhead`), and remade where many robots are behind it: a robot is
     granted the next cell once all who enter it earlier in the plan have left it. Late robots so delay others, and never
     meet them (an action dependency graph: Hönig et al., "Persistent and Robust Execution of MAPF Schedules in
     Warehouses", 2019).
@@ -97,7 +97,7 @@ class Coordinator:
         return member.report.epoch == self.epoch
 
     def _outrank(self, epoch: int, now: float) -> None:
-        """Begin another epoch, after that of another coordinator; nothing is granted until all robots know of it."""
+        """Begin another epoch, after another coordinator's; nothing is granted until all robots know of it."""
         self.epoch = epoch
         self._granting, self._begin = False, now + GATHER
 

@@ -1,4 +1,4 @@
-"""Grants as messages: how many cells ahead a robot needs, and when it is told."""
+"""Grants as messages: how many cells ahead a robot needs, and when they are sent."""
 
 import math
 from collections import Counter
@@ -21,7 +21,7 @@ MOST_AHEAD = 8
 
 
 def window_of(report: TrafficReport, spacing: float) -> int:
-    """Return how many cells ahead a robot is granted: so many that it need not slow down before it learns of more."""
+    """Return how many cells to grant ahead, so that the robot never brakes while it waits for the next grant."""
     needed = report.braking + ROUND_TRIP * report.speed
     return min(1 + math.ceil(needed / spacing), MOST_AHEAD)
 
@@ -49,7 +49,7 @@ class GrantWriter:
 
     def __init__(self) -> None:
         self._sent: dict[str, tuple[float, TrafficGrants]] = {}
-        # Those of robots that were forgotten stay: a robot that comes back ignores numbers that it knows.
+        # Numbers of robots that were forgotten stay: a robot that comes back ignores numbers that it knows.
         self._numbers: Counter[str] = Counter()
 
     def next_number(self, robot: str) -> int:

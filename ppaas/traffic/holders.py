@@ -30,11 +30,11 @@ class Holders:
         return self._of.get(cell, set())
 
     def hold(self, name: str, cell: Cell) -> None:
-        """Let a robot hold a cell."""
+        """Mark a cell as held by a robot."""
         self._of[cell].add(name)
 
     def hold_spur(self, member: Member, spur: Spur) -> None:
-        """Let a robot hold the cells of a spur."""
+        """Mark the cells of a spur as held by a robot."""
         member.spur = spur
         for cell in spur.cells:
             self.hold(member.name, cell)

@@ -40,7 +40,7 @@ class Spur:
     line : tuple
         Both ends of it [m].
     ended_by : int
-        Number of the grants by which the robot was told to drive back; 0 if it was not.
+        Number of the grants by which the robot was ordered to drive back; 0 if it was not.
     """
 
     place: MapPoint

@@ -36,7 +36,7 @@ class Occupancy:
         Robots by name.
     holders : Holders
     outdated : bool
-        Whether the plan has to be made anew, since who takes part or what is blocked has changed.
+        Whether the plan has to be remade, since who takes part or what is blocked has changed.
     gives_back : set of str
         Robots that should give back the rest of their ways.
     goals : int
@@ -160,7 +160,7 @@ class Occupancy:
         self.outdated = True
 
     def put_back(self, name: str) -> None:
-        """Let a robot that was taken out take part again, where it stands.
+        """Take a robot that was taken out in again, where it stands.
 
         Raises
         ------
@@ -179,7 +179,7 @@ class Occupancy:
         return self.members[name]
 
     def _join(self, report: TrafficReport, now: float) -> Member:
-        """Take a robot in; all ways begin anew on another roadmap if it is of another size for which that differs."""
+        """Take a robot in; all ways restart on another roadmap if it is of another size for which that differs."""
         member = Member(report, now, moved_at=now, goal_since=now - report.goal_seconds)
         before = self.map
         if report.radius not in self._layout.radii or self.map is None:
@@ -195,7 +195,7 @@ class Occupancy:
         return member
 
     def use_map(self, make_roadmap: MakeRoadmap) -> None:
-        """Go on with another version of the map; all ways begin anew.
+        """Go on with another version of the map; all ways restart.
 
         Nobody drives if it has no cells for the robots.
         """
@@ -245,7 +245,7 @@ class Occupancy:
             self.gives_back |= {member.name} if member.report.way else set()
 
     def _stand(self, member: Member) -> None:
-        """Let a robot hold the cells that it touches, and nothing else."""
+        """Mark only the cells that a robot touches as held by it."""
         self._release(member)
         member.base = self._touched(member)
         for cell in member.base:
@@ -278,7 +278,7 @@ class Occupancy:
         self._stop_around(member)
 
     def _adopt(self, member: Member, report: TrafficReport) -> None:
-        """Take the way that a robot reports for what it holds: it is that of another coordinator."""
+        """Take the way that a robot reports for what it holds: it comes from another coordinator."""
         member.report = report
         self._stand(member)
         if member.standing == "out" or self.map is None:

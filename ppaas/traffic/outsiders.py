@@ -31,7 +31,7 @@ class Outsiders:
     def see(
         self, kind: Kind, seen: Sequence[MovingObstacle], members: Iterable[Member], cells: MetricRoadmap, now: float
     ) -> None:
-        """Note where all robots on the map are now, of which those of the traffic are left out, or all people.
+        """Note where all robots on the map are now, of which the robots of the traffic are left out, or all people.
 
         Parameters
         ----------

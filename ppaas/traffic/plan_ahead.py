@@ -42,7 +42,7 @@ class PlanAhead:
     heads : mapping of str to int
         Cell of each robot in which the plan begins.
     members : mapping of str to Member
-        Robots by name, those of ``heads`` among them.
+        Robots by name, including all of ``heads``.
     seed : int
         Seed of the random numbers.
     sizes : mapping of str to int
@@ -73,7 +73,7 @@ class PlanAhead:
         return name in self._index
 
     def enter_first(self, member: Member, cell: Cell) -> None:
-        """Let a robot that is on no cell yet enter the one in which its plan begins."""
+        """Plan the first cell of a robot that is on no cell yet."""
         self._append(member, cell)
 
     def aim(self, member: Member, cell: Cell, now: float) -> bool:
@@ -98,7 +98,7 @@ class PlanAhead:
         member.aim = ""
 
     def _make_room(self) -> None:
-        """Let robots without a goal leave areas to which others seek to go."""
+        """Lead robots without a goal out of areas to which others seek to go."""
         sought = self._plan.sought_areas
         for member in self._members if sought else ():
             if not member.aim and self._rules.areas_of(self.end_of(member)) & sought:

@@ -39,6 +39,6 @@ def _is_granted(occupancy: Occupancy, cell: Cell, but: str) -> bool:
 
 
 def obstacles_in(occupancy: Occupancy, heads: Collection[str]) -> set[Cell]:
-    """Return the cells that are not planned: where something was found, and those of robots without a head."""
+    """Return the cells that are not planned: where something was found, and cells of robots without a head."""
     aside = (member.held for name, member in occupancy.members.items() if name not in heads)
     return set(occupancy.blocked).union(*aside)

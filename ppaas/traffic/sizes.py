@@ -19,7 +19,7 @@ REACH = 2.0
 """Distance within which a robot is led to a cell, in distances of neighbouring cells."""
 
 MOST_SIZES = 3
-"""Largest number of sizes that are told apart; of more, robots count as large as the next larger ones."""
+"""Largest number of sizes that are distinguished; of more, robots count as large as the next larger ones."""
 
 
 def with_size(radii: Sequence[float], radius: float) -> tuple[float, ...]:
@@ -53,7 +53,7 @@ class CellsOfSizes:
     map : MetricRoadmap or None
         None before there is a robot, and while the map has no cells for those that there are.
     radii : tuple of float
-        Radii that are told apart, in ascending order [m].
+        Radii that are distinguished, in ascending order [m].
     """
 
     def __init__(self, make_roadmap: MakeRoadmap, parameters: TrafficParameters) -> None:

@@ -42,5 +42,5 @@ def on_map_with_traffic(parameters: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def traffic_checkpoint(map_id: str) -> str:
-    """Return the name of the checkpoints of a traffic node among those of its user, made of the id of its map."""
+    """Return the name of a traffic node's checkpoints among its user's, made of the id of its map."""
     return f"{TRAFFIC}-{hashlib.blake2b(map_id.encode(), digest_size=16).hexdigest()}"

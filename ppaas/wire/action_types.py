@@ -18,7 +18,7 @@ from ppaas.wire.names import ros1_type, ros2_type
 Part = Literal["Goal", "Result", "Feedback"]
 
 NAVIGATE_TO_POSE_TYPE = "nav2_msgs/NavigateToPose"
-"""Type of the action that has no topics of its own."""
+"""Type of the action that has no separate topics."""
 
 
 def type_of_action(name: str, topics: Mapping[str, str]) -> str:

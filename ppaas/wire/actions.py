@@ -130,8 +130,8 @@ class NavigateToPose(Action):
     """Nav2's action, executed by Move Base, for one goal.
 
     What is not in Move Base's feedback comes from its topic ``navigate_to_pose/feedback``: the distance along the path,
-    the estimated time, the recoveries and the tracking errors. Until the first such message the distance is that of the
-    straight line.
+    the estimated time, the recoveries and the tracking errors. Until the first such message the distance is the length
+    of the straight line.
     """
 
     progress_topic: ClassVar[str] = f"{NAVIGATE_TO_POSE}/feedback"

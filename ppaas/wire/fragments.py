@@ -81,7 +81,7 @@ class FragmentAssembler:
         Raises
         ------
         InvalidInput
-            The fragment has no id, its number is not below ``total``, or ``total`` differs from that of the others.
+            The fragment has no id, its number is not below ``total``, or ``total`` differs from the others'.
         QuotaExceeded
             The incomplete frames of the client are too large.
         """

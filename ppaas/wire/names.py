@@ -20,7 +20,7 @@ CLIENTS = "rosbridge_websocket"
 def normalise(name: str) -> str:
     """Return a graph name without its leading slash, the form used inside the cloud.
 
-    Relative names are those of the root, as there. A private name, ``~name`` or ``~/name``, is below the node of the
+    Relative names start at the root, as there. A private name, ``~name`` or ``~/name``, is below the node of the
     clients.
 
     Raises
@@ -73,7 +73,7 @@ def is_ros2_type(name: str | None) -> bool:
 
 
 class NameScope:
-    """Names as the software of one robot spells them: those below its namespace are those of the clone.
+    """Names as the software of one robot spells them: names below its namespace are the clone's.
 
     So a robot whose nodes run below ``/tb3_1`` publishes ``/tb3_1/scan``, and the clone gets ``scan``.
 

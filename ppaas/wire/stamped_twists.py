@@ -26,7 +26,7 @@ def stamping(frame: str, now: Clock) -> Callable[[bytes], bytes]:
     Parameters
     ----------
     frame : str
-        Frame of the velocities, that of the robot's body.
+        Frame of the velocities: the robot's body.
     now : callable
         Returns the time since the epoch [s].
     """

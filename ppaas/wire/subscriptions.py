@@ -71,7 +71,7 @@ class Channel:
         self.waiting = deque(self.waiting, maxlen=max(length, 1))
 
     def frame_of(self, payload: bytes) -> bytes:
-        """Return the frame of a message; JSON if the message cannot be packed otherwise, as those of clients may be."""
+        """Return the frame of a message; JSON if it cannot be packed otherwise, as a client's message may be."""
         text = payload if self.respell is None else self.respell(payload)
         try:
             return self.packing.pack(self.spelling, text)

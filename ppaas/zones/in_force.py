@@ -1,4 +1,4 @@
-"""Zones in force, chosen anew only when others may be."""
+"""Zones in force, chosen again only when others may be."""
 
 from collections.abc import Sequence
 

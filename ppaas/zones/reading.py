@@ -31,7 +31,7 @@ KEYS = {
     "shape_area",
 }
 """Columns that tables of a GIS and of geopandas add, in any case, which are ignored; and all properties that begin with
-the following: styles, and those of OpenStreetMap."""
+the following: styles, and properties of OpenStreetMap."""
 
 STYLES = ("stroke", "fill", "marker-", "_", "@")
 
@@ -40,7 +40,7 @@ DEFAULT_TIME_ZONE = "UTC"
 EMPTY_PARTS = "parts without positions were left out"
 
 DEEPEST = 3
-"""Largest number of lists that positions are in, those of a MultiPolygon."""
+"""Largest number of lists that positions are in, as in a MultiPolygon."""
 
 
 class ReadZones(NamedTuple):
@@ -60,7 +60,7 @@ def read_zones(text: str | bytes) -> ReadZones:
 
     Foreign members, properties that editors add, heights, and ``id`` are ignored. What tables of GIS make of values is
     read as what it was: whole floats, numbers and switches as text, and ``times`` as text of JSON. The time zone of the
-    set is that of the collection; if it has none, that of its zones, if they have the same one.
+    set is the collection's; if it has none, its zones', if they have the same one.
 
     Raises
     ------
@@ -190,7 +190,7 @@ def _plain(coordinates: Any, name: str, notes: Notes, depth: int = DEEPEST) -> A
 
 
 def _set_of(zones: list[Zone], given: Any, notes: Notes) -> ZoneSet:
-    """Return a set whose zones have a time zone of their own only if that is not the one of the set."""
+    """Return a set whose zones have a time zone only if it differs from the set's."""
     if given is not None and not isinstance(given, str):
         raise InvalidZones(f"time_zone must be a name such as 'Europe/Berlin', not `{type_of(given)}`")
     given = (given or "").strip() or None

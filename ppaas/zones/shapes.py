@@ -179,7 +179,7 @@ def check_geometry(geometry: Geometry, name: str) -> int:
 
 
 def _wrong(geometry: Geometry, name: str, text: str, where: Any) -> InvalidZones:
-    """Return the error for a part of a geometry, with its place, or else that of the first position."""
+    """Return the error for a part of a geometry, with its place, or else the place of the first position."""
     place = first_place(where) or first_place(geometry.coordinates)
     at = "" if place is None else f", at ({place[0]:.6g}, {place[1]:.6g})"
     return InvalidZones(f"zone {name!r}: {text}{at}", [ZoneFault(name, text, place)])

@@ -1,6 +1,6 @@
 """Geometries of zones by the rules of GeoJSON and of OGC's simple features: what is mended, and what is wrong where.
 
-The checks are those of GEOS. A crossed outline has no one meaning: readers of polygons disagree on which of its parts
+The checks are GEOS's. A crossed outline has no one meaning: readers of polygons disagree on which of its parts
 are inside. So it is never mended, and the place of the crossing is reported.
 """
 

@@ -18,7 +18,7 @@ MOST_ON_LANES = 2000
 """Largest number of positions of all zones of the kind ``lane``."""
 
 MOST_CAPACITIES = 60
-"""Largest number of zones of the kind ``capacity``: those of a cell are bits of a number."""
+"""Largest number of zones of the kind ``capacity``: the zones of a cell are bits of a number."""
 
 LONGEST_NAME = 64
 
@@ -33,7 +33,7 @@ class Rule(msgspec.Struct, frozen=True, tag_field="kind", forbid_unknown_fields=
     times : list of Hours
         When it is in force; always if empty.
     time_zone : str, optional
-        Time zone of its times; that of the set if it has none.
+        Time zone of its times; the set's if it has none.
     """
 
     name: Annotated[str, Meta(min_length=1, max_length=LONGEST_NAME)]
@@ -150,7 +150,7 @@ class ZoneSet(msgspec.Struct, frozen=True, tag="FeatureCollection", rename={"zon
     zones : list of Zone
         ``features`` in JSON.
     time_zone : str
-        Name of the time zone of the times of all zones that have none of their own, in the IANA database.
+        Name of the time zone of the times of all zones that do not name one, in the IANA database.
 
     Raises
     ------

@@ -28,7 +28,7 @@ def run(work: Coroutine[Any, Any, T], loop_factory: "Callable[[], AbstractEventL
     work : coroutine
         The command.
     loop_factory : callable, optional
-        Creates the event loop (that of asyncio).
+        Creates the event loop (asyncio's).
 
     Raises
     ------

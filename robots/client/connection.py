@@ -144,7 +144,7 @@ class _Connect(connect):
 
 
 async def open_socket(url: str, headers: dict[str, str], link: ConnectionOptions) -> ClientConnection:
-    """Open the WebSocket, with headers besides those of the handshake.
+    """Open the WebSocket, with headers besides the handshake's.
 
     Raises
     ------

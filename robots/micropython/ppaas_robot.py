@@ -48,7 +48,7 @@ class Robot:
 
     # -- to the cloud
 
-    # angles [rad], ranges [mm], frame: that of the laser; once, before the first scan
+    # angles [rad], ranges [mm], frame: the laser's; once, before the first scan
     def laser(self, angle_min, step, nearest, farthest, frame=""):
         self._name = frame.encode()
         size = 20 + 2 * self.beams + len(self._name)

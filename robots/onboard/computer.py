@@ -47,7 +47,7 @@ class Computer:
 
 
 def kernel(size: int = 65536, steps: int = 20000) -> tuple[float, int]:
-    """Run a fixed workload like that of nodes: array arithmetic, a sort, and a loop in pure Python."""
+    """Run a fixed workload like the workload of nodes: array arithmetic, a sort, and a loop in pure Python."""
     values = np.sin(np.arange(size) * 12.9898) * 43758.5453
     values -= np.floor(values)
     state = 0
@@ -67,7 +67,7 @@ def measure(clock: Clock = monotonic) -> float:
 
 
 def clock_rate(frequency: Path = _CPU_FREQUENCY, info: Path = _CPU_INFO) -> float:
-    """Return the clock rate of the processor as Linux reports it [GHz]; elsewhere that of a Raspberry Pi 4."""
+    """Return the clock rate of the processor as Linux reports it [GHz]; elsewhere the rate of a Raspberry Pi 4."""
     if frequency.exists():
         return int(frequency.read_text()) / 1e6
     if info.exists():

@@ -79,7 +79,7 @@ class NodeLeases:
     def collect(self, states: Mapping[str, protocol.NodeState]) -> dict[str, protocol.NodeState]:
         """Note the changes of the logs in states, and return the states without them.
 
-        The executor reports a change once, so those of all nodes are noted before a renewal may fail.
+        The executor reports a change once, so the changes of all nodes are noted before a renewal may fail.
         """
         for node, state in states.items():
             if node in self._held:

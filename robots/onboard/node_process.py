@@ -74,7 +74,7 @@ class NodeProcess:
             It rejected the configuration.
         """
         command = (sys.executable, "-m", executor.__name__)
-        # A session of its own: on Ctrl-C the robot's program first hands the nodes back, then stops this process.
+        # A separate session: on Ctrl-C the robot's program first hands the nodes back, then stops this process.
         self._process = await asyncio.create_subprocess_exec(
             *command, stdin=PIPE, stdout=PIPE, limit=protocol.MAX_LINE, start_new_session=True
         )

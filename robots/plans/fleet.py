@@ -64,7 +64,7 @@ def answer_of(
     seconds : float
         CPU time of all threads [s]; the first plan is not interrupted by it.
     threads : int
-        Number of threads that improve the plan, each with random numbers of its own; the best plan is kept.
+        Number of threads that improve the plan, each with its own random numbers; the best plan is kept.
     seed : int
         Seed of the random numbers.
     turn : float, optional
@@ -103,7 +103,7 @@ def answer_of(
 
 
 def _best_of(improve: Callable[[int], Improvement], threads: int) -> FleetPlan:
-    """Return the best of the plans that some threads improve, each with a number of its own."""
+    """Return the best of the plans that some threads improve, each with its own number."""
     with ThreadPoolExecutor(threads) as pool:
         return min(pool.map(improve, range(threads)), key=lambda found: found.cost).plan()
 

@@ -145,7 +145,7 @@ def plan(
         There is no path; one of its subclasses.
     """
     chosen = (robot or PlannedRobot()).planner(planner)
-    # A first plan loads the kernels, so the reported time is that of planning alone.
+    # A first plan loads the kernels, so the reported time is for planning alone.
     threads = len(os.sched_getaffinity(0))
     chosen.plan(_TWO_CELLS, PlanRequest(Pose2D(0.5, 0.5), Pose2D(1.5, 0.5), threads=threads))
     return chosen.plan(costmap, PlanRequest(start, goal, tolerance, threads=threads))

@@ -1,4 +1,4 @@
-"""Frames in a bag of ROS: those of the odometry, the robot, its lasers and the map, under any names."""
+"""Frames in a bag of ROS: of the odometry, the robot, its lasers and the map, under any names."""
 
 import math
 from collections.abc import Iterable
@@ -67,7 +67,7 @@ class BagFrames:
                 self._add(_stamped(each.header, each.child_frame_id, each.transform), static=static)
 
     def _parent(self, frame: str) -> str:
-        """Return the parent of a moving frame: that of the odometry, or else the first that is not the map."""
+        """Return the parent of a moving frame: the odometry's, or else the first that is not the map."""
         return min(self._parents[frame], key=self._preference)
 
     def _preference(self, parent: str) -> int:
@@ -77,7 +77,7 @@ class BagFrames:
     def add_odometry(self, topic: str, message: Any) -> None:
         """Add odometry, unless transforms move its frame. Of several topics, the first counts.
 
-        Frames without a name, or with one for both, are those of the odometry and the robot.
+        Frames without a name, or with one for both, belong to the odometry and the robot.
         """
         parent, child = message.header.frame_id.lstrip("/"), message.child_frame_id.lstrip("/")
         if not child or child == parent:
@@ -200,7 +200,7 @@ class BagFrames:
         return any(self.moves(laser.lstrip("/")) for laser in lasers)
 
     def moves(self, frame: str) -> bool:
-        """Return whether a frame or one above it moves in another frame than that of the map."""
+        """Return whether a frame or one above it moves in another frame than the map's."""
         seen: set[str] = set()
         while frame not in seen and (known := self._above.get(frame)) is not None:
             seen.add(frame)

@@ -30,7 +30,7 @@ Headers = Callable[[BagMessage], Sequence[tuple[str, Any]]]
 
 
 def with_stamps(messages: Sequence[BagMessage], headers: Headers) -> list[str]:
-    """Let messages of topics whose stamps are all the same have the times of recording, and return notes.
+    """Give messages of topics whose stamps are all the same the times of recording, and return notes.
 
     So robots without a clock stamp: by zero. The stamps are changed in place.
     """
@@ -49,9 +49,9 @@ def with_stamps(messages: Sequence[BagMessage], headers: Headers) -> list[str]:
 def with_recorded_times(
     messages: Sequence[BagMessage], headers: Headers, is_scan: Callable[[BagMessage], bool]
 ) -> list[str]:
-    """Let all messages have the times of recording if scans and odometry are stamped by two clocks, and return notes.
+    """Give all messages the times of recording if scans and odometry are stamped by two clocks, and return notes.
 
-    So does a simulator whose laser has simulated time, and whose odometry that of the computer. The stamps are changed
+    So does a simulator whose laser has simulated time, and whose odometry has the computer's. The stamps are changed
     in place, unless a time of recording is not known.
     """
     moving = [message for message in messages if headers(message)]

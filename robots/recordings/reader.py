@@ -7,7 +7,7 @@ from robots.recordings.recording import RecordedFrames, Recording
 
 
 def is_bag(path: Path) -> bool:
-    """Return whether a path is that of a bag of ROS: a folder, or a file by its name or its first bytes."""
+    """Return whether a path is a ROS bag: a folder, or a file by its name or its first bytes."""
     from robots.recordings.bags.bag import is_bag_file  # noqa: PLC0415 - logs need fewer packages
 
     return path.is_dir() or has_bag_name(path) or is_bag_file(path)

@@ -33,7 +33,7 @@ class Look:
     Parameters
     ----------
     stamp : float
-        Time of the scan [s], not before that of the one before.
+        Time of the scan [s], not before the time of the one before.
     odom : Pose2D
         Pose of the robot in the odometry frame.
     scan : LaserScan

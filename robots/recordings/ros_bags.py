@@ -23,7 +23,7 @@ from robots.recordings.recording import Look, RecordedFrames, Recording
 SCAN, ECHOES, ODOMETRY = "sensor_msgs/msg/LaserScan", "sensor_msgs/msg/MultiEchoLaserScan", "nav_msgs/msg/Odometry"
 
 TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
-"""Types of transforms: that of tf2, and that of tf, with the same fields, in bags of old robots."""
+"""Types of transforms: tf2's, and in bags of old robots tf's, with the same fields."""
 
 SCANS = (SCAN, ECHOES)
 USED = (*SCANS, ODOMETRY, *TRANSFORMS)

@@ -27,14 +27,14 @@ def read_scan_log(
 ) -> ScanLog:
     """Read a recording.
 
-    The stamps are those of the file, in the order of the file, whether they ascend or not.
+    The stamps are taken from the file, in its order, whether they ascend or not.
 
     Parameters
     ----------
     path : Path
         A log, compressed if it ends with ``.bz2``, or a bag.
     form : {"carmen", "flirt", "bag"}, optional
-        Format; by default that of the name of the file and its lines.
+        Format; by default from the name of the file and its lines.
     frames : RecordedFrames, optional
         Topic and frames to read from a bag.
     note : callable, optional

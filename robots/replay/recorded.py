@@ -62,14 +62,14 @@ class Recorded:
     ----------
     path : Path
     renamed : mapping of str to str
-        Names of topics in the file, and those of the clone in their place.
+        Names of topics in the file, and the clone's names in their place.
 
     Attributes
     ----------
     grid : GridMap or None
         The last map in the file.
     file : RobotFile or None
-        The robot file of the recorded robot; its map is that of the recorded cloud.
+        The robot file of the recorded robot; its map is the recorded cloud's.
     outcomes : Outcomes
         What the recorded clone said.
     counts : Counter of str
@@ -173,7 +173,7 @@ def _is_input(message: McapMessage) -> bool:
 
 
 def _decoded(topic: str, message: McapMessage, decoder: McapDecoder) -> Message | None:
-    """Return a message as that of the clone's topic; None if it is none, or has nothing to say."""
+    """Return a message as the clone's topic has it; None if it is none, or has nothing to say."""
     payload = decoder.json(message)
     if payload is None:
         return None

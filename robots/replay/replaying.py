@@ -40,11 +40,11 @@ class ReplayOptions:
     until : float, optional
         Time in the recording at which it ends [s].
     file : RobotFile, optional
-        Robot file in place of that of the recording.
+        Robot file in place of the recording's.
     map : str
-        Id of a map of the cloud in place of that of the recording; empty for that.
+        Id of a map of the cloud in place of the recording's; empty for that.
     renamed : mapping of str to str
-        Names of topics in the file, and those of the clone in their place.
+        Names of topics in the file, and the clone's names in their place.
     cloud : tuple of str, optional
         URL and token of a cloud to join; without it, one is started and ends with the replay.
     """

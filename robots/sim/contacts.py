@@ -36,7 +36,7 @@ class ContactCounter:
         self.person_contacts: Counter[int] = Counter()
 
     def watch(self, body: pymunk.Body, robot: int) -> None:
-        """Count the contacts of a body as those of a robot."""
+        """Count the contacts of a body as a robot's."""
         self._robots[body] = robot
 
     def add_person(self, body: pymunk.Body) -> None:

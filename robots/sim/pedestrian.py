@@ -93,7 +93,7 @@ class Pedestrian:
     sitting : bool
         Whether the person sits.
     facing : float, optional
-        Direction that a person faces who does not walk [rad]; that of the last step without one.
+        Direction that a person faces who does not walk [rad]; the last step's without one.
     """
 
     def __init__(

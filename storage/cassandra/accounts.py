@@ -109,7 +109,7 @@ class CassandraAccounts:
         expired = list(self._session.rows(query, expired_before + 0.0))
         for row in expired:
             self._session.write_batch(self._token_deletions(row.hash)[:-1])
-        if expired:  # by one range, which covers those of earlier calls
+        if expired:  # by one range, which covers earlier calls' ranges
             delete = "DELETE FROM tokens_by_expiry WHERE shard = 0 AND expires <= ?"
             self._session.write(delete, expired[-1].expires)
         return len(expired)

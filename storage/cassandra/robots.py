@@ -170,7 +170,7 @@ class CassandraRobots(RobotShares):
         self._session.write(f"DELETE FROM clone_logs WHERE {_PART}", *key)
 
     def _drop_entries(self, log: tuple[str, int, str, str], obsolete: Iterable[int]) -> None:
-        """Remove entries of a log by ranges, which cover those of earlier removals. A log has one writer at a time."""
+        """Remove entries of a log by ranges, which cover earlier removals' ranges. A log has one writer at a time."""
         runs = entry_runs(obsolete)
         below = f"SELECT number FROM clone_logs WHERE {_LOG} AND number < ? ORDER BY log DESC, number DESC LIMIT 1"
         above = f"SELECT number FROM clone_logs WHERE {_LOG} AND number > ? LIMIT 1"

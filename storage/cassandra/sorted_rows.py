@@ -6,8 +6,8 @@ beside the removed one. Such a range covers the ranges of earlier removals in th
 partition has at most one range more than it has rows.
 
 A range is deleted with the time at which the removed row was written last, so rows that are added meanwhile stay. This
-is exact where all writes are conditional: Cassandra orders those of a partition, and the rows beside are read after the
-last one.
+is exact where all writes are conditional: Cassandra orders the writes of a partition, and the rows beside are read
+after the last one.
 """
 
 from collections.abc import Sequence

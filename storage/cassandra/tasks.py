@@ -1,4 +1,4 @@
-"""Tasks in Cassandra: those of all users on a map are a partition."""
+"""Tasks in Cassandra: all users' tasks on a map are a partition."""
 
 from ppaas.errors import NotFound
 from ppaas.tasks.records import check_task

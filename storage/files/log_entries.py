@@ -126,7 +126,7 @@ def files_of(latest: LatestEntry, map_id: str, upload: StagedUpload) -> dict[str
     NotFound
         The upload changes a map that does not exist.
     InvalidInput
-        The files are not those of a map.
+        The files are not a map's.
     """
     before = latest.head(map_id) if upload.keeps - ONLY_ZONES else latest.record
     files = upload.files_after({} if before is None else before.present.files)

@@ -9,7 +9,7 @@
 A writer places the files first and creates the log entry last. An entry is never overwritten: of concurrent writers,
 one gets the next number, and the others read the map again and retry. So a reader sees a map before or after a change,
 no change is lost, no lock is held, and a killed writer leaves at most files that no entry names. A removal is an entry
-too. A later map of the same id continues the log with an era and a folder of its own, so the old files can be deleted
+too. A later map of the same id continues the log with a new era and folder, so the old files can be deleted
 at any time.
 
 A version that waits for its review is part of the entries too, so that its approval is one entry; see
@@ -129,7 +129,7 @@ class LoggedMapStore:
         return list(islice(seen, limit))
 
     def map_ids(self) -> list[str]:
-        """Return the ids of all maps, sorted, those of damaged and removed ones included."""
+        """Return the ids of all maps, sorted, including damaged and removed ones."""
         return sorted(name for name in self._disk.folders() if is_name(name))
 
     def versions(self, map_id: str, *, before: int | None = None, limit: int | None = None) -> list[MapVersionRecord]:
@@ -293,7 +293,7 @@ class LoggedMapStore:
         removed: Collection[int] | None = None,
         reviews: tuple[MapReview, ...] | None = None,
     ) -> bool:
-        """Create the next entry; return whether no other writer did. Without them, its lists are those of the last."""
+        """Create the next entry; return whether no other writer did. Without them, its lists are the last entry's."""
         entry = LogEntry.of(record, era)
         if era == latest.era:
             unfinished = latest.removed if removed is None else removed

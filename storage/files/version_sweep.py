@@ -51,7 +51,7 @@ class VersionSweep:
             self._disk.remove(entry_path(self._map, number))
 
     def delete(self, names: Collection[str], latest: LatestEntry) -> None:
-        """Delete those of the files that neither a publication nor a waiting review has."""
+        """Delete the given files that neither a publication nor a waiting review has."""
         folder = files_path(self._map, latest.era)
         unused = set(names) - self._used(latest)
         for name in unused:

@@ -47,7 +47,7 @@ class HdfsMapStore(ReviewedMapStore):
     Parameters
     ----------
     url : str
-        ``hdfs://host[:port]/path[?user=name]``; the port is that of the NameNode's HTTP server, 9870 by default.
+        ``hdfs://host[:port]/path[?user=name]``; the port is the NameNode's HTTP port, 9870 by default.
     create : bool
         Whether the folder is created if it is missing, when a map is stored. Otherwise it must exist.
 

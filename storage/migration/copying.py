@@ -43,7 +43,7 @@ class RecordKind(Generic[S]):
         Takes source, target, a record of the source and the differing record of the target; replaces the latter. None
         if stores cannot replace records of this kind.
     is_partial : callable, optional
-        Takes a record of the source and that of the target; returns whether the latter is an interrupted copy.
+        Takes a record of the source and the target's record; returns whether the latter is an interrupted copy.
     verify : callable, optional
         Takes a store and keys; reads all data of these records and raises the errors that the store finds.
     count : callable, optional

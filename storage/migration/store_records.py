@@ -51,14 +51,14 @@ def _robot_keys(store: Store) -> Iterator[list[Key]]:
 
 
 def _clone_keys(store: Store) -> Iterator[list[Key]]:
-    """Yield the keys of the checkpoints of clones, and of those of the nodes of groups: coordinators, traffic nodes."""
+    """Yield the keys of the checkpoints of clones, and of the nodes of groups: coordinators, traffic nodes."""
     groups = ([(people.user, coordinator_checkpoint(people.map))] for people in _people(store))
     pages = chain(_robot_keys(store), groups, _traffic_keys(store))
     return ([key for key in page if _has(_clone, store, key)] for page in pages)
 
 
 def _traffic_keys(store: Store) -> Iterator[list[Key]]:
-    """Yield the keys of the checkpoints of traffic nodes: those of the maps of robots that take part, each once."""
+    """Yield the keys of the checkpoints of traffic nodes: for the maps of robots that take part, each once."""
     robots = chain.from_iterable(_robots(store))
     groups = dict.fromkeys((robot.user, robot.map) for robot in robots if takes_part(robot.parameters))
     return ([(user, traffic_checkpoint(map_id))] for user, map_id in groups)
@@ -133,7 +133,7 @@ def _count_keys(store: Store) -> Iterator[list[Key]]:
 
 
 def _read_counts(store: Store, keys: Sequence[Any]) -> dict[Key, Any]:
-    """Return the counts of a page of keys, which are those of one user on one map, in order."""
+    """Return the counts of a page of keys, which belong to one user on one map, in order."""
     if not keys:
         return {}
     wanted, (user, map_id, hour, _) = set(keys), keys[0]

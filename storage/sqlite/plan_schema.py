@@ -1,6 +1,6 @@
 """Tables of the path plan database in an SQLite file.
 
-Rows are small and many, so each index is a table of its own without other columns.
+Rows are small and many, so each index is a separate table without other columns.
 
 - ``scopes``: map versions that have plans.
 - ``contexts``: fields that many plans have in common (``storage.plan_entry.PlanContext``), and sums over their plans.
@@ -13,7 +13,7 @@ Rows are small and many, so each index is a table of its own without other colum
   and the number of removals of entries and contexts.
 - ``chunks``: the shared segments, called entries, with a checksum of each, and a sample of the plans that refer to it;
   ids are never reused.
-- ``chunk_refs``: number of references to each entry; a table of its own, because it changes often.
+- ``chunk_refs``: number of references to each entry; a separate table, because it changes often.
 - ``chunk_ids``: entries by the hash of their content.
 - ``chunk_places``: entries by the cells of the map that they touch.
 """

@@ -66,7 +66,7 @@ def _joining(rows: list[PlanRow], search: PlanStoreQuery) -> Iterator[PlanRecord
 
 
 class _Cells:
-    """The cells near two places, those of the shortest plans first.
+    """The cells near two places, cells of the shortest plans first.
 
     A heap has the known cells that are candidates, and the last known cell of each bucket, behind which the next are
     queried. Its items are (length and rest of the key, cell, bucket, is candidate, is last).

@@ -12,7 +12,7 @@ from storage.sqlite.plan_counts import rows_of
 
 
 def is_intact(data: bytes, crc: int | None) -> bool:
-    """Return whether a packed segment has its checksum; those of earlier releases have none."""
+    """Return whether a packed segment has its checksum; segments of earlier releases have none."""
     return crc is None or crc == zlib.crc32(data)
 
 

@@ -174,7 +174,7 @@ class PlanTables:
         return parts
 
     def plan_faults(self) -> Iterator[str]:
-        """Yield the plans that cannot be read, and the segments whose content is not that of their hash."""
+        """Yield the plans that cannot be read, and the segments whose content does not match their hash."""
         with self._connections.reading() as connection:
             yield from plan_faults(connection)
             yield from segment_faults(connection)

@@ -251,7 +251,7 @@ class PlanTransaction:
 def sequence_of(connection: sqlite3.Connection, plan_id: str) -> int | None:
     """Return the sequence number of a plan, or None if it does not exist.
 
-    Without a plan of that id that can be read, it is that of a damaged one with the hash of the id.
+    Without a readable plan of that id, the number of a damaged one with the hash of the id is returned.
     """
     found = sequences_of(connection, [plan_id]).get(plan_id)
     if found is None:

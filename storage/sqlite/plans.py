@@ -94,7 +94,7 @@ class SqlitePlans:
         return self._tables.plan_parts(plan_id)
 
     def plan_faults(self) -> Iterator[str]:
-        """Yield the plans that cannot be read, and the segments whose content is not that of their hash."""
+        """Yield the plans that cannot be read, and the segments whose content does not match their hash."""
         return self._tables.plan_faults()
 
     def plan_statistics(self, map_id: str | None = None) -> PlanStatistics:

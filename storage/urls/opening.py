@@ -52,7 +52,7 @@ def open_store(url: str, *, outbox: Path | None = None, reserve: Path | None = N
 
 
 def open_map_store(url: str, *, reserve: Path | None = None) -> MapStore:
-    """Open the store of maps; parameters and errors are those of ``open_store``."""
+    """Open the store of maps; parameters and errors are the same as for ``open_store``."""
     url = with_password(url)
     return _guarded(_open(url, MAP_STORES), url, reserve)
 
@@ -65,14 +65,14 @@ def open_existing_store(url: str) -> Store:
     NotFound
         There is no such store. One in Cassandra is looked for with the first request, which raises ``Unavailable``.
     InvalidInput, Unavailable
-        Those of ``open_store``.
+        As for ``open_store``.
     """
     check_exists(url)
     return _open(with_password(url), STORES, create=False)
 
 
 def open_existing_map_store(url: str) -> MapStore:
-    """Open a store of maps that exists; errors are those of ``open_existing_store``."""
+    """Open a store of maps that exists; errors are the same as for ``open_existing_store``."""
     check_exists(url)
     return _open(with_password(url), MAP_STORES, create=False)
 

@@ -8,6 +8,9 @@ from tests.support.sources import ALL_PACKAGES, ROOT, tracked_files
 
 MACHINE_PATH = re.compile(rb"(?<![\w.])/(?:home|root|Users|work)/\w")
 LINK = re.compile(r"(?<!!)\[[^\]]*\]\((?!\w+:|#)([^)#\s]+)")
+ANCHOR = re.compile(r"(?<!!)\[[^\]]*\]\((?!\w+:)([^)#\s]*)#([^)\s]+)\)")
+HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
+CODE_BLOCK = re.compile(r"^( *)```.*?^\1```$", re.MULTILINE | re.DOTALL)
 FOLDER = re.compile(r"^\| `([\w/]+)/` \|", re.MULTILINE)
 DOCUMENTS = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
 
@@ -58,3 +61,24 @@ def test_every_folder_named_in_the_architecture_exists():
 def test_every_link_has_a_target(document):
     links = LINK.findall(document.read_text(encoding="utf-8"))
     assert [link for link in links if not (document.parent / link).exists()] == []
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda file: file.relative_to(ROOT).as_posix())
+def test_every_anchor_of_a_link_is_a_heading(document):
+    links = ANCHOR.findall(document.read_text(encoding="utf-8"))
+    pages = {
+        name: document.parent / name if name else document for name, _ in links if not name or name.endswith(".md")
+    }
+    headings = {name: anchors(page.read_text(encoding="utf-8")) for name, page in pages.items()}
+    assert [f"{name}#{anchor}" for name, anchor in links if anchor not in headings.get(name, {anchor})] == []
+
+
+def test_anchors_of_headings_are_spelled_as_on_github():
+    assert anchors("# One `two`, three\n```sh\n# four\n```\n## [Five](a.md)/six") == {"one-two-three", "fivesix"}
+
+
+def anchors(text):
+    """Return the anchors of a document's headings, as GitHub makes them."""
+    headings = HEADING.findall(CODE_BLOCK.sub("", text))
+    titles = (re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading) for heading in headings)
+    return {re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles}

@@ -117,11 +117,11 @@ ROWS = {
     ("image of a map", "pixels of PNG, BMP, JPEG and TIFF"): [pillow_rows.MAX_PIXELS],
     ("image of a map", "chunks of a PNG"): [png.MAX_CHUNKS, f"{png.MAX_OTHERS} without pixels"],
     ("image of a map", "scans of a JPEG"): [pictures.MAX_SCANS],
-    ("octree of a map", "memory and time of its check, in a process of its own"): [
+    ("octree of a map", "memory and time of its check, in a separate process"): [
         f"{map_programs.MEMORY >> 20} MiB",
         f"{map_programs.CHECK_SECONDS:g} s",
     ],
-    ("pose graph of a map", "memory of its key frames, and of its check as that of an octree"): [
+    ("pose graph of a map", "memory of its key frames, and of its check, as for an octree"): [
         f"{rebuilding.MOST_BYTES >> 20} MiB",
         f"{map_programs.MEMORY >> 20} MiB",
     ],
@@ -133,7 +133,7 @@ ROWS = {
     ("transfer of a joint map or its parts from or to a robot; other work of the owner", "time"): [
         f"{TRANSFER_TIMEOUT:g} s; {TURN_TIMEOUT:g} s"
     ],
-    ("maps that are drawn from a pose graph or merged", "memory and time of a process of its own"): [
+    ("maps that are drawn from a pose graph or merged", "memory and time of a separate process"): [
         f"{map_programs.MEMORY >> 20} MiB",
         f"{map_programs.MAKE_SECONDS:g} s",
     ],

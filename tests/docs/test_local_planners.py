@@ -72,7 +72,7 @@ OF_MPPI = {"xy_goal_tolerance", "yaw_goal_tolerance", "allow_unknown"}
 def test_parameters_and_defaults_are_those_of_the_code(heading, parameters, elsewhere) -> None:
     listed: dict[str, str] = {}
     for row in rows(heading):
-        if row[1] != "that of the robot":
+        if row[1] != "the robot's":
             listed |= dict(zip(names(row[0]), row[1].split(", "), strict=True))
     known = parameters_in_use(parameters())
     for name, value in listed.items():

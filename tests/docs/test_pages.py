@@ -29,6 +29,13 @@ from tests.support.sources import ROOT, pyproject
 ARCHITECTURE, DATA_FLOW = "docs/architecture.md", "docs/data-flow.md"
 PAGES = [file.relative_to(ROOT).as_posix() for file in [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]]
 COMMANDS = pyproject()["project"]["entry-points"]["ppaas.commands"]
+FOLDED = {
+    int(number): page
+    for number, page in re.findall(
+        r"^\| (\d{4}) \| \[.*\]\(\.\./(design-\w+\.md)#.*\) \|$", text_of("docs/adr/README.md"), re.MULTILINE
+    )
+}
+"""Numbers of decisions that a design page replaced, with that page."""
 FILE = re.compile(r"`((?:ppaas|engine|endpoints|storage|robots|tests|docs|deploy)/[\w/.]+)`")
 
 
@@ -100,10 +107,21 @@ def test_every_decision_is_listed_with_its_title() -> None:
     index = text_of("docs/adr/README.md")
     pages = sorted((ROOT / "docs" / "adr").glob("0*.md"))
     titles = {page.name: page.read_text(encoding="utf-8").partition("\n")[0] for page in pages}
-    assert [int(page.name[:4]) for page in pages] == list(range(1, len(pages) + 1))
+    numbers = sorted([*(int(page.name[:4]) for page in pages), *FOLDED])
+    assert numbers == list(range(1, len(numbers) + 1))
     for name, title in titles.items():
         number, _, words = title.removeprefix("# ").partition(": ")
         assert f"| [{number}]({name}) | {words} |" in index
+
+
+def test_every_design_page_names_the_decisions_that_it_replaces() -> None:
+    pages = {page.name for page in (ROOT / "docs").glob("design-*.md")}
+    assert set(FOLDED.values()) == pages
+    for name in pages:
+        [named] = re.findall(r"replaces the decisions\s+([^(]+)\(\[list\]", text_of(f"docs/{name}"))
+        ranges = re.findall(r"(\d{4})(?:\s+to\s+(\d{4}))?", named)
+        numbers = {number for first, last in ranges for number in range(int(first), int(last or first) + 1)}
+        assert numbers == {number for number, page in FOLDED.items() if page == name}
 
 
 @pytest.mark.parametrize("page", sorted((ROOT / "docs" / "adr").glob("0*.md")), ids=lambda page: page.stem)

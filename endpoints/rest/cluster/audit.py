@@ -18,7 +18,7 @@ _Text = Annotated[str | None, Query(max_length=128)]
 
 
 class AuditPaging(Paging):
-    """Parameters of a page of events: those of every list, and the events that are sought.
+    """Parameters of a page of events: as for every list, and the events that are sought.
 
     Parameters
     ----------

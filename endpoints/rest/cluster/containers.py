@@ -1,4 +1,4 @@
-"""Routes of containers: those of the caller's robots and of robots that are shared, or all for an administrator."""
+"""Routes of containers: of the caller's robots and of shared robots, or all for an administrator."""
 
 from contextlib import suppress
 from typing import Annotated
@@ -31,7 +31,7 @@ class ContainerChange(RequestBody):
 
 @router.get("", response_model=Page[ContainerAnswer], responses=KNOWN)
 async def list_containers(services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
-    """List the caller's containers and those of shared robots, or all for an administrator, oldest first."""
+    """List the containers of the caller and of shared robots, or all for an administrator, oldest first."""
     after = _age(paging.key(str, ""))
     visible = await _visible(services, user)
     containers = sorted(visible, key=lambda container: _age(container.id))

@@ -34,8 +34,8 @@ async def show_health(request: Request, services: Provided) -> dict[str, object]
     """Show whether the stores are reachable and have space. It needs no token; only administrators see reasons.
 
     The cloud is `starting` while none of its machines can start containers, as on the first start on a computer, which
-    compiles the kernels of planners and nodes. `kernels` says how far that is, also afterwards, while those of planners
-    are compiled that not every robot uses; requests that need them wait for them.
+    compiles the kernels of planners and nodes. `kernels` shows the progress, also afterwards, while kernels are
+    compiled of planners that not every robot uses; requests that need them wait for them.
 
     While a store is unreachable, the cloud is `degraded`: robots keep driving and paths are planned on maps that are
     cached, and new paths wait on the disk for the store. It is `degraded` too while the disk of its data folder is
@@ -71,7 +71,7 @@ async def show_health(request: Request, services: Provided) -> dict[str, object]
 
 @router.get("/ready", response_model=ReadyAnswer, responses=problems(503))
 async def show_ready(services: Provided) -> dict[str, object]:
-    """Tell a load balancer whether this endpoint should get new connections: 200 if so, 503 if not. It needs no token.
+    """Return whether a load balancer should send this endpoint new connections: 200 if so, 503 if not. Needs no token.
 
     It should not while no master has answered it for 10 s, as long as a store has never answered it, and as long as no
     machine of the cloud can start containers, with `Retry-After`: on the first start on a computer, kernels are

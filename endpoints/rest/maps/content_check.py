@@ -59,5 +59,5 @@ def _grid_answer(info: GridInfo) -> dict[str, Any]:
 
 
 def _check_part(upload: StagedUpload, part: str) -> None:
-    """Parse a file in a process of its own; raises as ``check_contents`` does."""
+    """Parse a file in a separate process; raises as ``check_contents`` does."""
     run_program(_PART_CHECK, [part, str(upload.path(part))], f"the {part} could not be checked", CHECK_SECONDS)

@@ -54,7 +54,7 @@ async def merge_map(
 ) -> MergedMapAnswer:
     """Merge the pose graphs of two maps and publish the result, in the frame of this map.
 
-    The grid is drawn anew from the scans of both; an octree is not part of the result. Maps that do not overlap
+    The grid is redrawn from the scans of both; an octree is not part of the result. Maps that do not overlap
     enough, contradict each other, or fit in several ways are not merged (409).
     """
     note_object(request.scope, f"maps/{wanted.into}")
@@ -104,7 +104,7 @@ def _copy_graph(opened: OpenMap, to: Path) -> None:
 
 
 def merge_in_process(first: Path, second: Path, resolution: float, folder: Path) -> dict[str, Any]:
-    """Merge two pose graphs in a process of its own; blocks.
+    """Merge two pose graphs in a separate process; blocks.
 
     Parameters
     ----------

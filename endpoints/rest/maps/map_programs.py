@@ -1,4 +1,4 @@
-"""Map programs: processes of their own that check, draw and merge maps, with one set of limits.
+"""Map programs: separate processes that check, draw and merge maps, with one set of limits.
 
 Kernels load slowly, and an invalid or large file may need much memory. A program writes its result or its error to
 standard output as JSON.

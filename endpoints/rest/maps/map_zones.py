@@ -67,7 +67,7 @@ async def put_zones(
 ) -> PublishedZones:
     """Set or replace the zones of a map: this publishes a version that has its other files and these zones.
 
-    Zones that are equal to those of the current version add no version. What was mended is in `warnings`; if a zone is
+    Zones that are equal to the current version's zones add no version. What was mended is in `warnings`; if a zone is
     not valid, none is published, and the problem has `faults` with the places.
     """
     head = await owned_head(services, user, map_id)

@@ -57,7 +57,7 @@ WAITS: Responses = {202: {"model": MapReviewAnswer, "description": "With `review
 async def publish_map(request: Request, services: Provided, user: Caller, if_match: IfMatch = None) -> Any:
     """Publish a map or a new version of it: the two files of map_server, perhaps with a pose graph; an octree; or all.
 
-    A version without zones of its own has those of the one before.
+    A version without zones has the zones of the one before.
     With `review`, the new version waits until the owner of the map approves or refuses it (202).
     """
     async with read_form(request, services.map_store) as (form, upload):

@@ -127,7 +127,7 @@ async def read_form(request: Request, store: MapStore) -> AsyncIterator[tuple[Ma
     MalformedMessage
         The body is not a valid form.
     HTTPException
-        415: the content type is not that of a form.
+        415: the content type is not a form's.
     Unavailable
         The disk is full.
     """

@@ -31,7 +31,7 @@ _Time = Annotated[float, Query(ge=0.0, le=LAST_HOUR, allow_inf_nan=False)]
 
 
 class HistoryPaging(Paging):
-    """Parameters of a page of counts: those of every list, and the counts that are sought.
+    """Parameters of a page of counts: as for every list, and the counts that are sought.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ async def list_people_counts(
 
 @router.delete("", status_code=204, responses=KNOWN | problems(404))
 async def remove_people_counts(map_id: MapId, services: Provided, user: Caller) -> None:
-    """Remove all counts of the caller's robots on a map, also those of the current hour."""
+    """Remove all counts of the caller's robots on a map, also of the current hour."""
     await readable_head(services, user, map_id)
     await forget_counts(services, user.id, map_id)
 

@@ -67,7 +67,7 @@ async def plan_and_store(
     Raises
     ------
     InvalidParameter
-        The time limit is above that of the service.
+        The time limit is above the service's.
     NotFound
         The map does not exist, or the user may not read it.
     QuotaExceeded
@@ -120,7 +120,7 @@ class PlanResponse(Response):
 
 
 def check_timeout(timeout: float, limits: RequestLimits) -> None:
-    """Raise ``InvalidParameter`` if the time limit of a planner [s] is above that of the service."""
+    """Raise ``InvalidParameter`` if a planner's time limit [s] is above the service's."""
     if timeout > limits.max_plan_seconds:
         raise InvalidParameter(f"timeout must be at most {limits.max_plan_seconds:g} s, not {timeout:g} s")
 

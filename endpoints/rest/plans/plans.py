@@ -27,7 +27,7 @@ async def show_plan(
     record = await visible_plan(services, user, plan_id)
     request = {name: getattr(record, name) for name in ("user", "robot", "start", "goal", "created")}
     poses = array_of(record.poses)
-    # A program's own numbers are returned as they are; those of planners are rounded as in their first answer.
+    # A program's own numbers are returned as they are; planners' numbers are rounded as in their first answer.
     as_given = record.origin == "given" and wanted == Representation()
     fields = path_of(record) | request | {"poses": poses.tolist() if as_given else poses}
     # Encoded here: FastAPI would validate each of thousands of numbers. In a thread: the first may load kernels.

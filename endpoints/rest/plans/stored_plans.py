@@ -21,8 +21,8 @@ router = APIRouter(tags=["plans"])
 async def list_plans(map_id: MapId, services: Provided, user: Caller, paging: Paged) -> dict[str, object]:
     """List the stored paths of all users on a map that you may read, newest first and without their poses.
 
-    If only a robot that is shared with you shows you the map, these are yours, and those of robots whose topic `plan`
-    you may subscribe to.
+    If only a robot that is shared with you shows you the map, these are your plans, and plans of robots whose topic
+    `plan` you may subscribe to.
     """
     head = await readable_head(services, user, map_id)
     before = paging.key(tuple[float, str], None)

@@ -1,4 +1,4 @@
-"""Files of recordings for callers: as they are, or put together in a process of its own."""
+"""Files of recordings for callers: as they are, or put together in a separate process."""
 
 import json
 import tempfile

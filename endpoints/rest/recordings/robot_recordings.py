@@ -57,7 +57,7 @@ class RecordingRequest(RequestBody):
         default=DEFAULT_SECONDS, gt=0.0, le=MOST_SECONDS, description="Time after which it ends by itself [s]"
     )
     topics: TopicGlobs | None = Field(
-        default=None, description="Globs of the topics to record; by default those of the robot file"
+        default=None, description="Globs of the topics to record; by default the robot file's"
     )
 
 

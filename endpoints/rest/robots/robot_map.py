@@ -67,7 +67,7 @@ class RobotMapAnswer(ResponseBody):
     closures: int = Field(description="Number of those that close loops")
     joined_with: list[str] = Field(description="Robots whose maps are one with this one; `USER/ROBOT` of other users")
     refused: str | None = Field(
-        description="Why the map could not be joined with those of other robots at the last attempt; null if it could"
+        description="Why the map could not be joined with other robots' maps at the last attempt; null if it could"
     )
     tried: float | None = Field(description="Time of that attempt [s since the epoch]; null if there was none")
     publishing: PublishingAnswer | None = Field(description="Publication in progress; null if there is none")
@@ -162,7 +162,7 @@ async def _octomap(services: Services, robot: ReachedRobot, motion: Motion | Non
 
 
 async def _moved_octomap(services: Services, robot: ReachedRobot, octomap: bytes, motion: Motion) -> bytes:
-    """Return the octomap of a robot, moved with its key frames; that of before if the robot does not send it."""
+    """Return the octomap of a robot, moved with its key frames; the one of before if the robot does not send it."""
     if not (octomap and motion["before"]):
         return octomap
     with contextlib.suppress(Unavailable, TimeoutError):
@@ -182,7 +182,7 @@ class _Drawing(NamedTuple):
     store: Callable[[MapForm, StagedUpload], tuple[MapAnswer, MapRecord]]
 
     def publish(self, posegraph: bytes) -> tuple[MapAnswer, MapRecord]:
-        """Draw the grid of a pose graph in a process of its own, and publish both, with the octomap if there is one."""
+        """Draw the grid of a pose graph in a separate process, and publish both, with the octomap if there is one."""
         services, wanted = self.services, self.wanted
         with temporary_folder() as folder, services.map_store.stage() as upload:
             with disk_errors(folder):

@@ -65,7 +65,7 @@ class TaskAnswer(ResponseBody):
     labels: dict[str, str]
     state: TaskState = Field(description="`assigned`: a robot drives to the first place; `active`: it has been there")
     robot: str | None = Field(description="Robot that does it or has ended it; null while it is queued")
-    visited: int = Field(description="Number of places that have been visited; those of each round of a patrol count")
+    visited: int = Field(description="Number of places that have been visited; places of each round of a patrol count")
     failures: int = Field(description="How often robots have failed it")
     reason: str = Field(description="Why it waits again, or has failed; empty otherwise")
     created: float = Field(description="[s since the epoch], as all times")

@@ -37,7 +37,7 @@ TaskId = Annotated[Name, Path(examples=["018f3c2ab4d0-5e1c9a02"])]
 
 
 class TaskPaging(Paging):
-    """Parameters of a page of tasks: those of every list, and the state that is sought.
+    """Parameters of a page of tasks: as for every list, and the state that is sought.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def _cancel(store: TaskStore, key: tuple[str, str, str]) -> MapTask:
 
 
 async def _tell(services: Services, record: MapTask) -> None:
-    """Let the master read the tasks; without one, that which leads next does."""
+    """Ask the master to read the tasks; without one, the next leader does."""
     with suppress(Unavailable):
         await services.cloud.tasks_changed(record.user, record.map)
 

@@ -55,7 +55,7 @@ class EndpointRelay(Relay):
         MalformedMessage
             The line is not an address.
         NotPermitted
-            The address is not that of an endpoint.
+            The address does not belong to an endpoint.
         """
         async with asyncio.timeout(LINE_TIMEOUT):
             line = await reader.readline()

@@ -1,6 +1,6 @@
 """Kernel service: containers wait here for kernels that the machine compiles, and report those they compile themselves.
 
-A container that compiles a kernel itself, such as that of a plug-in of another distribution, holds its event loop for
+A container that compiles a kernel itself, such as one from another distribution's plug-in, holds its event loop for
 seconds, and sends no heartbeats. The agent answers for it meanwhile, for a limited time.
 """
 

@@ -94,7 +94,7 @@ class PlanService:
         return machine_link.PlanningHistory(0, rows, self._link, known.get(self._link))
 
     def note(self, spec: ContainerSpec, rows: list[PlannerHistory], link: LinkHistory | None) -> None:
-        """Add rows to the history of planning, and replace that of the link.
+        """Add rows to the history of planning, and replace the link's history.
 
         Raises
         ------

@@ -1,6 +1,6 @@
 """Compile notice: a container reports to its machine that it compiles a kernel itself, and may be silent meanwhile.
 
-Kernels of PPaaS are compiled by the machine. Those of a plug-in of another distribution, and one that is called with
+Kernels of PPaaS are compiled by the machine. Kernels from another distribution's plug-in, and one that is called with
 other types than its module warms, are compiled where they are called: in a job, or on the event loop, which then sends
 no heartbeats. A thread could send none in time either, since numba holds the interpreter's lock in long stretches. The
 notice is an open connection, which ends with this process, however it ends.

@@ -48,7 +48,7 @@ MAX_PROBE = 1 << 20
 """Largest probe of the link [bytes]."""
 
 MAX_STATE = 1 << 20
-"""Largest checkpoint of a node that a robot may send [characters]; those of the built-in nodes have some hundred."""
+"""Largest checkpoint of a node that a robot may send [characters]; the built-in nodes' have some hundred."""
 
 
 class MonitorState(msgspec.Struct):
@@ -274,7 +274,7 @@ class NodeMonitorNode(Node):
                 self._take_back(node, f"the robot did not renew its lease for {self._parameters.patience:g} s")
 
     def recall(self, reason: str) -> None:
-        """Let all nodes that run on the robot continue here from their last checkpoints, as after a lost lease.
+        """Continue all nodes that run on the robot here, from their last checkpoints, as after a lost lease.
 
         Their wanted home stays, so the robot takes them again, built from the current map.
         """

@@ -51,7 +51,7 @@ class ContainerMonitor:
         self._node = graph.add(lambda context: NodeMonitorNode(context, switch, self.rates, parameters))
 
     def recall(self, reason: str) -> None:
-        """Let all nodes that run on the robot continue here; the robot may take them again at once."""
+        """Continue all nodes that run on the robot here; the robot may take them again at once."""
         self._node.recall(reason)
 
     @property

@@ -1,4 +1,4 @@
-"""Registry of the installed balancers: the built-in ones, and those of other distributions, by entry point."""
+"""Registry of the installed balancers: the built-in ones, and other distributions', by entry point."""
 
 from engine.master.balancer import Balancer
 from ppaas.plugins import PluginRegistry

@@ -74,9 +74,9 @@ def free_cores(node: ClusterNode, status: Iterable[Usage]) -> int:
 
 
 def machine_labels(labels: Mapping[str, str]) -> dict[str, str]:
-    """Return the labels of a node that are valid for a machine, with ``.`` for ``/``, without that of its id.
+    """Return the labels of a node that are valid for a machine, with ``.`` for ``/``, without the id's label.
 
-    Labels of Ray may be empty, or as long as those of Kubernetes. Those that are not valid for a machine are omitted.
+    Labels of Ray may be empty, or as long as in Kubernetes. Labels that are not valid for a machine are omitted.
     """
     named = {key.replace("/", "."): value for key, value in labels.items() if key != NODE_LABEL}
     fitting = sorted((key, value) for key, value in named.items() if is_name(key) and is_name(value))

@@ -21,7 +21,7 @@ VARIABLE = "NUMBA_CACHE_DIR"
 
 
 def ensure_cache() -> None:
-    """Let this process and its children cache kernels in memory, if nowhere else; call it before numba is imported.
+    """Cache kernels of this process and its children in memory, if nowhere else; call it before numba is imported.
 
     The folder is removed when this process ends, or swept by the next one after it was killed.
     """
@@ -46,7 +46,7 @@ def is_writable() -> bool:
 
 
 def _usual() -> Iterator[Path]:
-    """Yield the folders that numba would use: the given one, that of the sources, and that of the user."""
+    """Yield the folders that numba would use: the given one, the sources' folder, and the user's."""
     if given := os.environ.get(VARIABLE):
         yield Path(given)
     yield Path(ppaas.__path__[0], "planners", "grid", "kernels", "__pycache__")

@@ -70,7 +70,7 @@ def compile_all(
     ----------
     names : callable or list of str
         Names of the kernel modules, those that take longest first; or a function that returns them in any order. It is
-        called in a process of its own, so it must be picklable.
+        called in a separate process, so it must be picklable.
     notes : ModuleNotes
         Notes of the cache.
     urgent : bool

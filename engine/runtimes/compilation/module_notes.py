@@ -1,6 +1,6 @@
 """Notes on the kernel modules of one cache: which are compiled, and which somebody waits for.
 
-All compilers of a cache share them, those of other clouds of this computer included. So one that was killed is
+All compilers of a cache share them, also in other clouds on this computer. So one that was killed is
 continued, one that waits for another knows how far that is, and the one that compiles begins with what is waited for.
 """
 

@@ -1,4 +1,4 @@
-"""Modules of the fork server, its early start, in which its imports run in parallel to those of the agent, and its end.
+"""Modules of the fork server, its early start, in which its imports run in parallel to the agent's, and its end.
 
 This module must not import any of them.
 """

@@ -37,7 +37,7 @@ ENDING_TIMEOUT = 5.0
 """Time limit for a fork server that no longer listens to exit [s]."""
 
 FORK_TIMEOUT = MISSED * BEAT_PERIOD
-"""Time limit for a warm fork server to fork [s]; a frozen one never does. The limit is that of all other heartbeats.
+"""Time limit for a warm fork server to fork [s]; a frozen one never does. All other heartbeats have the same limit.
 A fork takes 0.05 s, and tenths of a second on a busy machine. The next server must be warm before the master gives up
 the requested container."""
 

@@ -1,7 +1,7 @@
 """Control groups of container processes: CPU weight and memory limit, where this user may create groups.
 
-In version 1, groups are created below those of this process, one for each controller. Version 2 does not allow a group
-to have both processes and children with limits. There, groups are created beside that of this process, in a group that
+In version 1, groups are created below this process's groups, one for each controller. Version 2 does not allow a group
+to have both processes and children with limits. There, groups are created beside this process's group, in a group that
 was delegated to its user, as by ``Delegate=yes`` with ``DelegateSubgroup=`` (systemd.resource-control(5)). They have no
 common parent of ours: on a busy computer all containers together would weigh as much as a single process.
 """
@@ -174,7 +174,7 @@ class ControlGroups:
 
 
 def _is_ours(place: Hierarchy, name: str) -> bool:
-    """Return whether this process can create groups there; remove those of killed agents first."""
+    """Return whether this process can create groups there; remove the groups of killed agents first."""
     probe = place.parent / f"{name}.probe"
     try:
         _sweep(place.parent)

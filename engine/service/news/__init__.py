@@ -1,1 +1,1 @@
-"""News and facts that the processes of a cloud tell each other about what is in the stores and about robots."""
+"""News and facts that the processes of a cloud exchange about the stores and about robots."""

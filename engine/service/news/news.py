@@ -27,7 +27,7 @@ class News:
         self._listeners.append(hear)
 
     def leave(self, hear: Hear) -> None:
-        """Pass news on to a function no longer."""
+        """Stop passing news on to a function."""
         if hear in self._listeners:
             self._listeners.remove(hear)
 

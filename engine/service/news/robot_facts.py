@@ -27,7 +27,7 @@ class FactSources:
         self._sources.append(source)
 
     def remove(self, source: AskFact) -> None:
-        """Ask a process no longer."""
+        """Stop asking a process."""
         if source in self._sources:
             self._sources.remove(source)
 

@@ -33,7 +33,7 @@ Timeout = Annotated[float, Meta(gt=0.0)]
 
 
 class PathRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Request for a path. Field names, bounds and defaults are those of the JSON that REST accepts.
+    """Request for a path. Field names, bounds and defaults are the same as in the JSON that REST accepts.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class PathRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class PathAnswer(msgspec.Struct, frozen=True):
-    """Path, and the container that planned it. Its fields are those of the response of REST.
+    """Path, and the container that planned it. Its fields are the same as in the REST response.
 
     Parameters
     ----------

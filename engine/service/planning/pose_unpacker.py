@@ -27,7 +27,7 @@ class PoseUnpacker:
         Raises
         ------
         MalformedMessage
-            The bytes are not those of packed poses.
+            The bytes are not packed poses.
         """
         if self._unpack is None:
             self.begin()

@@ -20,7 +20,7 @@ from storage.records import MapTask
 logger = logging.getLogger(__name__)
 
 REREAD = 30.0
-"""Time between two readings of the records of which nobody said that they were changed [s]."""
+"""Time between two readings of records without a notice that they were changed [s]."""
 
 DECIDE = 5.0
 """Time between two looks for a better assignment [s]; news of tasks and goals are a reason at once."""

@@ -81,7 +81,7 @@ class Navigator(Protocol):
 
 
 class TaskRobots:
-    """Knows the connected robots of all users and maps, and follows those of maps with tasks.
+    """Knows the connected robots of all users and maps, and follows the robots on maps with tasks.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ class TaskRobots:
         return True
 
     def follow_only(self, groups: set[Group]) -> None:
-        """Follow no robots but those of some users and maps."""
+        """Follow only the robots of some users and maps."""
         for key in tuple(self._clients):
             request = self._places.request_of(key)
             if request is None or (request.user, request.map.id) not in groups:

@@ -1,4 +1,4 @@
-"""Runner of tasks: leads those of all users and maps, in the process of the master."""
+"""Runner of tasks: leads the tasks of all users and maps, in the process of the master."""
 
 import asyncio
 import contextlib
@@ -24,7 +24,7 @@ PAUSE = 0.05
 """Least time between two looks [s]."""
 
 SEARCH = 300.0
-"""Time between two searches for users and maps with tasks of which nobody said that they were changed [s]."""
+"""Time between two searches for users and maps with tasks without a notice that they were changed [s]."""
 
 LABELS = 30.0
 """Time after which the labels of robots are read again [s]."""

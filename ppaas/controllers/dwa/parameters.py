@@ -7,7 +7,7 @@ from ppaas.errors import InvalidParameter
 
 
 class DwaParameters(DriveParameters, frozen=True, kw_only=True):
-    """Parameters in addition to those of all local planners.
+    """Parameters in addition to the ones that all local planners have.
 
     Parameters
     ----------

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from ppaas.controllers.mppi.parameters import MppiParameters
 
 MEMORY = 0.8
-"""Correlation of a deviation with that of the step before, since motors cannot follow white noise."""
+"""Correlation of successive deviations, since motors cannot follow white noise."""
 
 
 def draw(parameters: MppiParameters) -> NDArray[np.float64]:

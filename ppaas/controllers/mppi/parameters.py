@@ -17,7 +17,7 @@ _BOUNDS = (
 
 
 class MppiParameters(DriveParameters, frozen=True, kw_only=True):
-    """Parameters in addition to those of all local planners. Costs are in seconds of travel time.
+    """Parameters in addition to the ones that all local planners have. Costs are in seconds of travel time.
 
     Parameters
     ----------

@@ -26,7 +26,7 @@ FAR = 1e3
 def terrain_of(request: ControlRequest, path: FollowedPath, parameters: MppiParameters) -> Terrain:
     """Return the terrain of this cycle.
 
-    Travel times are those of the cheapest path, at full speed, to the last free point of the plan within the costmap;
+    Travel times are for the cheapest path, at full speed, to the last free point of the plan within the costmap;
     cells near obstacles cost more, as for global planners.
 
     Raises

@@ -8,7 +8,7 @@ from ppaas.errors import InvalidParameter
 
 
 class PurePursuitParameters(DriveParameters, frozen=True, kw_only=True):
-    """Parameters in addition to those of all local planners; ``max_vel_x`` is the desired speed in free space.
+    """Parameters in addition to all local planners' parameters; ``max_vel_x`` is the desired speed in free space.
 
     Parameters
     ----------

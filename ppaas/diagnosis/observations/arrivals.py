@@ -62,7 +62,7 @@ class Arrivals:
         stamp : float, optional
             Its stamp [s]; None for a type without.
         frame : str
-            Frame of the stamp: the stamps of each frame have an order of their own.
+            Frame of the stamp: the stamps of each frame have a separate order.
         """
         self._kept.append(Arrival(now, wall - stamp if stamp else None, stamp is not None))
         if stamp:

@@ -136,7 +136,7 @@ class FrameFacts(msgspec.Struct, kw_only=True, frozen=True):
     silence : float
         Time since the last transform [s].
     alternates : bool
-        Whether its transforms jump to and fro, as those of two senders do.
+        Whether its transforms jump to and fro, as with two senders.
     """
 
     name: str
@@ -291,7 +291,7 @@ class Observations(msgspec.Struct, kw_only=True):
     link: LinkFacts | None = None
 
     def topic(self, name: str) -> TopicFacts:
-        """Return the facts of a topic; those of a silent one if there are none."""
+        """Return the facts of a topic; the facts of a silent one if there are none."""
         return next((each for each in self.topics if each.name == name), TopicFacts(name=name))
 
     def on_robot(self, node: str) -> bool:

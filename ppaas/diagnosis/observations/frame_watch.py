@@ -80,7 +80,7 @@ class FrameWatch:
 
 
 def alternates(positions: list[tuple[float, float]]) -> bool:
-    """Return whether positions jump to and fro, as those of two senders that take turns."""
+    """Return whether positions jump to and fro, as with two senders that take turns."""
     if len(positions) < 8:
         return False
     steps, doubles = (

@@ -27,7 +27,7 @@ from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes import topics
 
 MOST_LASERS = 8
-"""Largest number of lasers that are told apart."""
+"""Largest number of lasers that are distinguished."""
 
 SCAN_AGE = 3.0
 """Time after which the last scan of a laser says nothing any more [s]."""

@@ -15,7 +15,7 @@ NEAR_WALL = 0.3
 """Distance from a wall of the map within which the end of a beam is explained by it [m]."""
 
 FEWEST_BEAMS = 10
-"""Number of readings below which nothing is said about how the scan fits."""
+"""Number of readings below which the fit of the scan is not judged."""
 
 
 def scan_facts(scan: LaserScan) -> ScanFacts:

@@ -81,7 +81,7 @@ class TopicTable:
         return facts if arrivals is None else self._timed(facts, now, arrivals)
 
     def _timed(self, facts: TopicFacts, now: float, arrivals: Arrivals) -> TopicFacts:
-        """Return the facts with those of the arrivals; a node of the clone may publish the topic, too."""
+        """Return the facts with the arrivals' facts; a node of the clone may publish the topic, too."""
         recent = arrivals.recent(now)
         if not recent:
             return facts

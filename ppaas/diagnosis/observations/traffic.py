@@ -11,7 +11,7 @@ MOST_TOPICS = 256
 """Largest number of topics that are counted; clients choose the names that are refused."""
 
 MOST_SENDERS = 8
-"""Largest number of senders of a topic that are told apart."""
+"""Largest number of senders of a topic that are distinguished."""
 
 MOST_TEXT = 400
 """Length of the reason of a refusal that is kept [characters]."""

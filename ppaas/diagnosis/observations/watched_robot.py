@@ -9,7 +9,7 @@ from ppaas.nodes.frames import FrameNames
 
 @dataclass(frozen=True, slots=True)
 class WatchedRobot:
-    """Properties of a robot that its messages do not tell.
+    """Properties of a robot that its messages do not contain.
 
     Parameters
     ----------

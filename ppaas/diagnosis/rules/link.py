@@ -47,7 +47,7 @@ def _quality(facts: LinkFacts) -> Iterator[Finding]:
 
 
 def _elsewhere(facts: LinkFacts) -> Iterator[Finding]:
-    """Yield topics of clients that look like those of the clone below a namespace."""
+    """Yield topics of clients that look like the clone's topics below a namespace."""
     for name in facts.client_topics:
         known = next((topic for topic in topics.TOPICS if name.endswith(f"/{topic}") and topic not in SENSORS[:2]), "")
         if known and "/" not in known:

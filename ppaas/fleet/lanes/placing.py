@@ -18,7 +18,7 @@ SHARPEST = math.radians(15.0)
 """Smallest angle between two lanes that meet [rad]."""
 
 BENDS = 0.9
-"""Cosine of the change of direction beyond which a corner gets a cell of its own."""
+"""Cosine of the change of direction beyond which a corner gets a cell to itself."""
 
 MOST_CELLS = 20_000
 """Largest number of cells along the lanes of a map."""

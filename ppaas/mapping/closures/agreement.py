@@ -1,4 +1,4 @@
-"""Agreement of closures: those of wide windows are trusted in sets only."""
+"""Agreement of closures: closures of wide windows are trusted in sets only."""
 
 import numpy as np
 
@@ -25,14 +25,14 @@ GRADUATED = SolverOptions(Robust.GRADUATED, iterations=60)
 
 
 def divide(graph: PoseGraph, found: list[Closure], waiting: list[Closure]) -> tuple[list[Closure], list[Closure]]:
-    """Divide closures into those that are trusted and those of wide windows that wait for others to agree with.
+    """Divide closures into trusted ones and ones of wide windows that wait for others to agree with.
 
     Parameters
     ----------
     graph : PoseGraph
         One node per key frame.
     found : list of Closure
-        Closures of a search; those of narrow windows are trusted.
+        Closures of a search; ones of narrow windows are trusted.
     waiting : list of Closure
         Closures of earlier searches that wait.
 

@@ -142,7 +142,7 @@ def _as_pose(positions: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _without_weakest(information: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return an information (6,) without that of the position in the direction in which it is least."""
+    """Return an information (6,) without the position's part in the direction in which it is least."""
     kept = forgetting(information)
     left: NDArray[np.float64] = upper_triangle(kept @ symmetric(information) @ kept)
     return left

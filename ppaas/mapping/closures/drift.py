@@ -24,7 +24,7 @@ LEAST_LENGTH = 1e-3
 def path_covariances(
     poses: NDArray[np.float64], edges: Edges, root: int, model: DriftModel
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the uncertainty of one node's pose, given that of each other node.
+    """Return the uncertainty of one node's pose, given each other node's pose.
 
     Parameters
     ----------

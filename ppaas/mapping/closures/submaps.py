@@ -56,7 +56,7 @@ class Submaps:
         Parameters
         ----------
         step : (3,) array
-            Pose of the key frame in the frame of the one before; that of the first key frame is ignored.
+            Pose of the key frame in the frame of the one before; the first key frame's is ignored.
         """
         self._length += float(travelled(step[None])[0]) if self._count else 0.0
         if self._count and self._length >= self._travel:

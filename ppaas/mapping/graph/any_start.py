@@ -1,4 +1,4 @@
-"""Solver for graphs of other programs, whose poses may be the solution or far from it, as those of the odometry are."""
+"""Solver for graphs of other programs, whose poses may be the solution or far from it, as poses of the odometry are."""
 
 import math
 from typing import NamedTuple

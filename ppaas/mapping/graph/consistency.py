@@ -34,7 +34,7 @@ def largest_consistent_set(graph: PoseGraph, closures: Edges, chi2: float = CHI2
 def consistent_sets(graph: PoseGraph, closures: Edges, chi2: float = CHI2) -> Iterator[NDArray[np.bool_]]:
     """Yield masks (m,) of disjoint consistent sets: the largest, the largest of the other closures, and so on.
 
-    A second set that is nearly as large as the first marks an ambiguous place. Parameters are those of
+    A second set that is nearly as large as the first marks an ambiguous place. Parameters are the same as for
     `largest_consistent_set`.
     """
     agree = loop_chi2(graph, closures) <= chi2
@@ -48,7 +48,7 @@ def consistent_sets(graph: PoseGraph, closures: Edges, chi2: float = CHI2) -> It
 def loop_chi2(graph: PoseGraph, closures: Edges) -> NDArray[np.float64]:
     """Return the squared Mahalanobis distances (m, m) by which the loops along two closures each miss their start.
 
-    It is 0 for loops that odometry does not connect. Parameters are those of `largest_consistent_set`.
+    It is 0 for loops that odometry does not connect. Parameters are the same as for `largest_consistent_set`.
     """
     chain, count = OdometryChain(graph), len(closures.first)
     local = end_covariances(closures)

@@ -1,4 +1,4 @@
-"""Counterweights: second edges beside those of the odometry, with which a solved graph is where a refinement left it.
+"""Counterweights: second edges beside the odometry's, with which a solved graph is where a refinement left it.
 
 A refinement of the scans leads to other poses than the edges of the odometry. These have to stay as they were measured,
 since joint maps know key frames by them. So each gets a counterweight, an edge of the same two nodes and the same
@@ -32,7 +32,7 @@ def balance(graph: PoseGraph, poses: PoseArray) -> None:
 
 
 def _odometry(edges: Edges) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Return the indices of the edges that were measured (m,), those of counterweights (c,), and whose these are (c,).
+    """Return the indices of measured edges (m,), of counterweights (c,), and of the edges that these belong to (c,).
 
     Of several edges between two nodes, the first one was measured.
     """

@@ -1,7 +1,7 @@
 """Pose graphs as text in the format of g2o (Kümmerle et al., ICRA 2011): VERTEX_SE2, EDGE_SE2, FIX.
 
 g2o measures errors in the frame of the measured pose, so that the information of a file is in the frame of an edge's
-second node; that of `PoseGraph` is in the frame of the first.
+second node; in `PoseGraph` it is in the frame of the first.
 """
 
 import re
@@ -45,7 +45,7 @@ class GraphFile:
     unknown_fixed : dict of int to int
         Ids in lines FIX that no vertex has, with the number of the line.
     left_out : dict of str to LeftOut
-        Lines that are not part of the graph, such as those of landmarks, by tag.
+        Lines that are not part of the graph, such as landmarks, by tag.
     edges : sequence of sequence of float
         Measurement and information of each edge, as the file has them, in the order of g2o.
     """

@@ -1,4 +1,4 @@
-"""Elements in the lines of a pose graph: those of g2o (Kümmerle et al., ICRA 2011) and of TORO (Grisetti et al., 2007).
+"""Elements in the lines of a pose graph: of g2o (Kümmerle et al., ICRA 2011) and of TORO (Grisetti et al., 2007).
 
 An element that is not one of a graph of poses in the plane, such as a landmark, is counted and left out.
 """
@@ -15,13 +15,13 @@ Number = TypeVar("Number", int, float)
 VERTEX, EDGE, FIX = "VERTEX_SE2", "EDGE_SE2", "FIX"
 
 _TORO = {"VERTEX2": VERTEX, "EDGE2": EDGE}
-"""Tags of TORO, and those of g2o for the same elements."""
+"""Tags of TORO, and g2o's tags for the same elements."""
 
 _OF_TORO = (0, 1, 2, 3, 4, 7, 5, 8, 6)
 """Numbers of an edge of TORO in the order of g2o."""
 
 TORO_ORDER = "xx xy yy θθ xθ yθ"
-"""Order of the information of an edge of TORO; that of g2o is xx xy xθ yy yθ θθ."""
+"""Order of the information of an edge of TORO; g2o's is xx xy xθ yy yθ θθ."""
 
 _NUMBERS = {VERTEX: (1, 3), EDGE: (2, 9)}
 """Ids and numbers after each tag."""

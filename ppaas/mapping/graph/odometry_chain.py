@@ -17,8 +17,8 @@ class OdometryChain:
     """Poses by the odometry edges between consecutive nodes alone, with accumulated covariances.
 
     Covariances are of small motions after the pose, in its own frame; the adjoint of a pose carries them into another
-    frame, in which those of successive edges add (Barfoot, Furgale, *Associating uncertainty with three-dimensional
-    poses*, T-RO 30(3), 2014, to first order).
+    frame, in which the covariances of successive edges add (Barfoot, Furgale, *Associating uncertainty with
+    three-dimensional poses*, T-RO 30(3), 2014, to first order).
 
     Parameters
     ----------

@@ -144,7 +144,7 @@ class PoseGraph:
         self._edges, self._edge_count = joined._edges, joined._edge_count
 
     def move_nodes(self, poses: PoseArray) -> None:
-        """Replace the poses of all nodes by those of an (n, 3) array."""
+        """Replace the poses of all nodes by an (n, 3) array."""
         self._poses[: self._node_count] = poses
 
     @classmethod
@@ -175,7 +175,7 @@ class PoseGraph:
         return copied
 
     def renew_measurements(self, which: NDArray[np.int64], measurements: PoseArray) -> None:
-        """Replace the measurements of some edges, by their indices (m,), by those of an (m, 3) array."""
+        """Replace the measurements of some edges, by their indices (m,), by an (m, 3) array."""
         self._edges.measurements[which] = measurements
 
     def keep_edges(self, keep: NDArray[np.bool_]) -> None:

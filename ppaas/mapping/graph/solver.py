@@ -131,7 +131,7 @@ def _rule(closures: NDArray[np.bool_], options: SolverOptions) -> WeightRule:
 
 
 def _graduate(search: Minimisation, closures: NDArray[np.bool_], options: SolverOptions) -> tuple[WeightRule, bool]:
-    """Run graduated non-convexity, from least squares of all edges to those of the inliers; then scale covariances."""
+    """Run graduated non-convexity, from least squares of all edges to the inliers' alone; then scale covariances."""
     limit = options.closure_chi2
     rule = FixedWeights(np.ones(len(closures)))
     search.approach(rule)

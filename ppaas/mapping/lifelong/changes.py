@@ -70,7 +70,7 @@ def later_frames(frames: KeyFrames, published: KeyFrames) -> LaterFrames:
     Parameters
     ----------
     frames, published : KeyFrames
-        Those of the robot, and those of the map.
+        The robot's, and the map's.
 
     Raises
     ------
@@ -156,7 +156,7 @@ def _extended(grid: GridMap, info: GridInfo) -> NDArray[np.int8]:
 
 
 def _widened(mask: NDArray[np.bool_], by: int) -> NDArray[np.bool_]:
-    """Return a mask of all cells within a distance of those of another one."""
+    """Return a mask of all cells within a distance of another mask's cells."""
     widened = mask.copy()
     for axis in (0, 1):
         rows = np.moveaxis(widened, axis, 0)
@@ -168,7 +168,7 @@ def _widened(mask: NDArray[np.bool_], by: int) -> NDArray[np.bool_]:
 
 
 def _most_beside(counts: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the largest of each cell's count and those of the cells beside it."""
+    """Return the largest count among each cell and the cells beside it."""
     most = counts.copy()
     for axis in (0, 1):
         rows = np.moveaxis(most, axis, 0)

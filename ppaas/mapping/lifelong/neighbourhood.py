@@ -31,7 +31,7 @@ class Neighbourhood(NamedTuple):
     views : Views
         What they saw at its points.
     passes : (m,) int64 array
-        Number of the pass of each, ascending; ``own`` is that of the key frame itself.
+        Number of the pass of each, ascending; ``own`` is the key frame's own pass.
     own : int
     """
 

@@ -1,6 +1,6 @@
 """Redundancy: key frames that show nothing that others do not show.
 
-Of the key frames that show one place, the oldest stay, so that the map does not drift, and those of the last two
+Of the key frames that show one place, the oldest stay, so that the map does not drift, and the ones of the last two
 passes, by which changes are found. So their number is bounded by the area of the map and not by the time.
 """
 

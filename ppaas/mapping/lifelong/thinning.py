@@ -186,13 +186,13 @@ def is_due(count: int, thinned: int, parameters: LifelongParameters) -> bool:
 
 
 def kept_frames(frames: KeyFrames, scans: ScanPoints, kept: NDArray[np.bool_]) -> KeyFrames:
-    """Return some key frames, in arrays of their own.
+    """Return some key frames, in separate arrays.
 
     Parameters
     ----------
     frames : KeyFrames
     scans : ScanPoints
-        Their points, stacked, in place of those of ``frames``.
+        Their points, stacked, in place of the scans of ``frames``.
     kept : (k,) bool array
         The key frames that are returned.
     """
@@ -203,7 +203,7 @@ def kept_frames(frames: KeyFrames, scans: ScanPoints, kept: NDArray[np.bool_]) -
 
 
 def renumbered_closures(closures: list[Closure], kept: NDArray[np.bool_]) -> list[Closure]:
-    """Return closures between the key frames that are left; those of which a key frame is missing are left out.
+    """Return closures between the key frames that are left; closures with a missing key frame are left out.
 
     Parameters
     ----------

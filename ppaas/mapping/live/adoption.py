@@ -107,7 +107,7 @@ class AdoptionWork:
 def odometry_chains(graph: PoseGraph) -> NDArray[np.int64]:
     """Return for each node (n,) the first node of its chain: nodes that follow each other by odometry.
 
-    Of several nodes that follow the same one, as after a robot was placed, the others begin chains of their own.
+    Of several nodes that follow the same one, as after a robot was placed, the others begin separate chains.
     """
     edges = graph.edges
     chains, taken = np.arange(graph.node_count), np.zeros(graph.node_count, np.bool_)

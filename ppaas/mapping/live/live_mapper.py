@@ -210,7 +210,7 @@ class LiveMapper:
             Of the same laser; taken over.
         pose, odometry : Pose2D
         searched : int
-            Those of the other mapper.
+            The other mapper's.
         """
         self._tracker.resume(mapping.frames, pose, odometry)
         self._take_over(mapping)
@@ -300,7 +300,7 @@ class LiveMapper:
         return self._move(poses, result.canvas, min(one, other))
 
     def _move(self, poses: PoseArray, canvas: MapCanvas | None, part: int) -> Pose2D:
-        """Move the first key frames to poses (k, 3); return the motion of the robot. The canvas is that of a part."""
+        """Move the first key frames to poses (k, 3); return the motion of the robot. The canvas belongs to a part."""
         before = Pose2D(*self.key_frames.poses[-1].tolist())
         self._tracker.correct(poses)
         self.graph.move_nodes(self.key_frames.poses)

@@ -16,7 +16,7 @@ LEAST_NEW, GROWTH = 16, 1.0 / 16.0
 
 
 class RefiningMapper(LiveMapper):
-    """Live mapper that has work for idle times, beside that of `next_work`.
+    """Live mapper that has work for idle times, besides the work of `next_work`.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class RefiningMapper(LiveMapper):
         self._refined_to = len(self.key_frames)
 
     def apply(self, result: Any) -> Pose2D | None:
-        """Apply the result of work, as `LiveMapper.apply` does, or that of `next_idle_work`."""
+        """Apply the result of work, as `LiveMapper.apply` does, or the result of `next_idle_work`."""
         if not isinstance(result, RefinedMap):
             return super().apply(result)
         self._running = None

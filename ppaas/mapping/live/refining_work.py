@@ -139,7 +139,7 @@ class RefiningWork:
         return self.parts.by_run(inside)
 
     def _refined(self, graph: PoseGraph, cancelled: Callable[[], bool]) -> PoseArray | None:
-        """Return the poses of all key frames, of which those of the current part are refined; None if cancelled."""
+        """Return the poses of all key frames, of which the current part's are refined; None if cancelled."""
         poses = graph.poses.copy()
         part = current_part(Mapping(self.mapping.frames, graph), self.parts)
         refined = refine(part.frames, part.graph.poses, measured_odometry(part.graph.edges), cancelled=cancelled)

@@ -20,7 +20,7 @@ def accepted(hypotheses: Sequence[Hypothesis], graph: PoseGraph, parameters: Mer
     Parameters
     ----------
     hypotheses : sequence of Hypothesis
-        That of the largest set of matches first.
+        The one of the largest set of matches first.
     graph : PoseGraph
         Joined graph, before it was solved.
     parameters : MergeParameters

@@ -39,9 +39,9 @@ def agreeing_sets(graph: PoseGraph, matches: Sequence[PlaceMatch], drift: DriftM
 def pairwise_chi2(graph: PoseGraph, matches: Sequence[PlaceMatch], drift: DriftModel) -> NDArray[np.float64]:
     """Return the squared Mahalanobis distances (m, m) of every two matches.
 
-    Two matches place one key frame differently. The covariance of that difference is that of the paths between the
-    matches, along the one mapping and along the other. Two matches of one part of the drive at different places thus
-    never agree. Parameters are those of `agreeing_sets`.
+    Two matches place one key frame differently. The covariance of that difference is the covariance of the paths
+    between the matches, along the one mapping and along the other. Two matches of one part of the drive at different
+    places thus never agree. Parameters are the same as for `agreeing_sets`.
     """
     count = len(matches)
     sources = np.array([_middle(match.edges.second) for match in matches], np.int64)

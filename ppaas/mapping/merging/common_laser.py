@@ -1,4 +1,4 @@
-"""Key frames of two lasers as those of one: points are sorted into the beams of a common laser and stay as measured."""
+"""Key frames of two lasers as if of one: points are sorted into the beams of a common laser and stay as measured."""
 
 import math
 from dataclasses import replace
@@ -14,17 +14,17 @@ SAME = 1e-3
 
 
 def joined_frames(first: KeyFrames, second: KeyFrames, *, finest: bool = True) -> KeyFrames:
-    """Return the key frames of two mappings, those of the first one before those of the second.
+    """Return the key frames of two mappings, the first one's before the second's.
 
-    Scans of the second are numbered on from those of the first. If the lasers differ, the common one covers both, with
+    Scans of the second are numbered on from the first's. If the lasers differ, the common one covers both, with
     the angle between beams of one of them.
 
     Parameters
     ----------
     first, second : KeyFrames
     finest : bool
-        Whether the beams are those of the finer laser: then no point is lost, and scans of the coarser one have beams
-        without a reading. Otherwise they are those of the coarser laser, and the nearest point of each beam is kept.
+        Whether the finer laser's beams are used: then no point is lost, and scans of the coarser one have beams
+        without a reading. Otherwise the coarser laser's beams are used, and the nearest point of each beam is kept.
     """
     geometry = common_geometry(first.geometry, second.geometry, finest=finest)
     count = len(first) + len(second)
@@ -48,7 +48,7 @@ def are_same(one: LaserGeometry, other: LaserGeometry) -> bool:
 
 
 def common_geometry(first: LaserGeometry, second: LaserGeometry, *, finest: bool) -> LaserGeometry:
-    """Return the laser whose beams cover those of two lasers; the first one if they are the same."""
+    """Return the laser whose beams cover two lasers' beams; the first one if they are the same."""
     if are_same(first, second):
         return first
     choose = min if finest else max

@@ -55,7 +55,7 @@ class Hypothesis:
 
 
 def joined_graph(first: PoseGraph, second: PoseGraph) -> PoseGraph:
-    """Return a graph with the nodes and edges of two graphs, those of the first one before those of the second."""
+    """Return a graph with the nodes and edges of two graphs, the first one's before the second's."""
     shift = first.node_count
     moved = second.edges._replace(first=second.edges.first + shift, second=second.edges.second + shift)
     edges = stacked((first.edges, moved))

@@ -1,4 +1,4 @@
-"""Joint map: one mapping of those of several robots, which is made again while they go on mapping."""
+"""Joint map: one mapping made of several robots' mappings, and remade while they go on mapping."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -69,7 +69,7 @@ def _check_lasers(mappings: list[Mapping]) -> None:
 
 
 def _joined(group: Sequence[Mapping], parameters: MergeParameters) -> Mapping:
-    """Return one mapping of those of a group."""
+    """Return one mapping made of a group's mappings."""
     joined = group[0]
     for mapping in group[1:]:
         both = united(joined, mapping)

@@ -28,11 +28,11 @@ class PlaceMatch:
     source : Submap
         Key frames of the part, as nodes of the joined graph.
     motion : Pose2D
-        Frame of the second mapping in that of the first, as this match has it.
+        Frame of the second mapping in the frame of the first, as this match has it.
     score : float
         Score of the search, from 0 to 1.
     edges : Edges
-        From key frames of the first mapping to those of the second, for each scan that passed the check.
+        From key frames of the first mapping to key frames of the second, for each scan that passed the check.
     """
 
     source: Submap
@@ -47,7 +47,7 @@ class PartSearch:
     Parameters
     ----------
     frames : KeyFrames
-        Joined: those of the first mapping, then those of the second, each at their poses in the frame of their mapping.
+        Joined: the first mapping's, then the second's, each at their poses in the frame of their mapping.
     first : int
         Number of key frames of the first mapping.
     parameters : MergeParameters

@@ -42,9 +42,9 @@ class Merged(NamedTuple):
     Parameters
     ----------
     mapping : Mapping
-        Key frames of the first mapping, then those of the second, in the frame of the first.
+        Key frames of the first mapping, then of the second, in the frame of the first.
     motion : Pose2D
-        Frame of the second mapping in that of the first, at its first key frame.
+        Frame of the second mapping in the frame of the first, at its first key frame.
     matches : int
         Number of places that agree.
     support, confirmed : float
@@ -83,7 +83,7 @@ def merge(
     if not (len(first.frames) and len(second.frames)):
         raise InvalidInput("a map without scans cannot be merged: map a part of the area that both share first")
     report = done or _silent
-    # Scans are compared at the beams of the coarser laser: those of a coarse one have gaps at the beams of a fine one.
+    # Scans are compared at the beams of the coarser laser: a coarse one's scans have gaps at the beams of a fine one.
     coarse, graph = joined_frames(first.frames, second.frames, finest=False), joined_graph(first.graph, second.graph)
     coarse.poses[:] = graph.poses
     found = _found(coarse, graph, len(first.frames), parameters, report)

@@ -1,4 +1,4 @@
-"""Overlap of two mappings at given poses: how far the scans of the second agree with those of the first."""
+"""Overlap of two mappings at given poses: how far the scans of the second agree with the first's."""
 
 from typing import NamedTuple
 
@@ -30,7 +30,7 @@ class Overlap(NamedTuple):
     nodes : (n,) int64 array
         Key frames of the second mapping that were compared.
     fits : (n,) bool array
-        Whether each can be aligned with those of the first.
+        Whether each can be aligned with the first's.
     confirmed : (n,) float64 array
         Share of the points visible to both lasers that both confirm, at the aligned pose; 0 of those that do not fit.
     scans : list of CheckedScan
@@ -44,12 +44,12 @@ class Overlap(NamedTuple):
 
 
 def compare(frames: KeyFrames, poses: PoseArray, first: int, parameters: MergeParameters) -> Overlap:
-    """Compare the scans of the second mapping with those of the first.
+    """Compare the scans of the second mapping with the first's.
 
     Parameters
     ----------
     frames : KeyFrames
-        Joined: those of the first mapping, then those of the second.
+        Joined: the first mapping's, then the second's.
     poses : (k, 3) array
         Their poses in one frame.
     first : int

@@ -10,8 +10,8 @@ class MergeParameters(Parameters, frozen=True):
 
     Search: parts of ``part_travel`` of the second mapping, one every ``part_step``, are searched in all of the first,
     on a grid of ``resolution`` with rotations of ``heading_step``, and with ``fine_resolution`` around the best and
-    the second best place. Their points are thinned to one per ``thin``. A place needs a score of ``least_score``; scans
-    of it are checked as those of a loop closure, see `ClosureParameters`.
+    the second best place. Their points are thinned to one per ``thin``. A place needs a score of ``least_score``; its
+    scans are checked as for a loop closure, see `ClosureParameters`.
 
     Acceptance: at least ``least_matches`` places agree, from first to last ``least_travel`` apart along the drive;
     at the poses that they lead to, ``least_support`` of the scans of the second mapping that were taken near a key

@@ -93,7 +93,7 @@ def _quantised(frames: KeyFrames, part: slice) -> ScanPoints:
 def _places(first: list[bytes], second: list[bytes]) -> NDArray[np.int64]:
     """Return the index (k,) of each id of the second list in the first, −1 if it is not there.
 
-    Of equal ids, those of scans without a point, the n-th is paired with the n-th.
+    Of equal ids, which scans without a point have, the n-th is paired with the n-th.
     """
     waiting: dict[bytes, list[int]] = {}
     for index in range(len(first) - 1, -1, -1):

@@ -34,7 +34,7 @@ class Joined(NamedTuple):
     edges : Edges
         Closures between them, of the key frames of the whole map.
     poses : (k, 3) float64 array
-        Poses of all key frames; those of parts that did not join have not moved, and neither has the first one of the
+        Poses of all key frames; poses of parts that did not join have not moved, and neither has the first one of the
         older part.
     """
 

@@ -100,7 +100,7 @@ class GraphMapper:
     parts : MapParts
         Parts of the map that no edge connects, since the robot was carried away. After `finish` they lie side by side.
     steps : list of (3,) array
-        Pose of each key frame in the frame of the one before by tracking alone; that of the first one is 0.
+        Pose of each key frame in the frame of the one before by tracking alone; the first one's is 0.
     """
 
     def __init__(
@@ -183,7 +183,7 @@ class GraphMapper:
         Parameters
         ----------
         done : callable, optional
-            Called with the number of submaps searched and that of all to search at most, after each.
+            Called with the number of submaps searched and the number to search at most, after each.
         """
         if self._submaps.finish() is not None:
             self._close_loops()

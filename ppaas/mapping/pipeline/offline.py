@@ -33,7 +33,7 @@ class LogMap:
     Parameters
     ----------
     mapper : GraphMapper
-        Key frames and pose graph; poses are those of the laser.
+        Key frames and pose graph; poses are the laser's.
     stages : dict of str to array
         Poses (n, 3) of the robot at each scan, in the map frame, after each stage: ``tracking`` alone, with
         ``closures``, after the ``refinement`` of key frames, and after the ``polish`` of each scan.
@@ -80,7 +80,7 @@ class _Scans:
             self._velocities = velocities(log.stamps, log.odometry, log.geometry.mount)
 
     def correct(self, poses: NDArray[np.float64], key_frames: KeyFrames) -> None:
-        """Correct the scans, and those of the key frames, for the motion along poses (n, 3) of the laser."""
+        """Correct the scans, also of the key frames, for the motion along poses (n, 3) of the laser."""
         if self._log.geometry.time_increment == 0.0:
             return
         self._velocities = velocities(self._log.stamps, poses, Pose2D(0.0, 0.0, 0.0))

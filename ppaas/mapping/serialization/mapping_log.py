@@ -2,7 +2,7 @@
 
 The entries, in the order of their numbers, are the records of a mapping. Each key frame is an entry when it is made,
 and each set of closures; the poses after a solve replace the last such entry. From time to time one entry replaces many
-small ones. So the size of a log is bounded by that of its mapping.
+small ones. So the size of a log is bounded by its mapping's.
 """
 
 from collections.abc import Iterable, Sequence
@@ -23,7 +23,7 @@ FOLD = 256
 """Number of small entries that one entry replaces."""
 
 MOST_FRAMES = 512
-"""Largest number of key frames that are written at once: those of a map that was loaded come in parts."""
+"""Largest number of key frames that are written at once: key frames of a loaded map come in parts."""
 
 
 class Rewritten(NamedTuple):
@@ -78,7 +78,7 @@ class LogWriter:
     laser_frame : str
         Name of the frame of the laser.
     number : int
-        Number of the first entry: above those of all earlier entries, which it makes obsolete.
+        Number of the first entry: above the numbers of all earlier entries, which it makes obsolete.
     obsolete : list of int
         Numbers of earlier entries.
     """

@@ -50,7 +50,7 @@ class Rebuilding:
     most_bytes : int
         Memory that it may take [bytes].
     parts : bool
-        Whether it may consist of parts that no edge connects, as that of a robot that was carried away.
+        Whether it may consist of parts that no edge connects, like the graph of a robot that was carried away.
     """
 
     def __init__(self, most_bytes: int = MOST_BYTES, *, parts: bool = False) -> None:

@@ -21,9 +21,9 @@ class RecordKind(IntEnum):
     LASER = 1
     """Laser of all following scans; whatever was before belongs to another mapping."""
     FRAMES = 2
-    """Key frames from an index on, each with the step from the one before; they replace those of these indices."""
+    """Key frames from an index on, each with the step from the one before; they replace the ones at these indices."""
     EDGES = 3
-    """Edges that are not steps between successive key frames, from an index on; they replace those of these indices."""
+    """Edges that are not steps between successive key frames, from an index on; they replace the ones there."""
     POSES = 4
     """Poses of the first key frames, after a solve."""
     WAITING = 5

@@ -34,7 +34,7 @@ def divided_edges(graph: PoseGraph) -> tuple[NDArray[np.int64], Edges]:
 
 
 def frame_rows(frames: KeyFrames, graph: PoseGraph, steps: NDArray[np.int64], first: int, end: int) -> FrameRows:
-    """Return the rows of the key frames from ``first`` to before ``end``; ``steps`` are those of `divided_edges`."""
+    """Return the rows of the key frames from ``first`` to before ``end``; ``steps`` come from `divided_edges`."""
     edges, part = graph.edges, slice(first, end)
     stepped = steps[part] >= 0
     measurements, information = np.zeros((end - first, 3)), np.zeros((end - first, 3, 3))
@@ -48,7 +48,7 @@ def frame_rows(frames: KeyFrames, graph: PoseGraph, steps: NDArray[np.int64], fi
 
 
 def packed_rows(frames: KeyFrames, graph: PoseGraph) -> Iterator[bytes]:
-    """Yield the records of all key frames, then that of all other edges if there are any."""
+    """Yield the records of all key frames, then the record of all other edges if there are any."""
     steps, others = divided_edges(graph)
     for first in range(0, len(frames), CHUNK):
         rows = frame_rows(frames, graph, steps, first, min(first + CHUNK, len(frames)))

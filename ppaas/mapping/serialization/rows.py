@@ -109,7 +109,7 @@ def unpack_frames(payload: memoryview | bytes, beams: int) -> FrameRows:
     Raises
     ------
     InvalidGraph
-        The payload is not that of a record of key frames of this laser.
+        The payload is not a record of key frames of this laser.
     """
     first, count = row_range(payload)
     of_table = count * _FRAME.itemsize
@@ -136,7 +136,7 @@ def unpack_times(payload: memoryview | bytes) -> tuple[list[int], list[float]]:
 
 
 def pack_edges(edges: Edges, first: int = 0) -> bytes:
-    """Return the payload of a record of edges, the first of which has index ``first`` among those of all records."""
+    """Return the payload of a record of edges; the first has index ``first`` among the edges of all records."""
     return _COUNTS.pack(first, len(edges.first)) + zlib.compress(_edge_table(edges).tobytes(), LEVEL)
 
 

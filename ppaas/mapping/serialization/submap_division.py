@@ -13,7 +13,7 @@ def divided_submaps(graph: PoseGraph, travel: float) -> tuple[Submaps, Edges]:
     Parameters
     ----------
     graph : PoseGraph
-        One node per key frame. A chain that a key frame without a step begins has submaps of its own.
+        One node per key frame. A chain that a key frame without a step begins has separate submaps.
     travel : float
         Length after which a submap is finished [m].
     """

@@ -41,7 +41,7 @@ class VolumeParameters(Parameters, frozen=True):
     filter_speckles : bool
         Whether an occupied voxel without an occupied neighbour is left out of the projected map.
     max_blocks : int
-        Largest number of blocks of 8 × 8 × 8 voxels, of 2 KiB each, those of submaps included.
+        Largest number of blocks of 8 × 8 × 8 voxels, of 2 KiB each, including the blocks of submaps.
     """
 
     resolution: float = 0.05

@@ -27,7 +27,7 @@ SPACE = 0.9
 class SubmapVolume:
     """3D map of clouds that hang on key frames.
 
-    ``max_blocks`` limits the blocks of the volume and those of all submaps together. If there would be more, successive
+    ``max_blocks`` limits the blocks of the volume and of all submaps together. If there would be more, successive
     submaps are joined: they move together from then on. If that is not enough, the map no longer moves with the key
     frames: its submaps are dropped.
 
@@ -160,7 +160,7 @@ class SubmapVolume:
             Its voxels; by default put together from the parts.
         joined : int
         fixed : bool
-            Those of the other map.
+            The other map's.
 
         Raises
         ------

@@ -1,7 +1,7 @@
 """Log of a 3D map: pages of its blocks, each replaced when it changes, and a head that says where they are.
 
 While the map consists of submaps, the log has the pages of these, and the volume is put together from them again.
-Otherwise it has those of the volume. So a log is at most about as large as its map, compressed.
+Otherwise it has the volume's blocks. So a log is at most about as large as its map, compressed.
 """
 
 import struct

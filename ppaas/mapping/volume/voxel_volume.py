@@ -1,8 +1,8 @@
 """Voxel volume: a 3D occupancy map built from point clouds by ray casting.
 
-The rules are those of OctoMap's ``insertPointCloud`` (Hornung et al., "OctoMap: An Efficient Probabilistic 3D Mapping
-Framework Based on Octrees", Autonomous Robots, 2013): each voxel is updated once per cloud; it is occupied if a ray
-ends in it, else free if a ray passes it; log-odds are float32 and clamped. The voxels are stored in dense blocks of
+The rules are the same as for OctoMap's ``insertPointCloud`` (Hornung et al., "OctoMap: An Efficient Probabilistic 3D
+Mapping Framework Based on Octrees", Autonomous Robots, 2013): each voxel is updated once per cloud; it is occupied if a
+ray ends in it, else free if a ray passes it; log-odds are float32 and clamped. The voxels are stored in dense blocks of
 8 × 8 × 8 instead of an octree, so an update descends no tree.
 """
 

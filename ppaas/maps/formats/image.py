@@ -133,7 +133,7 @@ def format_of(image: Buffer) -> ImageFormat:
 def open_image(image: Buffer) -> ImageRows:
     """Open an image file.
 
-    The pixels of binary PGM, PPM and PBM are read on demand, those of other files are decoded at once.
+    The pixels of binary PGM, PPM and PBM are read on demand, pixels of other files are decoded at once.
 
     Raises
     ------

@@ -89,7 +89,7 @@ def _info(shape: tuple[int, int], keys: MapYaml) -> GridInfo:
 
 
 def load_map(record: bytes, image: Buffer, rules: Rules | None = None) -> GridMap:
-    """Return a map read from its two files; parameters and errors are those of ``open_grid``."""
+    """Return a map read from its two files; parameters and errors are the same as for ``open_grid``."""
     opened = open_grid(record, image, rules)
     data = np.empty(opened.info.shape, np.int8)
     for first, rows in opened.blocks():

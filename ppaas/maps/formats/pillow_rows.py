@@ -85,7 +85,7 @@ def check_upright(name: str, orientation: object) -> None:
 
 @contextmanager
 def pillow_errors(name: str) -> Iterator[None]:
-    """Raise Pillow's errors for broken files as ``InvalidMap``; ``name`` is that of the format."""
+    """Raise Pillow's errors for broken files as ``InvalidMap``; ``name`` is the format's name."""
     try:
         yield
     except BROKEN as error:

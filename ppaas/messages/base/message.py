@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, NamedTuple, Protocol
 import msgspec
 from msgspec import inspect
 
-# ROS types that Python's types do not tell apart. Fields without such a note are float64, int32, string or bool.
+# ROS types that Python's types do not distinguish. Fields without such a note are float64, int32, string or bool.
 Float32 = Annotated[float, msgspec.Meta(extra={"ros": "float32"})]
 Int8 = Annotated[int, msgspec.Meta(extra={"ros": "int8"})]
 Int16 = Annotated[int, msgspec.Meta(extra={"ros": "int16"})]
@@ -28,7 +28,7 @@ class Message(msgspec.Struct, gc=False, forbid_unknown_fields=True):
     """Constants of the message definition, each a uint8."""
 
     ros_order: ClassVar[tuple[str, ...]] = ()
-    """Fields in the order of the definition in ROS; empty if it is that of the class, in which defaults are last."""
+    """Fields in the order of the definition in ROS; empty if the class has the same; its defaults are last."""
 
     @classmethod
     def field_names(cls) -> tuple[str, ...]:

@@ -103,7 +103,7 @@ class TrafficGrants(OwnMessage):
     number : int
         Number of the message within the epoch; an older one than the last is ignored.
     revision : int
-        Revision of the robot's way that the grants continue; those of another revision are not valid.
+        Revision of the robot's way that the grants continue; grants of another revision are not valid.
     spacing : float
         Distance of neighbouring cells [m].
     first : int

@@ -16,7 +16,7 @@ class StartRecordingRequest(OwnMessage):
     seconds : float
         Time after which the recording ends by itself [s].
     topics : list of str
-        Globs of the topics to record; empty for those of the robot file.
+        Globs of the topics to record; empty for the robot file's globs.
     """
 
     seconds: float

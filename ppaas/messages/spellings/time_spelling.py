@@ -17,7 +17,7 @@ _MATRIX_OF_ROS1: Final = re.compile(rb'(?<!\\)"([DKRP])"(?=\s*:)')
 
 
 def to_ros2(payload: bytes) -> bytes:
-    """Return a JSON message with the time keys of ROS 1 replaced by those of ROS 2."""
+    """Return a JSON message with the time keys of ROS 1 replaced by the keys of ROS 2."""
     return _KEY_OF_ROS1.sub(lambda key: b'"nanosec"' if key[1] else b'"sec"', payload)
 
 
@@ -27,5 +27,5 @@ def camera_to_ros2(payload: bytes) -> bytes:
 
 
 def to_ros1(payload: bytes) -> bytes:
-    """Return a JSON message with the time keys of ROS 2 replaced by those of ROS 1."""
+    """Return a JSON message with the time keys of ROS 2 replaced by the keys of ROS 1."""
     return _KEY_OF_ROS2.sub(lambda key: b'"nsecs"' if key[1] else b'"secs"', payload)

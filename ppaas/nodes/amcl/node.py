@@ -56,7 +56,7 @@ class AmclNode(Node):
     robot has not moved far enough for an update of the particles. So other robots know of a robot that stands still.
 
     Scans wait until odometry has reached their stamps. A stamp of zero means the latest odometry. If the odometry is
-    reset, the robot is assumed not to have moved; if it begins anew after a silence, the robot has restarted, maybe
+    reset, the robot is assumed not to have moved; if it starts over after a silence, the robot has restarted, maybe
     elsewhere, and is searched on the whole map. While no scan can be used, or none comes, ``amcl/status`` gives
     the reason.
 

@@ -85,6 +85,6 @@ class Exploration(msgspec.Struct):
     tiles: list[tuple[int, int]] = msgspec.field(default_factory=list)
 
     def next_goal(self, pose: Pose2D) -> Goal:
-        """Return a pose as the next goal of Move Base, with an id of its own."""
+        """Return a pose as the next goal of Move Base, with a new id."""
         self.targets += 1
         return Goal(f"{self.id}/{self.targets}", pose, self.stamp)

@@ -22,7 +22,7 @@ DEFAULTS = {
 class PathFollowingNode(MoveBaseNode):
     """Move Base that plans, and leaves driving to the robot, by the topics of Nav2's action FollowPath.
 
-    Goals, waypoints, status, feedback and results are those of any robot. ``cmd_vel`` is always zero.
+    Goals, waypoints, status, feedback and results are the same as for any robot. ``cmd_vel`` is always zero.
     A robot that follows a path while Move Base plans another is stopped if there is none within a control cycle.
 
     Parameters
@@ -49,7 +49,7 @@ class PathFollowingNode(MoveBaseNode):
         self._ticks_without_plan = 0
 
     def on_message(self, topic: str, message: Payload) -> None:
-        """Handle a message; raises as that of Move Base does."""
+        """Handle a message; raises as Move Base's method does."""
         match message:
             case FollowPathActionFeedback():
                 self._follower.hear(message.status.goal_id.id)

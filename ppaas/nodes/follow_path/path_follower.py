@@ -86,12 +86,12 @@ class PathFollower(Controller):
         self._context.forget(topics.FOLLOW_PATH_GOAL.name)
 
     def hear(self, path: str) -> None:
-        """Note feedback of the robot; that of another path does not count."""
+        """Note feedback of the robot; feedback for another path does not count."""
         if path == self._id:
             self._heard_at = self._context.elapsed()
 
     def take(self, result: FollowPathActionResult) -> None:
-        """Take a result of the robot; that of another path does not count."""
+        """Take a result of the robot; the result of another path does not count."""
         if result.status.goal_id.id == self._id and result.status.status in tuple(Status):
             self._result = result
 

@@ -1,4 +1,4 @@
-"""Goals that the node ``follow_person`` sends to Move Base, and those of clients, which take precedence."""
+"""Goals that the node ``follow_person`` sends to Move Base, and clients' goals, which take precedence."""
 
 from enum import Enum
 

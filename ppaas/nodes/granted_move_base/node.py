@@ -35,8 +35,8 @@ class GrantedMoveBaseNode(MoveBaseNode):
     """Move Base that drives along the way that the traffic node of the map grants, as far as it is granted.
 
     The end of the way is where the robot stops, and moves on as more is granted. A robot that is alone on its map is
-    told so and drives freely, as any robot does. One without a goal gives way to others. One that has left its way
-    stops at once, tells the traffic node, and is led back.
+    notified and drives freely, as any robot does. One without a goal gives way to others. One that has left its way
+    stops at once, reports to the traffic node, and is led back.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ class GrantedMoveBaseNode(MoveBaseNode):
         self.context.every(PERIOD, self._attend)
 
     def on_message(self, topic: str, message: Payload) -> None:
-        """Handle a message; raises as that of Move Base does."""
+        """Handle a message; raises as Move Base's method does."""
         if isinstance(message, TrafficGrants):
             if self._link.take(message):
                 self._attend()
@@ -97,7 +97,7 @@ class GrantedMoveBaseNode(MoveBaseNode):
         try:
             pose = self._surroundings.pose(now)
         except PPaaSError:
-            return  # nothing can be said of a robot that does not know where it is
+            return  # nothing can be reported for a robot whose pose is not known
         changed = link.see(pose)
         if link.must_stop:
             self._give_back(now)

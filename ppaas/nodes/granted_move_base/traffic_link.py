@@ -87,7 +87,7 @@ class TrafficLink:
         self._context = context
         self.facts = facts
         self.way = GrantedWay(facts.radius)
-        self.way.revision = int(context.now()) & 0xFFFFFF  # another one than that of a clone before this one
+        self.way.revision = int(context.now()) & 0xFFFFFF  # another revision than an earlier clone's
         self._heard_at = -math.inf
         self._pose: Pose2D | None = None
         self._reported: TrafficReport | None = None
@@ -118,7 +118,7 @@ class TrafficLink:
         return self.way.ahead > 0 or self.way.is_recalled
 
     def take(self, grants: TrafficGrants) -> bool:
-        """Take grants; return whether they are newer than those before. Those of other robots are ignored."""
+        """Take grants; return whether they are newer than the last. Grants of other robots are ignored."""
         if grants.robot != self.facts.name or self._pose is None:
             return False
         newer = self.way.take(grants, self._pose)

@@ -79,7 +79,7 @@ class _Waiting(NamedTuple):
 
 
 class JointMaps:
-    """Receives joint maps, and makes them those of a mapper in jobs: no scan waits for it.
+    """Receives joint maps, and passes them to a mapper in jobs: no scan waits for it.
 
     Parameters
     ----------

@@ -49,7 +49,7 @@ class MappingLaser:
         Raises
         ------
         InvalidInput
-            The beams are not those of a laser.
+            The beams are not a laser's.
         """
         first = scan.scan
         geometry = LaserGeometry(

@@ -152,7 +152,7 @@ class Logbook:
         writer : LogWriter
             Of the other log.
         change : LogChange
-            All its entries, with numbers above those of this one.
+            All its entries, with numbers above this one's.
         written : int
             Number of key frames in it.
         """

@@ -14,7 +14,7 @@ from ppaas.nodes.frames import MAP
 from ppaas.planar_poses import rotated, symmetric
 
 LEAST_INFORMATION = np.diag((1e-2, 1e-2, 1e-2))
-"""Information added to that of a pose: 10 m and 10 rad, so that a covariance exists [1/m², 1/m², 1/rad²]."""
+"""Information added to a pose's: 10 m and 10 rad, so that a covariance exists [1/m², 1/m², 1/rad²]."""
 
 
 FIRST_INFORMATION = np.array((1e8, 0.0, 0.0, 1e8, 0.0, 1e8))

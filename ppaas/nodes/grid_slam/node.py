@@ -139,7 +139,7 @@ class GridSlamNode(ScanMappingNode):
         Raises
         ------
         InvalidInput
-            A number is not finite, the beams are not those of the map, or the scan is older than the last.
+            A number is not finite, the beams differ from the map's, or the scan is older than the last.
         TransformError
             The frame of a scan is unknown, or its stamp is older than what tf keeps.
         QuotaExceeded

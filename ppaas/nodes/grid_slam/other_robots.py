@@ -24,12 +24,12 @@ SAME = 1e-6
 class OtherRobots:
     """Positions of other robots. They hold only while the map has the first key frame of the map in common.
 
-    A robot that starts a map of its own, by ``clear`` or another pose graph, is in a frame that the others do not know.
+    A robot that starts a separate map, by ``clear`` or another pose graph, is in a frame that the others do not know.
 
     Attributes
     ----------
     frame : str
-        Name of the frame for the other robots: ``map`` on a published map, or that of a joint map.
+        Name of the frame for the other robots: ``map`` on a published map, or the name of a joint map's frame.
     """
 
     def __init__(self) -> None:

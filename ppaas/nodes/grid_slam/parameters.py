@@ -36,14 +36,14 @@ WITHOUT_EFFECT = (
 
 
 class GridSlamParameters(SlamParameters, frozen=True):
-    """Parameters of `GridSlamNode`, in metres, radians and seconds; those of the front end are in `SlamParameters`.
+    """Parameters of `GridSlamNode`, in metres, radians and seconds; the front end's are in `SlamParameters`.
 
     Of slam_toolbox: every ``throttle_scans``-th scan is used, and none within ``minimum_time_interval`` of the last
     one. The whole map is published every ``map_update_interval``, if it has changed; its changes at least once per
     second. ``transform_publish_period`` of 0 publishes no transform; otherwise one is published with each scan, stamped
     ``transform_timeout`` ahead. ``do_loop_closing`` searches for closures within ``loop_search_maximum_distance``; the
-    other parameters of the search are those of `ClosureParameters`. A cell is known if ``min_pass_through`` beams reach
-    it, and occupied if a part of them of ``occupancy_threshold`` end there. ``paused_new_measurements`` starts paused.
+    other parameters of the search are in `ClosureParameters`. A cell is known if ``min_pass_through`` beams reach it,
+    and occupied if a part of them of ``occupancy_threshold`` end there. ``paused_new_measurements`` starts paused.
     ``inf_is_valid``, as of costmap_2d, takes space as free up to ``max_laser_range``, or the range of the laser if that
     is less, along beams that hit nothing there; so does a ``maxUrange`` below the range of the laser, as in gmapping.
 
@@ -52,7 +52,7 @@ class GridSlamParameters(SlamParameters, frozen=True):
     ``mode`` ``lifelong`` a map that grows has a number of key frames that the area bounds: one is removed if others
     show a part of ``lifelong_iou_match`` of its points. The other parameters of that mode are `WITHOUT_EFFECT`.
 
-    Frames: ``odom_frame`` is by default the frame that the odometry names, ``base_frame`` that of the robot, and
+    Frames: ``odom_frame`` is by default the frame that the odometry names, ``base_frame`` the robot's frame, and
     ``map_frame`` is another name of ``map``; ``tf_prefix`` is the prefix of frames that are named without one.
 
     Of gmapping: ``delta``, ``linearUpdate``, ``angularUpdate``, ``maxUrange``, ``occ_thresh`` and ``temporalUpdate``
@@ -152,7 +152,7 @@ class GridSlamParameters(SlamParameters, frozen=True):
 
     @property
     def start_pose(self) -> Pose2D | None:
-        """Pose of the robot on the map that is continued; None for that of its first key frame."""
+        """Pose of the robot on the map that is continued; None for the pose of its first key frame."""
         return None if self.map_start_pose is None else Pose2D(*self.map_start_pose)
 
     @property

@@ -60,7 +60,7 @@ class LoadedGraph(NamedTuple):
     ----------
     mapping : Mapping
     start : Pose2D or None
-        Pose of the robot in the map frame; None for that of the first key frame.
+        Pose of the robot in the map frame; None for the pose of the first key frame.
     keeps : bool
         Whether the map grows; otherwise the robot is localized in it.
     """

@@ -59,7 +59,7 @@ class ScanIntake:
         Raises
         ------
         InvalidInput
-            A number is not finite, the beams are not those of the map, or the scan is older than the last.
+            A number is not finite, the beams differ from the map's, or the scan is older than the last.
         TransformError
             The frame of the scan is unknown.
         """
@@ -90,7 +90,7 @@ class ScanIntake:
         return errors
 
     def odometry(self, scan: RobotScan, stamp: float) -> tuple[Pose2D, Pose2D | None]:
-        """Return the odometry at a scan, and if it was reset since the scan before, that of the scan before.
+        """Return the odometry at a scan, and if it was reset since the scan before, the odometry at the scan before.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Times of key frames in the log of a map: entries beside those of its mapping."""
+"""Times of key frames in the log of a map: entries beside its mapping's entries."""
 
 import logging
 from collections.abc import Sequence

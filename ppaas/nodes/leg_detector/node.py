@@ -88,7 +88,7 @@ class LegDetectorNode(Node):
         Raises
         ------
         InvalidInput
-            A number is not finite, or the angles are not those of a scan.
+            A number is not finite, or the angles are not a scan's.
         TransformError
             The frame of the scan is unknown, or a transform is invalid.
         """

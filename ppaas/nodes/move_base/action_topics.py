@@ -60,7 +60,7 @@ class ActionTopics:
         self._next_progress = float("-inf")
 
     def status(self, goals: GoalList[Goal]) -> None:
-        """Publish the status of all goals, and that of goals with poses on the way under their own action, too."""
+        """Publish the status of all goals, and for goals with poses on the way under their own action, too."""
         self._context.publish(topics.MOVE_BASE_STATUS.name, status_array(goals, self._context))
         self._through.status(_WithPoses(goals))
 

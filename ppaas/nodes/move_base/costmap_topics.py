@@ -1,7 +1,7 @@
 """Publishers of costmaps and of the robot's footprint, for clients that show them.
 
 A topic is published only while it has subscribers, and costmaps become messages outside the node's thread, so that
-they do not delay the control cycle. The names are those of Nav2 and of ROS 1, where they are below ``move_base``.
+they do not delay the control cycle. The names come from Nav2 and from ROS 1, where they are below ``move_base``.
 """
 
 import math

@@ -33,9 +33,9 @@ class TimedKeyFrames(NamedTuple):
 
 
 class MappingMoveBaseNode(MoveBaseNode):
-    """Move Base of a robot that makes its map: the static layer is that of the topics ``map`` and ``map_updates``.
+    """Move Base of a robot that makes its map: the static layer comes from the topics ``map`` and ``map_updates``.
 
-    A goal moves with the key frame that is nearest to it, as soon as the map is that of the moved key frames. It is
+    A goal moves with the key frame that is nearest to it, as soon as the map shows the moved key frames. It is
     taken to be given in the frame of the key frames that were known then, although their map may not be drawn yet.
 
     Parameters
@@ -59,7 +59,7 @@ class MappingMoveBaseNode(MoveBaseNode):
         self._has_jumped = False
 
     def on_message(self, topic: str, message: Payload) -> None:
-        """Handle a message; raises as that of Move Base does."""
+        """Handle a message; raises as Move Base's method does."""
         if topic == topics.KEY_FRAMES.name:
             self._take_key_frames(key_frames_of(message))
         elif self._static_layer is None or not self._static_layer.take(message):
@@ -101,7 +101,7 @@ class MappingMoveBaseNode(MoveBaseNode):
             self._feed(events.PlanBlocked(self.context.elapsed()))
 
     def _move_goal(self) -> None:
-        """Move the goal with the key frames, to those of which the map was drawn; a goal of later ones stays."""
+        """Move the goal with the key frames, to the ones of which the map was drawn; a goal of later ones stays."""
         active, (at, before), after = self._machine.goals.active, self._goal_frames, self._drawn
         if active is None or at > self._drawn_at:
             return

@@ -90,7 +90,7 @@ class MoveBaseNode(Node):
     planner, controller
         Plug-ins for the robot's own plans and velocities.
     path_planners : dict of str to Planner
-        Planners with parameters of their own by name, including another instance of ``planner``, for the path services:
+        Planners with their own parameters by name, including another instance of ``planner``, for the path services:
         a service call must not block the robot's own planner.
     recoveries : sequence of (str, Recovery)
         Recovery behaviours in order, each with its name in status texts.
@@ -112,7 +112,7 @@ class MoveBaseNode(Node):
     limits_by_place : callable, optional
         Returns the speed limits by place for the layers of a map, and for a function that returns the time [s].
     adapt : callable, optional
-        Returns the layers for this robot from those of a map that replaces another.
+        Returns the layers for this robot from the layers of a map that replaces another.
     build : callable, optional
         Returns the layers of a grid. With it, the map comes from topics, see `MappingMoveBaseNode`.
     """

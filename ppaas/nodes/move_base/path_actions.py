@@ -36,7 +36,7 @@ UNKNOWN = 200
 """``error_code`` of Nav2's ComputePathToPose for errors that are not of planning."""
 
 THROUGH = 100
-"""Difference of the error codes of ComputePathThroughPoses from those of ComputePathToPose."""
+"""Difference between the error codes of ComputePathThroughPoses and ComputePathToPose."""
 
 NO_POSES = 309
 """``error_code`` of Nav2's ComputePathThroughPoses for an empty list."""

@@ -88,7 +88,7 @@ class SeenPeople:
         self._standing = StandingPeople(MOST_PEOPLE)
 
     def take(self, message: People, tree: TransformTree, now: float) -> None:
-        """Replace the people by those of a message.
+        """Replace the people by a message's people.
 
         Raises
         ------
@@ -113,7 +113,7 @@ class SeenPeople:
         self._people, self._at = tuple(seen), now
 
     def take_state(self, state: PeopleState, now: float) -> None:
-        """Replace the people of the coordinator, in the map frame, by those of its message.
+        """Replace the people of the coordinator, in the map frame, by the people in its message.
 
         Raises
         ------
@@ -127,7 +127,7 @@ class SeenPeople:
         self._standing.take(state.people, now)
 
     def now(self, now: float) -> tuple[PersonNearby, ...]:
-        """Return the people that are not out of date; those of the coordinator at their predicted positions.
+        """Return the people that are not out of date; the coordinator's people at their predicted positions.
 
         The coordinator's positions are predicted from the arrival of its message, by the clock of this node.
         """

@@ -35,7 +35,7 @@ class RobotPaths:
     processor : PlanProcessor
         Finds stored plans.
     tuned : dict of str to Planner
-        Planners with parameters of their own, by name; they must not be used by others.
+        Planners with their own parameters, by name; they must not be used by others.
 
     Attributes
     ----------

@@ -77,7 +77,7 @@ class SpeedLimits:
         self._limit, self.received = limit_of(message), message
 
     def at(self, pose: Pose2D, goal: float = 0.0) -> SpeedLimit:
-        """Return the limit at a pose of the robot, with that of its goal [m/s]; 0 if that has none."""
+        """Return the limit at a pose of the robot, including the goal's [m/s]; 0 if that has none."""
         limit = reduce(lower_of, (place.at(pose) for place in self._places), self._limit)
         return lower_of(limit, SpeedLimit(speed=goal)) if goal > 0.0 else limit
 

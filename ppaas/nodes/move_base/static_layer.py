@@ -163,7 +163,7 @@ class StaticLayer:
         return covering(self._grid.info, self._goals()) != self._layers.grid.info
 
     def _built(self, grid: GridMap | None, goals: Sequence[Pose2D], last: MapLayers | None) -> _Built:
-        """Return a map, and its layers unless they are those of the last."""
+        """Return a map, and its layers unless they are the last map's."""
         if grid is None:
             return _Built(None, None)
         shown = extended(grid, covering(grid.info, goals))

@@ -130,7 +130,7 @@ class Surroundings:
         now: float,
         stamp: float | None = None,
     ) -> None:
-        """Take what the robot, localization or another robot says at ``now`` [s]; ``stamp`` is that of zero stamps [s].
+        """Take what the robot, localization or another robot says at ``now`` [s]; ``stamp`` replaces zero stamps [s].
 
         Raises
         ------

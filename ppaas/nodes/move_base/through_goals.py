@@ -1,4 +1,4 @@
-"""Goals of the action ``navigate_through_poses``, updates of goals, and goals that give way to those of clients."""
+"""Goals of the action ``navigate_through_poses``, updates of goals, and goals that give way to clients' goals."""
 
 import math
 

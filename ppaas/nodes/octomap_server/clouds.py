@@ -16,7 +16,7 @@ from ppaas.transforms.planar import tf_time
 
 Points = NDArray[np.float32]
 Placed = Callable[[NDArray[np.float64]], Points]
-"""Returns the points of a cloud (n, 3) in the frame to which a transform (4, 4) leads from that of the sensor [m]."""
+"""Returns the points of a cloud (n, 3) in the frame to which a transform (4, 4) leads from the sensor's frame [m]."""
 
 
 class SensorCloud(NamedTuple):
@@ -27,7 +27,7 @@ class SensorCloud(NamedTuple):
     frame : str
         Frame of the sensor.
     stamp : float
-        Time of the cloud, 0 for that of the newest odometry [s].
+        Time of the cloud, 0 for the newest odometry's [s].
     at : float
         Time of arrival, by the executor's clock [s].
     placed : callable
@@ -90,7 +90,7 @@ class CloudReader:
         Raises
         ------
         InvalidInput
-            It is not that of a camera.
+            It is not a camera's image.
         """
         self.camera = depth_camera_of(info)
 

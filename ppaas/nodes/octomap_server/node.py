@@ -85,7 +85,7 @@ class OctomapServerNode(Node):
     threads : callable
         Returns the largest number of threads that kernels may use now.
     names : FrameNames, optional
-        Names of the robot's frames; by default those of the parameters.
+        Names of the robot's frames; by default from the parameters.
 
     Raises
     ------

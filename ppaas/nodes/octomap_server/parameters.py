@@ -55,7 +55,7 @@ REFUSED: dict[str, tuple[Any, str]] = {
 
 
 class OctomapServerParameters(VolumeParameters, frozen=True):
-    """Parameters of `OctomapServerNode`; those of the map are in `VolumeParameters`.
+    """Parameters of `OctomapServerNode`; the map's are in `VolumeParameters`.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class OctomapServerParameters(VolumeParameters, frozen=True):
     odom_frame_id, tf_prefix : str
         As in ``amcl``.
     point_cloud_min_x, point_cloud_max_x, point_cloud_min_y, point_cloud_max_y : float
-        Points outside are ignored [m]: in the map frame, or with ``filter_ground_plane`` in that of the robot.
+        Points outside are ignored [m]: in the map frame, or with ``filter_ground_plane`` in the robot's frame.
     filter_ground_plane : bool
         Whether the floor is found in each cloud; its points make voxels free, and none occupied.
     ground_filter.distance, ground_filter.angle, ground_filter.plane_distance : float

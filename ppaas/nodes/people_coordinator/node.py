@@ -43,8 +43,8 @@ CONFIGURE_PEOPLE = Service("people_coordinator/configure_people", ConfigurePeopl
 class PeopleCoordinatorNode(Node):
     """Subscribes to the reports of all robots of a group, and publishes `PeopleState` five times a second.
 
-    The group is the robots of one user on one map. The node has a container of its own, beside those of the robots'
-    clones, and no robot. Identities, counts and orders are in its checkpoint.
+    The group is the robots of one user on one map. The node has a separate container, beside the containers of the
+    robots' clones, and no robot. Identities, counts and orders are in its checkpoint.
 
     Parameters
     ----------

@@ -125,7 +125,7 @@ class PeopleTrackerNode(Node):
             raise errors[-1]
 
     def _hear(self, topic: str, message: TFMessage) -> None:
-        """Take transforms: those of people are detections, unless this node published them."""
+        """Take transforms: people's are detections, unless this node published them."""
         now, stamp = self.context.elapsed(), self.context.now()
         before = self._poses.newest()
         try:

@@ -1,4 +1,4 @@
-"""Frames of people on ``tf``: those that the robot publishes itself, and those of its tracker."""
+"""Frames of people on ``tf``: the ones that the robot publishes itself, and its tracker's."""
 
 from collections import deque
 from collections.abc import Sequence

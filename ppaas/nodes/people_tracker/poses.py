@@ -65,7 +65,7 @@ class RobotPoses:
 
     @property
     def frame(self) -> str:
-        """Frame in which people are tracked: that of the odometry, or the map for robots without odometry."""
+        """Frame in which people are tracked: the odometry's, or the map for robots without odometry."""
         return self._frames.odom if self._frames.newest() is not None else MAP
 
     def newest(self) -> float | None:
@@ -116,7 +116,7 @@ class RobotPoses:
         return covariance, abs(at - stamp)
 
     def to_base(self, frame: str, stamp: float) -> NDArray[np.float64]:
-        """Return the (4, 4) matrix from a frame to that of the robot's body at a time [s].
+        """Return the (4, 4) matrix from a frame to the robot's body at a time [s].
 
         Raises
         ------

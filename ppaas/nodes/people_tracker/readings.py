@@ -46,9 +46,9 @@ class Reading(NamedTuple):
     source : str
         Topic.
     frame : str
-        Frame of the positions; empty for that of the robot.
+        Frame of the positions; empty for the robot's frame.
     stamp : float
-        Time of the measurement, 0 for that of the newest odometry [s].
+        Time of the measurement, 0 for the newest odometry's [s].
     at : float
         Time of arrival, by the executor's clock [s].
     people : tuple of FramedPerson
@@ -156,7 +156,7 @@ def _score(score: float, name: str) -> float:
 
 
 def _covariance(values: Sequence[float], sigma: float) -> tuple[float, ...]:
-    """Return a covariance with variances within limits; that of ``sigma`` [m] if all are 0."""
+    """Return a covariance with variances within limits; the covariance of ``sigma`` [m] if all are 0."""
     if not all(map(math.isfinite, values)):
         raise InvalidInput("the covariance of a person must be finite; all zeros mean that it is unknown")
     if not any(values):

@@ -95,7 +95,7 @@ class Reporter:
         return SeenPeople(stamp, PositionMeasurementArray(header, people), self._frames.transforms(people, now))
 
     def _stamp(self) -> float:
-        """Return the time of the people: that of the last measurement, or of the newest pose before the first."""
+        """Return the time of the people: of the last measurement, or of the newest pose before the first."""
         newest = self._poses.newest()
         assert newest is not None
         return self._tracking.at if math.isfinite(self._tracking.at) else newest

@@ -85,7 +85,7 @@ class PathServices:
     processor : PlanProcessor
         Finds stored plans.
     tuned : dict of str to Planner, optional
-        Planners with parameters of their own, by name; they must not be used by others.
+        Planners with their own parameters, by name; they must not be used by others.
     variants : Variants
         Makes planners and costmaps for requests with parameters.
     """
@@ -135,8 +135,8 @@ class PathServices:
     ) -> Job:  # fmt: skip
         """Plan, and reply with ``respond(result)`` or with the error.
 
-        ``costmap`` replaces the costmap of the map alone; ``reuse`` allows a stored plan; ``parameters`` are those of
-        the planner and the global costmap that differ from the usual ones; the path passes the poses ``through``.
+        ``costmap`` replaces the costmap of the map alone; ``reuse`` allows a stored plan; ``parameters`` are parameters
+        of the planner and the global costmap that differ from the usual ones; the path passes the poses ``through``.
 
         Returns
         -------

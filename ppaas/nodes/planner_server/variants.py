@@ -1,4 +1,4 @@
-"""Variants of a costmap and of planners, for requests with parameters of their own."""
+"""Variants of a costmap and of planners, for requests with their own parameters."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple, Protocol
@@ -12,7 +12,7 @@ from ppaas.planners.base import Planner
 from ppaas.plans.reuse.processor import PlanProcessor
 
 Given = Mapping[str, Any]
-"""Parameters of a request, by name: those of its planner and those of the global costmap."""
+"""Parameters of a request, by name: its planner's and the global costmap's."""
 
 
 class Variant(NamedTuple):

@@ -26,7 +26,7 @@ SAMPLE_PERIOD = 5.0
 """Period of the messages of `SAMPLED` [s]."""
 
 PERIODS = {topics.PLAN.name: 2.0, topics.MOVE_BASE_FEEDBACK.name: 0.2}
-"""Least times between two messages of topics that repeat what changes slowly [s]. A new goal begins them anew."""
+"""Least times between two messages of topics that repeat what changes slowly [s]. A new goal restarts them."""
 
 MOST_PAYLOAD = 16 << 20
 """Largest message that is recorded [bytes as JSON]."""
@@ -104,7 +104,7 @@ class Intake:
     def _tap(self, names: Collection[str]) -> None:
         published = {topic for node in self._bus.nodes.values() for topic in self._bus.published_by(node)}
         for name in names:
-            # A latched message comes at once. That of tf_static is merged of the clone's and the robot's.
+            # A latched message comes at once. The message of tf_static is merged from the clone's and the robot's.
             self._published = (
                 None if name == topics.TF_STATIC.name or name not in published else self._bus.latched(name)
             )

@@ -28,7 +28,7 @@ GRACE = 1.0
 """Time in which a robot may publish its static transforms after its first odometry [s]."""
 
 _SENSOR = re.compile(r"camera|imu|laser|lidar|scan|gps|gnss|optical|t265|zed|tracking")
-"""Names of frames that are not the body of a robot, such as that of a camera that measures odometry."""
+"""Names of frames that are not the body of a robot, such as the frame of a camera that measures odometry."""
 
 
 class BodyFrames:
@@ -39,7 +39,7 @@ class BodyFrames:
     model : RobotModel
         Model of the robot, with the frames of its URDF.
     laser_frame : str
-        Frame of the robot's scans; empty for that of its model.
+        Frame of the robot's scans; empty for its model's frame.
     names : FrameNames
         Names of the robot's frames.
     """
@@ -89,7 +89,7 @@ class BodyFrames:
         Raises
         ------
         TransformError
-            The frame is that of a sensor, and for `GRACE` nothing has said where on the robot it is.
+            The frame is a sensor's, and for `GRACE` nothing has said where on the robot it is.
         """
         if len(self._moved) < MAX_FRAMES:
             self._moved.add(child)

@@ -1,6 +1,6 @@
 """Node ``tf2_web_republisher``: transforms for web pages, by service and by action.
 
-``roslibpy`` and ``roslib`` 1 call the service to get a topic of their own; ``roslib`` 2 sends a goal and receives
+``roslibpy`` and ``roslib`` 1 call the service to get a separate topic; ``roslib`` 2 sends a goal and receives
 feedback.
 """
 

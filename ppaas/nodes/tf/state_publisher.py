@@ -26,7 +26,7 @@ class StatePublisherParameters(Parameters, frozen=True):
     Parameters
     ----------
     laser_frame : str
-        Frame of the robot's scans; empty for that of its model.
+        Frame of the robot's scans; empty for its model's frame.
     """
 
     laser_frame: str = ""
@@ -88,7 +88,7 @@ class StatePublisherNode(Node):
         InvalidInput
             A number is not finite, or the orientation is all zero.
         TransformError
-            The odometry is that of a sensor, and nothing says where on the robot it is.
+            The odometry belongs to a sensor, and nothing says where on the robot it is.
         """
         if topic == ODOM.name:
             self._on_odometry(expect(message, Odometry))

@@ -1,7 +1,7 @@
 """Stream of transforms of some frames in another, which are published when they change.
 
-The rules are those of ``tf2_web_republisher`` (``tf_pair.h``): a frame is published at first, and then whenever it has
-moved or turned by more than the threshold since it was last published; with a threshold of zero, every time.
+The rules are the same as in ``tf2_web_republisher`` (``tf_pair.h``): a frame is published at first, and then whenever
+it has moved or turned by more than the threshold since it was last published; with a threshold of zero, every time.
 """
 
 import math

@@ -79,7 +79,7 @@ class TorsoDetectorNode(Node):
             The image is malformed or does not match its ``camera_info``, or that is invalid or missing. For an image
             that is decoded in a job, the next image raises it.
         TransformError
-            A transform is invalid, or that of the camera is unknown.
+            A transform is invalid, or the camera's is unknown.
         """
         if topic in (topics.TF.name, topics.TF_STATIC.name):
             self._frames.hear(topic, expect(message, TFMessage), self.context.elapsed(), self.context.now())

@@ -46,8 +46,8 @@ PUT_BACK = Service("traffic/put_back", PutBack)
 class TrafficNode(Node):
     """Takes the reports of all robots of a user on a map that take part, and publishes their grants.
 
-    The node has a container of its own, beside those of the robots' clones. One that follows another, because its
-    container was lost, asks all robots what they hold before it grants anything.
+    The node has a separate container, beside the containers of the robots' clones. One that follows another, because
+    its container was lost, asks all robots what they hold before it grants anything.
 
     Parameters
     ----------

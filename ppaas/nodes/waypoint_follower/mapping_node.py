@@ -12,7 +12,7 @@ from ppaas.nodes.waypoint_follower.node import WaypointFollowerNode, WaypointFol
 class MappingWaypointFollowerNode(WaypointFollowerNode):
     """Waypoint follower of a robot that makes its map: waypoints move with the key frames that are nearest to them.
 
-    Move Base moves the waypoint that the robot drives to, once the map is that of the moved key frames.
+    Move Base moves the waypoint that the robot drives to, once the map shows the moved key frames.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ class MappingWaypointFollowerNode(WaypointFollowerNode):
         self._key_frames = NO_KEY_FRAMES
 
     def on_message(self, topic: str, message: Payload) -> None:
-        """Handle a message; raises as that of the waypoint follower does."""
+        """Handle a message; raises as the waypoint follower's method does."""
         if topic != topics.KEY_FRAMES.name:
             super().on_message(topic, message)
             return

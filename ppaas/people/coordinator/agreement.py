@@ -59,7 +59,7 @@ def _all_together(sightings: Sightings) -> tuple[Array, Array]:
 
 
 def _compare(sightings: Sightings, mine: NDArray[np.bool_], robot: Robot, information: Array, vectors: Array) -> None:
-    """Update the offset of one robot by its torsos ``mine``, beside what the others alone tell of the same people."""
+    """Update the offset of one robot by its torsos ``mine``, beside what the others alone report of the same people."""
     people, positions, covariances = sightings.people[mine], sightings.positions[mine], sightings.covariances[mine]
     own, _ = inverse_2x2(covariances)
     spread, _ = inverse_2x2(information[people] - own)
@@ -87,7 +87,7 @@ def settle(
     pair : pair of PersonRecord
         The one person as two.
     difference : (2,) array
-        The position of the second minus that of the first [m].
+        The position of the second minus the position of the first [m].
 
     Returns
     -------

@@ -1,7 +1,7 @@
 """Costs of shortest paths between robots and people, by one cost field a person or a robot, whichever is fewer.
 
 Fields are grown by Dijkstra's algorithm over a coarse costmap, in a window around their source: who sees a person is
-near. A cycle grows a bounded number of cells, those of followed people first, then the oldest fields.
+near. A cycle grows a bounded number of cells, cells of followed people's fields first, then the oldest fields.
 """
 
 import math
@@ -19,7 +19,7 @@ Position = tuple[float, float]
 Ints = NDArray[np.int64]
 
 CELL = 0.2
-"""Edge of a coarse cell, unless those of the map are larger [m]."""
+"""Edge of a coarse cell, unless the map's cells are larger [m]."""
 WINDOW = 16.0
 """Distance from its source that a field covers to each side [m]."""
 NEAREST = 1.0

@@ -1,6 +1,6 @@
 """Duplicates: two identities that are one person, whom robots see at two positions since they disagree where they are.
 
-Two robots that see a person each, while neither sees that of the other although nothing hides it, see the same person
+Two robots that see a person each, while neither sees the other's although nothing hides it, see the same person
 if the difference between both stays the same.
 """
 
@@ -47,7 +47,7 @@ class Agreement:
     since : float
         Time of its first value [s].
     x, y : float
-        Mean: the position of the younger identity minus that of the older [m].
+        Mean: the position of the younger identity minus the older's [m].
     squares : float
         Sum of the squared distances from the mean [m²].
     count : int
@@ -134,7 +134,7 @@ class Duplicates:
         return _disjoint(sorted(found, key=lambda pair: -watched[pair].support))
 
     def forget(self, robots: Collection[str]) -> None:
-        """Begin anew with all pairs that these robots see: their offsets have changed."""
+        """Start over with all pairs that these robots see: their offsets have changed."""
         self._pairs = {
             pair: agreement for pair, agreement in self._pairs.items()
             if all(side.isdisjoint(robots) for side in agreement.robots)

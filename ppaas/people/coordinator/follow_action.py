@@ -10,7 +10,7 @@ Costs = Mapping[int, Mapping[str, float]]
 """Cost of the shortest path from each robot to each person it identified: by person, then by Robot ID."""
 
 BEYOND = 1e9
-"""Cost above that of any path."""
+"""Cost above the cost of any path."""
 
 
 def cheapest(costs: Mapping[str, float]) -> str | None:

@@ -46,7 +46,7 @@ class Torsos:
     Parameters
     ----------
     robots : (T,) int array
-        Numbers of their robots; those of one robot are neighbours, and robots are in the order of precedence.
+        Numbers of their robots; torsos of one robot are neighbours, and robots are in the order of precedence.
     positions, covariances : (T, 2), (T, 2, 2) array
         At the time of the people's predictions [m, m²].
     deviations : (T,) array
@@ -134,7 +134,7 @@ def _by_robot(robots: Ints, wanted: NDArray[np.bool_]) -> list[Ints]:
 
 
 def _split(torsos: Torsos, people: Ints, apart: Array) -> None:
-    """Take the torsos from people, in place, that are too far from that of another robot to be the same person.
+    """Take the torsos from people, in place, that are too far from another robot's torso to be the same person.
 
     The torso nearest to the prediction stays: a robot that loses track of a person does not take them along. Without
     a split, two people between whom the prediction lies would be one for ever.
@@ -169,7 +169,7 @@ def _unmistakable(torsos: Torsos, apart: Array) -> Ints:
 
 
 def _recognized(torsos: Torsos, known: Known, apart: Array, parameters: CoordinatorParameters) -> Ints:
-    """Return the person that each torso is, or `NOBODY`; those of each robot are assigned together."""
+    """Return the person that each torso is, or `NOBODY`; torsos of each robot are assigned together."""
     people = np.full(len(torsos.robots), NOBODY, np.intp)
     walked = FASTEST * np.minimum(known.hidden, LONGEST_WALK)
     reach = parameters.farthest + torsos.deviations[:, np.newaxis] + known.deviations + walked
@@ -228,7 +228,7 @@ def _explained(off: Array, covariance: tuple[Array, Array, Array], gate: float) 
 
 
 def _with_newcomers(torsos: Torsos, people: Ints, first: int, parameters: CoordinatorParameters) -> Ints:
-    """Number the torsos that are nobody known from ``first`` on; those of several robots can be one person."""
+    """Number the torsos that are nobody known from ``first`` on; torsos of several robots can be one person."""
     unknown = np.flatnonzero(people == NOBODY)
     if not len(unknown):
         return people

@@ -21,7 +21,7 @@ DEPTH = 0.4
 WALL = 0.3
 """Distance by which a wall may be nearer than a person beside it [m]."""
 CELL = 0.1
-"""Edge of the cells in which walls are looked up, unless those of the map are larger [m]."""
+"""Edge of the cells in which walls are looked up, unless the map's cells are larger [m]."""
 BEHIND = 0.3
 """Least distance between a person and one who hides them [m]."""
 

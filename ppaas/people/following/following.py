@@ -44,7 +44,7 @@ by at most this [rad], on a line that passes the robot within this distance [m].
 robot stands then; from afar it drives straight to the person, since on a bow its camera would lose the person."""
 
 CLOSING = 0.8
-"""Speed added to that of the person for each metre that the robot is too far away [1/s]."""
+"""Speed added to the person's for each metre that the robot is too far away [1/s]."""
 
 MATCHED = 3.0
 """Distance beyond the one wanted up to which the robot's speed is matched; farther away it is not limited [m]."""
@@ -146,7 +146,7 @@ class Following:
         return self._not_found
 
     def give_up(self, reason: str, *, not_found: bool = False) -> None:
-        """Follow no longer by this order, or until a robot sees a person who was ``not_found``."""
+        """Stop following by this order, or until a robot sees a person who was ``not_found``."""
         self._gave_up, self._not_found = reason, not_found
 
     def step(self, now: float, robot: Pose2D, views: Sequence[SensorView]) -> Step:

@@ -24,7 +24,7 @@ class FollowParameters(Parameters, frozen=True):
     frequency : float
         Rate at which the goal of Move Base moves [Hz].
     max_speed : float
-        Fastest speed of following [m/s]; 0 for that of Move Base.
+        Fastest speed of following [m/s]; 0 for Move Base's.
     tolerance : float
         Change of the distance to a standing person for which the robot does not move [m].
     personal_space : float

@@ -37,7 +37,7 @@ AROUND = 0.4
 
 FROM_LAST, ASIDE, TURN, KEEP, AGAIN = 0.7, 6.0, 0.7, 1.5, 6.0
 """Costs of a place to look at, besides the distance to drive: of the distance from where the person was last seen
-[1/m], of the opposite direction than that of the person [m], of the angle to turn [m/rad], of another place than before
+[1/m], of the direction opposite to the person's [m], of the angle to turn [m/rad], of another place than before
 [m], and of a place that the robot has just looked at [m]."""
 
 FORGOTTEN = 20.0
@@ -156,7 +156,7 @@ class Search:
         return None
 
     def skip(self) -> None:
-        """Look no longer at the place of `next_place`, which the robot does not get to."""
+        """Give up the place of `next_place`, which the robot does not get to."""
         if self._target is not None:
             self._area &= self._from(self._target) > NEAR
 

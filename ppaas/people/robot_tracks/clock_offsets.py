@@ -13,7 +13,7 @@ TOLERANCE = 0.35
 """Largest offset that may be a delay, of the network or of a detector; larger ones are corrected [s]."""
 
 LATEST = 1.0
-"""Delay beyond that of the other messages of a device from which a measurement is out of date [s]."""
+"""Delay beyond the delay of a device's other messages from which a measurement is out of date [s]."""
 
 
 class ClockOffset:
@@ -39,7 +39,7 @@ class ClockOffset:
     def note(self, stamp: float, now: float) -> float:
         """Note the stamp of a message that arrives now; return its delay beyond the offset [s]."""
         if not 0.0 <= now - self._began < self._window:
-            # After a break, what was measured before it tells nothing.
+            # After a break, what was measured before it shows nothing.
             recent = 0.0 <= now - self._began < 2.0 * self._window
             self._before, self._least, self._began = self._least if recent else math.inf, math.inf, now
         self._least = min(self._least, now - stamp)

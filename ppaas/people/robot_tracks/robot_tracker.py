@@ -85,7 +85,7 @@ class RobotTrackerState(msgspec.Struct):
 class RobotTracker:
     """Tracker of people around a robot.
 
-    Its positions are those of the newest detection where there is one, and predicted ones else. So the errors of
+    Its positions come from the newest detection where there is one, and are predicted otherwise. So the errors of
     successive positions do not depend on each other, as the filter of the coordinator assumes.
     """
 

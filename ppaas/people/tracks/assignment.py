@@ -36,7 +36,7 @@ def assign(costs: Array, limit: float, solve: Solver | None = None) -> tuple[Row
     limit : float
         Cost from which a pair is not assigned: the gate.
     solve : callable, optional
-        Solves what is ambiguous; by default that of scipy.
+        Solves what is ambiguous; by default scipy's solver.
 
     Returns
     -------

@@ -13,7 +13,7 @@ class MotionModel:
     """Integrated Ornstein–Uhlenbeck process: a velocity that is forgotten with time, driven by white noise.
 
     For times well below ``memory`` it is the model of constant velocity with white noise in the acceleration. Unlike
-    that, a prediction over a long time stops, and its speed stays that of a person.
+    that, a prediction over a long time stops, and its speed stays a person's.
 
     Parameters
     ----------

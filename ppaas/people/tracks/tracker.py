@@ -31,7 +31,7 @@ class Detection:
     begins : bool
         Whether it may begin a track.
     believed : int
-        Id of the track that it is by the ids of a detector that tracks people itself; 0 if it tells none. It decides
+        Id of the track that it is by the ids of a detector that tracks people itself; 0 if it has none. It decides
         between tracks that are near enough, so that an id which the detector reuses does no harm.
     """
 
@@ -236,7 +236,7 @@ class Tracker:
         """Return the (n, m) costs of taking a detection for a track, infinite where they are too far apart.
 
         A cost is the squared Mahalanobis distance, plus the logarithm of how much larger the area is in which the track
-        may be than that of the detection: so the detection of a person in sight is not taken for a hidden one.
+        may be than the detection's area: so the detection of a person in sight is not taken for a hidden one.
         """
         mean, covariance = self._bank.states()
         off = positions[np.newaxis] - mean[:, np.newaxis, :2]

@@ -93,7 +93,7 @@ class LegDetector:
         Parameters
         ----------
         reading : LaserReading
-            Scan in a frame that does not jump, such as that of the odometry.
+            Scan in a frame that does not jump, such as the odometry's.
         stamp : float
             Its time [s].
         known : MapInFrame, optional

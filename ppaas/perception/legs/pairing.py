@@ -31,7 +31,7 @@ class Legs(NamedTuple):
     x, y : float
         Middle of the legs [m].
     evidence : float
-        Logarithm of the odds that they are those of a person.
+        Logarithm of the odds that they belong to a person.
     apart : float
         Distance between the two legs [m]; 0 for one leg, or for two that are one segment.
     both : bool
@@ -83,7 +83,7 @@ def _pairs(centres: Floats, evidence: Floats) -> list[tuple[float, int, int]]:
     near = apart <= STRIDING
     i, k, apart = i[near], k[near], apart[near]
     odds = evidence[i] + evidence[k] + BONUS - (np.maximum(apart - STANDING, 0.0) / STRIDE_SPREAD) ** 2
-    # Of pairs that are as likely, the nearer legs are those of one person.
+    # Of pairs that are as likely, the nearer legs belong to one person.
     order = np.argsort(-(odds - apart), kind="stable")
     return list(zip(odds[order].tolist(), i[order].tolist(), k[order].tolist(), strict=True))
 

@@ -31,13 +31,13 @@ class Segments:
     spacing : (m,) array
         Distance between two beams at that range [m].
     width : (m,) array
-        Width across the line of sight [m]: that of the hits, and half a spacing on each side.
+        Width across the line of sight [m]: of the hits, and half a spacing on each side.
     depth : (m,) array
         Difference between the largest and the least range [m].
     bend : (m,) array
         Distance by which the middle of the segment is nearer than the mean of its ends [m].
     gap_before, gap_after : (m,) array
-        Range of the neighbouring beam minus that of the end of the segment [m]: positive if the background is
+        Range of the neighbouring beam minus the range of the segment's end [m]: positive if the background is
         behind the edge, negative if a nearer object or the end of the field of view hides the rest; infinite if
         nothing was hit.
     """

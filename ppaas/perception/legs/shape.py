@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 
 LEG_WIDTH, LEG_SPREAD, LEG_THINNER = 0.12, 0.035, 0.022
 """Width of a leg in trousers at the height of a laser, and its standard deviations towards thicker and thinner legs
-[m]: those of chairs and tables are thinner."""
+[m]: legs of chairs and tables are thinner."""
 
 BOTH_WIDTH, BOTH_SPREAD = 0.3, 0.09
 """Width of two legs side by side that are one segment, and its standard deviation [m]."""
@@ -22,10 +22,10 @@ DEEPEST = 0.2
 """Difference of ranges above which a segment is a slanted surface [m]."""
 
 CLEAR = 0.1
-"""Distance of the background behind an edge from which the edge is that of the object [m]."""
+"""Distance of the background behind an edge from which the edge belongs to the object [m]."""
 
 CURVED = 0.015
-"""Bend above which a segment is round [m]; that of a leg with a radius of 6 cm is 0.02 to 0.05 m."""
+"""Bend above which a segment is round [m]; a leg with a radius of 6 cm has 0.02 to 0.05 m."""
 
 ROUND, ROUNDEST = 0.08, 0.3
 """Bend by width above which a wide segment is one round object, such as a column or another robot, rather than two
@@ -42,7 +42,7 @@ def leg_evidence(segments: Segments) -> Floats:
     odds = 1.5 - 0.5 * ((segments.width - LEG_WIDTH) / spread) ** 2
     odds += _edges(segments) + _roundness(segments)
     odds -= 2.0 * (segments.depth > DEEPEST)
-    # A single hit tells nothing of the shape.
+    # A single hit shows nothing of the shape.
     odds -= 2.2 * (segments.count == 1)
     return np.maximum(odds, LEAST)
 
@@ -59,7 +59,7 @@ def both_evidence(segments: Segments) -> Floats:
 
 
 def _edges(segments: Segments) -> Floats:
-    """Return the evidence of the edges: legs stand free; a hidden edge may be that of any surface."""
+    """Return the evidence of the edges: legs stand free; a hidden edge may belong to any surface."""
     before, after = segments.gap_before, segments.gap_after
     clear = (before > CLEAR).astype(np.float64) + (after > CLEAR)
     hidden = (before < -CLEAR).astype(np.float64) + (after < -CLEAR)

@@ -6,8 +6,8 @@ An image takes five steps:
 2. Upright surfaces at the height of chests become proposals (`propose`).
 3. The relief of each is sampled in metric cells (`patches_at`) and matched with templates, which give the height of the
    head (`UpperBody`). Proposals that look nothing like a person are left out.
-4. Boosted trees tell people from what looks like them, by a finer relief and the width of the body at each height
-   (`features_at`, `Trees`).
+4. Boosted trees distinguish people from what looks like them, by a finer relief and the width of the body at each
+   height (`features_at`, `Trees`).
 5. Of the proposals on one person, the best is kept.
 """
 

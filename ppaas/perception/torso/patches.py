@@ -2,7 +2,7 @@
 
 As in "Real-time RGB-D based people detection and tracking" (Jafari, Mitzel and Leibe, ICRA 2014), depths are relative
 to the surface. Here the cells have a size in metres, and each is one of a few steps of depth, so that pixels without a
-reading or outside the image have steps of their own.
+reading or outside the image have separate steps.
 """
 
 import numpy as np

@@ -39,7 +39,7 @@ FEATURES = ROWS * COLUMNS + (ROWS // BLOCK[0]) * (COLUMNS // BLOCK[1]) + 3 * ROW
 
 _ACROSS = ((np.arange(COLUMNS) - (COLUMNS - 1) / 2) * COLUMN_WIDTH).astype(np.float32)
 _CHEST = slice(11, 17), slice(12, 20)
-"""Cells whose median depth is that of the chest."""
+"""Cells whose median depth is the chest's."""
 
 
 def features_at(

@@ -18,7 +18,7 @@ ABOVE, BELOW, LEGS = 4, 20, 9
 HALF = COLUMNS // 2
 
 SHAPE = (ABOVE + 1 + BELOW + LEGS, HALF, STEPS)
-"""Shape of the weights of a posture: rows from top to bottom and those of the legs, columns inwards, steps."""
+"""Shape of the weights of a posture: rows from top to bottom and rows of the legs, columns inwards, steps."""
 
 TOPS = (np.arange(1.45, 2.01, ROW_HEIGHT), np.arange(1.10, 1.43, ROW_HEIGHT))
 """Heights of the top of the head of people who stand and who sit [m]."""

@@ -1,4 +1,4 @@
-"""Trees that tell people from what looks like them, fitted by ``python -m benchmarks.people.torso.training``."""
+"""Trees that distinguish people from what looks like them, fitted by ``python -m benchmarks.people.torso.training``."""
 
 BIAS = -0.2808
 """Log odds without trees."""

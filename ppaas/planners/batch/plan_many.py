@@ -37,7 +37,7 @@ def plan_many(
     check: Check = proceed,
     progress: Progress = no_progress,
 ) -> list[Answer]:
-    """Plan for many requests on one map; each result is the same as that of a single call.
+    """Plan for many requests on one map; each result is the same as from a single call.
 
     Each thread plans for one request at a time. A planner that prepares maps prepares this one once for all requests.
     ``dijkstra`` grows one field for all requests with the same goal; ``expanded`` of their results then counts the

@@ -1,7 +1,7 @@
 """Cost field: the cost of the cheapest path from each cell of a map to the nearest goal.
 
 The value of a cell is the minimum, over its eight neighbours n, of value(n) + w(cell)·(1 or √2), and 0 at a goal. A
-diagonal move needs both cells beside it free. Weights are those of `ppaas.planners.weights`. The field is exact in
+diagonal move needs both cells beside it free. Weights come from `ppaas.planners.weights`. The field is exact in
 fixed point, and identical bit for bit for any number of threads and any slicing of the work.
 """
 

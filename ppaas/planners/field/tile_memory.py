@@ -59,7 +59,7 @@ class TileMemory:
 
     @property
     def knows_map(self) -> bool:
-        """Whether its tables are those of a read-only map."""
+        """Whether its tables belong to a read-only map."""
         return self._map is not None
 
     def begin(
@@ -83,8 +83,8 @@ class TileMemory:
         Returns
         -------
         bool
-            Whether the tables that are marked as filled are valid for this map: it is the same read-only array as that
-            of the last field.
+            Whether the tables that are marked as filled are valid for this map: it is the same read-only array as for
+            the last field.
         """
         self._wait_for_helpers()
         data, count = costmap.data, tiles[0] * tiles[1]
@@ -119,7 +119,7 @@ class TileMemory:
         return array
 
     def open_for_help(self, target: int) -> None:
-        """Allow helpers to join, after those of the last call have left.
+        """Allow helpers to join, after the last call's helpers have left.
 
         Parameters
         ----------

@@ -14,7 +14,7 @@ from ppaas.planners.watch import proceed
 class AStar(PreparedPlanner):
     """Grows the cost field from the goal towards the start, guided by the octile distance.
 
-    Paths cost the same as those of ``dijkstra``, and no more cells are settled.
+    Paths cost the same as with ``dijkstra``, and no more cells are settled.
     """
 
     name: ClassVar[str] = "astar"

@@ -23,7 +23,7 @@ class BucketRing:
     room : int
         Least capacity [entries].
     extra : int
-        Numbers that the search keeps in ``state``, behind those of the ring.
+        Numbers that the search keeps in ``state``, behind the ring's numbers.
     """
 
     def __init__(self, span: int, grain: int, room: int, extra: int) -> None:

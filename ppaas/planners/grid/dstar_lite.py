@@ -18,7 +18,7 @@ MAX_CHANGED = 1 / 16
 class DStarLite(GridPlanner):
     """Keeps its cost field from plan to plan, as long as the goal and the size of the map are the same.
 
-    It compares the map with the last one to find changed cells. Paths cost the same as those of ``dijkstra``. The field
+    It compares the map with the last one to find changed cells. Paths cost the same as with ``dijkstra``. The field
     of a plan that was cancelled or timed out is kept as well.
     """
 

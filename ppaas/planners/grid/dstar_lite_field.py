@@ -90,7 +90,7 @@ class DStarLiteField:
         return bool(self._state[MOVED] > MAX_MOVED)
 
     def differing(self, costmap: Costmap, check: Callable[[], None] = proceed) -> NDArray[np.int64]:
-        """Return the (n, 2) cells whose costs differ from those of the last map; both have the same size."""
+        """Return the (n, 2) cells whose costs differ from the last map's; both have the same size."""
         height, width = self.shape
         inner = self._costs.reshape(height + 2, self._stride)[1:-1, 1:-1]
         rows, found = max(1, SLICE_COMPARED // width), []

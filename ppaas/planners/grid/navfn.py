@@ -15,7 +15,7 @@ from ppaas.planners.traits import Traits
 class NavFn(GridPlanner):
     """Grows a navigation function until it reaches the start, and follows its gradient to the goal, on one thread.
 
-    The algorithm is that of ``NavFn`` in ROS's ``navfn`` and Nav2's ``nav2_navfn_planner``: integer weights, potentials
+    The algorithm is ``NavFn`` of ROS's ``navfn`` and Nav2's ``nav2_navfn_planner``: integer weights, potentials
     interpolated between neighbours, steps of half a cell down the gradient. Four defects are fixed: buffers grow, where
     navfn drops cells beyond 10 000; cells at the edge of the map may be entered; the path cuts no corners; and where
     the gradient vanishes the path continues from cell to cell instead of failing.

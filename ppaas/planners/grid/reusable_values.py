@@ -8,7 +8,7 @@ LOWEST = -(1 << 62)
 
 
 class ReusableValues:
-    """Array of values in which each search uses a range of its own, below the range of the search before.
+    """Array of values in which each search uses a separate range, below the range of the search before.
 
     A value in the array is therefore either of the current search or greater than any value that it writes, and the
     comparison "new value < old value" is also true for a cell that is reached for the first time. The array begins as

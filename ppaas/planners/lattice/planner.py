@@ -45,8 +45,9 @@ class Lattice(Planner):
     """Hybrid A* over poses, with arcs and straight pieces, like Nav2's SmacPlannerHybrid.
 
     The path begins exactly at the start and ends exactly at the goal, including the heading. Its curvature never
-    exceeds that of the minimum turning radius. Poses always have the heading of the robot, also in reverse. All cells
-    that the path crosses are free, and where it crosses diagonally from one cell to another, so are the two beside.
+    exceeds the curvature of the minimum turning radius. Poses always have the heading of the robot, also in reverse.
+    All cells that the path crosses are free, and where it crosses diagonally from one cell to another, so are the two
+    beside.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Cost field in space: the cost of the cheapest path from each voxel to the nearest goal.
 
 The value of a voxel is the minimum, over its 26 neighbours n, of value(n) + w(voxel)·(1, √2 or √3), and 0 at a goal. A
-diagonal move needs all voxels free in the 2×2 square or 2×2×2 cube that it crosses. Weights are those of
+diagonal move needs all voxels free in the 2×2 square or 2×2×2 cube that it crosses. Weights come from
 `ppaas.planners.weights`. The field is exact in fixed point, and identical for any slicing of the work.
 """
 

@@ -35,7 +35,7 @@ def unpack_poses(data: bytes) -> Poses:
     Raises
     ------
     MalformedMessage
-        The bytes are not those of packed poses.
+        The bytes are not packed poses.
     """
     between = data[_ENDS:]
     try:

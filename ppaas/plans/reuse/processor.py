@@ -118,7 +118,7 @@ class PlanProcessor:
         return self._with_id(result, planner, bare=costmap is self._scope.bare)
 
     def compared(self, planner: Planner, request: PlanRequest, length: float, cheapest: float) -> None:
-        """Record the length of a computed plan and that of the cheapest one for the same request [m]."""
+        """Record the lengths of a computed plan and of the cheapest one for the same request [m]."""
         self._note(compared_row(self._key(planner, request)[1], length, cheapest))
 
     def _key(self, planner: Planner, request: PlanRequest) -> tuple[float, tuple[str, str, str, int]]:

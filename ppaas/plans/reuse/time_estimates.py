@@ -1,9 +1,9 @@
 """Time estimates: computing a plan, by planner and complexity, and getting a stored one, by link.
 
-Both give a standard deviation. Computing times are assumed to be log-normal. If a complexity has few samples, those of
-the others contribute through a regression line (the time grows with a power of the distance). The time of a link is a
-round trip plus a time per byte, fitted by weighted least squares with exponential forgetting. After minutes without an
-answer, the estimate returns to the prior of an unmeasured link.
+Both give a standard deviation. Computing times are assumed to be log-normal. If a complexity has few samples, samples
+of the others contribute through a regression line (the time grows with a power of the distance). The time of a link is
+a round trip plus a time per byte, fitted by weighted least squares with exponential forgetting. After minutes without
+an answer, the estimate returns to the prior of an unmeasured link.
 """
 
 import math
@@ -43,7 +43,7 @@ ENOUGH_SAMPLES = 8.0
 """Number of samples from which on a complexity needs no regression."""
 
 LARGEST_EXPONENT = 2.0
-"""Largest power of the distance with which the time may grow: that of the area."""
+"""Largest power of the distance with which the time may grow: the area's power."""
 
 
 @dataclass(frozen=True, slots=True)

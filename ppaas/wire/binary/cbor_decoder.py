@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from cbor2 import CBORTag
 
 SELF_DESCRIBED: Final = b"\xd9\xd9\xf7"
-"""Tag 55799, which may precede CBOR to tell it from other formats (RFC 8949, section 3.4.6)."""
+"""Tag 55799, which may precede CBOR to distinguish it from other formats (RFC 8949, section 3.4.6)."""
 
 MAX_ITEMS = 65536
 """Largest number of data items of a frame: byte strings and typed arrays are one each, whatever their size."""
@@ -45,7 +45,7 @@ ARRAY_TYPES: Final[Mapping[int, str]] = {
     72: "i1", 73: ">i2", 74: ">i4", 75: ">i8", 77: "<i2", 78: "<i4", 79: "<i8",
     80: ">f2", 81: ">f4", 82: ">f8", 84: "<f2", 85: "<f4", 86: "<f8",
 }  # fmt: skip
-"""Types of numbers by the tags of RFC 8746, section 2.1; those of 128 bits are not read."""
+"""Types of numbers by the tags of RFC 8746, section 2.1; numbers of 128 bits are not read."""
 
 _encoder = msgspec.json.Encoder()
 
@@ -180,7 +180,7 @@ def _array(tagged: "CBORTag") -> NDArray[np.generic]:
     Raises
     ------
     MalformedMessage
-        The tag is not that of a typed array, or its content is not a whole number of its elements.
+        The tag does not mark a typed array, or its content is not a whole number of its elements.
     """
     kind = ARRAY_TYPES.get(tagged.tag)
     if kind is None or not isinstance(tagged.value, bytes):

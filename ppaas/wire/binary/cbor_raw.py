@@ -1,8 +1,8 @@
 """Messages in bytes of ROS for subscriptions with ``compression: cbor-raw``, as ``rosbridge_suite`` sends them.
 
 A frame is a publication in CBOR whose ``msg`` has the time of sending, ``secs`` and ``nsecs``, and the ``bytes`` of the
-message. They are those of ROS 1 or, for clients that name their type as in ROS 2, CDR with its header of four bytes.
-Clients cannot publish in it: rosbridge sends such frames and receives none.
+message. They are encoded as in ROS 1 or, for clients that name their type as in ROS 2, as CDR with its header of four
+bytes. Clients cannot publish in it: rosbridge sends such frames and receives none.
 
 Source: ``rosbridge_library/capabilities/subscribe.py`` of ``RobotWebTools/rosbridge_suite``, branches ``ros1`` and
 ``ros2``.

@@ -21,7 +21,7 @@ odometry x, y [m], yaw [rad], then vx, vy [m/s] and wz [rad/s] in the frame of t
 velocity vx, vy [m/s], wz [rad/s] as float32
 ======== ==========================================================================================================
 
-The first byte tells them from JSON and from a map in CBOR, so a client may send them on any connection.
+The first byte distinguishes them from JSON and from a map in CBOR, so a client may send them on any connection.
 """
 
 import math

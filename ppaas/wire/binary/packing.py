@@ -17,7 +17,7 @@ Pack: TypeAlias = Callable[[str, bytes], bytes]
 
 
 class Packing(NamedTuple):
-    """How the messages of a subscription are packed; of several subscriptions, that of the highest rank counts."""
+    """How the messages of a subscription are packed; of several subscriptions, the highest rank counts."""
 
     rank: int
     pack: Pack

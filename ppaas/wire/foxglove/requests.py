@@ -79,7 +79,7 @@ class GetParameters(Request, frozen=True, tag="getParameters"):
 
 
 class Parameter(msgspec.Struct, frozen=True, omit_defaults=True):
-    """Parameter; ``type`` tells numbers of 64 bits from integers, and bytes from text. One without a value is unset."""
+    """Parameter; ``type`` separates 64-bit numbers from integers, and bytes from text. One without a value is unset."""
 
     name: _Text
     value: Any = msgspec.UNSET

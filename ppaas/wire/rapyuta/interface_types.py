@@ -1,7 +1,7 @@
 """Types of interfaces: role in ROS, and where the interface is; which two may be joined.
 
 An interface in a container stands for a topic or service of its ROS graph. A converter or a forwarder is on a robot,
-which exchanges messages by it. A role is that of the interface in the graph of its own endpoint: the publisher on a
+which exchanges messages by it. A role is the interface's role in the graph of its own endpoint: the publisher on a
 robot publishes there what comes from the cloud.
 
 Source: ``rce/slave/interface.py``, ``rce/monitor/interface/robot.py``.

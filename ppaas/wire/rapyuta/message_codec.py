@@ -52,7 +52,7 @@ def codecs_of(kind: InterfaceType, class_name: str) -> tuple[MessageCodec, Messa
     Raises
     ------
     InvalidInput
-        The interface is that of a container.
+        The interface belongs to a container.
     UnknownType
         The class is not known, and needed.
     """

@@ -1,4 +1,4 @@
-"""Binary parts of messages: a field ``"name*"`` has the uuid of a part, which is sent as a binary frame of its own.
+"""Binary parts of messages: a field ``"name*"`` has the uuid of a part, which is sent as a separate binary frame.
 
 The frame is 32 ASCII characters of the uuid, then the bytes. Parts may come before their message. What is incomplete
 after `TIMEOUT` is dropped.

@@ -100,7 +100,7 @@ def release_of(entities: Iterable[Entity]) -> str | None:
     """Return the release of ROS 2 by the hashes of types in the graph; None if they fit several, or none.
 
     Of Kilted and Lyrical, whose difference a robot without Nav2's navigator does not show, it is Kilted. If nodes of
-    several releases are in the graph, it is that of the first node whose release is known.
+    several releases are in the graph, it is the release of the first node whose release is known.
     """
     found: list[tuple[str, ...]] = []
     for entity in entities:

@@ -36,9 +36,9 @@ def parsed(definitions: Mapping[str, str], parse: Parse) -> tuple[dict[str, Fiel
     Returns
     -------
     messages : dict
-        Messages by full name, those of services and actions among them (``nav2_msgs/action/Wait_Goal``).
+        Messages by full name, also of services and actions (``nav2_msgs/action/Wait_Goal``).
     services : dict
-        Services by full name, those of actions among them (``nav2_msgs/action/Wait_SendGoal``), as the types whose
+        Services by full name, also of actions (``nav2_msgs/action/Wait_SendGoal``), as the types whose
         hashes ROS 2 computes: request, response and event.
     """
     messages: dict[str, Fields] = {}

@@ -1,4 +1,4 @@
-"""Types of ROS 2 together with those of the cloud's own messages that ROS 2 lacks.
+"""Types of ROS 2 together with the cloud's own messages that ROS 2 lacks.
 
 Recordings and viewers get every topic as CDR with the definition of its type, so that third-party programs can
 read all of them. The definitions of the cloud's own types are derived from the structs.

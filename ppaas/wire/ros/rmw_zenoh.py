@@ -55,7 +55,7 @@ class ZenohNode:
         return f"{self._head}/0/NN/{self._tail}"
 
     def entity_token(self, number: int, entity: Entity) -> str:
-        """Return the token of an entity of this node; its number is that of no other entity."""
+        """Return the token of an entity of this node; no other entity has its number."""
         topic = entity.name.replace("/", "%")
         described = f"{topic}/{dds_type(entity.type)}/{entity.type_hash}/{qos_text(entity.qos)}"
         return f"{self._head}/{number}/{_CODES[entity.kind]}/{self._tail}/{described}"
@@ -70,7 +70,7 @@ class ZenohNode:
 
 
 def topic_key(domain: int, topic: str, type_name: str, type_hash: str = "*") -> str:
-    """Return the key of a topic or a service; without a hash, that of all hashes."""
+    """Return the key of a topic or a service; without a hash, the key of all hashes."""
     return f"{domain}/{topic.strip('/')}/{dds_type(type_name)}/{type_hash}"
 
 
@@ -149,11 +149,11 @@ def pack_attachment(sequence: int, stamp: int, gid: bytes) -> bytes:
     Parameters
     ----------
     sequence : int
-        Number of the message among those of its sender, from 1; of a reply, that of its request.
+        Number of the message among its sender's, from 1; of a reply, the number of its request.
     stamp : int
         Time of sending [ns since the epoch].
     gid : bytes
-        Identity of the sender; of a reply, that of the client.
+        Identity of the sender; of a reply, the client's identity.
     """
     return _ATTACHMENT.pack(sequence, stamp, len(gid), gid)
 

@@ -9,7 +9,7 @@ from ppaas.wire.binary.cbor_raw import RosType
 from ppaas.wire.ros.types import ROS_1, ros_types
 
 ROS_2: Final = "jazzy"
-"""Release of ROS 2 whose messages are sent; those of the clone's topics are the same since Humble."""
+"""Release of ROS 2 whose messages are sent; messages of the clone's topics are the same since Humble."""
 
 
 @cache
@@ -29,7 +29,7 @@ def are_types_read() -> bool:
 def serialize(message: bytes, kind: RosType) -> bytes:
     """Return a message, given as JSON, in bytes of ROS.
 
-    All subscribers of its topic share them: those of ROS 1, and those of ROS 2.
+    All subscribers of its topic share them: the ones on ROS 1, and the ones on ROS 2.
 
     Raises
     ------

@@ -17,7 +17,7 @@ from ppaas.wire.ros.interfaces import NAME, SEQUENCE, parsed
 from ppaas.wire.ros.values import Converter, to_json_value
 
 ROS_1: Final = "noetic"
-"""Release whose messages are those of ROS 1."""
+"""Release with the messages of ROS 1."""
 
 RELEASES: Final = tuple(DEFINITIONS)
 """Releases whose types are known."""
@@ -67,7 +67,7 @@ class RosTypes:
     release : str
         ``noetic``, ``humble``, ``jazzy`` or ``kilted``.
     ros2_times : bool
-        Whether times of ROS 1 are read as those of ROS 2: ``sec`` and ``nanosec`` in place of ``secs`` and ``nsecs``.
+        Whether times of ROS 1 are read as in ROS 2: ``sec`` and ``nanosec`` in place of ``secs`` and ``nsecs``.
 
     Raises
     ------
@@ -107,7 +107,7 @@ class RosTypes:
         name : str
             Name of the type.
         text : str
-            Its definition and those of the messages in it, as ``definition`` returns them; known messages stay.
+            The definitions of it and of the messages in it, as ``definition`` returns them; known messages stay.
         """
         described = _rosbags()[0].get_types_from_msg(text, self._full(name))
         self._store.register({known: fields for known, fields in described.items() if known not in self._store.types})
@@ -256,7 +256,7 @@ def to_json(values: Mapping[str, Any]) -> bytes:
 
 @cache
 def ros_types(release: str, *, ros2_times: bool = False) -> RosTypes:
-    """Return the types of a release; they are made once. Arguments and errors are those of `RosTypes`."""
+    """Return the types of a release; they are made once. Arguments and errors are the same as for `RosTypes`."""
     return RosTypes(release, ros2_times=ros2_times)
 
 

@@ -63,7 +63,7 @@ def unpack_response(data: bytes) -> Any:
     Raises
     ------
     Unavailable
-        The call failed; the text is that of the response.
+        The call failed; the text comes from the response.
     MessageTooLarge
         The text has more than `MAX_RESPONSE` bytes.
     MalformedMessage

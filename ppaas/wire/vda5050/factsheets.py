@@ -56,7 +56,7 @@ class Timing(Fields):
 
 
 class ProtocolLimits(Fields):
-    """Limits of messages. Keys of arrays are those of the specification, such as ``order.nodes``."""
+    """Limits of messages. Keys of arrays are named as in the specification, such as ``order.nodes``."""
 
     maximum_string_lengths: StringLengths
     maximum_array_lengths: dict[str, int]

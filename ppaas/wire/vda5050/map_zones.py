@@ -12,7 +12,7 @@ zone of a map      zone of VDA 5050
 =================  ===============================================================================
 
 VDA 5050 has simple polygons only, and no times. So a line is one rectangle for each of its segments, a zone of several
-polygons is several zones, and the zones in force at a moment are those of a set.
+polygons is several zones, and the zones in force at a moment are one set.
 """
 
 import math

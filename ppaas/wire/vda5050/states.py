@@ -203,7 +203,7 @@ class Connection(Fields):
 
 
 class Visualization(Fields):
-    """Pose and velocity at a higher rate than that of the state; paths in 3.0."""
+    """Pose and velocity at a higher rate than the state; paths in 3.0."""
 
     reference_state_header_id: int | None = None
     mobile_robot_position: Position | None = None

@@ -64,12 +64,12 @@ class Address:
         Parameters
         ----------
         interface : str
-            Name of the interface; empty for that of the version.
+            Name of the interface; empty for the version's.
 
         Raises
         ------
         InvalidInput
-            A level is empty, too long, or has a character with a meaning of its own in MQTT.
+            A level is empty, too long, or has a character with a special meaning in MQTT.
         """
         names = interface or version.interface, manufacturer, serial
         for kind, name in zip(("interface", "manufacturer", "serial number"), names, strict=True):

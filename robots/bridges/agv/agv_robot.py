@@ -171,13 +171,13 @@ class AgvRobot:
             self._publish_pose(now)
 
     def _note_there(self) -> None:
-        """Let the AGV be its robot if it is online and knows where it is."""
+        """Mark the AGV as present if it is online and knows its pose."""
         position = self._position
         if self._control.connection == "ONLINE" and position is not None and position.localized:
             self._there.set()
 
     def _leave(self) -> None:
-        """Let the robot leave the cloud until the AGV is there again."""
+        """Disconnect the robot from the cloud until the AGV is back."""
         self._there.clear()
         self._left.set()
 
@@ -275,7 +275,7 @@ class AgvRobot:
         return self._map
 
     def use_zones(self, zones: Sequence[Zone]) -> None:
-        """Take the zones in force on the map; the AGV is told them while it is on that map."""
+        """Take the zones in force on the map; the AGV gets them while it is on that map."""
         position = self._position
         if position is not None and self._options.map_of(position.map_id) == self._map:
             self._zones.take(zones, position.map_id, self._sheet, self._agv.version)

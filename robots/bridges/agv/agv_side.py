@@ -1,4 +1,4 @@
-"""One AGV at the broker: messages to it, and a check of the headers of its own."""
+"""One AGV at the broker: messages to it, and a check of its headers."""
 
 import logging
 from collections import defaultdict
@@ -48,7 +48,7 @@ class AgvSide:
     name : str
         Manufacturer and serial number.
     version : Version
-        Version in which messages are sent: that of the AGV.
+        Version in which messages are sent: the AGV's.
     """
 
     def __init__(self, address: Address, outbox: Outbox) -> None:

@@ -31,7 +31,7 @@ class FleetOptions:
     maps : mapping of str to str
         Id of the cloud's map, by the id that AGVs have for it; the same id where it is missing.
     interface : str
-        First level of topics; empty for that of the version.
+        First level of topics; empty for the version's.
     register : bool
         Whether AGVs that are not yet robots of the account are registered.
     radius : float or None

@@ -190,7 +190,7 @@ def differences(known: Mapping[str, Any], sheet: Factsheet | None) -> tuple[str,
 
 
 def robot_file(address: Address, map_id: str, sheet: Factsheet | None, radius: float | None) -> RobotFile:
-    """Return the file of the robot that an AGV is; the radius [m] is that of the circle around its factsheet's size."""
+    """Return the file of the robot that an AGV is; the radius [m] belongs to the circle around its factsheet's size."""
     sizes: dict[str, Any] = {}
     if sheet is not None and sheet.physical_parameters is not None:
         radius = radius_of(sheet.physical_parameters)

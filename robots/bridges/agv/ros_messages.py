@@ -36,7 +36,7 @@ DEVIATION = 0.05
 
 
 def odometry(pose: Pose2D, velocity: Velocity | None, stamp: Time) -> Odometry:
-    """Return the odometry of an AGV that localizes itself: its frame is that of the map."""
+    """Return the odometry of an AGV that localizes itself: its frame is the map's."""
     vx, vy, omega = (0.0, 0.0, 0.0) if velocity is None else (velocity.vx, velocity.vy, velocity.omega)
     twist = Twist(Vector3(x=vx or 0.0, y=vy or 0.0), Vector3(z=omega or 0.0))
     return Odometry(

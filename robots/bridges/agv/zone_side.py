@@ -28,7 +28,7 @@ class ZoneSide:
     Attributes
     ----------
     control : ZoneControl
-        What tells the AGV.
+        Decides what the AGV gets.
     """
 
     def __init__(self, name: str) -> None:

@@ -15,7 +15,7 @@ HELP = "connect a robot with ROS 2 to the cloud; no ROS is needed where the brid
 
 TRANSPORTS = ("dds", "zenoh", "rclpy")
 RELEASES = ("humble", "jazzy", "kilted", "lyrical")
-"""Those of `ppaas.wire.ros.graph.ROS_2_RELEASES`, whose module is not loaded for a help text."""
+"""The same as `ppaas.wire.ros.graph.ROS_2_RELEASES`, whose module is not loaded for a help text."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

@@ -21,7 +21,7 @@ from robots.bridges.core.results import in_release, result_of
 from robots.bridges.core.transport import Closable
 
 EXECUTING, CANCELING, ABORTED = 2, 3, 6
-"""Statuses of ``action_msgs/GoalStatus``; the final ones 4 to 6 are those of the cloud."""
+"""Statuses of ``action_msgs/GoalStatus``; the final ones 4 to 6 are the cloud's."""
 
 REJECTED, UNKNOWN_GOAL, TERMINATED = 1, 2, 3
 """Return codes of ``action_msgs/CancelGoal``; 0 is for goals that are being cancelled."""

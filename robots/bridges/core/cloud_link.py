@@ -1,6 +1,6 @@
 """Connection of a bridge to the cloud: messages as JSON, whose types need not be known here.
 
-The link is that of `robots.client.RobotClient`, with actions in place of typed messages. A lost connection is
+The link is a `robots.client.RobotClient`, with actions in place of typed messages. A lost connection is
 reestablished, and its session resumed; subscriptions and advertisements are renewed if the cloud begins another one.
 """
 

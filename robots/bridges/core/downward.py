@@ -125,12 +125,12 @@ def particle_cloud(poses: dict[str, Any]) -> dict[str, Any]:
 
 
 def patched(grid: dict[str, Any], update: dict[str, Any]) -> np.ndarray[Any, np.dtype[np.int8]]:
-    """Return the cells of a map with those of a ``map_msgs/OccupancyGridUpdate`` in their place.
+    """Return the cells of a map after a ``map_msgs/OccupancyGridUpdate``.
 
     Raises
     ------
     MalformedMessage
-        The rectangle of the update is not within the map, or not that of its cells.
+        The rectangle of the update is not within the map, or does not match its cells.
     """
     info = grid["info"]
     cells = np.array(grid["data"], np.int8).reshape(info["height"], info["width"])

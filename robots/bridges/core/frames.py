@@ -48,7 +48,7 @@ class Frames:
         return now - self._waiting_since > HOLD
 
     def upward(self, transforms: Sequence[Mapping[str, Any]], now: float, *, static: bool) -> list[Mapping[str, Any]]:
-        """Return the transforms that the cloud needs: those of the robot's parts that have changed.
+        """Return the transforms that the cloud needs: of the robot's parts that have changed.
 
         The cloud knows the body by odometry, and publishes the map itself.
         """
@@ -67,7 +67,7 @@ class Frames:
             self._known.update(one["child_frame_id"].lstrip("/") for one in transforms)
 
     def keep(self, transforms: Sequence[Mapping[str, Any]]) -> None:
-        """Keep static transforms, which the robot publishes once, for clones that begin anew."""
+        """Keep static transforms, which the robot publishes once, for new clones."""
         for one in transforms:
             if one["child_frame_id"] in self._static or len(self._static) < MAX_FRAMES:
                 self._static[one["child_frame_id"]] = one

@@ -1,7 +1,7 @@
-"""Place of the robot across its restarts and those of its clone.
+"""Place of the robot across its restarts and its clone's.
 
-A clone that outlives a restart of its robot must not believe it at its old place, and a clone that begins anew, after a
-long outage, starts at the ``initial_pose`` of the robot's file although the robot stands elsewhere.
+A clone that outlives a restart of its robot must not believe it at its old place, and a new clone, after a long outage,
+starts at the ``initial_pose`` of the robot's file although the robot stands elsewhere.
 """
 
 import asyncio
@@ -16,14 +16,14 @@ from robots.bridges.core.parts import Parts
 from robots.bridges.core.restarts import RestartWatch, planar
 
 RETRY = 1.0
-"""Time after which a clone that could not be reached is told again that its robot has restarted [s]."""
+"""Time after which a clone that could not be reached is informed again that its robot has restarted [s]."""
 
 VARIANCE, VARIANCE_YAW = 0.1, 0.05
 """Variances of a pose that the bridge remembers [m², rad²]."""
 
 
 class Localization:
-    """Tells the clone the pose of the robot, or that it is unknown.
+    """Sends the clone the pose of the robot, or that it is unknown.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class Localization:
         self._note_restart()
 
     async def renew(self) -> None:
-        """Tell a clone that begins anew where the robot stands, if an earlier one knew it."""
+        """Send a new clone the pose of the robot, if an earlier one knew it."""
         in_map, odometry = self._parts.frames.in_map, self._watch.pose
         if in_map is None or odometry is None:
             return

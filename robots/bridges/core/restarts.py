@@ -8,7 +8,7 @@ from typing import Any
 from ppaas.geometry import Pose2D, wrap_angle
 
 SLACK, FASTEST = 0.5, 3.0
-"""Odometry began anew if it jumped by more than `SLACK` [m] plus what `FASTEST` [m/s] allows."""
+"""Odometry was reset if it jumped by more than `SLACK` [m] plus what `FASTEST` [m/s] allows."""
 
 ORIGIN = 0.05
 """Distance and turn from zero at which odometry counts as just begun [m, rad]."""
@@ -17,10 +17,10 @@ SILENCE = 1.0
 """Time without odometry after which a pose at the origin is a new beginning, although it was there before [s]."""
 
 SET_BACK = 1.0
-"""Least time by which stamps go back if the clock of a robot begins anew [s]."""
+"""Least time by which stamps go back if the clock of a robot starts over [s]."""
 
 TOGETHER = 30.0
-"""Longest time between the arrival of a new publisher and odometry that begins anew, if they are one restart [s]."""
+"""Longest time between the arrival of a new publisher and a reset of the odometry, if they are one restart [s]."""
 
 MAX_PUBLISHERS = 1000
 """Largest number of publishers that are remembered."""
@@ -41,7 +41,7 @@ class _Odometry:
 
 
 class RestartWatch:
-    """Notices restarts: a new publisher of odometry, and odometry that begins anew.
+    """Notices restarts: a new publisher of odometry, and a reset of the odometry.
 
     Neither alone is a restart. A driver may reset its odometry, and a node that starts again may continue it.
     """

@@ -38,7 +38,7 @@ class RobotGraph:
     Parameters
     ----------
     entities : sequence of Entity
-        All entities but those of the bridge.
+        All entities but the bridge's.
     namespace : str
         Namespace of the robot: empty, or a name with a leading slash.
     """
@@ -62,7 +62,7 @@ class RobotGraph:
         return None
 
     def transforms(self, name: str) -> Source | None:
-        """Return the topic ``tf`` or ``tf_static`` of the robot: in its namespace, else that of the root."""
+        """Return the topic ``tf`` or ``tf_static`` of the robot: in its namespace, else in the root."""
         of_type = self._publishers(TF_MESSAGE)
         for topic in (self.full(name), f"/{name}"):
             if topic in of_type:
@@ -98,7 +98,7 @@ class RobotGraph:
         return inside if len(inside) == 1 else {}
 
     def of(self, kind: Kind, topic: str, type_name: str = "") -> list[Entity]:
-        """Return the entities of a topic, given its full name; those of a type alone if one is named."""
+        """Return the entities of a topic, given its full name; only of one type if one is named."""
         return [one for one in self.entities if one.kind is kind and one.name == topic and type_name in ("", one.type)]
 
     def subscribers(self, topic: str) -> frozenset[str]:
@@ -114,12 +114,12 @@ class RobotGraph:
 
 
 def find_namespace(entities: Iterable[Entity], robot: str) -> str | None:
-    """Return the namespace of the robot in a graph: that of its odometry or scan; None if there is none yet.
+    """Return the namespace of the robot in a graph: the one of its odometry or scan; None if there is none yet.
 
     Parameters
     ----------
     entities : iterable of Entity
-        All entities but those of the bridge.
+        All entities but the bridge's.
     robot : str
         Id of the robot, whose namespace is preferred if there are several.
 
@@ -143,7 +143,7 @@ def name_in_graph(robot: str) -> str:
 
 
 def find_namespaces(entities: Iterable[Entity]) -> set[str]:
-    """Return the namespaces of the robots in a graph, as ``find_namespace`` does: those of odometry and scans."""
+    """Return the namespaces of the robots in a graph, as ``find_namespace`` does: the ones of odometry and scans."""
     found = set()
     for entity in entities:
         for topic in (ODOMETRY, SCAN):

@@ -117,7 +117,7 @@ MAP_UPDATES: Final = DownTopic(
 MAP_METADATA: Final = DownTopic(
     "map_metadata", "nav_msgs/msg/MapMetaData", "map_metadata", "nav_msgs/msg/MapMetaData", LATCHED
 )
-"""Size and origin of the map, which ROS 1 has on a topic of their own: published with each map that the cloud sends."""
+"""Size and origin of the map, which ROS 1 has on a separate topic: published with each map that the cloud sends."""
 PARTICLES: Final = DownTopic(
     "particlecloud", "geometry_msgs/msg/PoseArray", "particle_cloud", "nav2_msgs/msg/ParticleCloud", SENSOR
 )
@@ -168,7 +168,7 @@ ACTIONS: Final = {
     "follow_waypoints": "nav2_msgs/action/FollowWaypoints",
     "compute_path_to_pose": "nav2_msgs/action/ComputePathToPose",
 }
-"""Types of the actions of Nav2 that the clone executes, by their names, which are those of the cloud."""
+"""Types of the actions of Nav2 that the clone executes, by their names, which the cloud uses too."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -64,7 +64,7 @@ class Upward:
             self._carry(name, TF_MESSAGE, graph.transforms(name), self._transforms(name))
 
     async def renew(self) -> None:
-        """Tell a clone that begins anew what the robot publishes once."""
+        """Send a new clone what the robot publishes once."""
         if transforms := self._parts.frames.kept:
             await self._publish_static(transforms)
 

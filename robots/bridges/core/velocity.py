@@ -57,7 +57,7 @@ class Velocity:
         self._restart(SILENCE)
 
     def stop(self) -> None:
-        """Stop the base if it was told to move: the cloud is silent, or the bridge ends."""
+        """Stop the base if it was ordered to move: the cloud is silent, or the bridge ends."""
         if not self._moving:
             return
         self._publish(ZERO)

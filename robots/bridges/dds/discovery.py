@@ -4,7 +4,7 @@
 variable                          effect
 ================================  =====================================================================================
 ``ROS_LOCALHOST_ONLY=1``          this computer alone; the other two variables are ignored
-``ROS_AUTOMATIC_DISCOVERY_RANGE`` ``SUBNET`` (the default): nodes that multicast reaches; ``LOCALHOST``: those of this
+``ROS_AUTOMATIC_DISCOVERY_RANGE`` ``SUBNET`` (the default): nodes that multicast reaches; ``LOCALHOST``: nodes on this
                                   computer; ``OFF``: none; ``SYSTEM_DEFAULT``: as Cyclone DDS does it, without peers
 ``ROS_STATIC_PEERS``              addresses, separated by ``;``, at which nodes are looked for besides
 ================================  =====================================================================================

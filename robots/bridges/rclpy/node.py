@@ -1,7 +1,7 @@
 """Node of ROS 2 on rclpy, where the robot has ROS anyway: any RMW, with services and actions.
 
-Messages pass as bytes: rclpy publishes and delivers serialized messages. An executor of rclpy spins in a thread of its
-own; everything else is on the event loop.
+Messages pass as bytes: rclpy publishes and delivers serialized messages. An executor of rclpy spins in a separate
+thread; everything else is on the event loop.
 """
 
 import asyncio

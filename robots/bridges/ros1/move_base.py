@@ -24,7 +24,7 @@ from robots.bridges.core.results import NAVIGATE
 from robots.bridges.core.transport import Closable
 
 ENDS = {4: Status.SUCCEEDED, 5: Status.PREEMPTED, 6: Status.ABORTED}
-"""Statuses by those of the cloud, which are those of ROS 2."""
+"""Statuses by the cloud's, which are ROS 2's."""
 
 STATUS_PERIOD = 0.2
 """Time between two messages of ``status`` [s], as of actionlib."""
@@ -74,7 +74,7 @@ class MoveBaseAction:
     """
 
     def __init__(self, name: str, type_name: str, full: str, parts: Parts) -> None:
-        del name, type_name  # the goals go to another action, and the topics have types of their own
+        del name, type_name  # the goals go to another action, and the topics have separate types
         transport, self._parts = parts.transport, parts
         self._goals: dict[str, _Goal] = {}
         self._recalled: deque[str] = deque(maxlen=MAX_GOALS)

@@ -1,6 +1,6 @@
 """Node of ROS 1 without ROS: topics and services over TCPROS, found and registered at a master.
 
-The state of the master is read four times a second. It tells which nodes there are, and whether this one is registered:
+The state of the master is read four times a second. It shows which nodes there are, and whether this one is registered:
 a master that was restarted has forgotten it, and learns it again. Nodes of rospy and roscpp do not register again, so
 the connections that they have count as part of the graph, too.
 """
@@ -167,7 +167,7 @@ class Ros1Transport(Transport, Slave):
     def _revive(self) -> None:
         """End stalled connections, now that the network is back; else TCP would wait for up to two minutes.
 
-        A subscriber on rospy connects again when the master names the publisher, and so the topic is registered anew.
+        A subscriber on rospy connects again when the master names the publisher, and so the topic is registered again.
         """
         for publication in self.publications.values():
             stalled = [peer for peer in publication.peers if peer.stalled]
@@ -212,7 +212,7 @@ class Ros1Transport(Transport, Slave):
         return tuple(self._entities.values())
 
     def _refresh(self) -> None:
-        """Follow what the master or the connections tell of the graph."""
+        """Follow what the master or the connections show of the graph."""
         found: dict[tuple[Kind, str, str], Entity] = {}
         for kind, topics in ((Kind.PUBLISHER, self._state.publishers), (Kind.SUBSCRIBER, self._state.subscribers)):
             for topic, nodes in topics.items():

@@ -89,7 +89,7 @@ class Peer(asyncio.Protocol):
         return bool(info[4] >= BACKOFF)  # tcpi_backoff of `struct tcp_info`
 
     def reset(self) -> None:
-        """Close the connection by a reset of TCP: the other side notices it at once, and connects anew."""
+        """Close the connection by a reset of TCP: the other side notices it at once, and reconnects."""
         if self._transport is not None:
             at_once = struct.pack("ii", 1, 0)
             self._transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, at_once)

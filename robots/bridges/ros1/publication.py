@@ -70,7 +70,7 @@ class Publication:
             peer.close()
 
     def accept(self, peer: Peer, fields: dict[str, str]) -> None:
-        """Take a subscriber that has sent its header; one with another type is told so.
+        """Take a subscriber that has sent its header; one with another type gets an error.
 
         Raises
         ------

@@ -197,7 +197,7 @@ async def _present(bridge: AgvBridge, robot: str) -> PPaaSError | None:
 
 
 async def _look(bridges: list[AgvBridge]) -> None:
-    """Let bridges do what is due; one task for all takes a third of the time of one for each."""
+    """Run what is due in all bridges; one task for all takes a third of the time of one for each."""
     while True:
         for bridge in bridges:
             bridge.look()

@@ -16,7 +16,7 @@ class AgvOptions:
     manufacturer : str
         Second level of topics.
     interface : str
-        First level of topics; empty for that of the version.
+        First level of topics; empty for the version's.
     state_interval : float
         Longest time between two states [s].
     visualization_interval : float

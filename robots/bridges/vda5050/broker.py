@@ -49,7 +49,7 @@ class Broker:
         password : str, optional
             Password of the user; it is not part of the URL, which other processes can read.
         ca_file : Path, optional
-            Certificates in PEM to trust for mqtts, instead of those of the system.
+            Certificates in PEM to trust for mqtts, instead of the system's.
 
         Raises
         ------
@@ -70,7 +70,7 @@ class Broker:
 
 
 def password_of(file: Path | None) -> str | None:
-    """Return the password in the first line of a file, else that of the environment, else None.
+    """Return the password in the first line of a file, else from the environment, else None.
 
     Raises
     ------

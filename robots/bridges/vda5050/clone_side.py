@@ -1,4 +1,4 @@
-"""Side of an AGV that is the robot in the cloud: executes commands, and tells poses, drives and actions."""
+"""Side of an AGV that is the robot in the cloud: executes commands, and reports poses, drives and actions."""
 
 import math
 from collections.abc import Callable, Coroutine
@@ -39,7 +39,7 @@ STANDING = 0.02
 """Velocity up to which a robot counts as standing [m/s, rad/s]."""
 
 ACTION_TIMEOUT = 60.0
-"""Time limit of an action of the robot [s], that of the cloud for calls."""
+"""Time limit of an action of the robot [s]; the cloud's limit for calls."""
 
 REACHED = 4
 CHARGING = 1
@@ -68,7 +68,7 @@ class CloneSide:
     ----------
     agv : Agv
     telemetry : Telemetry
-        Takes what the robot tells besides its pose.
+        Takes what the robot reports besides its pose.
     link : CloudLink
     options : AgvOptions
     changed : callable

@@ -95,7 +95,7 @@ class ZoneMasks:
         self._used = masks
 
     async def _has_effect(self, name: str, mask: GridMap, ask: Mask) -> bool:
-        """Return whether the clone has the marks of a mask, and no longer those of the mask before."""
+        """Return whether the clone has the marks of a mask, and no longer the marks of the mask before."""
         points = [marked_point(one) for one in (mask, self._used.get(name)) if one is not None]
         wanted = [point for point in points if point is not None]
         if not wanted:

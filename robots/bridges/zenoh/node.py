@@ -271,7 +271,7 @@ class ZenohTransport(Transport):
     # -- services ------------------------------------------------------------------------------------------------------
 
     def serve(self, service: str, type_name: str, answer: Answer) -> Closable:
-        """Serve a service; each request is answered in a task of its own."""
+        """Serve a service; each request is answered in a separate task."""
         key = topic_key(self._options.domain, service, type_name, self.types.type_hash(type_name))
 
         def received(query: Any) -> None:

@@ -42,7 +42,7 @@ async def _run(arguments: argparse.Namespace) -> int:
 
 
 async def _examine(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return the diagnosis of the robot; that of the cloud if there is no robot, or the cloud is the trouble."""
+    """Return the diagnosis of the robot; the cloud's if there is no robot, or the cloud is the trouble."""
     from robots.cli.doctor.examination import Examination  # noqa: PLC0415 - as above
     from robots.cli.doctor.packages import with_packages  # noqa: PLC0415 - as above
 

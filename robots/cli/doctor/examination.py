@@ -43,7 +43,7 @@ class Examination:
         self._client = RestClient(url, token, TIMEOUT)
 
     async def robot(self, robot: str) -> dict[str, Any]:
-        """Return the diagnosis of a robot; that of the cloud if it is the cloud that is in trouble."""
+        """Return the diagnosis of a robot; the cloud's if the cloud is in trouble."""
         facts = await self._reach()
         if facts.problem or facts.token_problem:
             return _report(facts, cloud(facts))

@@ -1,1 +1,1 @@
-"""Verbs of commands that are large enough for a module of their own."""
+"""Verbs of commands that are large enough for a separate module."""

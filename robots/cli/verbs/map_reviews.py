@@ -61,7 +61,7 @@ async def _decide(arguments: argparse.Namespace, verb: str, body: dict[str, Any]
 
 
 async def _number(arguments: argparse.Namespace) -> int:
-    """Return the number given, or that of the only review that waits.
+    """Return the number given, or the number of the only review that waits.
 
     Raises
     ------

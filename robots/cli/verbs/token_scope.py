@@ -1,4 +1,4 @@
-"""Verb ``create`` of ``ppaas token``: a token for some robots only, such as that of a robot or a display."""
+"""Verb ``create`` of ``ppaas token``: a token for some robots only, such as for a robot or a display."""
 
 import argparse
 import re

@@ -42,7 +42,7 @@ class ServiceName(msgspec.Struct, frozen=True):
 class Begin(msgspec.Struct, tag="begin"):
     """Prepare for nodes on a map and its masks, by the service of each mask; all are ``nav_msgs/OccupancyGrid``.
 
-    There is none if the robot makes a new map. Zones are those of the map, as GeoJSON; empty for none.
+    There is none if the robot makes a new map. Zones are the map's, as GeoJSON; empty for none.
     """
 
     config: CloneConfig

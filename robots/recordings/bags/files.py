@@ -1,4 +1,4 @@
-"""Files of a bag: one file, or those of a folder in the order in which they were recorded."""
+"""Files of a bag: one file, or all files of a folder in the order in which they were recorded."""
 
 import re
 from pathlib import Path, PureWindowsPath
@@ -30,7 +30,7 @@ class BagFiles(NamedTuple):
 
 
 def has_bag_name(path: Path) -> bool:
-    """Return whether the name of a file is that of a bag, compressed or not."""
+    """Return whether the name of a file is a bag's, compressed or not."""
     return _NAME.fullmatch(path.name) is not None
 
 

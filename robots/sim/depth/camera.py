@@ -51,7 +51,7 @@ class DepthCameraModel:
     range_min, range_max : float
         Limits of the depth [m].
     error, resolution : float
-        Standard deviation and step of a depth z, as multiples of z² [1/m]. The error includes that of the steps.
+        Standard deviation and step of a depth z, as multiples of z² [1/m]. The error includes the steps' error.
     baseline : float
         Distance of the projector to the right of the camera [m]; 0 for images without shadows.
     x, y, z : float
@@ -118,7 +118,7 @@ class DepthCameraModel:
     def bearings(self) -> tuple[Floats, NDArray[np.int16]]:
         """Directions in which walls are measured, and the index of each pixel's.
 
-        Those of a level camera are the directions of its columns.
+        For a level camera they are the directions of its columns.
 
         Returns
         -------

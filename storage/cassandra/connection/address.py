@@ -35,7 +35,7 @@ class Tls:
     check_name : bool
         Whether a node's certificate must match its host name or IP address.
     ca : str or None
-        PEM file with the certificate authorities of the nodes; those of the system by default.
+        PEM file with the certificate authorities of the nodes; the system's by default.
     certificate, key : str or None
         PEM files of the client certificate, if nodes require one; the key may be in the file of the certificate.
     """
@@ -69,7 +69,7 @@ class CassandraAddress:
     granularity : int
         Length from which segments of plans are shared, about [waypoints] (``ppaas.plans.encoding.granularity``).
     data_centre : str or None
-        Local data centre; by default that of the first host that responds.
+        Local data centre; by default the first responding host's.
     tls : Tls or None
         None for unencrypted connections.
     """

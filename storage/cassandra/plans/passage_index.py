@@ -18,7 +18,7 @@ PLANS_PER_CELL = 8
 """Plans that one process adds to a cell within ``WINDOW``; where many plans pass, they are similar."""
 
 WINDOW = 3600.0
-"""Period after which a process counts the plans of cells anew [s]."""
+"""Period after which a process recounts the plans of cells [s]."""
 
 MAX_CELLS = 1 << 16
 """Largest number of cells for which a process counts the plans that it added."""
@@ -94,7 +94,7 @@ class PassageIndex:
             self._full.clear()
 
     def _cells_of(self, row: PlanRow, but: Container[bytes] = ()) -> set[tuple[int, int]]:
-        """Return the cells that a plan touches; if it has shared segments, those of its segments except ``but``."""
+        """Return the cells that a plan touches; if it has shared segments, the cells of its segments except ``but``."""
         if not row.segments:
             return cells_touched(array_of(row.record.poses)[:, :2])
         some = (self._touched_by(row.entry.scope, *each) for each in row.segments.items() if each[0] not in but)

@@ -25,7 +25,7 @@ _IDS, _SHEETS = b"\x00", b"\x01"
 _LOCATION = struct.Struct("<16sq8s")
 
 _known_id = lru_cache(1 << 15)(entry_id)
-"""Cached ids: most segments of a plan are those of earlier plans."""
+"""Cached ids: most segments of a plan occur in earlier plans."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +60,7 @@ class PlanRow:
 
     @property
     def size(self) -> int:
-        """Size of its own data [bytes]."""
+        """Size of its data alone [bytes]."""
         return len(self.entry.body) + len(self.recipe)
 
     @property
@@ -98,7 +98,7 @@ def plan_rows(records: Sequence[PlanRecord], granularity: int) -> Iterator[PlanR
 
 
 def ids_in(recipe: bytes) -> tuple[list[bytes], bool]:
-    """Return the ids in a recipe, and whether they are those of sheets.
+    """Return the ids in a recipe, and whether they name sheets.
 
     Raises
     ------

@@ -18,7 +18,7 @@ GATE = 13.8
 ACROSS = 0.1
 """Standard deviation of the difference between the centres of a person whom two robots see from two sides [m]."""
 REPEATED = 5.0
-"""Successive observations that tell as much as one: the errors of people who stand, or are confused, stay the same."""
+"""Successive observations that count as much as one: the errors of people who stand, or are confused, stay the same."""
 MOST_YAW = 0.3
 """Limit of the yaw of an offset [rad]."""
 
@@ -41,7 +41,7 @@ class OffsetFilter:
         self.covariance: Array = np.zeros((3, 3))
 
     def predict(self, now: float, prior: Array) -> None:
-        """Let the offset drift until a time [s], towards the (3, 3) covariance of the robot's own localization."""
+        """Apply the offset's drift until a time [s], towards the (3, 3) covariance of the robot's own localization."""
         seconds, self.at = max(now - self.at, 0.0), now
         fading = float(np.exp(-seconds / FORGET))
         self.mean = fading * self.mean
@@ -57,7 +57,7 @@ class OffsetFilter:
         residuals : (n, 2) array
             Where this robot sees each person, minus where the others do [m].
         covariances : (n, 2, 2) array
-            Their covariances [m²], without that of the offset.
+            Their covariances [m²], without the offset's.
         """
         model = jacobian_of(levers)
         covariances = REPEATED * (covariances + ACROSS**2 * np.eye(2))

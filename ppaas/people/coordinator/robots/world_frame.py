@@ -30,7 +30,7 @@ def to_world(pose: Pose2D, pose_covariance: Array, torsos: Array, covariances: A
     -------
     positions : (n, 2) array
     covariances : (n, 2, 2) array
-        To first order: turned into the map, plus the covariance of the position and that of the yaw times the lever.
+        To first order: turned into the map, plus the covariances of the position and of the yaw times the lever.
     """
     c, s = math.cos(pose.theta), math.sin(pose.theta)
     turn = np.array([[c, -s], [s, c]])

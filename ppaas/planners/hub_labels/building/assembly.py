@@ -84,7 +84,7 @@ def build_index(free: NDArray[np.bool_], *, threads: int, check: Callable[[], No
 def repair_index(
     index: Words, free: NDArray[np.bool_], changed: Rectangle, *, threads: int, check: Callable[[], None]
 ) -> Words:
-    """Build the index of a map from that of a map that differs only in a rectangle.
+    """Build the index of a map from the index of a map that differs only in a rectangle.
 
     Ordering corners by importance takes the most time. The order is kept, and new corners become the least important.
     Labels grow if much changes, but paths stay shortest.
@@ -122,7 +122,7 @@ def _index(
         threads=threads,
     )  # fmt: skip
     contracted = _contracted(contraction, corner_map, dense, check)
-    # Limit of lengths in labels: a length plus that of an edge stays below `FAR`.
+    # Limit of lengths in labels: a length plus the length of an edge stays below `FAR`.
     longest = int(FAR - DIAGONAL * (corner_map.terrain[ROWS] + corner_map.terrain[COLUMNS]))
     excess = 0
     while not contraction.is_given_up:

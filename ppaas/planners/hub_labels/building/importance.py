@@ -28,7 +28,7 @@ MOST_TREE_NODES = 1 << 22
 
 @dataclass(frozen=True, slots=True)
 class RankedEdges:
-    """Edges by node: those of node i are at ``starts[i]:starts[i + 1]``.
+    """Edges by node: edges of node i are at ``starts[i]:starts[i + 1]``.
 
     Parameters
     ----------

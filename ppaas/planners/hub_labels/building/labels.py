@@ -56,7 +56,7 @@ def _rank(
     contracted: ContractedGraph, inherited: Integers | None, *, threads: int, check: Callable[[], None]
 ) -> _Ranked:
     ranks = np.full(len(contracted.head), -1, np.int32)
-    # By level: labels depend only on those of higher levels.
+    # By level: labels depend only on labels of higher levels.
     last = contracted.order[::-1]
     last = last[np.argsort(-contracted.levels[last], kind="stable")]
     ranks[last] = np.arange(len(ranks) - len(last), len(ranks))

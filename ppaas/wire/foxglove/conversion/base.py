@@ -1,4 +1,4 @@
-"""Conversion of the messages of one type, and the reading of those of any type."""
+"""Conversion of the messages of one type, and the reading of messages of any type."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple

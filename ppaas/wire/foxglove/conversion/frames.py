@@ -1,4 +1,4 @@
-"""Frames of many robots in one tree: those of a robot below its name, and the map that robots share."""
+"""Frames of many robots in one tree: a robot's frames below its name, and the map that robots share."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -18,7 +18,7 @@ class SharedFrames:
     robot : str
         Name of the robot, below which its frames are.
     map : str
-        Name of the frame of the map it is on; empty for a map of its own, which it makes.
+        Name of the frame of the map it is on; empty for its own map, which it makes.
     """
 
     robot: str

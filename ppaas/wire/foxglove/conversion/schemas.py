@@ -31,7 +31,7 @@ def cdr(kind: str) -> Schema:
 
 
 def json_schema(name: str, message: type[Message] | None) -> Schema:
-    """Return the schema of messages as JSON; without a type, that of any object."""
+    """Return the schema of messages as JSON; without a type, the schema of any object."""
     described = {"type": "object"} if message is None else described_object(message)
     return Schema("json", name, "jsonschema", msgspec.json.encode(described).decode())
 

@@ -25,7 +25,7 @@ class ActionBook:
         self._running: dict[str, Action] = {}
 
     def begin(self, steps: Iterable[Node | Edge]) -> None:
-        """Forget the actions before, and know those of a new order."""
+        """Replace the known actions by a new order's."""
         self._states.clear()
         self._waiting.clear()
         self.extend(steps)

@@ -1,4 +1,4 @@
-"""AGV: takes orders and instant actions, commands its robot, and tells its state.
+"""AGV: takes orders and instant actions, commands its robot, and reports its state.
 
 Inputs are methods; each may make commands, which `take_commands` returns, and a change of the state, which
 `take_change` returns. There is no clock: the caller reports the end of everything that takes time.
@@ -116,7 +116,7 @@ class Agv:
 
     @property
     def driving(self) -> bool:
-        """True if the robot was told to drive."""
+        """True if the robot was ordered to drive."""
         return self._driver.driving
 
     @property

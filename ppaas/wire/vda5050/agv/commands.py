@@ -1,4 +1,4 @@
-"""Commands of an AGV to its robot, and what the robot tells it."""
+"""Commands of an AGV to its robot, and what the robot reports to it."""
 
 import math
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ class LimitSpeed:
 
 @dataclass(frozen=True, slots=True)
 class Localize:
-    """Take a pose [m, m, rad] in the map for that of the robot."""
+    """Take a pose [m, m, rad] in the map as the robot's."""
 
     x: float
     y: float
@@ -52,7 +52,7 @@ class SendFactsheet:
 
 @dataclass(frozen=True, slots=True)
 class UseZones:
-    """Use the zones of a set from now on; ``zones_used`` tells the end."""
+    """Use the zones of a set from now on; ``zones_used`` reports the end."""
 
     zone_set_id: str
 

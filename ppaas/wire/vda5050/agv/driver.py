@@ -12,7 +12,7 @@ from ppaas.wire.vda5050.states import Error
 
 
 class Driver:
-    """Keeps the node to which the robot was told to drive, and the end of that drive.
+    """Keeps the node to which the robot was ordered to drive, and the end of that drive.
 
     Parameters
     ----------
@@ -22,11 +22,11 @@ class Driver:
     Attributes
     ----------
     driving : bool
-        Whether the robot was told to drive.
+        Whether the robot was ordered to drive.
     goal : Node or None
         Node to which it drives, or drove until it was stopped.
     error : Error or None
-        Why the robot did not reach the node; it stands until it is told to try again.
+        Why the robot did not reach the node; it stands until it is ordered to try again.
     """
 
     def __init__(self, command: Callable[[Command], None]) -> None:
@@ -37,7 +37,7 @@ class Driver:
         self.error: Error | None = None
 
     def drive(self, target: Node, pose: RobotPose | None) -> None:
-        """Drive to a node; its heading is that of the way to it if it has none."""
+        """Drive to a node; its heading is the direction of the way to it if it has none."""
         position = target.node_position
         assert position is not None  # orders without positions are refused
         theta = position.theta

@@ -25,7 +25,7 @@ Points = Sequence[tuple[float, float]]
 
 @dataclass
 class Telemetry:
-    """Values that the robot tells besides its pose.
+    """Values that the robot reports besides its pose.
 
     Attributes
     ----------
@@ -103,7 +103,7 @@ def _position(agv: Agv, map_id: str) -> Position:
 
 
 def _planned(agv: Agv, path: Points) -> PlannedPath | None:
-    """Return a path as a NURBS of degree 1, whose control points are those of the path."""
+    """Return a path as a NURBS of degree 1, whose control points are the path's points."""
     if not agv.driving or len(path) < 2:
         return None
     points = _thinned(path)

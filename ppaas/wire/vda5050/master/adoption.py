@@ -65,7 +65,7 @@ def _planned(node: NodeState) -> PlannedNode:
 
 
 def _agrees(plan: OrderPlan, told: list[tuple[str, int]]) -> bool:
-    """Return whether the sequence ids have no gap, and all nodes that the AGV names are those of the order."""
+    """Return whether the sequence ids have no gap, and all nodes that the AGV names are in the order."""
     if any(b.sequence - a.sequence != 2 for a, b in pairwise(plan.nodes)):
         return False
     return all((node := plan.node(sequence)) is not None and node.id == name for name, sequence in told)

@@ -1,4 +1,4 @@
-"""Header ids of what an AGV sends: repeated and late messages are told from those of an AGV that was restarted."""
+"""Header ids of what an AGV sends: repeated and late messages are distinguished from messages of a restarted AGV."""
 
 from enum import Enum
 

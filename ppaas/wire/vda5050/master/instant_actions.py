@@ -24,6 +24,6 @@ def instant_action(kind: str, now: float, parameters: Mapping[str, Any] | None =
 
 
 def init_position(pose: Pose2D, map_id: str, last_node: str, now: float) -> InstantActions:
-    """Return the message that tells an AGV where it is, in the map as it names it."""
+    """Return the message that gives an AGV its pose, in the map as it names it."""
     place = {"x": pose.x, "y": pose.y, "theta": pose.theta, "mapId": map_id, "lastNodeId": last_node}
     return instant_action("initPosition", now, place)

@@ -49,7 +49,7 @@ class PathEnded:
 
 @dataclass(frozen=True, slots=True)
 class Complaint:
-    """The AGV contradicts its order, or does not do what it is told, in words."""
+    """The AGV contradicts its order, or does not follow it, in words."""
 
     text: str
 

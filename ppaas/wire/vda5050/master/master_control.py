@@ -111,7 +111,7 @@ class MasterControl:
         return self._out
 
     def ask_again(self, now: float) -> None:
-        """Expect the path anew: a session with the cloud has begun, whose clone may be another one without a goal."""
+        """Expect the path again: a session with the cloud has begun, whose clone may be another one without a goal."""
         self._confirm_by, self._knows_path = now + LEFTOVER, False
 
     def cancel(self, path: str, now: float) -> list[Instruction]:
@@ -149,7 +149,7 @@ class MasterControl:
         return self._out
 
     def tick(self, now: float) -> list[Instruction]:
-        """Let time pass: messages are sent again, patience runs out, progress is told."""
+        """Advance the time: messages are sent again, patience runs out, progress is reported."""
         self._out = []
         if self._broken_at is not None and now - self._broken_at > self.settings.offline_patience:
             broken = f"the connection of the AGV has been broken for {now - self._broken_at:.0f} s"

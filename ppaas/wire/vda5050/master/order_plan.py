@@ -52,7 +52,7 @@ class OrderPlan:
     reached : int or None
         Sequence id of the last node that the AGV has reached; None before the first.
     reached_at : float
-        Time at which it was reached [s]; that of the order before the first.
+        Time at which it was reached [s]; before the first, the time of the order.
     before : (str, int)
         Id and sequence id of the last node that the AGV named before this order.
     """

@@ -19,7 +19,7 @@ from ppaas.wire.vda5050.states import State
 from ppaas.wire.vda5050.zones import Zone, Zones, ZoneSet
 
 PATIENCE = 10.0
-"""Time in which an AGV must do what it was told; then it is told again, `TRIES` times in all [s]."""
+"""Time in which an AGV must carry out an order; then it is sent again, `TRIES` times in all [s]."""
 
 _OWN = re.compile(r"zones-[0-9a-f]{16}")
 
@@ -46,11 +46,11 @@ class ZoneControl:
         self._wanted = zones
 
     def begin_again(self) -> None:
-        """Tell the AGV again what it has not done: its connection is back."""
+        """Send the AGV again what it has not done: its connection is back."""
         self._step = ("", "")
 
     def advance(self, state: State, now: float) -> list[Instruction]:
-        """Return what the AGV is to be told by its state [s]."""
+        """Return what to send the AGV in its state [s]."""
         wanted = self._wanted
         if wanted is None:
             return []
