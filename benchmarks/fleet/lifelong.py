@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.fleet.cases import Case, drawn
+from benchmarks.fleet.checking import faults_of
 from benchmarks.harness.figures import Figure
-from ppaas.fleet.checking import faults_of
 from ppaas.fleet.lifelong import LifelongPlan
 from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.problem import distances_from

@@ -9,9 +9,9 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from benchmarks.fleet.cases import Case
+from benchmarks.fleet.checking import faults_of
 from benchmarks.harness.figures import Figure
 from ppaas.errors import InvalidInput
-from ppaas.fleet.checking import faults_of
 from ppaas.fleet.first_plan import first_plan
 from ppaas.fleet.improvement import Improvement
 from ppaas.fleet.plan import FleetPlan

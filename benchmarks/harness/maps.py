@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidMap
-from ppaas.maps.formats.pgm import parse_pgm
+from ppaas.maps.formats.pgm import open_pgm
 from ppaas.maps.generate import office, warehouse
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridInfo, GridMap
 from robots.client.map_files import read_map_file, yaml_of
@@ -38,10 +38,10 @@ def read_map(name: str) -> GridMap:
     if path.suffix.lower() != ".pgm" or yaml_of(path).exists():
         return read_map_file(path)
     try:
-        pixels = parse_pgm(path.read_bytes())
+        image = open_pgm(path.read_bytes())
     except OSError as error:
         raise InvalidMap(f"cannot read the map: {error}") from error
-    lethal = pixels[::-1] >= LETHAL
+    lethal = image.rows(0, image.shape[0])[::-1] >= LETHAL
     cells = np.where(lethal, np.where(_beside(~lethal), OCCUPIED, UNKNOWN), FREE).astype(np.int8)
     return GridMap(cells, GridInfo(RESOLUTION, cells.shape[1], cells.shape[0]))
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ppaas.costmap.costmap import FREE_SPACE, INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from ppaas.errors import GoalOccupied, GoalOutsideMap, InvalidMap, InvalidParameter, NotFound
-from ppaas.maps.formats.pgm import parse_pgm
+from ppaas.maps.formats.pgm import open_pgm
 from ppaas.maps.grid import OCCUPIED_THRESHOLD, GridInfo
 from ppaas.planners.ends import Cell
 from ppaas.planners.weights import FACTOR, NEUTRAL, passable
@@ -94,7 +94,8 @@ def from_file(path: Path) -> Grid:
         costs = np.where(grid.data >= OCCUPIED_THRESHOLD, LETHAL_OBSTACLE, FREE_SPACE).astype(np.uint8)
         return _grid(path.stem, costs, grid.info)
     if path.suffix.lower() == ".pgm" and not yaml_of(path).exists():
-        pixels = parse_pgm(_bytes(path))
+        image = open_pgm(_bytes(path))
+        pixels = image.rows(0, image.shape[0])
         return _grid(path.stem, _navfn_costs(pixels) if pixels.min() >= NEUTRAL else pixels)
     costmap = costmap_for(path, PlannedRobot())
     return _grid(path.stem, costmap.data, costmap.info)

@@ -7,11 +7,16 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
 from benchmarks.stores.greedy_split import GreedySplit
 from benchmarks.stores.routes import Routes
 from ppaas.clock import monotonic
-from ppaas.plans.encoding.chunks import waypoint_hashes, words_of
+from ppaas.geometry import Poses
+from ppaas.plans.encoding.chunks import words_of
 from ppaas.plans.encoding.granularity import GRANULARITY
+from ppaas.plans.encoding.kernels.chunks import hash_waypoints
 from storage.plan_checks import array_of
 
 if TYPE_CHECKING:
@@ -56,7 +61,7 @@ def measure(driven: Routes, plans: int, folder: Path, progress: "Progress", *, s
         while batch := list(islice(records, AT_ONCE)):
             seconds += _insert(connection, [(record.id, record.poses) for record in batch])
             for record in batch:
-                greedy.add(waypoint_hashes(words_of(array_of(record.poses))).tolist())
+                greedy.add(_hashes(array_of(record.poses)).tolist())
                 raw += len(record.poses)
                 zipped += len(zlib.compress(record.poses))
             progress.advance(task, len(batch))
@@ -70,6 +75,13 @@ def measure(driven: Routes, plans: int, folder: Path, progress: "Progress", *, s
         "greedy_kept_once": greedy.waypoints / greedy.kept,
         "greedy_ids_a_plan": greedy.ids_per_plan(),
     }
+
+
+def _hashes(poses: Poses) -> NDArray[np.uint64]:
+    """Return a hash of each pose, by which plans are cut too."""
+    hashes = np.empty(len(poses), np.uint64)
+    hash_waypoints(words_of(poses), hashes)
+    return hashes
 
 
 def _insert(connection: sqlite3.Connection, rows: list[tuple[str, bytes]]) -> float:

@@ -11,14 +11,13 @@ from starlette.websockets import WebSocket, WebSocketState
 
 from endpoints.accounts.authentication import authenticate_socket
 from endpoints.audit.notes import note_details, note_refusal
-from endpoints.foxglove.batching import BatchingConnection
 from endpoints.foxglove.requests import ViewerRequests
 from endpoints.foxglove.viewer import Login, Viewer
 from endpoints.foxglove.viewers import Viewers
 from endpoints.http.closing import close_with
 from endpoints.http.origins import may_open
 from endpoints.http.problems import problem_response
-from endpoints.http.websocket_protocol import connection_of
+from endpoints.http.websocket_protocol import DirectWebSocket, connection_of
 from endpoints.rosbridge.robot_socket import content_of
 from endpoints.services.services import Services
 from engine.rights.globs import is_address
@@ -36,6 +35,52 @@ NAME = "PPaaS"
 
 MAX_NAMED = 50
 """Largest number of robots that a viewer may name."""
+
+PERIOD = 0.01
+"""Time for which a frame waits for others [s]."""
+
+MAX_WAITING = 64 << 10
+"""Size of the waiting frames at which they are sent at once [bytes]."""
+
+
+class BatchingConnection:
+    """Connection that sends the frames of a short time at once.
+
+    Many robots send small messages, and each write costs as much as a large one.
+
+    Parameters
+    ----------
+    connection : DirectWebSocket
+    """
+
+    def __init__(self, connection: DirectWebSocket) -> None:
+        self._connection = connection
+        self._frames: list[bytes] = []
+        self._bytes = 0
+        self._timer: asyncio.TimerHandle | None = None
+
+    @property
+    def ready(self) -> bool:
+        """True while frames can be sent."""
+        return self._connection.ready
+
+    def send_frame(self, frame: bytes) -> None:
+        """Send a frame soon; call it only while ``ready``."""
+        self._frames.append(frame)
+        self._bytes += len(frame)
+        if self._bytes >= MAX_WAITING:
+            self.flush()
+        elif self._timer is None:
+            self._timer = asyncio.get_running_loop().call_later(PERIOD, self.flush)
+
+    def flush(self) -> None:
+        """Send what waits, unless the connection is closed."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        frames, self._frames, self._bytes = self._frames, [], 0
+        if frames and self._connection.ready:
+            self._connection.send_frames(frames)
 
 
 async def serve_viewer_socket(socket: WebSocket, services: Services, viewers: Viewers) -> None:

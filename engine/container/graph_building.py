@@ -5,13 +5,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from engine.container.current_map import CurrentMap
-from engine.container.diagnostics import add_diagnostics
 from engine.container.monitor.setup import ContainerMonitor, of_clone
 from engine.container.recording import RecordingLink
-from engine.specs.containers import ContainerSpec, Launch
-from ppaas.clone.assembly import build_clone
+from engine.specs.containers import ContainerSpec, Launch, RobotConfig
+from engine.specs.robot_frames import frame_names
+from ppaas.clone.assembly import DEPTH_CAMERA, build_clone
+from ppaas.clone.follow_path import FOLLOW_PATH
 from ppaas.clone.planning_container import build_planning
+from ppaas.clone.robot_body import robot_body
 from ppaas.costmap.map_layers import MapLayers
+from ppaas.diagnosis.observations.traffic import Traffic
+from ppaas.diagnosis.observations.watched_robot import WatchedRobot
+from ppaas.nodes.diagnostics.node import DiagnosticsNode
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.tf.urdf_text import UrdfText
 from ppaas.thread_budget import Threads
@@ -79,7 +84,7 @@ def build_graph(graph: Graph, launch: Launch, threads: Threads, current: Current
 
     build()
     monitoring = ContainerMonitor(graph, robot, build)
-    add_diagnostics(graph, bare, current, monitoring.traffic)
+    _add_diagnostics(graph, bare, current, monitoring.traffic)
     return Attendants(monitoring, RecordingLink(graph, robot, current, launch.spec.cores))
 
 
@@ -93,3 +98,29 @@ def _build_group_node(graph: Graph, spec: ContainerSpec, layers: MapLayers) -> N
         from ppaas.clone.traffic import build_traffic  # noqa: PLC0415
 
         build_traffic(graph, layers)
+
+
+def _add_diagnostics(graph: Graph, robot: RobotConfig, current: CurrentMap, traffic: Traffic) -> None:
+    """Add the node ``diagnostics`` to a graph with the clone of a robot.
+
+    Parameters
+    ----------
+    graph : Graph
+    robot : RobotConfig
+        Configuration of the robot, which the clone has accepted.
+    current : CurrentMap
+        Its map, which may be replaced later.
+    traffic : Traffic
+        Counts of the messages that the container receives.
+    """
+    body = robot_body(robot.model, robot.urdf, robot.parameters)
+    watched = WatchedRobot(
+        id=robot.id,
+        names=frame_names(robot),
+        layers=lambda: current.layers,
+        makes_map=bool(robot.new_map),
+        camera=DEPTH_CAMERA in robot.parameters,
+        follows_paths=FOLLOW_PATH in robot.parameters,
+        radius=body.robot_radius if body.inner_radius is None else body.inner_radius,
+    )
+    graph.add(lambda context: DiagnosticsNode(context, graph, traffic, watched))

@@ -11,7 +11,6 @@ from collections.abc import Callable, Mapping, Sequence
 import msgspec
 
 from engine.agent import main as agent_main
-from engine.local.adopted_process import AdoptedProcess
 from engine.local.spare_processes import SpareProcesses, start_process
 from engine.runtimes.memory_tuning import lean_python
 
@@ -26,6 +25,47 @@ STOP_GRACE = 5.0
 
 AGENT = (*lean_python.PYTHON, "-m", agent_main.__name__)
 """Command that runs an agent."""
+
+UNKNOWN = 255
+"""Exit status of a process that is not our child: it cannot be read."""
+
+
+class AdoptedProcess:
+    """Process that was not started by this one, as an ``asyncio.subprocess.Process``; created within an event loop.
+
+    Parameters
+    ----------
+    pid : int
+        Process id.
+
+    Raises
+    ------
+    ProcessLookupError
+        The process has exited.
+    """
+
+    def __init__(self, pid: int) -> None:
+        self.pid = pid
+        self.returncode: int | None = None
+        self._pidfd = os.pidfd_open(pid)
+        self._ended = asyncio.Event()
+        asyncio.get_running_loop().add_reader(self._pidfd, self._on_end)
+
+    def _on_end(self) -> None:
+        asyncio.get_running_loop().remove_reader(self._pidfd)
+        os.close(self._pidfd)
+        self.returncode = UNKNOWN
+        self._ended.set()
+
+    async def wait(self) -> int:
+        """Wait until the process exits; return ``UNKNOWN``."""
+        await self._ended.wait()
+        return UNKNOWN
+
+    def terminate(self) -> None:
+        """Send SIGTERM."""
+        if self.returncode is None:
+            signal.pidfd_send_signal(self._pidfd, signal.SIGTERM)
 
 
 class KeptProcess:

@@ -2,6 +2,8 @@
 
 from functools import partial
 
+from msgspec.structs import replace
+
 from engine.master.draining import use_room
 from engine.master.events import (
     LimitsChanged,
@@ -12,12 +14,13 @@ from engine.master.events import (
     ShutdownBegan,
     UserRequest,
 )
+from engine.master.machine import DECIMALS
 from engine.master.map_versions import follow
-from engine.master.orders import Order
+from engine.master.orders import Order, Resize
 from engine.master.placement_diagnostics import check_fits, explain_no_machine
 from engine.master.places import PlaceRequest
-from engine.master.resizing import resize
 from engine.master.state import MasterState
+from engine.specs.cores import check as check_size
 from ppaas.errors import Unavailable
 
 
@@ -81,6 +84,25 @@ def _close_place(key: str, state: MasterState) -> list[Order]:
 
 
 def _resize(event: ResizeRequested, state: MasterState) -> list[Order]:
+    """Change the size of a place's container and of its later containers; waiting places get room that it leaves."""
     machine = state.machine(state.machine_of(event.container))
     place = state.places[state.place_of[event.container]]
-    return [resize(place, machine, event.cores, state.balancer, state.quotas), *use_room(state)]
+    before = place.spec
+    if before is None or place.state != "ready" or place.leaving:
+        raise Unavailable("the container is starting or moving: try again when it is ready")
+    check_size(event.cores, machine.cores)
+    more = round(event.cores - before.cores, DECIMALS)
+    if more > 0.0:
+        state.quotas.check_cores(before.user, more)
+    if more > max(machine.free, 0.0):
+        raise Unavailable(
+            f"machine {machine.id!r} has {max(machine.free, 0.0):g} free cores, but {more:g} more are needed"
+        )
+    after = replace(before, cores=event.cores)
+    machine.remove(before.id)
+    state.balancer.removed(machine, before)
+    machine.place(after)
+    state.balancer.placed(machine, after)
+    state.quotas.add(before.user, 0, more)
+    place.spec, place.resized = after, event.cores
+    return [Resize(machine.id, after.id, event.cores), *use_room(state)]

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ppaas.errors import InvalidInput, InvalidMap
 from ppaas.maps.kernels.octree import fill_cubes
-from ppaas.maps.voxels import FREE, OCCUPIED, UNKNOWN, Point3D, VoxelGrid, VoxelInfo, corners, window
+from ppaas.maps.voxels import FREE, OCCUPIED, UNKNOWN, Point3D, VoxelGrid, VoxelInfo
 
 DEPTH = 16
 """Depth of the finest voxels; the root has depth 0."""
@@ -109,10 +109,10 @@ class OcTree:
         size = 1 << (DEPTH - depth)
         resolution = self.resolution * size
         bounds = np.stack(tree.bounds()) // size
-        cut = corners(np.full(3, -np.inf) if low is None else low, np.full(3, np.inf) if high is None else high)
+        cut = _corners(np.full(3, -np.inf) if low is None else low, np.full(3, np.inf) if high is None else high)
         middle = MIDDLE // size
         keys = np.clip(cut / resolution + middle, bounds[0], bounds[1])
-        first, last = window(keys, bounds[0], bounds[1])
+        first, last = _window(keys, bounds[0], bounds[1])
         origin = Point3D(*((key - middle) * resolution for key in first))
         width, height, layers = np.subtract(last, first).tolist()
         info = VoxelInfo(resolution, width, height, layers, origin)
@@ -195,3 +195,39 @@ def _keys_of(codes: NDArray[np.int64]) -> Keys:
         for axis in range(3):
             keys[:, axis] |= ((codes >> (3 * bit + axis) & 1) << bit).astype(np.uint16)
     return keys
+
+
+def _corners(low: ArrayLike, high: ArrayLike) -> NDArray[np.float64]:
+    """Return two corners as a (2, 3) array.
+
+    Raises
+    ------
+    InvalidInput
+        A corner does not have three numbers, or one is NaN.
+    """
+    both = [np.asarray(corner, dtype=np.float64) for corner in (low, high)]
+    if any(corner.shape != (3,) or np.isnan(corner).any() for corner in both):
+        raise InvalidInput("the corners to crop a map to must be x, y, z in metres each")
+    return np.stack(both)
+
+
+def _window(between: NDArray[np.float64], low: ArrayLike, high: ArrayLike) -> tuple[list[int], list[int]]:
+    """Return the range of voxels between two corners: the first index and the one after the last, along x, y, z.
+
+    Parameters
+    ----------
+    between : (2, 3) array
+        The corners [voxels].
+    low, high : (3,) array
+        Bounds of the map [voxels], ``high`` excluded.
+
+    Raises
+    ------
+    InvalidInput
+        The range is empty.
+    """
+    first = np.clip(np.floor(between[0] + 1e-6), low, high).astype(np.int64)
+    last = np.clip(np.ceil(between[1] - 1e-6), low, high).astype(np.int64)
+    if not (first < last).all():
+        raise InvalidInput("no part of the map is between the corners: give them in the map frame, the lower one first")
+    return first.tolist(), last.tolist()

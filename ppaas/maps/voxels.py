@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ppaas.errors import InvalidInput, InvalidMap
+from ppaas.errors import InvalidMap
 
 FREE = 0
 OCCUPIED = 100
@@ -114,66 +114,9 @@ class VoxelGrid:
             values = f"{FREE} (free), {OCCUPIED} (occupied) or {UNKNOWN} (unknown)"
             raise InvalidMap(f"a voxel must be {values}, not {self.data[~valid][0]}")
 
-    def cropped(self, low: ArrayLike, high: ArrayLike) -> "VoxelGrid":
-        """Return the whole voxels between two corners.
-
-        Parameters
-        ----------
-        low, high : (3,) array
-            Opposite corners, x, y, z [m]; may be outside the map.
-
-        Raises
-        ------
-        InvalidInput
-            No part of the map is between the corners, or they are not three numbers each.
-        """
-        local = (corners(low, high) - self.info.origin) / self.info.resolution
-        first, last = window(local, (0, 0, 0), self.info.shape[::-1])
-        x, y, z = first
-        data = self.data[z : last[2], y : last[1], x : last[0]].copy()
-        depth, height, width = data.shape
-        origin = Point3D(*(np.add(self.info.origin, np.multiply(first, self.info.resolution)).tolist()))
-        return VoxelGrid(data, VoxelInfo(self.info.resolution, width, height, depth, origin))
-
 
 def only_read(data: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return a read-only, contiguous view for kernels that only read, so that each kernel has one signature."""
     view = np.ascontiguousarray(data).view()
     view.flags.writeable = False
     return view
-
-
-def corners(low: ArrayLike, high: ArrayLike) -> NDArray[np.float64]:
-    """Return two corners as a (2, 3) array.
-
-    Raises
-    ------
-    InvalidInput
-        A corner does not have three numbers, or one is NaN.
-    """
-    both = [np.asarray(corner, dtype=np.float64) for corner in (low, high)]
-    if any(corner.shape != (3,) or np.isnan(corner).any() for corner in both):
-        raise InvalidInput("the corners to crop a map to must be x, y, z in metres each")
-    return np.stack(both)
-
-
-def window(between: NDArray[np.float64], low: ArrayLike, high: ArrayLike) -> tuple[list[int], list[int]]:
-    """Return the range of voxels between two corners: the first index and the one after the last, along x, y, z.
-
-    Parameters
-    ----------
-    between : (2, 3) array
-        The corners [voxels].
-    low, high : (3,) array
-        Bounds of the map [voxels], ``high`` excluded.
-
-    Raises
-    ------
-    InvalidInput
-        The range is empty.
-    """
-    first = np.clip(np.floor(between[0] + 1e-6), low, high).astype(np.int64)
-    last = np.clip(np.ceil(between[1] - 1e-6), low, high).astype(np.int64)
-    if not (first < last).all():
-        raise InvalidInput("no part of the map is between the corners: give them in the map frame, the lower one first")
-    return first.tolist(), last.tolist()

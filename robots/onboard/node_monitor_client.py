@@ -2,21 +2,66 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import msgspec
 
 from ppaas.change_log import LogChange
-from ppaas.clock import Clock
+from ppaas.clock import Clock, monotonic
 from ppaas.decoding import from_json
+from ppaas.errors import PPaaSError
 from ppaas.messages import ppaas_msgs
 from ppaas.messages.base.message import Empty, Message, ServiceType
 from robots.client.robot_client import RobotClient
 from robots.onboard.computer import Computer
 from robots.onboard.executor import protocol
-from robots.onboard.link_probe import measure_link
 
 UNCHANGED = LogChange([], [])
 """Change of a log that changes nothing."""
+
+SMALL, LARGE = 0, 256 << 10
+"""Sizes of the probes [bytes]: the small one measures the round trip, the large one the bandwidth."""
+
+ROUNDS = 5
+"""Number of small probes; the fastest counts."""
+
+
+class _LinkMeasure(NamedTuple):
+    """Result of a measurement.
+
+    Attributes
+    ----------
+    rtt : float
+        Round-trip time, the shortest of several [s].
+    bandwidth : float
+        Bandwidth from the cloud to the robot [bytes/s].
+    """
+
+    rtt: float
+    bandwidth: float
+
+
+async def _measure_link(client: RobotClient, clock: Clock = monotonic) -> _LinkMeasure:
+    """Measure the link of a connected client.
+
+    Raises
+    ------
+    PPaaSError
+        The cloud did not answer.
+    """
+
+    async def probe(size: int) -> float:
+        began = clock()
+        answer = await client.call(
+            "node_monitor/probe_link", ppaas_msgs.ProbeLink, ppaas_msgs.ProbeLinkRequest(size), timeout=30.0
+        )
+        if not (isinstance(answer, ppaas_msgs.ProbeLinkResponse) and len(answer.data) == size):
+            raise PPaaSError(f"node_monitor/probe_link did not return the {size} bytes requested")
+        return clock() - began
+
+    rtt = min([await probe(SMALL) for _ in range(ROUNDS)])
+    # The extra time of the large probe is its transfer time; on a local link that is close to zero.
+    return _LinkMeasure(rtt, LARGE / max(await probe(LARGE) - rtt, 1e-4))
 
 
 @dataclass(frozen=True)
@@ -67,7 +112,7 @@ class NodeMonitorClient:
         The link is measured once; later registrations report the round-trip time of the last lease renewal.
         """
         if self._robot is None:
-            link, computer = await measure_link(self._client, self._clock), self._computer
+            link, computer = await _measure_link(self._client, self._clock), self._computer
             self._robot, self._round_trip = (
                 ppaas_msgs.TellRobotRequest(
                     computer.cores, computer.clock, computer.benchmark, link.rtt, link.bandwidth, self._nodes

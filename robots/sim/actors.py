@@ -191,14 +191,6 @@ def sit(seat: Pose2D, seconds: float, then: Script, before: float = 0.6) -> Scri
     yield from then
 
 
-def walk_to_and_fro(first: Pose2D, second: Pose2D, pause: float = 0.0) -> Script:
-    """Walk between two places, with a pause [s] at each. Two with crossing lines cross each other."""
-    while True:
-        for place in (first, second):
-            yield Walk(place)
-            yield Stay(pause)
-
-
 def come_and_go(door: Pose2D, paths: ShortestPaths, rng: np.random.Generator, away: float = 30.0) -> Script:
     """Leave the map at a door and come back after up to ``away`` [s], to walk to a random place and back."""
     while True:

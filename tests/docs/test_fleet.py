@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.fleet.checking import faults_of
 from endpoints.rest.plans import fleet_plans
 from engine.service.planning.fleet_requests import DEFAULT_MARGIN, DEFAULT_SPEED
 from engine.service.planning.path_requests import DEFAULT_TIMEOUT
 from ppaas.costmap.build_layers import build_layers
-from ppaas.fleet.checking import faults_of
 from ppaas.fleet.improvement import MOST_TURN
 from ppaas.fleet.lattice_roadmap import MOST_PLACES, lattice_roadmap
 from ppaas.fleet.metric_problem import MOST_DISTANCES, WITHIN

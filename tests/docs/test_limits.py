@@ -30,6 +30,7 @@ from engine.protocols import sockets, unproven_peers
 from engine.recorder import robot_recorder
 from engine.remote import joining, tls_listener
 from engine.service.endpoints import server
+from engine.service.links import carried_session
 from ppaas.fleet.lanes.placing import MOST_CELLS
 from ppaas.mapping.serialization import rebuilding
 from ppaas.maps.formats import map_yaml, netpbm, pbm, pictures, pillow_rows, png, yaml_keys
@@ -154,6 +155,10 @@ ROWS = {
         f"{frame_pacing.FRAMES:g} frames/s",
         f"{size(frame_pacing.BYTES)}/s",
         f"{frame_pacing.BUSY:.0%}".replace("%", " %"),
+    ],
+    ("WebSocket", "frames that its container has not settled, beside streams such as `scan`"): [
+        carried_session.MAX_KEPT,
+        size(carried_session.MAX_KEPT_BYTES),
     ],
     ("WebSocket", "fragments (`op: fragment`) of incomplete messages"): [
         f"{fragments.MAX_OPEN} messages",

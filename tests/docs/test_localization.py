@@ -6,10 +6,9 @@ from benchmarks.commands import localize
 from benchmarks.localization.crowd import FARTHEST, NEAREST
 from benchmarks.localization.run import BEFORE, JAM, LOST
 from ppaas.localization import distance_filter, relocalization
-from ppaas.localization.fit_averages import AMISS
 from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.pose_search import TRIES, TRIES_PER_AREA
-from ppaas.localization.relocalization import FOUND
+from ppaas.localization.relocalization import AMISS, FOUND
 from ppaas.localization.scan_history import SCANS, SPACING
 from ppaas.nodes.amcl.node import GLOBAL_LOCALIZATION, NOMOTION_UPDATE
 from robots.cli.command_parser import CommandParser

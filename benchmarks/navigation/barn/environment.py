@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pymunk
+from numpy.typing import NDArray
 
 from benchmarks.navigation.barn.jackal import FOOTPRINT, LENGTH, MASS, WIDTH, Jackal
 from benchmarks.navigation.barn.worlds import START, BarnWorld
@@ -14,7 +15,6 @@ from ppaas.messages.geometry_msgs import Twist
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.sensor_msgs import LaserScan
 from robots.sim.drivetrain import Drivetrain
-from robots.sim.kernels.discs import box_clearance
 from robots.sim.laser import Laser
 from robots.sim.odometry import WheelOdometry
 
@@ -101,5 +101,30 @@ class Environment:
 
     def clearance(self) -> float:
         """Return the distance from the footprint to the nearest cylinder; negative if it touches one [m]."""
-        nearest: float = box_clearance(*self.pose, LENGTH / 2, WIDTH / 2, self._centres, self._radius)
-        return nearest
+        return box_clearance(self.pose, LENGTH / 2, WIDTH / 2, self._centres, self._radius)
+
+
+def box_clearance(
+    pose: Pose2D, half_length: float, half_width: float, centres: NDArray[np.float64], radius: float
+) -> float:
+    """Return the distance from a box to the nearest disc [m]; negative where they overlap.
+
+    Parameters
+    ----------
+    pose : Pose2D
+        Centre of the box, and its heading.
+    half_length, half_width : float
+        Half of its size along and across its heading [m].
+    centres : (m, 2) array
+        Centres of the discs: x, y [m].
+    radius : float
+        Radius of all discs [m].
+    """
+    cosine, sine = math.cos(pose.theta), math.sin(pose.theta)
+    right, up = (centres - (pose.x, pose.y)).T
+    # Signed distances from the centre of each disc to the sides of the box, in the frame of the box.
+    ahead = np.abs(cosine * right + sine * up) - half_length
+    beside = np.abs(cosine * up - sine * right) - half_width
+    outside = np.hypot(np.maximum(ahead, 0.0), np.maximum(beside, 0.0))
+    inside = np.minimum(np.maximum(ahead, beside), 0.0)
+    return float((outside + inside).min(initial=math.inf)) - radius

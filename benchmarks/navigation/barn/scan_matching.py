@@ -9,10 +9,10 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from ppaas.costmap.obstacle_layer import LaserReading
 from ppaas.geometry import Pose2D, wrap_angle
-from robots.sim.kernels.nearest import nearest
 
 Floats = NDArray[np.float64]
 
@@ -116,11 +116,12 @@ def _aligned(surfaces: Floats, predicted: Pose2D, seen: Floats) -> Pose2D:
         Stored points and normals near the robot.
     """
     pose, precision = predicted, 1.0 / np.square(ODOMETRY_SIGMA)
+    points = KDTree(seen[:, :2])
     for _ in range(ITERATIONS):
         now = _transformed(surfaces, pose)
-        index = nearest(now, seen, REACH)
+        distance, index = points.query(now[:, :2])
         # A point with the opposite normal belongs to the other side of an obstacle.
-        fits = (index >= 0) & ((seen[index, 2:] * now[:, 2:]).sum(axis=1) > MIN_COSINE)
+        fits = (distance <= REACH) & ((seen[index, 2:] * now[:, 2:]).sum(axis=1) > MIN_COSINE)
         there = seen[index[fits]]
         off, normals = now[fits, :2] - there[:, :2], there[:, 2:]
         arm = now[fits, :2] - (pose.x, pose.y)

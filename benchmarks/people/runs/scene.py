@@ -7,12 +7,12 @@ from benchmarks.people.runs import true_detections
 from benchmarks.people.runs.faults import BEGIN, DOUBTFUL, MIRRORS, ROBOT, fault_of
 from benchmarks.people.runs.group import Group
 from benchmarks.people.runs.job import PeopleJob
+from benchmarks.people.runs.mirrors import hang_mirrors
 from benchmarks.people.runs.patrol import Patrol
 from benchmarks.people.runs.robot import MODEL, PeopleRobot
 from ppaas.costmap.build_layers import build_layers
 from ppaas.messages.people_coordination import PeopleReport, PeopleState, SensorView
 from ppaas.robot_model.known_models import robot_model
-from robots.demo.people_mirrors import hang_mirrors
 from robots.demo.people_score import Truth
 from robots.demo.people_visibility import visible_shares
 from robots.demo.people_world import build_world, present

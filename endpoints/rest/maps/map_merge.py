@@ -12,7 +12,6 @@ from endpoints.audit.notes import note_details, note_object
 from endpoints.rest.dependencies import Caller, Provided
 from endpoints.rest.maps.map_programs import MAKE_SECONDS, run_program
 from endpoints.rest.maps.maps import IfMatch, check_may_publish, invalidated, opened_map, publish_upload
-from endpoints.rest.maps.merge_schemas import MapMerge, MergedMapAnswer
 from endpoints.rest.maps.schemas import MapAnswer
 from endpoints.rest.maps.upload_form import MapForm
 from endpoints.rest.names import MapId
@@ -31,10 +30,31 @@ from storage.versions import IMAGE, POSEGRAPH, YAML
 
 if TYPE_CHECKING:
     from endpoints.rest.maps import merge_program  # noqa: F401 - the program named below
+from pydantic import Field
+
+from endpoints.rest.names import Name
+from endpoints.rest.schemas import Description, RequestBody, Triple
 
 _PROGRAM = "endpoints.rest.maps.merge_program"
 
 router = APIRouter(prefix="/maps/{map_id}", tags=["maps"], route_class=StrictRoute)
+
+
+class MapMerge(RequestBody):
+    """Map to merge with, and the map that becomes the result."""
+
+    with_: Name = Field(alias="with", description="Map that is moved into the frame of this one")
+    into: Name = Field(description="Map that is published; may be one of the two")
+    message: Description = Field("", description="Reason, stored with the version; by default, the names of both maps")
+
+
+class MergedMapAnswer(MapAnswer):
+    """Published map, and how the maps fit."""
+
+    motion: Triple = Field(description="Frame of the other map in that of this one: x [m], y [m], yaw [rad]")
+    places: int = Field(description="Number of places that both maps have and that agree")
+    support: float = Field(description="Share of the scans of the other map near those of this one that fit, 0 to 1")
+    confirmed: float = Field(description="Share of the points seen by both that agree, 0 to 1")
 
 
 @router.post(

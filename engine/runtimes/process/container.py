@@ -9,7 +9,6 @@ from multiprocessing.popen_forkserver import Popen
 from pathlib import Path
 
 from engine.runtimes.fork_server.server import UNKNOWN_STATUS
-from engine.runtimes.process.affinity import move_threads
 from engine.runtimes.process.control_groups import ControlGroups
 from engine.specs.containers import Launch
 
@@ -116,3 +115,21 @@ def _pidfd(pid: int) -> int | None:
         return os.pidfd_open(pid)
     except ProcessLookupError:
         return None  # it has exited already
+
+
+def move_threads(pid: int, cpus: tuple[int, ...]) -> None:
+    """Restrict all threads of a process to these CPUs. Does nothing if the process has exited.
+
+    A new thread inherits the CPUs of the thread that starts it, so this repeats until it finds no new thread.
+    """
+    moved: set[int] = set()
+    with suppress(ProcessLookupError, FileNotFoundError):
+        while new := _threads(pid) - moved:
+            for thread in new:
+                with suppress(ProcessLookupError):  # the thread has just ended
+                    os.sched_setaffinity(thread, cpus)
+            moved |= new
+
+
+def _threads(pid: int) -> set[int]:
+    return {int(task.name) for task in Path(f"/proc/{pid}/task").iterdir()}

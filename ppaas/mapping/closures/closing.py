@@ -1,13 +1,13 @@
 """Search for the loop closures of a submap."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
-from ppaas.mapping.closures.ambiguity import Rivalry, rival_match
-from ppaas.mapping.closures.branch_and_bound import Match, search
+from ppaas.mapping.closures.branch_and_bound import Excluded, Match, Window, search
 from ppaas.mapping.closures.candidates import Candidate, find_candidates
 from ppaas.mapping.closures.check import CheckedScan, ScanCheck
 from ppaas.mapping.closures.closure import Closure, Reason, Refusal, Searched
@@ -36,6 +36,46 @@ WIDE_STRIDE = 3
 
 MORE_WIDE = 3
 """Factor of the number of candidates if most windows are wide."""
+
+
+class Rivalry(NamedTuple):
+    """Bounds above which a motion is a rival of the best one.
+
+    Parameters
+    ----------
+    share : float
+        Share of the best score.
+    distance : float
+        Translations nearer to the best one belong to the same optimum [m] …
+    turn : float
+        … if their rotations differ by at most this [rad].
+    """
+
+    share: float = 0.92
+    distance: float = 1.0
+    turn: float = 0.3
+
+
+def rival_match(
+    pyramid: LikelihoodPyramid,
+    points: NDArray[np.float64],
+    window: Window,
+    best: Match,
+    least: Rivalry,
+) -> Match | None:
+    """Return the best motion away from the best one, or None if none comes near its score.
+
+    Along a corridor, or in rooms that look alike, another motion fits nearly as well.
+
+    Parameters
+    ----------
+    pyramid, points, window
+        As in the search that found ``best``.
+    best : Match
+        Best motion.
+    least : Rivalry
+    """
+    return search(pyramid, points, window, least.share * best.score, Excluded(best.motion, least.distance, least.turn))
 
 
 @dataclass(frozen=True, slots=True)

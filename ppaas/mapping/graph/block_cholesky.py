@@ -4,7 +4,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.mapping.graph.kernels import fronts
-from ppaas.mapping.graph.kernels.selected_inverse import inverse_diagonal
 from ppaas.mapping.graph.ordering import plan_elimination
 
 Floats = NDArray[np.float64]
@@ -61,9 +60,3 @@ class BlockCholesky:
         fronts.solve(p.starts, p.row_starts, p.rows, p.panel_starts, self._panels, values)
         solved: Floats = values[p.labels].reshape(right.shape)
         return solved
-
-    def inverse_diagonal(self) -> Floats:
-        """Return the blocks (n, 3, 3) on the diagonal of the inverse, after `factorise`."""
-        p = self._plan
-        blocks: Floats = inverse_diagonal(p.starts, p.row_starts, p.rows, p.panel_starts, self._panels)[p.labels]
-        return blocks

@@ -30,9 +30,8 @@ class NormalEquations:
 
     def __init__(self, count: int, first: Ints, second: Ints, fixed: Sequence[int] = ()) -> None:
         self._count, self._first, self._second = count, first.copy(), second.copy()
-        self.parts = connected_parts(count, self._first, self._second)
-        """Smallest node of the connected part of each node, (n,)."""
-        self._free = np.flatnonzero(~_held(self.parts, np.array(fixed, np.int64)))
+        parts = connected_parts(count, self._first, self._second)
+        self._free = np.flatnonzero(~_held(parts, np.array(fixed, np.int64)))
         self._rows = np.full(count, -1, np.int64)
         self._rows[self._free] = np.arange(len(self._free))
         lower, upper, self._slots = self._pattern()
@@ -82,18 +81,6 @@ class NormalEquations:
         changes[self._free] = self.factor.solve(-self._right)
         return changes
 
-    def solve(self, right: Floats) -> Floats:
-        """Return x (n, 3, k) with H x = b for b (n, 3, k), after `step`. x is 0 and b is ignored at fixed nodes."""
-        solved = np.zeros(right.shape)
-        solved[self._free] = self.factor.solve(right[self._free])
-        return solved
-
-    def inverse_diagonal(self) -> Floats:
-        """Return the blocks (n, 3, 3) on the diagonal of the inverse of H, after `step`; 0 at fixed nodes."""
-        blocks = np.zeros((self._count, 3, 3))
-        blocks[self._free] = self.factor.inverse_diagonal()
-        return blocks
-
     def _pattern(self) -> tuple[Ints, Ints, Ints]:
         """Return the pairs of free nodes that edges connect, and the slot of each edge."""
         first, second = self._rows[self._first], self._rows[self._second]
@@ -106,7 +93,10 @@ class NormalEquations:
 
 
 def _held(parts: Ints, fixed: Ints) -> NDArray[np.bool_]:
-    """Return which nodes (n,) are fixed: the given ones, and the first of each part without them."""
+    """Return which nodes (n,) are fixed: the given ones, and the first of each part without them.
+
+    ``parts`` names the smallest node of the connected part of each node, (n,).
+    """
     nodes = np.arange(len(parts))
     held: NDArray[np.bool_] = (parts == nodes) & ~np.isin(parts, parts[fixed])
     held[fixed] = True

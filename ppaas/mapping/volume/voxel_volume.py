@@ -87,23 +87,6 @@ class VoxelVolume:
             box, free, occupied = self._bits.mark(ends, sensor, parts, below)
             self._update(box, free, occupied, also, parallel=parts > 1)
 
-    def log_odds_at(self, points: ArrayLike) -> NDArray[np.float32]:
-        """Return the log-odds of the voxels at points, (n,), NaN where unknown.
-
-        Parameters
-        ----------
-        points : (n, 3) array
-            x, y, z in the map frame [m].
-        """
-        places = np.floor(np.asarray(points, np.float64) / self.parameters.resolution) + MIDDLE
-        valid = np.all((places >= 0) & (places < 2 * MIDDLE), axis=1)
-        keys = np.where(np.expand_dims(valid, 1), places, 0.0).astype(np.int64)
-        slots = np.where(valid, self.blocks.find(codes_of(keys // kernels.EDGE)), -1)
-        voxels = (keys % kernels.EDGE) @ np.array([1, kernels.EDGE, kernels.EDGE**2])
-        found = np.full(len(keys), np.nan, np.float32)
-        found[slots >= 0] = self.blocks.log_odds[slots[slots >= 0], voxels[slots >= 0]]
-        return found
-
     def clear(self) -> None:
         """Forget all voxels, as the service ``reset`` does."""
         self.blocks = VoxelBlocks(self.parameters.max_blocks)

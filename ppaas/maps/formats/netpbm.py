@@ -5,8 +5,12 @@ meant: one white space ends a header, but two bytes do in such a file.
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ppaas.errors import InvalidMap
 from ppaas.maps.buffer import Buffer
@@ -139,7 +143,45 @@ def _gap_after(image: Buffer, end: int, size: int) -> int:
     return surplus if is_gap and image[end + size :].strip() else 0
 
 
-def text_blocks(image: Buffer, start: int) -> Iterator[bytes]:
+Samples = TypeVar("Samples", bound=np.unsignedinteger)
+
+
+def text_samples(
+    image: Buffer, header: Header, kind: type[Samples], apart: int, read: Callable[[bytes], NDArray[np.unsignedinteger]]
+) -> NDArray[Samples]:
+    """Return the samples after the header of a text, one after the other.
+
+    Parameters
+    ----------
+    image : bytes or mmap
+        The whole file.
+    header : Header
+        Its header.
+    kind : type
+        Type of the samples.
+    apart : int
+        Least number of bytes between two samples.
+    read : callable
+        Returns the samples in a block of the text, which has no comments.
+
+    Raises
+    ------
+    InvalidMap
+        The file has fewer or more samples than its header states.
+    """
+    # Checked before memory is allocated for the samples.
+    _check_count(header, (len(image) - header.end + apart) // (1 + apart), at_most=True)
+    count = header.width * header.height * header.channels
+    samples, found = np.empty(count, kind), 0
+    for text in _text_blocks(image, header.end):
+        some = read(text)
+        samples[found : found + some.size] = some[: max(0, count - found)]
+        found += some.size
+    _check_count(header, found)
+    return samples
+
+
+def _text_blocks(image: Buffer, start: int) -> Iterator[bytes]:
     """Yield blocks of the text without comments; a block never ends within a number or a comment."""
     carried = b""
     for at in range(start, len(image), BLOCK):
@@ -156,7 +198,7 @@ def text_blocks(image: Buffer, start: int) -> Iterator[bytes]:
     yield _COMMENT.sub(b"", carried)
 
 
-def check_count(header: Header, found: int, *, at_most: bool = False) -> None:
+def _check_count(header: Header, found: int, *, at_most: bool = False) -> None:
     """Raise ``InvalidMap`` unless a text has (or may have ``at_most``) the number of samples that its header states."""
     count = header.width * header.height * header.channels
     if found < count:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ppaas.errors import InvalidMap
 from ppaas.maps.buffer import Buffer
-from ppaas.maps.formats.netpbm import Header, binary_pixels, check_count, read_header, text_blocks
+from ppaas.maps.formats.netpbm import binary_pixels, read_header, text_samples
 
 MAX_BITS = 1 << 28
 """Largest number of pixels, of which each becomes a byte: about as many as the largest upload of a PGM has."""
@@ -63,22 +63,15 @@ def open_pbm(image: Buffer) -> PbmRows:
         raise InvalidMap(f"the PBM has {header.size} pixels; a map's PBM must have at most {MAX_BITS} pixels")
     row = -(-header.width // 8)
     if header.is_text:
-        return PbmRows(np.packbits(_text(image, header), axis=1), header.width)
+        bits = text_samples(image, header, np.uint8, 0, _bits)
+        return PbmRows(np.packbits(bits.reshape(header.height, header.width), axis=1), header.width)
     data = binary_pixels(image, header, row * header.height, row)
     return PbmRows(np.frombuffer(data, np.uint8).reshape(header.height, row), header.width)
 
 
-def _text(image: Buffer, header: Header) -> NDArray[np.uint8]:
-    """Return the bits after the header: digits 0 and 1, which white space may separate."""
-    count = header.width * header.height
-    check_count(header, len(image) - header.end, at_most=True)  # before memory is allocated for them
-    bits, found = np.empty(count, np.uint8), 0
-    for text in text_blocks(image, header.end):
-        wrong = _NO_BIT.search(text)
-        if wrong is not None:
-            raise InvalidMap(f"{wrong[0]!r} among the pixels of the PBM: pixels must be 0 or 1")
-        digits = np.frombuffer(b"".join(text.split()), np.uint8) - np.uint8(ord("0"))
-        bits[found : found + digits.size] = digits[: max(0, count - found)]
-        found += digits.size
-    check_count(header, found)
-    return bits.reshape(header.height, header.width)
+def _bits(text: bytes) -> NDArray[np.uint8]:
+    """Return the bits in a text: digits 0 and 1, which white space may separate."""
+    wrong = _NO_BIT.search(text)
+    if wrong is not None:
+        raise InvalidMap(f"{wrong[0]!r} among the pixels of the PBM: pixels must be 0 or 1")
+    return np.frombuffer(b"".join(text.split()), np.uint8) - np.uint8(ord("0"))

@@ -5,13 +5,14 @@ Images of both kinds are read, and binary PGM is written.
 
 import re
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidMap
 from ppaas.maps.buffer import Buffer
-from ppaas.maps.formats.netpbm import BLOCK, Header, binary_pixels, check_count, read_header, text_blocks
+from ppaas.maps.formats.netpbm import BLOCK, Header, binary_pixels, read_header, text_samples
 
 Pixels = NDArray[np.uint8]
 """(height, width) grey values, 0 black to 255 white, or (height, width, 3) of red, green, blue; row 0 is the top."""
@@ -71,31 +72,12 @@ def open_pgm(image: Buffer) -> PgmRows:
         The file is not a PGM or PPM, has no or too many pixels, is truncated, or has data after its pixels.
     """
     header = read_header(image)
-    stored = (_text if header.is_text else _binary)(image, header)
+    if header.is_text:
+        stored: NDArray[np.unsignedinteger] = text_samples(image, header, np.uint16, 1, partial(_numbers, header))
+    else:
+        stored = _binary(image, header)
     colours = () if header.channels == 1 else (header.channels,)
     return PgmRows(stored.reshape(header.height, header.width, *colours), header)
-
-
-def parse_pgm(image: Buffer) -> Pixels:
-    """Read an image of up to 16 bits per sample.
-
-    Parameters
-    ----------
-    image : bytes or mmap
-        The whole file.
-
-    Returns
-    -------
-    (height, width) or (height, width, 3) uint8 array
-        Pixels, scaled to 0–255 if the file has another maximum (rounded down, as SDL_image does for map_server).
-
-    Raises
-    ------
-    InvalidMap
-        As for ``open_pgm``, or a pixel is above the maximum.
-    """
-    opened = open_pgm(image)
-    return opened.rows(0, opened.shape[0])
 
 
 def _binary(image: Buffer, header: Header) -> NDArray[np.unsignedinteger]:
@@ -105,26 +87,16 @@ def _binary(image: Buffer, header: Header) -> NDArray[np.unsignedinteger]:
     return np.frombuffer(binary_pixels(image, header, header.width * header.height * pixel, pixel), kind)
 
 
-def _text(image: Buffer, header: Header) -> NDArray[np.unsignedinteger]:
-    """Return the samples after the header: decimal numbers, separated by white space and comments."""
-    count = header.width * header.height * header.channels
-    # Each sample takes at least a digit and a space. This is checked before memory is allocated for them.
-    check_count(header, (len(image) - header.end + 1) // 2, at_most=True)
-    samples, found = np.empty(count, np.uint16), 0
-    for text in text_blocks(image, header.end):
-        numbers = _numbers(text, header.name)
-        _check_most(numbers, header)
-        samples[found : found + numbers.size] = numbers[: max(0, count - found)]
-        found += numbers.size
-    check_count(header, found)
-    return samples
-
-
-def _numbers(text: bytes, name: str) -> NDArray[np.uint32]:
+def _numbers(header: Header, text: bytes) -> NDArray[np.uint32]:
+    """Return the decimal numbers in a text, which white space separates."""
     wrong = _NO_NUMBER.search(text)
     if wrong is not None:
-        raise InvalidMap(f"{wrong[0]!r} among the pixels of the {name}: pixels must be numbers of at most five digits")
-    return np.fromstring(text, np.uint32, sep=" ") if text.strip() else np.empty(0, np.uint32)
+        raise InvalidMap(
+            f"{wrong[0]!r} among the pixels of the {header.name}: pixels must be numbers of at most five digits"
+        )
+    found = np.fromstring(text, np.uint32, sep=" ") if text.strip() else np.empty(0, np.uint32)
+    _check_most(found, header)
+    return found
 
 
 def _check_most(pixels: NDArray[np.unsignedinteger], header: Header) -> None:

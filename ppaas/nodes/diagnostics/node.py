@@ -11,15 +11,15 @@ from ppaas.diagnosis.observations.serialization import observations_to_json
 from ppaas.diagnosis.observations.topic_table import TopicTable
 from ppaas.diagnosis.observations.traffic import Traffic
 from ppaas.diagnosis.observations.watched_robot import WatchedRobot
+from ppaas.diagnosis.rules.finding import LEVELS, Finding
 from ppaas.errors import InvalidInput
 from ppaas.messages import type_name
 from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import Header, Time
-from ppaas.messages.health.diagnostic_msgs import DiagnosticArray
+from ppaas.messages.health.diagnostic_msgs import DiagnosticArray, DiagnosticStatus, KeyValue
 from ppaas.messages.health.observe import Observe, ObserveRequest, ObserveResponse
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Timer, Topic
-from ppaas.nodes.diagnostics.statuses import OWN, statuses_of
 from ppaas.nodes.message_checks import expect
 
 PERIOD = 1.0
@@ -39,6 +39,9 @@ REPORT_AGE = 10.0
 
 MOST_TEXT = 200
 """Length of the name and the text of a status that is kept [characters]."""
+
+_OWN = "ppaas: "
+"""Prefix of the names of the statuses of the cloud, which tells them from those of the robot's programs."""
 
 
 class Bus(Protocol):
@@ -104,7 +107,7 @@ class DiagnosticsNode(Node):
         """
         now = self.context.elapsed()
         for status in expect(message, DiagnosticArray).status:
-            if not status.name.startswith(OWN):
+            if not status.name.startswith(_OWN):
                 name, text = status.name[:MOST_TEXT], status.message[:MOST_TEXT]
                 self._reports[name] = now, ReportFacts(name=name, level=status.level, text=text)
 
@@ -179,6 +182,21 @@ class DiagnosticsNode(Node):
         return ObserveResponse(observations_to_json(self.observations()))
 
     def _publish(self) -> None:
-        findings = statuses_of(diagnose(self.observations()))
+        findings = _statuses_of(diagnose(self.observations()))
         header = Header(stamp=Time.of(self.context.now()))
         self.context.publish(topics.DIAGNOSTICS.name, DiagnosticArray(header, findings))
+
+
+def _statuses_of(findings: list[Finding]) -> list[DiagnosticStatus]:
+    """Return the status of each finding; one that says that all is well if there is none."""
+    if not findings:
+        return [DiagnosticStatus(0, f"{_OWN}robot", "Everything that the cloud checks is in order.")]
+    return [
+        DiagnosticStatus(LEVELS.index(each.level), f"{_OWN}{each.kind}", each.text, values=_values(each))
+        for each in findings
+    ]
+
+
+def _values(finding: Finding) -> list[KeyValue]:
+    named = {"advice": finding.advice, "topic": finding.topic}
+    return [KeyValue(key, value) for key, value in named.items() if value]

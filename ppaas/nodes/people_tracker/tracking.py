@@ -6,12 +6,13 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.messages.people_coordination import SensorView
-from ppaas.nodes.people_tracker.device_clocks import DeviceClocks
 from ppaas.nodes.people_tracker.poses import RobotPoses
 from ppaas.nodes.people_tracker.readings import FramedPerson, Reading
 from ppaas.nodes.topics import DETECTIONS, PEOPLE, TF
+from ppaas.people.robot_tracks.clock_offsets import LATEST, TOLERANCE, ClockOffset, corrected
 from ppaas.people.robot_tracks.robot_tracker import HELD, Found, RobotTracker, RobotTrackerState, SeenPerson
 from ppaas.people.state_checks import check_view
 
@@ -23,6 +24,54 @@ A view without its people would mean that they have left.
 
 FASTEST_ROBOT = 5.0
 """Speed above which the odometry was reset [m/s]."""
+
+_ODOMETRY = "odometry"
+
+
+class DeviceClocks:
+    """Offsets of the clocks of a robot's devices: stamps of detections by the clock of the odometry, or here."""
+
+    def __init__(self) -> None:
+        self._offsets: dict[str, ClockOffset] = {_ODOMETRY: ClockOffset()}
+
+    def note_odometry(self, stamp: float, now: float) -> None:
+        """Note the stamp of odometry that arrives at ``now`` [s]."""
+        self._offsets[_ODOMETRY].note(stamp, now)
+
+    def in_odometry(self, source: str, stamp: float, now: float, newest: float | None) -> float:
+        """Return the stamp of a detection that arrives now by the clock of the odometry [s].
+
+        Parameters
+        ----------
+        source : str
+            Topic of the detection.
+        stamp : float
+            By the clock of its device [s]; 0 for the time of the newest odometry, and unchanged.
+        now : float
+            Time of stamps [s].
+        newest : float or None
+            Stamp of the newest odometry [s]; without odometry the stamp is unchanged.
+
+        Raises
+        ------
+        InvalidInput
+            It is out of date: later by `LATEST` than the others of this topic.
+        """
+        if not stamp or newest is None:
+            return stamp
+        offset = self._offsets.setdefault(source, ClockOffset())
+        delay = offset.note(stamp, now)
+        if delay > LATEST:
+            raise InvalidInput(
+                f"detections on {source!r} are stamped {delay:.1f} s earlier than the others before them: they are out "
+                "of date, send each once, as soon as it is made"
+            )
+        apart = offset.seconds - self._offsets[_ODOMETRY].seconds
+        return stamp + apart if abs(apart) > TOLERANCE else stamp
+
+    def here(self, stamp: float) -> float:
+        """Return a time of the odometry by the clock of this computer [s]."""
+        return corrected(stamp, self._offsets[_ODOMETRY].seconds)
 
 
 class TrackingState(msgspec.Struct):

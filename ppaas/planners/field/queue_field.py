@@ -6,12 +6,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.costmap.costmap import Costmap
+from ppaas.planners.array_growth import doubled
 from ppaas.planners.ends import Cell
 from ppaas.planners.field.base import GridField
-from ppaas.planners.field.bucket_queue import BucketQueue
 from ppaas.planners.field.kernels.descent import descend
-from ppaas.planners.field.kernels.layout import AT_GOAL, BLOCKED, BUCKET_SHIFT, RING, UNREACHED, UNREACHED_WIDE
-from ppaas.planners.field.kernels.propagation import TOO_NARROW, propagate, seed
+from ppaas.planners.field.kernels.layout import (
+    AT_GOAL,
+    BLOCKED,
+    BUCKET_SHIFT,
+    CHUNK,
+    MAX_CHUNKS,
+    RING,
+    UNREACHED,
+    UNREACHED_WIDE,
+)
+from ppaas.planners.field.kernels.propagation import FREE, SPARE, STATE_SIZE, TOO_NARROW, propagate, seed
 from ppaas.planners.field.kernels.setup import pad_rows
 from ppaas.planners.helper_threads import share
 from ppaas.planners.kernels.moves import PAUSED, POOL_EMPTY, SETTLED
@@ -28,6 +37,36 @@ SLICE_SETUP = 1 << 18
 """Cells set up between two checks: 0.04 ms, or 0.15 ms if the memory is newly allocated."""
 SLICES_EACH = 4
 """Least number of slices per thread of the set-up; with fewer, no helper is called."""
+
+
+class _BucketQueue:
+    """Ring of buckets, each a linked list of chunks from one pool.
+
+    Parameters
+    ----------
+    cells : int
+        Number of cells to insert before the first call of the kernel.
+    """
+
+    def __init__(self, cells: int) -> None:
+        chunks = MAX_CHUNKS + 32 + cells // CHUNK + 1
+        self.pool = np.empty((chunks, CHUNK), np.uint32)
+        self.links = np.arange(1, chunks + 1, dtype=np.int32)
+        self.links[-1] = -1
+        self.heads = np.full(RING, -1, np.int32)
+        self.fills = np.full(RING, CHUNK, np.int32)
+        self.state = np.zeros(STATE_SIZE, np.int64)
+        self.state[SPARE] = chunks
+
+    def grow(self, check: Callable[[], None]) -> None:
+        """Double the pool; the queued cells remain in it."""
+        chunks = len(self.pool)
+        self.pool = doubled(self.pool, check)
+        added = np.arange(chunks + 1, 2 * chunks + 1, dtype=np.int32)
+        added[-1] = self.state[FREE]
+        self.links = np.concatenate((self.links, added))
+        self.state[FREE] = chunks
+        self.state[SPARE] += chunks
 
 
 class QueueField(GridField):
@@ -72,7 +111,7 @@ class QueueField(GridField):
         share(slices, pad_slice, helpers=min(threads, len(slices) // SLICES_EACH) - 1, check=check)
         self._costs = costs.ravel()
         self._field: NDArray[np.uint32] | NDArray[np.int64] = field.ravel()
-        self._queue = BucketQueue(len(goals))
+        self._queue = _BucketQueue(len(goals))
         flat = (goals[:, 0].astype(np.int64) + 1) * self._shape[1] + goals[:, 1] + 1
         q = self._queue
         seed(self._field, flat, q.pool, q.links, q.heads, q.fills, q.state)

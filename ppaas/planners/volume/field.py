@@ -5,6 +5,7 @@ diagonal move needs all voxels free in the 2×2 square or 2×2×2 cube that it c
 `ppaas.planners.weights`. The field is exact in fixed point, and identical for any slicing of the work.
 """
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -14,14 +15,21 @@ from ppaas.costmap.voxels import VoxelCostmap
 from ppaas.errors import GoalOccupied, GoalOutsideMap, InvalidInput, NoValidPath
 from ppaas.maps.voxels import Voxel, only_read
 from ppaas.planners.kernels.moves import PAUSED, POOL_EMPTY, SETTLED
-from ppaas.planners.volume.bucket_queue import VoxelBucketQueue
 from ppaas.planners.volume.kernels.descent import descend
-from ppaas.planners.volume.kernels.layout import AT_GOAL, BLOCKED, BUCKET_SHIFT, UNREACHED
-from ppaas.planners.volume.kernels.propagation import TOO_LONG, least_left, propagate
+from ppaas.planners.volume.kernels.layout import AT_GOAL, BLOCKED, BUCKET_SHIFT, CHUNK, MAX_CHUNKS, RING, UNREACHED
+from ppaas.planners.volume.kernels.propagation import (
+    BUCKET,
+    COUNT,
+    FREE,
+    SPARE,
+    STATE_SIZE,
+    TOO_LONG,
+    least_left,
+    propagate,
+)
 from ppaas.planners.volume.kernels.setup import pad_layers
-from ppaas.planners.volume.weights import fixed_weights_3d
 from ppaas.planners.watch import proceed
-from ppaas.planners.weights import NEUTRAL, SCALE, passable
+from ppaas.planners.weights import NEUTRAL, SCALE, fixed_weights, passable
 
 SLICE_VOXELS = 10_000
 """Voxels expanded between two checks: about 2 ms."""
@@ -29,6 +37,50 @@ SLICE_WALKED = 20_000
 """Voxels of a path written between two checks."""
 SLICE_SETUP = 1 << 20
 """Voxels set up between two checks."""
+
+
+class _VoxelBucketQueue:
+    """Ring of buckets, each a linked list of chunks from one pool.
+
+    Parameters
+    ----------
+    voxels : (n,) uint32 array
+        Initial contents.
+    bucket : int
+        Number of the bucket that holds all of them, the lowest one.
+    """
+
+    def __init__(self, voxels: NDArray[np.uint32], bucket: int) -> None:
+        taken = -(-len(voxels) // CHUNK)
+        chunks = taken + 2 * MAX_CHUNKS
+        self.pool = np.empty((chunks, CHUNK), np.uint32)
+        self.pool.ravel()[: len(voxels)] = voxels
+        self.links = np.arange(1, chunks + 1, dtype=np.int32)
+        self.links[:taken] = np.arange(-1, taken - 1)
+        self.links[-1] = -1
+        self.heads = np.full(RING, -1, np.int32)
+        self.fills = np.full(RING, CHUNK, np.int32)
+        slot = bucket & (RING - 1)
+        self.heads[slot] = taken - 1
+        self.fills[slot] = len(voxels) - (taken - 1) * CHUNK
+        self.state = np.zeros(STATE_SIZE, np.int64)
+        self.state[BUCKET], self.state[FREE], self.state[SPARE] = bucket, taken, chunks - taken
+
+    @property
+    def expanded(self) -> int:
+        """Number of expansions; a voxel expanded twice counts twice."""
+        return int(self.state[COUNT])
+
+    def grow(self) -> None:
+        """Enlarge the pool by half; the queued voxels remain in it."""
+        chunks = len(self.pool)
+        more = chunks // 2
+        self.pool = np.concatenate((self.pool, np.empty((more, CHUNK), np.uint32)))
+        added = np.arange(chunks + 1, chunks + more + 1, dtype=np.int32)
+        added[-1] = self.state[FREE]
+        self.links = np.concatenate((self.links, added))
+        self.state[FREE] = chunks
+        self.state[SPARE] += more
 
 
 class VoxelField:
@@ -69,7 +121,7 @@ class VoxelField:
         self._check = check
         depth, height, width = costmap.info.shape
         self._shape = depth + 2, height + 2, width + 2
-        self._weights = fixed_weights_3d()
+        self._weights = _fixed_weights_3d()
         self._costs, self._field = self._padded(costmap, passable(allow_unknown))
         self._aim = target
         self._least = self._weights[:, 0].copy() if target is not None else np.zeros(3, np.int64)
@@ -78,7 +130,7 @@ class VoxelField:
         self._field[flat] = AT_GOAL
         layers, rows, columns = np.subtract(goals[0], target).tolist() if target is not None else (0, 0, 0)
         bucket = (AT_GOAL + int(least_left(layers, rows, columns, self._least))) >> BUCKET_SHIFT
-        self._queue = VoxelBucketQueue(flat.astype(np.uint32), bucket)
+        self._queue = _VoxelBucketQueue(flat.astype(np.uint32), bucket)
 
     @property
     def settled(self) -> int:
@@ -169,3 +221,13 @@ def _check_goals(costmap: VoxelCostmap, goals: NDArray[np.integer], target: Voxe
     blocked = ~passable(allow_unknown)[costmap.data[tuple(goals.T)]]
     if blocked.any():
         raise GoalOccupied(f"the goal in voxel {goals[blocked][0].tolist()} is blocked; choose a free voxel")
+
+
+def _fixed_weights_3d() -> NDArray[np.int64]:
+    """Return the (3, 256) weights of moves along one, two and three axes in fixed point; that of 254 is 0.
+
+    The √3 diagonal is rounded to the nearest unit like the √2 one, and weighs more, so `RELATIVE_ERROR` of
+    `ppaas.planners.weights` also bounds its relative error.
+    """
+    flat = fixed_weights()
+    return np.vstack((flat, np.rint(flat[0] * math.sqrt(3.0)).astype(np.int64)))

@@ -18,9 +18,6 @@ from ppaas.errors import InvalidInput
 from ppaas.geometry import Poses
 from ppaas.plans.encoding.kernels import chunks
 
-_ZERO = np.zeros(1, np.int64)
-
-
 ENDS_BEFORE, ENDS_AFTER = chunks.ENDS_BEFORE, chunks.ENDS_AFTER
 """Number of waypoints at the start and at the goal that are never shared."""
 
@@ -30,19 +27,6 @@ def words_of(poses: Poses) -> NDArray[np.uint64]:
     words = np.ascontiguousarray(poses, "<f8").view("<u8")
     words.flags.writeable = False
     return words
-
-
-def waypoint_hashes(words: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    """Return a hash of each of (n, 7) poses, given by their bits. It is the same on every machine.
-
-    Raises
-    ------
-    InvalidInput
-        A pose is not finite.
-    """
-    hashes = np.empty(len(words), np.uint64)
-    _check_finite(chunks.hash_waypoints(words, hashes))
-    return hashes
 
 
 @dataclass(frozen=True, slots=True)

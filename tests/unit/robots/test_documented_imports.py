@@ -24,6 +24,10 @@ ALIASES = {
     "robots.onboard:LocalNodes": "robots.onboard.node_manager:LocalNodes",
     "robots.onboard:run_local_nodes": "robots.onboard.local_nodes:run_local_nodes",
     "robots.onboard:this_computer": "robots.onboard.computer:this_computer",
+}
+"""Documented names, and the modules that define them."""
+
+DEPRECATED = {
     "robots.move_base_client:MoveBaseClient": "robots.client:MoveBaseClient",
     "robots.move_base_client:GoalOutcome": "robots.client.move_base:GoalOutcome",
     "robots.base_controller:BaseController": "robots.onboard:BaseController",
@@ -31,8 +35,10 @@ ALIASES = {
     "robots.base_controller:STOP": "robots.onboard.base_controller:STOP",
     "robots.rest:RestClient": "robots.client:RestClient",
     "robots.rest:Login": "robots.client:Login",
+    "ppaas.planners.many:plan_many": "ppaas.planners.batch.plan_many:plan_many",
+    "ppaas.planners.cost_matrix:cost_matrix": "ppaas.planners.batch.cost_matrix:cost_matrix",
 }
-"""Documented names of this release and of earlier ones, and the modules that define them."""
+"""Names at import paths that earlier documents show, and the paths that their warnings name."""
 
 
 def documented() -> list[str]:
@@ -63,6 +69,21 @@ def test_documented_imports_exist(path: str) -> None:
 @pytest.mark.parametrize(("alias", "path"), ALIASES.items())
 def test_an_alias_is_the_same_object(alias: str, path: str) -> None:
     assert load(alias) is load(path)
+
+
+@pytest.mark.parametrize(("alias", "path"), DEPRECATED.items())
+def test_an_earlier_import_path_warns_and_names_the_new_one(
+    alias: str, path: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    module, new = alias.partition(":")[0], path.partition(":")[0]
+    monkeypatch.delitem(sys.modules, module, raising=False)
+    with pytest.warns(DeprecationWarning, match=rf"^{re.escape(module)} is deprecated: .*\b{re.escape(new)}\b"):
+        found = load(alias)
+    assert found is load(path)
+
+
+def test_no_document_shows_a_deprecated_import_path() -> None:
+    assert not {alias.partition(":")[0] for alias in DEPRECATED} & {path.partition(":")[0] for path in documented()}
 
 
 @pytest.mark.parametrize("package", ["robots.client", "robots.onboard"])

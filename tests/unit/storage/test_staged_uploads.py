@@ -1,11 +1,15 @@
 import hashlib
 import os
+import threading
+from contextlib import closing
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from storage.records import MapFile
-from storage.staged_uploads import StagedUpload
+from storage.staged_uploads import AT_ONCE, BackgroundHash, StagedUpload
 
 
 def test_a_file_is_hashed_as_it_is_written(tmp_path: Path) -> None:
@@ -35,3 +39,22 @@ def test_a_file_whose_block_failed_is_not_in_the_upload(tmp_path: Path) -> None:
         file.write(b"half")
         raise RuntimeError("the form is cut short")
     assert not upload.files
+
+
+@given(st.lists(st.sampled_from((0, 1, 100, AT_ONCE // 2, AT_ONCE, AT_ONCE + 1)), max_size=6))
+def test_the_hash_is_that_of_all_blocks_in_order(sizes: list[int]) -> None:
+    blocks = [bytes((number,)) * size for number, size in enumerate(sizes)]
+    with closing(BackgroundHash()) as hashed:
+        for block in blocks:
+            hashed.add(memoryview(block))
+        assert hashed.end() == hashlib.sha256(b"".join(blocks)).hexdigest()
+
+
+def test_only_long_data_starts_a_thread_that_ends_with_the_hash() -> None:
+    before = set(threading.enumerate())
+    with closing(BackgroundHash()) as hashed:
+        hashed.add(bytes(AT_ONCE - 1))
+        assert set(threading.enumerate()) == before
+        hashed.add(b"x")
+        assert len(set(threading.enumerate()) - before) == 1
+    assert set(threading.enumerate()) == before

@@ -1,5 +1,6 @@
 """WebSocket of a viewer: who may connect, and how a connection ends."""
 
+import asyncio
 import base64
 import json
 from collections.abc import AsyncIterator
@@ -11,9 +12,9 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.typing import Origin, Subprotocol
 
 from endpoints.audit.event import AuditQuery
-from endpoints.foxglove import viewers
+from endpoints.foxglove import viewer_socket, viewers
 from endpoints.foxglove.app import foxglove_app
-from endpoints.foxglove.viewer_socket import SUBPROTOCOLS
+from endpoints.foxglove.viewer_socket import SUBPROTOCOLS, BatchingConnection
 from endpoints.http.front_settings import FrontSettings
 from endpoints.services.services import Services
 from tests.support.endpoints.rapyuta import StillSessions
@@ -122,3 +123,43 @@ async def test_a_viewer_whose_token_ends_is_disconnected(port: Port, monkeypatch
                 await socket.recv()
     assert closed.value.rcvd is not None
     assert closed.value.rcvd.code == 1008
+
+
+class FakeConnection:
+    """Connection that notes what each write consists of."""
+
+    def __init__(self) -> None:
+        self.ready = True
+        self.writes: list[list[bytes]] = []
+
+    def send_frames(self, frames: list[bytes]) -> None:
+        self.writes.append(frames)
+
+
+async def test_frames_wait_for_each_other() -> None:
+    connection = FakeConnection()
+    sink = BatchingConnection(connection)  # type: ignore[arg-type]
+    for number in range(3):
+        sink.send_frame(b"%d" % number)
+    assert not connection.writes
+    await asyncio.sleep(3 * viewer_socket.PERIOD)
+    assert connection.writes == [[b"0", b"1", b"2"]]
+
+
+async def test_many_bytes_are_sent_at_once() -> None:
+    connection = FakeConnection()
+    sink = BatchingConnection(connection)  # type: ignore[arg-type]
+    sink.send_frame(b"a")
+    sink.send_frame(bytes(viewer_socket.MAX_WAITING))
+    assert [len(frames) for frames in connection.writes] == [2]
+    await asyncio.sleep(3 * viewer_socket.PERIOD)
+    assert len(connection.writes) == 1
+
+
+async def test_nothing_is_sent_to_a_closed_connection() -> None:
+    connection = FakeConnection()
+    sink = BatchingConnection(connection)  # type: ignore[arg-type]
+    sink.send_frame(b"a")
+    connection.ready = False
+    sink.flush()
+    assert not connection.writes

@@ -12,9 +12,8 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 from engine.master.balancer import Balancer
 from engine.master.balancers.container_group import FEW
 from engine.master.balancers.first_fit import FirstFit
-from engine.master.balancers.ppaas import SameMap
+from engine.master.balancers.ppaas import LATE, SameMap, Weights, utilization
 from engine.master.balancers.registry import BALANCERS
-from engine.master.balancers.utilization import LATE, Weights, utilization
 from engine.master.machine import Machine
 from engine.specs.containers import ContainerSpec
 from engine.specs.machine_settings import MachineSettings

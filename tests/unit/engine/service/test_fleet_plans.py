@@ -7,6 +7,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from benchmarks.fleet.checking import faults_of
 from engine.service.links.place_link import PlaceLink
 from engine.service.planning.fleet_requests import FleetRequest
 from engine.service.planning.planning import ANSWER_MARGIN, Planning
@@ -15,7 +16,6 @@ from engine.specs.start_state import KERNEL_PATIENCE
 from ppaas.clone.planning_container import build_planning
 from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import PPaaSError, StartOccupied
-from ppaas.fleet.checking import faults_of
 from ppaas.fleet.lattice_roadmap import lattice_roadmap
 from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.robot_sizes import RobotSizes, clearance_of

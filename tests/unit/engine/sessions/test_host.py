@@ -11,7 +11,7 @@ from engine.protocols import robot_link
 from engine.protocols.session_frames import SessionClient, SessionOptions
 from engine.rights.access import Access
 from engine.rights.roles import Role
-from engine.service.links.carried_session import CarriedSession
+from engine.service.links.carried_session import MAX_KEPT, MAX_KEPT_BYTES, CarriedSession
 from engine.service.links.place_link import PlaceLink
 from engine.sessions import host as host_module
 from engine.sessions.host import SessionHost
@@ -250,6 +250,26 @@ async def test_stream_messages_are_not_repeated(first: Container, link: PlaceLin
     client.say({"op": "publish", "topic": "scan", "msg": {}})
     second = replaced(first, link, checkpoint)
     assert goals(second) == [] and second.place.client_topics.type_of("chatter") == "std_msgs/String"
+
+
+async def test_a_client_with_too_many_unsettled_frames_is_closed(link: PlaceLink) -> None:
+    client = Client(link)
+    for _ in range(MAX_KEPT):
+        client.say(GOAL)
+        client.say({"op": "publish", "topic": "scan", "msg": {}})
+    assert not client.session.over.done()
+    client.say(GOAL)
+    with pytest.raises(QuotaExceeded, match=f"{MAX_KEPT + 1} messages are not acknowledged yet"):
+        raise client.session.over.result()
+
+
+async def test_a_client_with_too_large_unsettled_frames_is_closed(link: PlaceLink) -> None:
+    client = Client(link)
+    half = {**GOAL, "msg": {"data": "a" * (MAX_KEPT_BYTES // 2)}}
+    client.say(half)
+    assert not client.session.over.done()
+    client.say(half)
+    assert isinstance(client.session.over.result(), QuotaExceeded)
 
 
 async def test_settled_frames_are_forgotten_by_the_endpoint(first: Container, link: PlaceLink) -> None:

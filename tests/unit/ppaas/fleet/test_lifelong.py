@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks.fleet.checking import faults_of
 from ppaas.errors import InvalidInput
-from ppaas.fleet.checking import faults_of
 from ppaas.fleet.lifelong import LifelongPlan
 from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.roadmap import Roadmap

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from benchmarks.fleet.checking import faults_of
 from ppaas.errors import InvalidInput, PlanningError
 from ppaas.fleet import metric_problem
-from ppaas.fleet.checking import faults_of
 from ppaas.fleet.first_plan import first_plan
 from ppaas.fleet.improvement import Improvement
 from ppaas.fleet.lattice_roadmap import lattice_roadmap

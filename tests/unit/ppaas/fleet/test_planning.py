@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.fleet.checking import faults_of
 from ppaas.errors import InvalidInput, NoValidPath, PlanCancelled
-from ppaas.fleet.checking import faults_of
 from ppaas.fleet.first_plan import first_plan, guide_of
 from ppaas.fleet.improvement import MOST_TURN, Improvement, improved
 from ppaas.fleet.kernels.board import UNREACHABLE

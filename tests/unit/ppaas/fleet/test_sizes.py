@@ -8,8 +8,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from benchmarks.fleet.checking import faults_of
 from ppaas.errors import GoalOccupied, InvalidInput, NoValidPath
-from ppaas.fleet.checking import faults_of
 from ppaas.fleet.configuration_search import ConfigurationSearch
 from ppaas.fleet.kernels.board import NO_GUIDE
 from ppaas.fleet.lattice_roadmap import lattice_roadmap

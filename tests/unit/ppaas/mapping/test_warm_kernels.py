@@ -7,7 +7,6 @@ import ppaas.mapping.closures.kernels
 import ppaas.mapping.graph.kernels
 import ppaas.mapping.kernels
 from benchmarks.mapping.ring import ring_drive
-from ppaas.mapping.graph.marginals import Marginals
 from ppaas.mapping.pipeline.offline import map_log
 
 PACKAGES = (ppaas.mapping.kernels, ppaas.mapping.graph.kernels, ppaas.mapping.closures.kernels)
@@ -35,6 +34,5 @@ def test_mapping_uses_no_kernel_that_warm_has_not_compiled():
     warm = signatures()
     made = map_log(ring_drive().log)
     made.grid()
-    Marginals(made.mapper.graph)
     assert made.mapper.counts.closures > 0
     assert signatures() == warm

@@ -3,9 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from ppaas.errors import InvalidInput, InvalidMap
+from ppaas.errors import InvalidMap
 from ppaas.maps.voxels import MAX_VOXELS, Point3D, VoxelGrid, VoxelInfo
-from tests.support.world import voxels
 
 
 def test_a_point_lies_in_the_voxel_around_it():
@@ -44,23 +43,3 @@ def test_too_large_grid_is_refused_with_advice():
 def test_voxels_of_another_shape_type_or_value_are_refused(data):
     with pytest.raises(InvalidMap):
         VoxelGrid(data, VoxelInfo(0.1, 1, 1, 1))
-
-
-def test_crop_keeps_every_touched_voxel_in_place():
-    scene = voxels.room()
-    voxels.put(scene, (1.0, 1.0, 0.0), (1.2, 1.1, 0.3))
-    cut = scene.cropped((0.95, 0.9, -0.5), (1.2, 1.2, 0.4))
-    assert cut.info.shape == (5, 3, 3)
-    np.testing.assert_allclose(cut.info.origin, (0.9, 0.9, -0.1), atol=1e-12)
-    centres = cut.info.to_world(np.argwhere(np.ones(cut.info.shape, bool)))
-    original = scene.data[tuple(scene.info.to_voxels(centres).T)]
-    assert cut.data.ravel().tolist() == original.tolist()
-    assert (cut.data == 100).sum() == 3 * 2 + 9
-
-
-@pytest.mark.parametrize(
-    "corners", [((5, 5, 5), (6, 6, 6)), ((1, 1, 1), (0, 0, 0)), ((0, 0, math.nan), (1, 1, 1)), (0, 1)]
-)
-def test_empty_crop_is_refused(corners):
-    with pytest.raises(InvalidInput):
-        voxels.room().cropped(*corners)

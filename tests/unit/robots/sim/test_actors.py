@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ppaas.geometry import Pose2D
-from robots.sim.actors import Actor, Leave, Script, Stay, Walk, come_and_go, sit, talk, walk_to_and_fro, wander
+from robots.sim.actors import Actor, Leave, Script, Stay, Walk, come_and_go, sit, talk, wander
 from robots.sim.bodies.furniture import chair, furnished
 from robots.sim.shortest_paths import ShortestPaths
 from robots.sim.world import World
@@ -92,7 +92,6 @@ def test_endless_scripts_go_on_and_are_the_same_for_the_same_seed() -> None:
         rng, ways = np.random.default_rng(3), paths(world)
         scripts: list[Script] = [
             wander(ways, rng, 2.0),
-            walk_to_and_fro(Pose2D(1.0, 1.0), Pose2D(7.0, 5.0)),
             come_and_go(Pose2D(1.0, 5.0), ways, rng, 5.0),
         ]
         for script in scripts:

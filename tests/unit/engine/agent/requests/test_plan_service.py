@@ -1,15 +1,19 @@
 """Plan service: stored plans that a container finds, and history that it may add."""
 
+import msgspec
 import pytest
 
-from engine.agent.requests.plan_service import PlanService
+from engine.agent.requests.plan_service import PlanService, RecentPlans
 from engine.protocols import machine_link
 from engine.protocols.plan_candidates import stored_plan
-from ppaas.errors import NotPermitted
+from ppaas.errors import NotFound, NotPermitted
 from ppaas.plans.history import LinkHistory, failed_row
 from storage.memory.store import MemoryStore
+from storage.records import PlanRecord
+from storage.versions import without_poses
 from tests.support.engine.kept_plans import PARAMETERS, record
 from tests.support.engine.specs import mapping_spec, planning_spec
+from tests.support.storage.records import plan
 
 SPEC = planning_spec()
 
@@ -87,3 +91,47 @@ def test_plans_of_a_map_that_is_not_published_are_neither_stored_nor_found(
     asked = machine_link.FindPlans(1, (0.0, 0.0), (20.0, 0.0), "dijkstra", PARAMETERS, 0.18, 0.25, False)
     assert service.find(spec, asked) == []
     assert service.history(spec).rows == []
+
+
+class CountingStore(MemoryStore):
+    """Store that counts reads of plans."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.read = 0
+
+    def plan(self, plan_id: str) -> PlanRecord:
+        self.read += 1
+        return super().plan(plan_id)
+
+
+def test_plan_is_read_from_the_store_once() -> None:
+    store = CountingStore()
+    store.add_plan(plan("p1"))
+    recent = RecentPlans(store)
+    assert [recent.plan(without_poses(plan("p1"))) for _ in range(3)] == [plan("p1")] * 3
+    assert store.read == 1
+
+
+def test_replaced_plan_is_read_again() -> None:
+    store, changed = CountingStore(), msgspec.structs.replace(plan("p1"), cost=7.0)
+    store.add_plan(plan("p1"))
+    recent = RecentPlans(store)
+    recent.plan(without_poses(plan("p1")))
+    store.replace_plan(changed, instead_of=plan("p1"))
+    assert recent.plan(without_poses(changed)) == changed
+    assert store.read == 2
+
+
+def test_cache_evicts_the_least_recently_used_plan() -> None:
+    store, plans = CountingStore(), [plan(f"p{number}") for number in range(3)]
+    store.add_plans(plans)
+    recent = RecentPlans(store, most_bytes=2 * len(plans[0].poses))
+    for wanted in (0, 1, 0, 2, 0, 1):
+        recent.plan(without_poses(plans[wanted]))
+    assert store.read == 4, "the third evicted the second, which was then read again"
+
+
+def test_removed_plan_is_not_found() -> None:
+    with pytest.raises(NotFound):
+        RecentPlans(CountingStore()).plan(without_poses(plan("p1")))

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppaas.fleet.checking import faults_of
+from benchmarks.fleet.checking import faults_of
 from ppaas.fleet.kernels.board import seeded
 from ppaas.fleet.kernels.neighbourhood import memory_of
 from ppaas.fleet.kernels.timed_search import Schedule, mark

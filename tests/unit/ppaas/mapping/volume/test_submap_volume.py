@@ -10,7 +10,7 @@ from ppaas.mapping.volume.key_frame_poses import KeyFramePoses
 from ppaas.mapping.volume.parameters import VolumeParameters
 from ppaas.mapping.volume.submap_volume import SUBMAP_TRAVEL, SubmapVolume
 from ppaas.mapping.volume.voxel_volume import VoxelVolume
-from tests.unit.ppaas.mapping.volume.test_voxel_volume import log_odds
+from tests.unit.ppaas.mapping.volume.test_voxel_volume import log_odds, log_odds_at
 
 PARAMETERS = VolumeParameters(resolution=0.1, max_range=6.0)
 STOPS = np.arange(0.0, 12.1, 2.0)
@@ -161,7 +161,7 @@ def test_a_cleared_box_stays_clear_after_a_correction():
     volume.clear_box((end.x - 2.0, end.y - 2.0, 0.0), (end.x + 2.0, end.y + 2.0, 1.0))
     volume.correct(DRIFTED, TRUE)
     wall = np.stack(np.meshgrid([15.05, 14.95], np.arange(-0.5, 0.5, 0.1), np.arange(0.2, 0.8, 0.1)), -1).reshape(-1, 3)
-    assert not (volume.volume.log_odds_at(wall) >= 0.0).any()
+    assert not (log_odds_at(volume.volume, wall) >= 0.0).any()
 
 
 def test_submaps_begin_after_their_travel():

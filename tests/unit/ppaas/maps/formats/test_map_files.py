@@ -11,7 +11,7 @@ from ppaas.errors import InvalidMap
 from ppaas.geometry import Pose2D
 from ppaas.maps.formats.map_files import load_map, save_map
 from ppaas.maps.formats.map_yaml import Mode, Rules, parse_yaml
-from ppaas.maps.formats.pgm import parse_pgm, write_pgm
+from ppaas.maps.formats.pgm import open_pgm, write_pgm
 from tests.support.world.maps import YAML, grid_maps, real_map
 from tests.support.world.png import png
 
@@ -222,7 +222,8 @@ def test_real_maps_round_trip(data, name, shape, resolution, values):
 def test_real_map_is_equal_as_png_and_as_text(data, name):
     folder = data / "ros"
     record, image = (folder / f"{name}.yaml").read_bytes(), (folder / f"{name}.pgm").read_bytes()
-    pixels, cells = parse_pgm(image), load_map(record, image).data
+    opened, cells = open_pgm(image), load_map(record, image).data
+    pixels = opened.rows(0, opened.shape[0])
     as_png = png([row.tobytes() for row in pixels], pixels.shape[1])
     as_text = b"P2 %d %d 255\n" % pixels.shape[::-1] + b"\n".join(b" ".join(b"%d" % p for p in row) for row in pixels)
     assert np.array_equal(load_map(record, as_png).data, cells)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.fleet.checking import faults_of
 from ppaas.clone.planning_container import build_planning
 from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import (
@@ -24,7 +25,6 @@ from ppaas.errors import (
     StartOccupied,
     StartOutsideMap,
 )
-from ppaas.fleet.checking import faults_of
 from ppaas.fleet.lattice_roadmap import lattice_roadmap
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.fleet.plan import FleetPlan

@@ -7,7 +7,7 @@ import pytest
 
 from ppaas.costmap.build_layers import build_layers
 from ppaas.people.coordinator.cost_fields import PathCosts, coarse
-from ppaas.planners.cost_matrix import cost_matrix
+from ppaas.planners.batch.cost_matrix import cost_matrix
 from tests.support.world.rooms import room
 
 MAP = build_layers(room(12.0, 8.0)).costmap

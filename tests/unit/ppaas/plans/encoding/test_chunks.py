@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import InvalidInput
-from ppaas.plans.encoding.chunks import cut_plans, waypoint_hashes, words_of
+from ppaas.plans.encoding.chunks import cut_plans, words_of
+from ppaas.plans.encoding.kernels.chunks import hash_waypoints
 from tests.reference.plans import plan_bytes, plan_chunks
 
 
@@ -14,6 +15,12 @@ def poses_of(numbers: list[int]) -> np.ndarray:
     poses = np.zeros((len(numbers), 7))
     poses[:, 0] = numbers
     return poses
+
+
+def hashes_of(poses: np.ndarray) -> list[int]:
+    hashes = np.empty(len(poses), np.uint64)
+    assert hash_waypoints(words_of(poses), hashes) == -1
+    return hashes.tolist()
 
 
 def bounds_of(poses: np.ndarray, stops: np.ndarray, granularity: int) -> list[list[int]]:
@@ -33,7 +40,7 @@ def test_cuts_agree_with_the_twin_for_each_plan(plans: list[list[int]], granular
     stops = np.cumsum([len(plan) for plan in plans])
     for plan, stop, bounds in zip(plans, stops.tolist(), bounds_of(poses, stops, granularity), strict=True):
         hashes = [plan_bytes.waypoint_hash(pose) for pose in poses_of(plan).tolist()]
-        assert hashes == waypoint_hashes(words_of(poses_of(plan))).tolist()
+        assert hashes == hashes_of(poses_of(plan))
         assert [at - stop + len(plan) for at in bounds] == plan_chunks.cuts(hashes, granularity)
 
 
@@ -60,11 +67,11 @@ def test_shared_segment_is_cut_equally_in_each_plan() -> None:
 def test_hash_depends_on_all_seven_numbers_of_a_pose() -> None:
     poses = np.ones((8, 7))
     poses[np.arange(7), np.arange(7)] = 2.0
-    assert len(set(waypoint_hashes(words_of(poses)).tolist())) == 8
+    assert len(set(hashes_of(poses))) == 8
 
 
 def test_non_finite_pose_is_refused() -> None:
     poses = np.zeros((9, 7))
     poses[4, 6] = np.nan
     with pytest.raises(InvalidInput, match="pose 4"):
-        waypoint_hashes(words_of(poses))
+        cut_plans(words_of(poses), np.array([9]), 2)

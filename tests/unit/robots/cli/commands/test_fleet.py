@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.fleet.checking import faults_of
 from ppaas.errors import InvalidInput, NoValidPath
-from ppaas.fleet.checking import faults_of
 from ppaas.fleet.improvement import MOST_TURN
 from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.roadmap import Roadmap

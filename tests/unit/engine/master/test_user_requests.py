@@ -1,4 +1,4 @@
-"""Tests of resizing: sizes of running containers, as the master counts them."""
+"""Requests of users: sizes of running containers, as the master counts them."""
 
 import pytest
 

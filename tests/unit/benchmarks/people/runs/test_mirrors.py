@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from benchmarks.people.runs.mirrors import GAP, hang_mirrors
 from ppaas.geometry import Pose2D
-from robots.demo.people_mirrors import GAP, hang_mirrors
 from robots.sim.shortest_paths import ShortestPaths
 from robots.sim.world import World
 from tests.support.world.rooms import room

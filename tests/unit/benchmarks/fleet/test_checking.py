@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ppaas.fleet.checking import faults_of
+from benchmarks.fleet.checking import faults_of
 from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.roadmap import Roadmap
 

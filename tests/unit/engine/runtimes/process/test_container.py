@@ -10,7 +10,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from engine.runtimes.process.affinity import move_threads
+from engine.runtimes.process.container import move_threads
 
 BUSY = """
 import hashlib, threading
