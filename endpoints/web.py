@@ -20,20 +20,13 @@ from endpoints.http.http_protocol import DirectHttp, http_protocol
 from endpoints.http.tls import ServerTls
 from endpoints.http.tls_handshake import TlsListener
 from endpoints.http.websocket_protocol import DirectWebSocket
-from endpoints.rapyuta.app import rapyuta_app
-from endpoints.rapyuta.registry import RobotRegistry
+from endpoints.protocols import MAX_FRAME, PROTOCOLS, ClientProtocol
 from endpoints.rosbridge.rights_watch import RightsWatch
 from endpoints.rosbridge.robot_socket import serve_robot_socket
 from endpoints.rosbridge.session_registry import SessionRegistry
 from endpoints.services.robot_places import RobotPlaces
 from endpoints.services.services import Services
 from engine.processes.background import Background
-
-MAX_FRAME = 16 * 1024 * 1024
-"""Largest frame of a robot [bytes]: ten times a raw 640×480 depth image."""
-
-MAX_VIEWER_FRAME = 1024 * 1024
-"""Largest frame of a viewer of Foxglove [bytes], which publishes goals, not sensors."""
 
 
 class Server(uvicorn.Server):
@@ -112,7 +105,7 @@ class Web:
         self._settings = settings
         self._configured = partial(_uvicorn_config, log_level=log_level, dead=dead, connections=connections, tls=tls)
         self._server = Server(self._configured(build_app(services, self.sessions, settings)))
-        self._rapyuta = RobotRegistry(services, self.sessions)
+        self._protocols: list[ClientProtocol] = []
         self._others: list[tuple[Server, Sequence[socket.socket]]] = []
 
     async def serve(self, listeners: Sequence[socket.socket]) -> None:
@@ -123,18 +116,13 @@ class Web:
         servers = [(self._server, listeners), *self._others]
         await asyncio.gather(*(server.serve(list(sockets)) for server, sockets in servers))
 
-    def serve_rapyuta(self, listeners: Sequence[socket.socket]) -> None:
-        """Make ``serve`` also serve robots of Rapyuta, on these listeners."""
-        self._background.run(self._rapyuta.watch())
-        app = rapyuta_app(self._services, self._rapyuta, self._settings)
-        self._others.append((Server(self._configured(app)), listeners))
-
-    def serve_foxglove(self, listeners: Sequence[socket.socket]) -> None:
-        """Make ``serve`` also serve viewers of Foxglove, on these listeners; needs the extra ``foxglove``."""
-        from endpoints.foxglove.app import foxglove_app  # noqa: PLC0415 - of the extra
-
-        app = foxglove_app(self._services, self.sessions, self._settings)
-        self._others.append((Server(self._configured(app, max_frame=MAX_VIEWER_FRAME)), listeners))
+    def serve_protocol(self, name: str, listeners: Sequence[socket.socket]) -> None:
+        """Load a protocol by its name, and make ``serve`` also serve its clients, on these listeners."""
+        protocol = PROTOCOLS.load(name)(self._services, self.sessions, self._settings)
+        self._protocols.append(protocol)
+        self._background.run(protocol.watch())
+        server = Server(self._configured(protocol.app(), max_frame=protocol.max_frame))
+        self._others.append((server, listeners))
 
     def stop(self) -> None:
         """Make ``serve`` return."""
@@ -144,7 +132,8 @@ class Web:
     async def close(self) -> None:
         """End all sessions."""
         await self._background.cancel()
-        await self._rapyuta.close()
+        for protocol in self._protocols:
+            await protocol.close()
 
 
 def build_app(services: Services, sessions: SessionRegistry, settings: FrontSettings) -> FastAPI:

@@ -1,17 +1,27 @@
-"""This project as it is installed: the command that installs an extra, and packages beside it of untried versions."""
+"""This project as it is installed: its extras, packages beside it of untried versions, and the origin of plug-ins."""
 
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, requires, version
+from importlib.metadata import EntryPoint, PackageNotFoundError, requires, version
+from typing import Any
 
-from ppaas.errors import Unavailable
+from ppaas.errors import InvalidParameter, Unavailable
 
 NAME = "ppaas-cloud"
 """Name of the distribution; on the index of Python, ``ppaas`` is another program."""
 
+BENCHES = "ppaas-benchmarks"
+"""Name of the distribution of the benches, from the same checkout."""
+
 BASE = ""
 """Name of the group of requirements without an extra, which a robot needs."""
+
+
+class BrokenPlugin(InvalidParameter):
+    """An installed plug-in of another distribution cannot be loaded or created; the text names its entry point."""
+
+    slug = "broken-plugin"
 
 
 def install_hint(*extras: str) -> str:
@@ -117,3 +127,39 @@ def _release(text: str) -> tuple[int, ...]:
     while numbers and not numbers[-1]:
         numbers.pop()
     return tuple(numbers)
+
+
+def is_own(entry: EntryPoint) -> bool:
+    """Return whether this distribution has an entry point; its plug-ins are always allowed."""
+    return entry.dist is not None and entry.dist.name == NAME
+
+
+def origin(entry: EntryPoint) -> str:
+    """Return the entry point and its distribution, for error messages."""
+    of = "an unknown distribution" if entry.dist is None else f"{entry.dist.name} {entry.dist.version}"
+    return f"entry point {entry.name!r} = {entry.value} of {of}"
+
+
+def load_entry(entry: EntryPoint, kind: str) -> Any:
+    """Return the object of an entry point.
+
+    Parameters
+    ----------
+    entry : EntryPoint
+    kind : str
+        Noun for it in errors, such as ``planner``.
+
+    Raises
+    ------
+    ImportError
+        A plug-in of this project needs a package that is not installed.
+    BrokenPlugin
+        A plug-in of another distribution cannot be imported, for whatever reason.
+    """
+    try:
+        return entry.load()
+    except Exception as error:
+        if entry.dist is None or entry.dist.name in (NAME, BENCHES):
+            raise
+        text = f"{kind} {entry.name!r} ({origin(entry)}) cannot be loaded: {type(error).__name__}: {error}"
+        raise BrokenPlugin(text) from error

@@ -13,10 +13,10 @@ from typing import Any, Generic, TypeVar
 import msgspec
 
 from ppaas.decoding import converted
-from ppaas.distribution import NAME
-from ppaas.errors import InvalidParameter, NotFound, NotPermitted
+from ppaas.distribution import BrokenPlugin, is_own, load_entry, origin
+from ppaas.errors import InvalidParameter, NotFound, NotPermitted, PPaaSError
 
-P = TypeVar("P")
+P_co = TypeVar("P_co", covariant=True)
 
 GROUPS = "ppaas."
 """Beginning of the names of the entry point groups of plug-ins."""
@@ -51,13 +51,8 @@ def permitted() -> tuple[str, ...] | None:
     return None if _permitted is None else tuple(sorted(_permitted))
 
 
-def _is_own(entry: EntryPoint) -> bool:
-    """Return whether this distribution has an entry point; its plug-ins are always allowed."""
-    return entry.dist is not None and entry.dist.name == NAME
-
-
 def _may_load(entry: EntryPoint) -> bool:
-    return _permitted is None or _is_own(entry) or f"{entry.group}:{entry.name}" in _permitted
+    return _permitted is None or is_own(entry) or f"{entry.group}:{entry.name}" in _permitted
 
 
 def parameters_in_use(of: object) -> dict[str, Any]:
@@ -110,7 +105,15 @@ def read_keywords(what: str, plugin: type, given: dict[str, Any]) -> dict[str, A
     return read
 
 
-class PluginRegistry(Generic[P]):
+def taken_by(plugin: type, offered: dict[str, Any]) -> dict[str, Any]:
+    """Return those of the offered arguments that a plug-in's constructor takes; all if it has ``**parameters``."""
+    taken = signature(plugin).parameters
+    if any(each.kind is Parameter.VAR_KEYWORD for each in taken.values()):
+        return offered
+    return {name: value for name, value in offered.items() if name in taken}
+
+
+class PluginRegistry(Generic[P_co]):
     """Plug-ins of one entry point group; a plug-in is imported when it is first loaded.
 
     Parameters
@@ -125,7 +128,7 @@ class PluginRegistry(Generic[P]):
         Alias to own name, for plug-ins of this distribution: the names that they have in ROS.
     """
 
-    def __init__(self, group: str, kind: str, base: type[P], aliases: dict[str, str]) -> None:
+    def __init__(self, group: str, kind: str, base: type[P_co], aliases: dict[str, str]) -> None:
         self._group = group
         self._kind = kind
         self._base = base
@@ -134,7 +137,11 @@ class PluginRegistry(Generic[P]):
     @cached_property
     def _entries(self) -> dict[str, EntryPoint]:
         # Own entry points come last, so that no other distribution replaces one of them by using its name.
-        return {entry.name: entry for entry in sorted(entry_points(group=self._group), key=_is_own)}
+        return {entry.name: entry for entry in sorted(entry_points(group=self._group), key=is_own)}
+
+    def __contains__(self, name: str) -> bool:
+        """Return whether a plug-in is installed, by its name or an alias; it may not be allowed."""
+        return self.own_name(name) in self._entries
 
     def names(self) -> tuple[str, ...]:
         """Return the sorted names of all plug-ins that are installed and allowed."""
@@ -158,7 +165,7 @@ class PluginRegistry(Generic[P]):
         aliases = self.aliases(name)
         return self.own_name(name), *aliases, *(alias.rpartition("/")[2] for alias in aliases)
 
-    def load(self, name: str) -> type[P]:
+    def load(self, name: str) -> type[P_co]:
         """Return the class of a plug-in by its name or alias.
 
         Raises
@@ -167,8 +174,9 @@ class PluginRegistry(Generic[P]):
             No plug-in has that name; the text lists the names.
         NotPermitted
             The plug-in is installed, but no administrator has allowed it.
-        InvalidParameter
-            Its entry point does not refer to a subclass of the group's base class.
+        BrokenPlugin
+            It cannot be imported, or its entry point does not refer to a subclass of the group's base class; the text
+            names the distribution and the entry point.
         """
         entry = self._entries.get(self.own_name(name))
         if entry is None:
@@ -176,12 +184,12 @@ class PluginRegistry(Generic[P]):
         if not _may_load(entry):
             command = f"ppaas up --allow {self.full_name(name)}"
             raise NotPermitted(f"{self._kind} {name!r} is installed, but not allowed; allow it with: {command}")
-        loaded = entry.load()
+        loaded = load_entry(entry, self._kind)
         if not (isinstance(loaded, type) and issubclass(loaded, self._base)):
-            raise InvalidParameter(f"entry point {name!r}: {entry.value} is not a subclass of {self._base.__name__}")
+            raise BrokenPlugin(f"{self._kind} {name!r} ({origin(entry)}) is not a subclass of {self._base.__name__}")
         return loaded
 
-    def create(self, name: str, parameters: dict[str, Any]) -> P:
+    def create(self, name: str, parameters: dict[str, Any]) -> P_co:
         """Create a plug-in.
 
         Raises
@@ -191,7 +199,9 @@ class PluginRegistry(Generic[P]):
         NotPermitted
             No administrator has allowed it.
         InvalidParameter
-            A parameter is unknown, of the wrong type or refused by the plug-in, or the entry point is wrong.
+            A parameter is unknown, of the wrong type or refused by the plug-in.
+        BrokenPlugin
+            It cannot be loaded, or its constructor fails in another way.
         """
         plugin = self.load(name)
         keywords = read_keywords(f"{self._kind} {name!r}", plugin, parameters)
@@ -199,3 +209,11 @@ class PluginRegistry(Generic[P]):
             return plugin(**keywords)
         except (TypeError, ValueError) as error:
             raise InvalidParameter(f"{self._kind} {name!r}: {error}") from error
+        except PPaaSError:
+            raise
+        except Exception as error:
+            entry = self._entries[self.own_name(name)]
+            if is_own(entry):
+                raise
+            text = f"{self._kind} {name!r} ({origin(entry)}) cannot be created: {type(error).__name__}: {error}"
+            raise BrokenPlugin(text) from error

@@ -72,10 +72,10 @@ def run(arguments: argparse.Namespace) -> int:
 def _read(url: str, *, as_json: bool) -> int:
     """Read everything in a store and show what is damaged; return 0 if nothing is."""
     from storage.migration.damage import damaged_of, read_map_store, read_store  # noqa: PLC0415
-    from storage.urls.backends import STORES  # noqa: PLC0415
     from storage.urls.opening import open_existing_map_store, open_existing_store  # noqa: PLC0415
+    from storage.urls.registry import STORES, scheme_of  # noqa: PLC0415
 
-    if url.partition(":")[0] in STORES:
+    if scheme_of(url) in STORES:
         store: Any = open_existing_store(url)
         with _closing(store):
             found = list(read_store(store))
@@ -108,7 +108,6 @@ def _open(source: str, target: str, *, create: bool) -> "tuple[Sequence[RecordKi
     """Return the kinds of records of two stores, and the stores; only the target of a migration may be created."""
     from storage.migration.map_records import MAP_KINDS  # noqa: PLC0415
     from storage.migration.store_records import KINDS  # noqa: PLC0415
-    from storage.urls.backends import MAP_STORES, STORES  # noqa: PLC0415
     from storage.urls.opening import (  # noqa: PLC0415
         is_same,
         open_existing_map_store,
@@ -116,18 +115,19 @@ def _open(source: str, target: str, *, create: bool) -> "tuple[Sequence[RecordKi
         open_map_store,
         open_store,
     )
+    from storage.urls.registry import MAP_STORES, STORES, scheme_of, schemes  # noqa: PLC0415
 
-    schemes = {url.partition(":")[0] for url in (source, target)}
-    if is_same(source, target) and len(schemes) == 1:
+    given = [scheme_of(url) for url in (source, target)]
+    if is_same(source, target) and len(set(given)) == 1:
         raise InvalidInput("FROM and TO are the same store, or one is in the other: give two different stores")
-    if schemes <= set(STORES):
+    if all(scheme in STORES for scheme in given):
         return KINDS, open_existing_store(source), (open_store if create else open_existing_store)(target)
-    if schemes <= set(MAP_STORES):
+    if all(scheme in MAP_STORES for scheme in given):
         opened = open_existing_map_store(source)
         return MAP_KINDS, opened, (open_map_store if create else open_existing_map_store)(target)
-    known = f"both {', '.join(f'{name}:' for name in STORES)} or both {', '.join(f'{name}:' for name in MAP_STORES)}"
-    given = " and ".join(f"{url.partition(':')[0]}:" for url in (source, target))  # without passwords
-    raise InvalidInput(f"stores {given} do not store the same kind of data: give {known}")
+    words = " and ".join(f"{scheme}:" for scheme in given)  # without passwords
+    known = f"both {schemes(STORES)} or both {schemes(MAP_STORES)}"
+    raise InvalidInput(f"stores {words} do not store the same kind of data: give {known}")
 
 
 def _closing(store: Any) -> Any:

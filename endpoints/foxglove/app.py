@@ -1,6 +1,7 @@
 """Application for viewers: the WebSocket, and a page that explains how to open it."""
 
 from dataclasses import replace
+from typing import ClassVar
 
 from starlette.applications import Starlette
 from starlette.middleware import Middleware
@@ -15,8 +16,22 @@ from endpoints.foxglove.viewer_socket import serve_viewer_socket
 from endpoints.foxglove.viewers import Viewers
 from endpoints.http.front import front
 from endpoints.http.front_settings import ANY_ORIGIN, FrontSettings
+from endpoints.protocols import ClientProtocol
 from endpoints.rosbridge.session_registry import SessionRegistry
 from endpoints.services.services import Services
+
+MAX_FRAME = 1024 * 1024
+"""Largest frame of a viewer [bytes], which publishes goals, not sensors."""
+
+
+class Foxglove(ClientProtocol):
+    """Foxglove's WebSocket protocol; needs the extra ``foxglove``."""
+
+    max_frame: ClassVar[int] = MAX_FRAME
+
+    def app(self) -> ASGIApp:
+        """Return the application."""
+        return foxglove_app(self._services, self._sessions, self._settings)
 
 
 def foxglove_app(services: Services, sessions: SessionRegistry, settings: FrontSettings) -> ASGIApp:

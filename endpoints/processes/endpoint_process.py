@@ -204,12 +204,12 @@ def _machine_access(config: EndpointConfig) -> MachineAccess | None:
 
 async def _listen(front: FrontConfig, web: Web, stack: contextlib.AsyncExitStack) -> None:
     listeners = listen(front.host, front.port, shared=True)
-    rapyuta = [] if front.rapyuta is None else listen(front.host, front.rapyuta, shared=True)
-    foxglove = [] if front.foxglove is None else listen(front.host, front.foxglove, shared=True)
-    for listener in (*listeners, *rapyuta, *foxglove):
+    for listener in listeners:
         stack.enter_context(listener)
-    if rapyuta:
-        web.serve_rapyuta(rapyuta)
-    if foxglove:
-        web.serve_foxglove(foxglove)
+    for protocol, port in (("rapyuta", front.rapyuta), ("foxglove", front.foxglove)):
+        others = [] if port is None else listen(front.host, port, shared=True)
+        for listener in others:
+            stack.enter_context(listener)
+        if others:
+            web.serve_protocol(protocol, others)
     await web.serve(listeners)

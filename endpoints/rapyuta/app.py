@@ -11,10 +11,32 @@ from starlette.websockets import WebSocket
 from endpoints.audit.requests import AuditedRequests
 from endpoints.http.front import front
 from endpoints.http.front_settings import FrontSettings
+from endpoints.protocols import ClientProtocol
 from endpoints.rapyuta.registry import RobotRegistry
 from endpoints.rapyuta.robot_socket import FATAL, serve_robot_socket
+from endpoints.rosbridge.session_registry import SessionRegistry
 from endpoints.services.services import Services
 from ppaas.wire.rapyuta.handshake import answer_master
+
+
+class Rapyuta(ClientProtocol):
+    """Protocol of 2013."""
+
+    def __init__(self, services: Services, sessions: SessionRegistry, settings: FrontSettings) -> None:
+        super().__init__(services, sessions, settings)
+        self._registry = RobotRegistry(services, sessions)
+
+    def app(self) -> ASGIApp:
+        """Return the application."""
+        return rapyuta_app(self._services, self._registry, self._settings)
+
+    async def watch(self) -> None:
+        """Check periodically whether robots may still be logged in."""
+        await self._registry.watch()
+
+    async def close(self) -> None:
+        """End all robots."""
+        await self._registry.close()
 
 
 def rapyuta_app(services: Services, registry: RobotRegistry, settings: FrontSettings) -> ASGIApp:

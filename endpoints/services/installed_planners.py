@@ -6,22 +6,18 @@ A separate process lists them, so that the web process need not load their kerne
 import asyncio
 import logging
 import sys
-from typing import TYPE_CHECKING
 
 import msgspec
 
-from endpoints.services import planner_cache
+from endpoints.services import list_planners, planner_cache
 from endpoints.services.planner_cache import PlannerCatalogue
 from ppaas.decoding import from_json
 from ppaas.errors import Unavailable
 from ppaas.plugins import permitted
 
-if TYPE_CHECKING:
-    from endpoints.services import list_planners  # noqa: F401 - the program named below
-
 logger = logging.getLogger(__name__)
 
-PROGRAM = ("-m", "endpoints.services.list_planners")
+PROGRAM = ("-m", list_planners.__name__)
 """Arguments of Python that run the program; the permitted plug-ins follow as JSON."""
 
 
@@ -38,7 +34,7 @@ class InstalledPlanners:
         Raises
         ------
         Unavailable
-            A planner cannot be loaded; the reason is logged.
+            A planner of this project cannot be loaded; the reason is logged. One of another distribution is left out.
         """
         async with self._lock:
             if self._known is None:
@@ -51,16 +47,21 @@ async def _load_or_list() -> PlannerCatalogue:
     file = await asyncio.to_thread(planner_cache.cache_file, " ".join(arguments))
     known = planner_cache.load(file)
     if known is None:
-        known = await _list(arguments)
-        planner_cache.save(file, known)
+        known, complete = await _list(arguments)
+        if complete:
+            planner_cache.save(file, known)
     return known
 
 
-async def _list(arguments: tuple[str, ...]) -> PlannerCatalogue:
+async def _list(arguments: tuple[str, ...]) -> tuple[PlannerCatalogue, bool]:
+    """Return the installed planners, and whether these are all."""
     pipe = asyncio.subprocess.PIPE
     process = await asyncio.create_subprocess_exec(sys.executable, *arguments, stdout=pipe, stderr=pipe)
     out, err = await process.communicate()
-    if process.returncode != 0:
-        logger.error("cannot list the planners: %s", err.decode(errors="replace"))
+    text = err.decode(errors="replace")
+    if process.returncode not in (0, list_planners.INCOMPLETE):
+        logger.error("cannot list the planners: %s", text)
         raise Unavailable("an installed planner cannot be loaded: see the log of the cloud")
-    return from_json(out, PlannerCatalogue)
+    if process.returncode:
+        logger.warning("planners are left out: %s", text)
+    return from_json(out, PlannerCatalogue), not process.returncode

@@ -11,6 +11,7 @@ from ppaas.clone.robot_body import COSTMAP, costmap_parameters, robot_body
 from ppaas.costmap.build_layers import recosted
 from ppaas.costmap.global_parameters import CostParameters, GlobalCostmapParameters
 from ppaas.costmap.map_layers import MapLayers
+from ppaas.distribution import BrokenPlugin
 from ppaas.errors import InvalidParameter
 from ppaas.nodes.planner_server.variants import Given, Variant
 from ppaas.planners.base import Planner
@@ -44,9 +45,13 @@ def planner_with(body: RobotModel, name: str, parameters: dict[str, Any]) -> Pla
         There is no planner of that name.
     InvalidParameter
         A parameter is unknown or invalid.
+    BrokenPlugin
+        The planner cannot be loaded.
     """
     try:
         return planner_of(body, name, parameters)
+    except BrokenPlugin:
+        raise
     except InvalidParameter as error:
         raise InvalidParameter(f"{error}; of the costmap: {', '.join(sorted(_COSTMAP_NAMES))}") from error
 

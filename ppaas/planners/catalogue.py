@@ -1,13 +1,18 @@
 """Catalogue of the installed planners: purpose, parameters and traits of each."""
 
+import logging
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import msgspec
 
+from ppaas.distribution import BrokenPlugin
 from ppaas.planners.registry import PLANNERS
 from ppaas.planners.traits import Traits
 from ppaas.plugins import parameters_in_use
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +59,18 @@ def as_json(planner: PlannerEntry) -> dict[str, Any]:
     return plain
 
 
-def catalogue() -> list[dict[str, Any]]:
-    """Return the entries of all installed planners as JSON objects, sorted by name."""
-    return [as_json(entry(name)) for name in PLANNERS.names()]
+def catalogue(report: Callable[[BrokenPlugin], None] = logger.warning) -> list[dict[str, Any]]:
+    """Return the entries of all installed planners as JSON objects, sorted by name.
+
+    Parameters
+    ----------
+    report : callable
+        Called with the error of each planner of another distribution that cannot be loaded, and is left out.
+    """
+    found = []
+    for name in PLANNERS.names():
+        try:
+            found.append(as_json(entry(name)))
+        except BrokenPlugin as error:
+            report(error)
+    return found

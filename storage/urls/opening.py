@@ -3,10 +3,10 @@
 ``memory:``, ``sqlite:///path/to/file``, ``file:///path/to/folder``, ``cassandra://host/keyspace``, ``hdfs://host/path``;
 ``sqlite:file`` and ``file:folder`` are relative to the working directory. ``?granularity=N`` after an SQLite file sets
 the length from which segments of plans are shared, about [waypoints]. ``?password_file=FILE`` after the URL of a store
-that takes a password (``storage.urls.passwords``) reads it from a file.
+that takes a password (``storage.urls.passwords``) reads it from a file. Other distributions add schemes by entry points
+in the groups ``ppaas.stores`` and ``ppaas.map_stores``.
 """
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TypeVar, cast
 
@@ -15,8 +15,9 @@ from ppaas.errors import InvalidInput, NotFound
 from storage.disk_space.guarded import GuardedStore
 from storage.disk_space.reserve import DiskReserve
 from storage.ports import MapStore, Store
-from storage.urls.backends import MAP_STORES, STORES, Backend
+from storage.urls.base import Backend
 from storage.urls.passwords import with_password
+from storage.urls.registry import MAP_STORES, STORES, backend_of, scheme_of
 
 S = TypeVar("S", Store, MapStore)
 
@@ -37,12 +38,15 @@ def open_store(url: str, *, outbox: Path | None = None, reserve: Path | None = N
     ------
     InvalidInput
         The scheme is unknown, the rest of the URL is not valid, or the extra of the backend is not installed.
+    NotPermitted, BrokenPlugin
+        The backend is of another distribution, and is not allowed, or cannot be loaded.
     Unavailable
         The store cannot be opened now; the message says why and what to do.
     """
     url = with_password(url)
-    store = _guarded(_open(url, STORES), url, reserve)
-    if outbox is None or not STORES[url.partition(":")[0]].remote:
+    backend = backend_of(url, STORES)
+    store = _guarded(_open(backend, url), url, reserve)
+    if outbox is None or not backend.remote:
         return store
     # Imported here because only remote stores need them.
     from storage.store_and_forward.plan_outbox import PlanOutbox  # noqa: PLC0415
@@ -54,7 +58,7 @@ def open_store(url: str, *, outbox: Path | None = None, reserve: Path | None = N
 def open_map_store(url: str, *, reserve: Path | None = None) -> MapStore:
     """Open the store of maps; parameters and errors are the same as for ``open_store``."""
     url = with_password(url)
-    return _guarded(_open(url, MAP_STORES), url, reserve)
+    return _guarded(_open(backend_of(url, MAP_STORES), url), url, reserve)
 
 
 def open_existing_store(url: str) -> Store:
@@ -68,21 +72,27 @@ def open_existing_store(url: str) -> Store:
         As for ``open_store``.
     """
     check_exists(url)
-    return _open(with_password(url), STORES, create=False)
+    return _open(backend_of(url, STORES), with_password(url), create=False)
 
 
 def open_existing_map_store(url: str) -> MapStore:
     """Open a store of maps that exists; errors are the same as for ``open_existing_store``."""
     check_exists(url)
-    return _open(with_password(url), MAP_STORES, create=False)
+    return _open(backend_of(url, MAP_STORES), with_password(url), create=False)
 
 
 def local_path(url: str) -> Path | None:
     """Return the file or folder of a store on this machine, or None if a URL is not of such a store."""
-    scheme = url.partition(":")[0]
-    backend = STORES.get(scheme) or MAP_STORES.get(scheme)
-    arguments = () if backend is None else backend.arguments(url)
-    return next((path for path in arguments if isinstance(path, Path)), None)
+    backend = _backend_of_any(url)
+    return None if backend is None else backend.path(url)
+
+
+def _backend_of_any(url: str) -> Backend[Store] | Backend[MapStore] | None:
+    """Return the backend of a URL of any kind of store; None if there is none."""
+    scheme = scheme_of(url)
+    if scheme in STORES:
+        return STORES.create(scheme, {})
+    return MAP_STORES.create(scheme, {}) if scheme in MAP_STORES else None
 
 
 def _guarded(store: S, url: str, reserve: Path | None) -> S:
@@ -103,16 +113,15 @@ def _on_same_disk(url: str, reserve: Path) -> bool:
 
 def check_exists(url: str) -> None:
     """Raise ``NotFound`` if a URL is a path at which there is no store: opening it would create an empty one there."""
-    path = local_path(url)
-    if path is None:
+    backend = _backend_of_any(url)
+    path = None if backend is None else backend.path(url)
+    if backend is None or path is None:
         return
     if not path.exists():
         raise NotFound("store", url)
     if path.is_file() and not path.stat().st_size:
         raise NotFound("store", url, advice="the file is empty: restore it from a backup, or correct the path")
-    from storage.files.store import is_store  # noqa: PLC0415 - of one of the backends, which are imported where used
-
-    if path.is_dir() and not is_store(path):
+    if path.is_dir() and not backend.is_store(path):
         raise NotFound("store", url, advice="the folder is none of a store: correct the path")
 
 
@@ -124,18 +133,12 @@ def is_same(first: str, second: str) -> bool:
     return paths[0].is_relative_to(paths[1]) or paths[1].is_relative_to(paths[0])
 
 
-def _open(url: str, backends: Mapping[str, Backend[S]], *, create: bool = True) -> S:
-    scheme, colon, _ = url.partition(":")
-    backend = backends.get(scheme) if colon else None
-    if backend is None:
-        raise InvalidInput(f"unknown scheme of a store {scheme!r}; known: {', '.join(f'{name}:' for name in backends)}")
-    arguments = backend.arguments(url)
+def _open(backend: Backend[S], url: str, *, create: bool = True) -> S:
     if backend.extra is not None:
         check_versions(backend.extra)
     try:
-        kind = backend.load()
+        return backend.open(url, create=create)
     except ModuleNotFoundError as error:
         if backend.extra is None:
             raise
-        raise InvalidInput(f"{scheme}: stores need an extra: {install_hint(backend.extra)}") from error
-    return kind(*arguments) if create or not backend.remote else kind(*arguments, create=False)
+        raise InvalidInput(f"{scheme_of(url)}: stores need an extra: {install_hint(backend.extra)}") from error

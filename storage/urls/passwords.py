@@ -12,6 +12,7 @@ from pathlib import Path
 from urllib.parse import parse_qsl, quote, urlencode, urlsplit, urlunsplit
 
 from ppaas.errors import InvalidInput
+from storage.urls.registry import MAP_STORES, STORES
 
 logger = logging.getLogger(__name__)
 
@@ -20,9 +21,6 @@ PASSWORD_FILE = "password_file"
 
 MAX_SECRET = 65536
 """Largest size of a file with a password or a URL [bytes]."""
-
-_WITH_PASSWORD = ("cassandra",)
-"""Schemes of stores that take a password."""
 
 
 def with_password(url: str) -> str:
@@ -45,7 +43,7 @@ def with_password(url: str) -> str:
     if not files:
         return url
     login, at, hosts = parts.netloc.rpartition("@")
-    if parts.scheme not in _WITH_PASSWORD:
+    if not any(parts.scheme in kind and kind.load(parts.scheme).takes_password for kind in (STORES, MAP_STORES)):
         raise InvalidInput(f"{parts.scheme}: stores take no password: remove {PASSWORD_FILE}")
     if len(files) > 1 or not at or not login or ":" in login:
         raise InvalidInput(f"{PASSWORD_FILE} needs a user without a password: write {parts.scheme}://user@host/…")

@@ -1,7 +1,7 @@
 """Numbers, topics and schemas in foxglove.md are those of the code."""
 
 from endpoints.foxglove import parameters, reach, requests, viewer_socket, viewers
-from endpoints.web import MAX_VIEWER_FRAME
+from endpoints.foxglove.app import MAX_FRAME
 from ppaas.messages import type_name
 from ppaas.nodes.topics import TOPICS
 from ppaas.wire.foxglove import session
@@ -26,7 +26,7 @@ def test_limits_are_those_of_the_code() -> None:
     assert limits == {
         "viewers of one user; in all": f"{viewers.MAX_OF_USER}; {viewers.MAX_VIEWERS}",
         "robots of one viewer; robots that its address names": f"{reach.MAX_ROBOTS}; {viewer_socket.MAX_NAMED}",
-        "frame of a viewer": f"{MAX_VIEWER_FRAME >> 20} MiB",
+        "frame of a viewer": f"{MAX_FRAME >> 20} MiB",
         "subscriptions; channels that a viewer publishes": own,
         "requests of a viewer that wait for a clone": f"{requests.MAX_WORK}",
         "parameters that a viewer watches by name": f"{parameters.MAX_WATCHED}",

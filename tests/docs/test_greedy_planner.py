@@ -1,7 +1,6 @@
 """The example of a custom planner can be installed like any distribution, and plans."""
 
 import json
-import os
 import subprocess
 import sys
 
@@ -10,6 +9,7 @@ import pytest
 from ppaas.errors import NotFound
 from ppaas.planners import create
 from robots import cli
+from tests.support.installed_packages import install
 from tests.support.sources import ROOT
 
 PACKAGE = ROOT / "docs" / "examples" / "greedy_planner"
@@ -38,25 +38,7 @@ print(json.dumps([planner_names(), planner.caution, result.planner, result.cost,
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """Install the package into its own folder; return an environment in which Python finds it."""
-    target = tmp_path_factory.mktemp("greedy")
-    install = [
-        sys.executable,
-        "-m",
-        "uv",
-        "pip",
-        "install",
-        "--quiet",
-        "--offline",
-        "--no-cache",
-        "--target",
-        str(target),
-    ]
-    subprocess.run(
-        [*install, "--python", sys.executable, "--no-deps", "--no-build-isolation", str(PACKAGE)],
-        check=True,
-        timeout=120,
-    )
-    return os.environ | {"PYTHONPATH": os.pathsep.join((str(target), str(ROOT)))}
+    return install(tmp_path_factory.mktemp("greedy"), PACKAGE)
 
 
 def run(environment: dict[str, str], *command: str) -> str:

@@ -5,6 +5,7 @@ import uvicorn
 from python_multipart.multipart import DEFAULT_MAX_HEADER_COUNT, DEFAULT_MAX_HEADER_SIZE
 
 from endpoints.foxglove import viewers
+from endpoints.foxglove.app import Foxglove
 from endpoints.foxglove.reach import MAX_ROBOTS
 from endpoints.foxglove.requests import MAX_WORK
 from endpoints.http import (
@@ -16,6 +17,7 @@ from endpoints.http import (
     websocket_protocol,
 )
 from endpoints.merging.coordinator import TRANSFER_TIMEOUT, TURN_TIMEOUT
+from endpoints.protocols import MAX_FRAME
 from endpoints.rapyuta import clone, endpoints, executor, interfaces
 from endpoints.rest import nesting, paging, schemas, strict_json
 from endpoints.rest.maps import map_programs, multipart
@@ -24,7 +26,6 @@ from endpoints.rest.plans.schemas import MAX_MATRIX, MAX_WAYPOINTS
 from endpoints.services import heavy_work, plan_writer
 from endpoints.services.joint_maps import MOST_ROBOTS
 from endpoints.services.request_limits import RequestLimits
-from endpoints.web import MAX_FRAME, MAX_VIEWER_FRAME
 from engine.endpoint import link_listener
 from engine.protocols import sockets, unproven_peers
 from engine.recorder import robot_recorder
@@ -194,7 +195,7 @@ ROWS = {
         f"{viewers.MAX_OF_USER}, {viewers.MAX_VIEWERS}; {MAX_ROBOTS}"
     ],
     ("viewer of Foxglove", "size of a message; subscriptions; channels it publishes; requests without an answer"): [
-        f"{size(MAX_VIEWER_FRAME)}; {session.MAX_SUBSCRIPTIONS}; {session.MAX_CLIENT_CHANNELS}; {MAX_WORK}"
+        f"{size(Foxglove.max_frame)}; {session.MAX_SUBSCRIPTIONS}; {session.MAX_CLIENT_CHANNELS}; {MAX_WORK}"
     ],
     ("viewer of Foxglove", "items in one list of a request; a name in it"): [f"{MAX_LISTED}; {MAX_TEXT} characters"],
     ("[recording](recording.md) of a robot", "time and size; all of a user"): [

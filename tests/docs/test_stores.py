@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 
 from endpoints.processes import server
-from storage.urls.backends import MAP_STORES, STORES
 from storage.urls.opening import open_map_store, open_store
+from storage.urls.registry import MAP_STORES, STORES
 from tests.support.documents import script, table, text_of
 from tests.support.storage.full_store import fill, fill_maps
 
@@ -24,7 +24,7 @@ def test_the_stores_are_those_of_the_code() -> None:
             if listed == option
         }
         assert {name: extra and extra[1] for name, extra in found.items()} == {
-            name: backend.extra for name, backend in backends.items()
+            name: backends.load(name).extra for name in backends.names()
         }
 
 
@@ -46,5 +46,5 @@ def test_the_options_are_those_of_the_code() -> None:
     named = set(re.findall(r"--\w[\w-]*", text_of(PAGE)))
     assert named == {
         "--store", "--map-store", "--json", "--overwrite", "--ready-file", "--linger",
-        "--store-file", "--map-store-file",
+        "--store-file", "--map-store-file", "--allow",
     }  # fmt: skip

@@ -8,8 +8,8 @@ from typing import Any
 from storage.migration.copying import RecordKind, copy
 from storage.migration.map_records import MAP_KINDS
 from storage.migration.store_records import KINDS
-from storage.urls.backends import MAP_STORES
 from storage.urls.opening import open_map_store, open_store
+from storage.urls.registry import MAP_STORES
 
 WRITES = (
     "add_user", "add_token", "put_robot", "put_urdf", "save_clone", "add_plans", "add_history", "put_link", "publish",

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from endpoints.services import installed_planners
+from endpoints.services import installed_planners, list_planners
 from endpoints.services.installed_planners import InstalledPlanners
 from ppaas.errors import Unavailable
 
@@ -44,3 +44,13 @@ async def test_planners_are_listed_without_a_writable_cache(tmp_path: Path, monk
     (tmp_path / "a file").touch()
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "a file" / "cache"))
     assert await InstalledPlanners().all() == [{"name": "straight"}]
+
+
+async def test_a_planner_that_cannot_be_loaded_is_left_out_and_tried_again_at_the_next_start(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    code = f"{LISTING[1]}; sys.stderr.write('planner crooked'); sys.exit({list_planners.INCOMPLETE})"
+    monkeypatch.setattr(installed_planners, "PROGRAM", ("-c", code))
+    assert await InstalledPlanners().all() == [{"name": "straight"}]
+    assert "planner crooked" in caplog.text
+    assert list((tmp_path / "cache").rglob("planners*")) == []

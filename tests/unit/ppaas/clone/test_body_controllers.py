@@ -6,10 +6,11 @@ import pytest
 
 from ppaas.clone.body_controllers import controller_of
 from ppaas.clone.robot_body import robot_body
+from ppaas.controllers.base import Controller, ControlRequest, Velocity
 from ppaas.controllers.mppi.controller import PathIntegral
-from ppaas.controllers.registry import controller_names
+from ppaas.controllers.registry import CONTROLLERS, controller_names
 from ppaas.errors import InvalidParameter, NotFound
-from ppaas.geometry import Pose2D
+from ppaas.geometry import Pose2D, Poses
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.messages.nav2_msgs import SpeedLimit
 from ppaas.robot_model.known_models import RobotModel, robot_model
@@ -84,3 +85,35 @@ def test_outline_beside_the_origin_is_a_disc_for_local_planners():
     controller = controller_of(body, "dwa", {})
     assert (controller.parameters.footprint, controller.parameters.robot_radius) == ((), 1.045)
     assert body.inner_radius is None
+
+
+class Slow(Controller):
+    """Local planner of another distribution, which takes one limit of the body, and a parameter."""
+
+    name = "slow"
+    purpose = "Drives slowly."
+
+    def __init__(self, *, max_vel_x: float = 0.1, part: float = 0.5) -> None:
+        self.max_vel_x = max_vel_x
+        self.part = part
+
+    def set_plan(self, poses: Poses) -> None:
+        """Drive straight on."""
+
+    def compute_velocity(self, request: ControlRequest) -> Velocity:
+        """Return a part of the limit."""
+        return Velocity(self.part * self.max_vel_x)
+
+    def is_goal_reached(self, pose: Pose2D, velocity: Velocity) -> bool:
+        """Return whether it stands still."""
+        return velocity == Velocity()
+
+
+def test_a_local_planner_gets_the_limits_of_the_body_that_it_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+    load = CONTROLLERS.load
+    monkeypatch.setattr(CONTROLLERS, "load", lambda name: Slow if name == "slow" else load(name))
+    controller = controller_of(TURTLEBOT, "slow", {"part": 0.25})
+    assert isinstance(controller, Slow)
+    assert (controller.max_vel_x, controller.part) == (TURTLEBOT.limits.max_vel_x, 0.25)
+    with pytest.raises(InvalidParameter, match="has no parameter 'robot_radius'; known: max_vel_x, part"):
+        controller_of(TURTLEBOT, "slow", {"robot_radius": 0.2})

@@ -7,14 +7,17 @@ and on the command line; unknown ones and wrong types are refused with a list of
 import numpy as np
 import pytest
 
-from ppaas.clone.planning_variants import MOST_COSTMAPS, PlanningVariants, allows_unknown, split
+from ppaas.clone.planning_variants import MOST_COSTMAPS, PlanningVariants, allows_unknown, planner_with, split
 from ppaas.costmap.build_layers import build_layers
+from ppaas.distribution import BrokenPlugin
 from ppaas.errors import InvalidParameter, NotFound
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridMap
 from ppaas.planners.base import PlanRequest
+from ppaas.planners.registry import PLANNERS
 from ppaas.plans.reuse.setup import ReuseSetup
 from ppaas.robot_model.description import circumscribed_radius
+from ppaas.robot_model.known_models import robot_model
 from tests.support.world.planar_world import walled_map
 
 MAP = walled_map(6, 4, [(2.9, 0.0, 3.1, 2.5)])
@@ -120,3 +123,12 @@ def test_a_cost_matrix_has_the_parameter_allow_unknown_and_those_of_the_costmap(
         allows_unknown({"allow_unknown": 0})
     with pytest.raises(InvalidParameter, match="inflation_radius"):
         variants.allows_unknown({"inflation_radius": "wide"})
+
+
+def test_a_planner_that_cannot_be_loaded_is_no_question_of_parameters(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(_name: str) -> None:
+        raise BrokenPlugin("planner 'theirs' cannot be loaded")
+
+    monkeypatch.setattr(PLANNERS, "load", fail)
+    with pytest.raises(BrokenPlugin, match=r"^planner 'theirs' cannot be loaded$"):
+        planner_with(robot_model("turtlebot2"), "theirs", {})

@@ -6,8 +6,8 @@ import pytest
 
 from ppaas.errors import InvalidInput
 from storage.ports import MapStore, Store
-from storage.urls.backends import MAP_STORES, STORES, Backend
-from storage.urls.opening import open_store
+from storage.urls.opening import open_map_store, open_store
+from storage.urls.registry import MAP_STORES, STORES
 
 
 @pytest.mark.parametrize(
@@ -27,8 +27,17 @@ def test_the_granularity_of_plans_is_set_in_the_url(tmp_path: Path) -> None:
             open_store(f"sqlite://{tmp_path}/other.db?{wrong}")
 
 
-@pytest.mark.parametrize(("backends", "port"), [(STORES, Store), (MAP_STORES, MapStore)])
-def test_each_backend_implements_its_port(backends: dict[str, Backend[object]], port: type) -> None:
-    required = {name for name in dir(port) if not name.startswith("_")}
-    for scheme, backend in backends.items():
-        assert required <= set(dir(backend.load())), scheme
+def test_each_local_backend_opens_a_store_of_its_port(tmp_path: Path) -> None:
+    for port, stores in (
+        (Store, [open_store("memory:"), open_store(f"sqlite://{tmp_path}/store.db")]),
+        (MapStore, [open_map_store("memory:"), open_map_store(f"file://{tmp_path}/maps")]),
+    ):
+        required = {name for name in dir(port) if not name.startswith("_")}
+        for store in stores:
+            assert required <= set(dir(store)), type(store)
+
+
+def test_only_stores_of_servers_are_remote_and_need_an_extra() -> None:
+    for backends, servers in ((STORES, {"cassandra"}), (MAP_STORES, {"hdfs"})):
+        assert {name for name in backends.names() if backends.load(name).remote} == servers
+        assert {name for name in backends.names() if backends.load(name).extra} == servers

@@ -40,12 +40,12 @@ def test_a_path_without_slashes_is_relative(tmp_path: Path, monkeypatch: pytest.
 
 @pytest.mark.parametrize("url", ["", "mysql://db", "/var/store.db", "file:///maps", "SQLITE", "memory"])
 def test_an_unknown_scheme_is_refused_with_the_known_ones(url: str) -> None:
-    with pytest.raises(InvalidInput, match="known: memory:, sqlite:, cassandra:"):
+    with pytest.raises(InvalidInput, match=r"known: cassandra:, memory:, sqlite:$"):
         open_store(url)
 
 
 def test_map_stores_have_their_own_schemes() -> None:
-    with pytest.raises(InvalidInput, match="known: memory:, file:, hdfs:"):
+    with pytest.raises(InvalidInput, match=r"known: file:, hdfs:, memory:$"):
         open_map_store("sqlite:///maps.db")
 
 
