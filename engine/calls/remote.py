@@ -40,7 +40,7 @@ class _Remote:
 
 
 def remote(interface: Callable[..., I], link: Link) -> I:
-    """Return an object whose methods call those of an interface at the other end of a link.
+    """Return an object that calls the methods of an interface at the other end of a link.
 
     Parameters
     ----------

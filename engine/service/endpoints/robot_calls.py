@@ -10,7 +10,7 @@ class RobotCalls(Protocol):
     """Robots of all users."""
 
     async def connected(self, robots: list[tuple[str, str]]) -> list[bool | None]:
-        """Return which of some robots, by user and id, are connected; None for those of which it is not known."""
+        """Return which of some robots, by user and id, are connected; None where it is not known."""
         ...
 
     async def state(self, user: str, robot: str) -> RobotState:
@@ -52,5 +52,5 @@ class RobotCalls(Protocol):
         ...
 
     async def cancel_goals(self, user: str, robot: str) -> None:
-        """Cancel all goals of a robot, also those of other clients; ``Unavailable`` if it is not connected."""
+        """Cancel all goals of a robot, also goals of other clients; ``Unavailable`` if it is not connected."""
         ...

@@ -35,7 +35,7 @@ REGISTER_TIMEOUT = 5.0
 
 
 class Extra(NamedTuple):
-    """Methods that an endpoint may call beside those of the master.
+    """Further methods that an endpoint may call.
 
     Parameters
     ----------

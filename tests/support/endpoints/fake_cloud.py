@@ -353,7 +353,7 @@ class FakeCloud:
             raise self.error
 
     def connect(self, user: str, robot: str, place: PlaceLink) -> None:
-        """Connect a robot, with a place of its own."""
+        """Connect a robot, with its place."""
         key = robot_key(user, robot)
         self.places[key] = place
         self.presence.came(key)
