@@ -13,12 +13,20 @@ from msgspec import Raw
 from engine.master.machine import Machine
 from engine.master.places import robot_key
 from engine.master.quotas import Quotas
+from engine.service.endpoints.control_plane import CountPaths
+from engine.service.endpoints.group_calls import PeopleCalls, TaskCalls, TrafficCalls
+from engine.service.endpoints.machine_calls import ContainerCalls, MachineCalls, NeighbourCalls
+from engine.service.endpoints.map_calls import MapCalls
+from engine.service.endpoints.robot_calls import RobotCalls
+from engine.service.endpoints.user_calls import UserCalls
 from engine.service.endpoints.user_quotas import UserQuotas
 from engine.service.links.place_link import PlaceLink
 from engine.service.links.presence import RobotPresence
 from engine.service.planning.fleet_requests import FleetAnswer, FleetRequest
 from engine.service.planning.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
+from engine.service.planning.planning import Planning
 from engine.service.robot_navigation import RobotNavigation
+from engine.service.robot_nodes import RobotNodes
 from engine.service.view_building import machine_view
 from engine.service.views import (
     ContainerView,
@@ -191,7 +199,7 @@ class FakeMaps(FakePart):
         return self._cloud.lifelong
 
 
-class FakeNodes(FakePart):
+class FakeNodes(FakePart, RobotNodes):
     """Nodes of all robots, which answer as the test sets it."""
 
     async def homes(self, user: str, robot: str) -> list[NodeHome]:
@@ -232,7 +240,7 @@ class FakeNodes(FakePart):
         return GetOctomapFileResponse(base64.b64encode(page).decode(), len(self._cloud.octomap_file))
 
 
-class FakePlanning(FakePart):
+class FakePlanning(FakePart, Planning):
     """Answers every path request with the straight line from start to goal, or with an error."""
 
     async def compute_path(self, user: str, version: MapVersion, request: PathRequest) -> PathAnswer:
@@ -302,12 +310,18 @@ class FakeCloud:
         self.quotas = Quotas()
         self.places: dict[str, PlaceLink] = {}
         self.presence = RobotPresence(self.place)
-        self.robots = RobotNavigation(self)  # it has the places that a driver has
-        self.users = UserQuotas(FakeDriver(self), self.quotas)
-        self.machines, self.containers, self.endpoints = FakeMachines(self), FakeContainers(self), FakeEndpoints(self)
-        self.people, self.traffic, self.tasks = FakePeople(self), FakeTraffic(self), FakeTasks(self)
-        self.maps, self.nodes, self.planning = FakeMaps(self), FakeNodes(self), FakePlanning(self)
-        self.count_paths = partial(self.users.take_paths, ahead=0)
+        self.robots: RobotCalls = RobotNavigation(self)  # type: ignore[arg-type]  # it has the places that a driver has
+        self.users: UserCalls = UserQuotas(FakeDriver(self), self.quotas)  # type: ignore[arg-type]
+        self.machines: MachineCalls = FakeMachines(self)
+        self.containers: ContainerCalls = FakeContainers(self)
+        self.endpoints: NeighbourCalls = FakeEndpoints(self)
+        self.people: PeopleCalls = FakePeople(self)
+        self.traffic: TrafficCalls = FakeTraffic(self)
+        self.tasks: TaskCalls = FakeTasks(self)
+        self.maps: MapCalls = FakeMaps(self)
+        self.nodes: RobotNodes = FakeNodes(self)
+        self.planning: Planning = FakePlanning(self)
+        self.count_paths: CountPaths = partial(self.users.take_paths, ahead=0)
         self.connected, self.set_limits = self.robots.connected, self.users.set_limits
         self.announced: list[tuple[str, str]] = []
         self.known_facts: dict[tuple[str, str, str], bytes] = {}
