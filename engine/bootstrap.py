@@ -30,7 +30,7 @@ from engine.remote.ray.config import WatchConfig
 from engine.remote.ray.machines import RayMachines
 from engine.remote.ray.watcher_process import WatcherProcess
 from engine.runtimes import registry as runtimes
-from engine.service.cloud import Cloud
+from engine.service.endpoints.cloud import Cloud
 from engine.service.endpoints.server import SOCKET, EndpointServer
 from engine.service.listener import CloudListener
 from engine.service.machine_events import RETURN_TIMEOUT
@@ -223,13 +223,11 @@ class Engine(CloudListener):
         self._former = self._let_lead(leadership) if leadership is not None else ""
         if config.machine_settings is not None:
             self.service.administration.keep_in(Path(config.machine_settings))
-        self.service.administration.admit(config.machine)  # starting the cloud starts its agent again
         self.sessions = RobotSessions(
             self.service, self.store, self.map_store, config.linger, node_priorities=config.node_priorities
         )
         self.cloud, self.secret = Cloud(self.service, quotas), own.secret
         self.endpoints = EndpointServer(self.run_dir / SOCKET, own.secret, self.cloud, self.sessions)
-        self.cloud.endpoints_of = self.endpoints.endpoints.views
 
     def _open_stores(self, config: CloudConfig) -> None:
         outbox, reserve = (Path(path) if path else None for path in (config.outbox, config.reserve))
@@ -287,6 +285,7 @@ class Engine(CloudListener):
         """
         if self._agents.expected_at_start and not (self._former or self._agents.was_adopted):
             self.service.of_machines.await_machine(self._own)  # one that an earlier process left can start containers
+        await self.service.administration.admit(self._own)  # starting the cloud starts its agent again
         self._watching.run(log_start(self.service.start_state))
         await self.service.start()
         await self.endpoints.start()

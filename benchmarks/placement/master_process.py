@@ -109,13 +109,13 @@ class MasterPlacement:
         """Number of containers that machines have reported as running."""
         return sum(place.pid is not None for place in self._master.places.values())
 
-    def configure(self, machines: int) -> None:
+    async def configure(self, machines: int) -> None:
         """Configure the first machines, and remove the last of them."""
         names = sorted(self._master.machines)[:machines]
         for number, name in enumerate(names[:-1]):
             settings = MachineSettings({"bench": f"n{number}"}, max_containers=number, draining=number % 2 == 1)
-            self._service.administration.configure(name, settings)
-        self._service.administration.remove(names[-1], force=True)
+            await self._service.administration.configure(name, settings)
+        await self._service.administration.remove(names[-1], force=True)
 
     def state(self) -> dict[str, Any]:
         """Return the settings of machines and the names of removed machines."""
@@ -200,7 +200,7 @@ async def _done(places: Placement, arrivals: list[RobotArrival], said: dict[str,
         case {"do": "place", "robots": int(count)}:
             return await _place(places, arrivals[:count])
         case {"do": "configure", "machines": int(count)} if isinstance(places, MasterPlacement):
-            places.configure(count)
+            await places.configure(count)
             return places.state()
         case {"do": "state"} if isinstance(places, MasterPlacement):
             return places.state()

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from endpoints.services.control_plane import ControlPlane
 from endpoints.sharing.shared_robots import own_robots, reach, robots_shared_with
+from engine.service.endpoints.machine_calls import ContainerCalls
 from ppaas.errors import NotFound, NotPermitted
 from ppaas.maps.new_map import new_map_id
 from ppaas.wire.foxglove.conversion.frames import SharedFrames
@@ -60,12 +60,12 @@ def reached(store: RobotStore, caller: User, named: Sequence[str]) -> list[Robot
     return found
 
 
-async def running(cloud: ControlPlane, caller: User, records: Sequence[RobotRecord]) -> list[ReachableRobot]:
+async def running(containers: ContainerCalls, caller: User, records: Sequence[RobotRecord]) -> list[ReachableRobot]:
     """Return those of some robots that have a running clone, with the frame of the map they are on."""
     maps = {
         (one.user, one.robot): one.map.id
         for owner in {record.user for record in records}
-        for one in await cloud.containers(owner)
+        for one in await containers.views(owner)
         if one.robot is not None and one.state == "ready"
     }
     found = []

@@ -202,7 +202,7 @@ class Viewer:
         except Unavailable:
             return []
         records = await run_in_threadpool(reached, self._services.store, user, self.login.named)
-        found = {one.key: one for one in await running(self._services.cloud, user, records)}
+        found = {one.key: one for one in await running(self._services.cloud.containers, user, records)}
         for key, view in tuple(self.views.items()):
             if key not in found or found[key].frames != view.frames:
                 self._drop(view)

@@ -87,7 +87,7 @@ class JointMapCoordinator:
     async def _reports(self) -> dict[str, list[RobotMap]]:
         """Return the maps of robots, by the names of joint maps that have several robots."""
         named: dict[str, list[MappingRobot]] = {}
-        for robot in await run_in_threadpool(self._permitted, await self._cloud.mapping_robots()):
+        for robot in await run_in_threadpool(self._permitted, await self._cloud.maps.mapping_robots()):
             named.setdefault(robot.joint_map, []).append(robot)
         several = {name: robots for name, robots in named.items() if len(robots) > 1}
         found = await asyncio.gather(*(self._report(robot) for robots in several.values() for robot in robots))
@@ -110,7 +110,7 @@ class JointMapCoordinator:
         """Return the map of a robot; None if it has none that may be joined, or its clone does not answer."""
         with contextlib.suppress(PPaaSError, TimeoutError):
             async with asyncio.timeout(ANSWER_TIMEOUT):
-                numbers = await self._cloud.robot_map(robot.user, robot.robot, -1)
+                numbers = await self._cloud.nodes.map(robot.user, robot.robot, -1)
             if numbers.frame:
                 return RobotMap(robot.user, robot.robot, numbers.frame, numbers.key_frames, numbers.scans)
         return None
@@ -170,7 +170,7 @@ class JointMapCoordinator:
     async def _fetch(self, robot: RobotMap) -> bytes:
         """Return the pose graph of a robot; raises ``Unavailable`` if it does not come in time."""
         async with _transfer(robot):
-            return (await self._posegraphs.fetch(self._cloud, robot.user, robot.robot))[0]
+            return (await self._posegraphs.fetch(self._cloud.nodes, robot.user, robot.robot))[0]
 
     async def _send(self, robot: RobotMap, joint: bytes, join: Join) -> int | PPaaSError:
         """Send a joint map to one of its robots; return the number of its key frames then, or the error.
@@ -183,7 +183,7 @@ class JointMapCoordinator:
                 for at in range(0, len(joint), PAGE):
                     page = base64.b64encode(joint[at : at + PAGE]).decode()
                     request = UseJointMapRequest(at, len(joint), page, others)
-                    key_frames = (await self._cloud.use_joint_map(robot.user, robot.robot, request)).key_frames
+                    key_frames = (await self._cloud.nodes.use_joint_map(robot.user, robot.robot, request)).key_frames
         except PPaaSError as error:
             return error
         return key_frames

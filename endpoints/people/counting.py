@@ -53,7 +53,7 @@ class PeopleCounting:
     async def step(self) -> None:
         """Collect the counts of all groups, and remove expired ones once an hour."""
         now = self._clock()
-        groups = await self._services.cloud.people_groups()
+        groups = await self._services.cloud.people.views()
         ready = {(group.user, group.map) for group in groups if group.state == "ready"}
         for notes in (self._collected, self._errors):
             for key in notes.keys() - ready:
@@ -97,7 +97,7 @@ async def collect_counts(services: Services, user: str, map_id: str, now: float,
     if not settings.history:
         return False
     oldest = max(oldest_hour(settings, now), people.counted_from)
-    found = await services.cloud.people_counts(user, map_id, max(int(since), oldest))
+    found = await services.cloud.people.counts(user, map_id, max(int(since), oldest))
     rows = [
         PeopleCount(user, map_id, one.hour, one.zone, one.people) for one in found if _counts(one, settings, oldest)
     ]

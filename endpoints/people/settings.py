@@ -70,7 +70,7 @@ async def forget_counts(services: Services, user: str, map_id: str) -> None:
     Unavailable
         The store or the coordinator does not answer: try again.
     """
-    groups = await services.cloud.people_groups()
+    groups = await services.cloud.people.views()
     try:
         if any((group.user, group.map, group.state) == (user, map_id, "ready") for group in groups):
             await _let_forget(services, user, map_id)
@@ -86,7 +86,7 @@ async def forget_counts(services: Services, user: str, map_id: str) -> None:
 async def _let_forget(services: Services, user: str, map_id: str) -> None:
     settings = (await run_in_threadpool(services.store.map_people, user, map_id)).settings
     if settings.history:
-        await services.cloud.configure_people(user, map_id, replace(settings, history=False))
+        await services.cloud.people.configure(user, map_id, replace(settings, history=False))
         await _configure(services, user, map_id, settings)
 
 
@@ -140,7 +140,7 @@ def _put_back(now: MapPeople, before: MapPeople, refused: MapPeople) -> MapPeopl
 async def _configure(services: Services, user: str, map_id: str, settings: PeopleSettings) -> None:
     """Send settings to the coordinator, and once more if another client has stored others meanwhile."""
     while True:
-        await services.cloud.configure_people(user, map_id, settings)
+        await services.cloud.people.configure(user, map_id, settings)
         current = (await run_in_threadpool(services.store.map_people, user, map_id)).settings
         if current == settings:
             return

@@ -9,22 +9,24 @@ from typing import TYPE_CHECKING
 import uvloop
 
 from endpoints.accounts.accounts import Accounts
+from endpoints.accounts.shared_logins import SharedLogins
 from endpoints.accounts.usage import Usage
 from endpoints.audit.cloud_audit import cloud_audit
+from endpoints.audit.data_folder import DataFolderCalls
 from endpoints.audit.event import AuditLog
 from endpoints.http.front_settings import FrontSettings
 from endpoints.http.open_files import connection_table, raise_file_limit
 from endpoints.http.tls import ServerTls
 from endpoints.listeners import listen
 from endpoints.processes.config import Config, EndpointConfig, FrontConfig
-from endpoints.processes.far_data_folder import FarAuditLog, FarDataFolder
-from endpoints.processes.shared_logins import MasterLogins
+from endpoints.processes.far_data_folder import FarAuditLog
 from endpoints.processes.shared_turns import MasterTurns
 from endpoints.robot_checks.clone_checker import CloneChecker
 from endpoints.services.caches import Caches
 from endpoints.services.robot_facts import RobotFacts
 from endpoints.services.services import Services
 from endpoints.web import Web
+from engine.calls.remote import remote
 from engine.endpoint.endpoint import Endpoint, Here
 from engine.endpoint.link_listener import MachineAccess
 from engine.endpoint.master_access import OwnMaster
@@ -154,9 +156,10 @@ async def _services(
 ) -> Services:
     """Return the services of the application, connected with the services of other processes; ``stack`` closes them."""
     turns, reserve = MasterTurns(endpoint.master), _path(config.reserve)
-    accounts = Accounts(store, logins=MasterLogins(endpoint.master), turns=turns)
+    accounts = Accounts(store, logins=remote(SharedLogins, endpoint.master), turns=turns)
     stack.callback(accounts.close)
-    far_folder, clones = FarDataFolder(endpoint.master) if is_far else None, CloneChecker(Path(config.run_dir))
+    far_folder = remote(DataFolderCalls, endpoint.master) if is_far else None
+    clones = CloneChecker(Path(config.run_dir))
     stack.push_async_callback(clones.close)
     services = Services(
         store,
@@ -180,7 +183,7 @@ async def _services(
 
 
 async def _audit(
-    config: EndpointConfig, far_folder: FarDataFolder | None, stack: contextlib.AsyncExitStack
+    config: EndpointConfig, far_folder: DataFolderCalls | None, stack: contextlib.AsyncExitStack
 ) -> AuditLog:
     if far_folder is None:
         return await stack.enter_async_context(cloud_audit(Path(config.data), is_cloud=False))

@@ -9,7 +9,6 @@ from itertools import islice
 from endpoints.audit.data_folder import DataFolderCalls
 from endpoints.audit.event import AuditEvent, AuditQuery, lost_events
 from endpoints.audit.file_log import MAX_BATCH, MAX_WAITING
-from engine.endpoint.master_link import MasterLink
 from engine.processes.background import Background, repeat
 from ppaas.errors import Unavailable
 
@@ -20,30 +19,6 @@ PERIOD = 0.5
 
 READ_TIMEOUT, CLOSE_TIMEOUT = 10.0, 2.0
 """Time limits of a query, and to send the last events at the end [s]."""
-
-
-class FarDataFolder:
-    """Data folder of the master; implements ``DataFolderCalls``.
-
-    Parameters
-    ----------
-    master : MasterLink
-    """
-
-    def __init__(self, master: MasterLink) -> None:
-        self._master = master
-
-    async def record_events(self, events: list[AuditEvent]) -> None:
-        """Add events to the audit log."""
-        await self._master.call(DataFolderCalls.record_events, events)
-
-    async def read_events(self, query: AuditQuery, before: int | None, limit: int) -> list[AuditEvent]:
-        """Return events of the audit log."""
-        return await self._master.call(DataFolderCalls.read_events, query, before, limit)
-
-    async def remove_recordings(self, user: str, robot: str | None) -> None:
-        """Remove the recordings of a robot, or of all robots of a user."""
-        await self._master.call(DataFolderCalls.remove_recordings, user, robot)
 
 
 class FarAuditLog:

@@ -6,6 +6,7 @@ from contextlib import asynccontextmanager
 from typing import Protocol
 
 from endpoints.accounts.user_turns import Turn, UserTurns
+from engine.calls.remote import remote
 from engine.endpoint.master_link import MasterLink
 from engine.endpoint.undone_if_cancelled import undone_if_cancelled
 from engine.processes.background import Background
@@ -36,11 +37,12 @@ class MasterTurns:
 
     def __init__(self, master: MasterLink) -> None:
         self._master = master
+        self._calls = remote(TurnCalls, master)
 
     @asynccontextmanager
     async def turn(self, user: str) -> AsyncIterator[Turn]:
         """Wait for a turn of a user; it ends with the block."""
-        turn = await undone_if_cancelled(self._master.call(TurnCalls.take_turn, user), self._end)
+        turn = await undone_if_cancelled(self._calls.take_turn(user), self._end)
         try:
             yield turn
         finally:

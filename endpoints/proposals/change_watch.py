@@ -77,7 +77,7 @@ class ChangeWatch:
 
     async def step(self) -> None:
         """Look at all robots once."""
-        robots = await self._cloud.lifelong_robots()
+        robots = await self._cloud.maps.lifelong_robots()
         for notes in (self._seen, self._found, self._errors):
             for robot in notes.keys() - set(robots):
                 del notes[robot]
@@ -92,14 +92,14 @@ class ChangeWatch:
 
     async def _look(self, robot: LifelongRobot) -> None:
         """Propose what a robot has found, if its map or the published one has changed and no proposal of it waits."""
-        numbers = await self._cloud.robot_map(robot.user, robot.robot, -1)
+        numbers = await self._cloud.nodes.map(robot.user, robot.robot, -1)
         head, reviews = await run_in_threadpool(_reviewed, self._services, robot)
         state = head.present.number, numbers.key_frames, numbers.edges, numbers.scans
         if self._seen.get(robot) == state:
             return
         if POSEGRAPH not in head.present.files or waits(reviews, robot):
             return
-        file, first = await self._services.posegraphs.fetch(self._cloud, robot.user, robot.robot)
+        file, first = await self._services.posegraphs.fetch(self._cloud.nodes, robot.user, robot.robot)
         known = known_changes(reviews)
         self._seen[robot] = state
         store = callable_in_thread(partial(propose, self._services))

@@ -109,7 +109,7 @@ async def serve_robot_socket(socket: WebSocket, services: Services, registry: Ro
             login = parse_login(socket.query_params.multi_items())
             user, identity = await log_in(socket, login, services)
             connection.name = f"robot {user.id}/{login.robot[:64]} of Rapyuta"
-            services.cloud.set_limits(user.id, user.limits)
+            await services.cloud.set_limits(user.id, user.limits)
             robot, executor = await registry.attach(login.robot, identity, carrier)
     except (PPaaSError, TimeoutError) as error:
         connection.warn(f"refused: {error}")

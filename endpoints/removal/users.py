@@ -79,15 +79,16 @@ class RemovedUsers:
 
 async def _finish(services: Services, user_id: str) -> None:
     removed = NotAuthenticated("this user was removed")
-    await services.cloud.end_places(user_id, removed)  # containers that run on would store their checkpoints again
+    # Containers that run on would store their checkpoints again.
+    await services.cloud.users.end_places(user_id, removed)
     await _end_rights(services, user_id)
     await services.data_folder.remove_recordings(user_id, None)
     with suppress(NotFound):  # somebody else has finished the same removal
         await services.accounts.remove(user_id)
     services.usage.stored.forget_user(user_id)
-    await services.cloud.end_places(user_id, removed)  # of robots that connected meanwhile
+    await services.cloud.users.end_places(user_id, removed)  # of robots that connected meanwhile
     await services.data_folder.remove_recordings(user_id, None)
-    services.cloud.set_limits(user_id, NO_LIMITS)
+    await services.cloud.set_limits(user_id, NO_LIMITS)
 
 
 async def _end_rights(services: Services, user_id: str) -> None:

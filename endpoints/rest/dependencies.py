@@ -54,7 +54,7 @@ async def any_user(
     """
     # Again, also after a route that did so before it read the body: the token may have been revoked meanwhile.
     user = await authenticate(request, services.accounts)
-    services.cloud.set_limits(user.id, user.limits)
+    await services.cloud.set_limits(user.id, user.limits)
     return user
 
 
@@ -153,5 +153,5 @@ Removable = Annotated[tuple[str, str], Depends(removable)]
 
 async def is_in_use(services: Services, map_id: str) -> bool:
     """Return whether containers of robots use a map, also as a mask; those that wait for a robot use it, too."""
-    containers = await services.cloud.containers(None)
+    containers = await services.cloud.containers.views(None)
     return any(one.robot is not None and map_id in (one.map.id, *one.masks) for one in containers)

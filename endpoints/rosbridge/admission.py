@@ -39,7 +39,7 @@ async def admitted(services: Services, user: User, request: ConnectRequest) -> t
     access.check_connect(as_robot=request.role == "robot")
     if owner != user.id:
         limits = (await run_in_threadpool(services.store.user, owner)).limits
-        services.cloud.set_limits(owner, limits)
+        await services.cloud.set_limits(owner, limits)
     opens = request.role == "robot" or access.role != "look"
     return (request if opens else replace(request, hold=False)), access
 

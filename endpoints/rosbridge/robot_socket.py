@@ -113,7 +113,7 @@ async def serve_robot_socket(socket: WebSocket, services: Services, sessions: Se
             note_object(socket.scope, f"robots/{request.robot}")
         request = replace(request, png=reads_png(socket.headers.get("user-agent", "")))
         connection.name = request.client(user.id).title
-        services.cloud.set_limits(user.id, user.limits)
+        await services.cloud.set_limits(user.id, user.limits)
         request, access = await admitted(services, user, request)
         with services.refused_connects.attempt(request.owner or user.id, request.robot, request.role):
             attachment = await sessions.attach(Caller(user.id, token, connection.probe), request, access)

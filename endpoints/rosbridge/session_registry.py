@@ -4,7 +4,7 @@ A socket that names an attached session takes it over: the client knows best whe
 """
 
 import asyncio
-from collections.abc import Awaitable, Callable, Iterable
+from collections.abc import Callable, Iterable
 from functools import partial
 
 from endpoints.rosbridge.attachment import Attachment, Caller
@@ -14,6 +14,7 @@ from engine.master.places import LINGER
 from engine.processes.background import Background
 from engine.protocols.session_frames import SessionOptions
 from engine.rights.access import Access
+from engine.service.endpoints.control_plane import CountPaths
 from engine.service.links.carried_session import CarriedSession
 from engine.service.links.place_link import PlaceLink
 from engine.specs.start_state import READY, StartState, explained
@@ -25,9 +26,6 @@ READY_TIMEOUT = 15.0
 
 POSITION_PERIOD = 0.5
 """Interval of checks of a robot's position in the queue [s]."""
-
-CountPaths = Callable[[str, int], Awaitable[None]]
-"""Counts paths that a user requests; raises ``QuotaExceeded`` if they are too many."""
 
 
 class SessionRegistry:

@@ -3,8 +3,8 @@
 import base64
 from collections.abc import Awaitable, Callable
 
-from endpoints.services.control_plane import ControlPlane
 from endpoints.services.heavy_work import HeavyWork
+from engine.service.robot_nodes import RobotNodes
 from ppaas.errors import Unavailable
 from ppaas.messages.octomap_msgs import GetOctomapFileResponse
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse
@@ -56,12 +56,12 @@ class PosegraphReader:
     def __init__(self) -> None:
         self._turns = HeavyWork(of_user=1)
 
-    async def fetch(self, cloud: ControlPlane, user: str, robot: str) -> tuple[bytes, GetPoseGraphResponse]:
+    async def fetch(self, nodes: RobotNodes, user: str, robot: str) -> tuple[bytes, GetPoseGraphResponse]:
         """Return the file of the map that a robot makes, as it was at the first page, and its numbers.
 
         Parameters
         ----------
-        cloud : ControlPlane
+        nodes : RobotNodes
         user, robot : str
 
         Raises
@@ -72,5 +72,5 @@ class PosegraphReader:
             The robot does not make a map.
         """
         async with self._turns.turn_of_user(f"{user}/{robot}"):
-            first = await cloud.robot_map(user, robot, 0)
-            return await whole_file(first, lambda offset: cloud.robot_map(user, robot, offset), robot), first
+            first = await nodes.map(user, robot, 0)
+            return await whole_file(first, lambda offset: nodes.map(user, robot, offset), robot), first

@@ -7,7 +7,6 @@ from endpoints.accounts.usage import Usage
 from endpoints.audit.data_folder import DataFolder, DataFolderCalls
 from endpoints.audit.event import AuditLog, MemoryAuditLog
 from endpoints.robot_checks.clone_checker import CloneChecker
-from endpoints.services.control_plane import ControlPlane
 from endpoints.services.heavy_work import HeavyWork
 from endpoints.services.installed_planners import InstalledPlanners
 from endpoints.services.joint_maps import JointMaps
@@ -19,6 +18,7 @@ from endpoints.services.request_limits import RequestLimits
 from endpoints.services.robot_files import PosegraphReader
 from endpoints.services.store_health import StoreHealthCheck
 from endpoints.sharing.shared_robots import ShareCache
+from engine.service.endpoints.control_plane import ControlPlane
 from storage.disk_space.reserve import DiskReserve
 from storage.ports import MapStore, Store
 from storage.recordings.folder import RecordingsFolder

@@ -21,7 +21,7 @@ async def remove_version(services: Services, owner: str, map_id: str, version: s
     NotFound
         The map never had this version.
     """
-    if version in _in_use(await services.cloud.containers(None), map_id, {version}):
+    if version in _in_use(await services.cloud.containers.views(None), map_id, {version}):
         raise Conflict(f"version {version} of map {map_id!r} is in use by robots: disconnect them first")
     await services.usage.in_turn(owner, _remove, services, owner, map_id, version)
 
@@ -36,9 +36,9 @@ def _remove(services: Services, owner: str, map_id: str, version: str) -> None:
 async def follow_publication(services: Services, record: MapRecord) -> None:
     """Remove the oldest versions of a map after a publication, and let robots go on with its current version."""
     if services.keep_versions is not None:
-        containers = await services.cloud.containers(None)
+        containers = await services.cloud.containers.views(None)
         await services.usage.in_turn(record.owner, expire_versions, services, record, containers)
-    services.cloud.map_changed(record)
+    await services.cloud.maps.changed(record)
 
 
 def expire_versions(services: Services, record: MapRecord, containers: Sequence[ContainerView]) -> None:

@@ -3,13 +3,13 @@
 import asyncio
 import itertools
 import logging
-from collections.abc import Callable, Coroutine, Sequence
+from collections.abc import Callable, Coroutine, Mapping
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import msgspec
 
 from engine.calls.frames import Call, Failure, Frame, Notice, Result
-from engine.calls.interface import method_of, methods_of
+from engine.calls.interface import Method, method_of, methods_of, packed
 from engine.processes.background import Background
 from engine.protocols.framing import FrameStream
 from engine.protocols.refusals import error_of, refusal_of
@@ -19,8 +19,6 @@ logger = logging.getLogger(__name__)
 
 P = ParamSpec("P")
 R = TypeVar("R")
-
-_encoder = msgspec.msgpack.Encoder()
 
 
 class Caller:
@@ -32,10 +30,8 @@ class Caller:
     ----------
     stream : FrameStream
         The link.
-    interfaces : sequence of type
-        Interfaces with the methods that the other end may call.
-    served : object
-        Objects that have them; the first that has a method runs it.
+    served : mapping of type to object
+        Interfaces with the methods that the other end may call, and the objects that run them.
 
     Attributes
     ----------
@@ -43,10 +39,13 @@ class Caller:
         Returns whether the other end may call a method now, given its name.
     """
 
-    def __init__(self, stream: FrameStream[Frame], interfaces: Sequence[type], *served: object) -> None:
+    def __init__(self, stream: FrameStream[Frame], served: Mapping[type, object]) -> None:
         self._stream = stream
-        self._methods = {name: method for interface in interfaces for name, method in methods_of(interface).items()}
-        self._served = served
+        self._methods: dict[str, tuple[Method, Callable[..., Coroutine[Any, Any, Any]]]] = {
+            method.name: (method, getattr(part, method.attribute))
+            for interface, part in served.items()
+            for method in methods_of(interface)
+        }
         self._numbers = itertools.count(1)
         self._waiting: dict[int, asyncio.Future[msgspec.Raw]] = {}
         self._background = Background()
@@ -70,7 +69,7 @@ class Caller:
         number = next(self._numbers)
         answered = self._waiting[number] = asyncio.get_running_loop().create_future()
         codec = method_of(method)
-        self._stream.write(Call(number, codec.name, _packed(args, named)))
+        self._stream.write(Call(number, codec.name, codec.packed(args, named)))
         try:
             result: R = codec.result.decode(await answered)
             return result
@@ -81,7 +80,8 @@ class Caller:
         self, method: Callable[Concatenate[Any, P], Coroutine[Any, Any, None]], *args: P.args, **named: P.kwargs
     ) -> None:
         """Call a method of the other end without waiting; lost if the link is."""
-        self._stream.write(Notice(method_of(method).name, _packed(args, named)))
+        codec = method_of(method)
+        self._stream.write(Notice(codec.name, codec.packed(args, named)))
 
     async def serve(self) -> None:
         """Serve the other end until the link is lost.
@@ -135,7 +135,7 @@ class Caller:
             internal = PPaaSError(f"internal error: {type(error).__name__}")
             self._stream.write(Failure(call.number, refusal_of(internal)))
         else:
-            self._stream.write(Result(call.number, msgspec.Raw(_encoder.encode(result))))
+            self._stream.write(Result(call.number, packed(result)))
 
     async def _heed(self, notice: Notice) -> None:
         try:
@@ -144,22 +144,17 @@ class Caller:
             logger.warning("a notice %r failed: %s", notice.method, error)
 
     async def _run(self, name: str, arguments: msgspec.Raw) -> Any:
-        method = self._methods.get(name)
-        if method is None:
+        known = self._methods.get(name)
+        if known is None:
             raise InvalidInput(f"the other process calls {name[:64]!r}, which this release does not have")
         if not self.admits(name):
             raise NotPermitted(f"the other process may not call {name!r} before it has registered")
+        method, run = known
         try:
             decoded = method.arguments.decode(arguments)
         except msgspec.DecodeError as error:
             raise InvalidInput(f"the arguments of {name!r} are those of another release: {error}") from error
-        bound = next(getattr(each, name) for each in self._served if hasattr(each, name))
-        return await bound(*decoded)
-
-
-def _packed(args: tuple[Any, ...], named: dict[str, Any]) -> msgspec.Raw:
-    assert not named, "arguments of calls are given by position"
-    return msgspec.Raw(_encoder.encode(args))
+        return await run(*decoded)
 
 
 def _lost() -> Unavailable:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import psutil
 
+from engine.calls.remote import remote
 from engine.endpoint.cloud import EndpointCloud
 from engine.endpoint.link_listener import LinkListener, MachineAccess
 from engine.endpoint.master_access import MasterAccess, Silence
@@ -21,12 +22,11 @@ from engine.processes.background import Background, repeat
 from engine.processes.beat_file import BeatFile
 from engine.processes.heartbeats import BEAT_PERIOD
 from engine.protocols.endpoint_sockets import endpoint_socket
-from engine.protocols.refusals import Refusal, error_of
 from engine.service.endpoints.interface import EndpointState, MasterCalls, Registration
 from engine.service.news.news import Hear, NewsKind
 from engine.service.news.robot_facts import AskFact, FactKind
 from ppaas import __version__
-from ppaas.errors import Unavailable
+from ppaas.errors import PPaaSError, Unavailable
 
 logger = logging.getLogger(__name__)
 
@@ -118,6 +118,7 @@ class Endpoint:
         self._missed: Callable[[], None] = lambda: None
         self._ends = Unavailable("the cloud is shutting down")
         self.master = MasterLink(master, self._registration, self, self._greet)
+        self._calls = remote(MasterCalls, self.master)
         self.cloud = EndpointCloud(self.master, self._places, Quotas(quota))
         self.sessions = EndpointSessions(self.master, self._places)
         self._background = Background()
@@ -218,7 +219,7 @@ class Endpoint:
         state = EndpointState(sockets, frames, cpu, self._process.memory_info().rss)
         try:
             async with asyncio.timeout(SILENCE):
-                master = await self.master.call(MasterCalls.report, state)
+                master = await self._calls.report(state)
         except (TimeoutError, Unavailable):
             return False
         self.cloud.start = master.start
@@ -231,7 +232,7 @@ class Endpoint:
     async def _forget_idle(self) -> None:
         for key in self._places.idle():
             with contextlib.suppress(Unavailable):
-                await self.master.call(MasterCalls.forget_place, key)
+                await self._calls.forget_place(key)
                 if key in self._places.idle():  # else it was used meanwhile
                     self._places.close(key, Unavailable("nobody used the place at this endpoint"))
 
@@ -244,9 +245,9 @@ class Endpoint:
 
     # -- calls of the master -------------------------------------------------------------------------------------------
 
-    async def place_closed(self, key: str, reason: Refusal) -> None:
+    async def place_closed(self, key: str, reason: PPaaSError) -> None:
         """Handle that a place was closed: its clients here are notified of the reason."""
-        self._places.close(key, error_of(reason))
+        self._places.close(key, reason)
 
     async def hear(self, kind: NewsKind, key: str) -> None:
         """Drop a record from caches, as another process has changed it."""

@@ -88,7 +88,7 @@ class MasterLink:
             await asyncio.sleep(RETRY)
 
     async def _serve(self, stream: FrameStream[Frame]) -> None:
-        caller = self._caller = Caller(stream, [EndpointCalls], self._served)
+        caller = self._caller = Caller(stream, {EndpointCalls: self._served})
         serving = asyncio.create_task(caller.serve())
         try:
             await caller.call(MasterCalls.register, self._registration())

@@ -5,11 +5,11 @@ import logging
 from collections import Counter
 from typing import NamedTuple
 
+from engine.calls.remote import remote
 from engine.endpoint.master_link import MasterLink
 from engine.endpoint.places import EndpointPlaces
 from engine.endpoint.undone_if_cancelled import undone_if_cancelled
 from engine.processes.background import Background
-from engine.protocols.refusals import refusal_of
 from engine.service.endpoints.interface import Join, MasterCalls
 from engine.service.links.place_link import PlaceLink
 from ppaas.errors import Conflict, PPaaSError, Unavailable
@@ -38,6 +38,7 @@ class EndpointSessions:
 
     def __init__(self, master: MasterLink, places: EndpointPlaces) -> None:
         self._master = master
+        self._calls = remote(MasterCalls, master)
         self._places = places
         self._clients: Counter[_Kind] = Counter()
         self._told: Counter[_Kind] = Counter()
@@ -69,7 +70,7 @@ class EndpointSessions:
         return await undone_if_cancelled(self._join(Join(user, robot, as_robot, hold, queue, session)), leave)
 
     async def _join(self, join: Join) -> PlaceLink:
-        joined = await self._master.call(MasterCalls.join, join)
+        joined = await self._calls.join(join)
         if join.hold:
             kind = _Kind(joined.key, join.as_robot)
             self._robots[joined.key] = join.user, join.robot
@@ -97,11 +98,11 @@ class EndpointSessions:
 
     async def position(self, place: PlaceLink) -> int | None:
         """Return the position of a place in the queue, from 1; None if it is not queued."""
-        return await self._master.call(MasterCalls.position, place.key)
+        return await self._calls.position(place.key)
 
     async def let_go(self, place: PlaceLink, reason: PPaaSError) -> None:
         """Close a place although clients are connected, and notify them of the reason."""
-        await self._master.call(MasterCalls.let_go, place.key, refusal_of(reason))
+        await self._calls.let_go(place.key, reason)
 
     def master_found(self) -> None:
         """Join the places of all clients again, at a new master; clients that it refuses are notified.
@@ -137,7 +138,7 @@ class EndpointSessions:
     async def _try_again(self, kind: _Kind, join: Join) -> None:
         """Join once; if that is not possible now, the clients drive on with the container they have."""
         try:
-            joined = await self._master.call(MasterCalls.join, join)
+            joined = await self._calls.join(join)
         except Unavailable as error:
             logger.info("a client cannot join %s again yet: %s", kind.key, error)
             await asyncio.sleep(RETRY)

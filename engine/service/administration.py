@@ -9,7 +9,10 @@ from engine.master.events import MachineAdmitted, RemovalRequested, SettingsChan
 from engine.master.master import Master
 from engine.master.orders import Order
 from engine.processes.disk_notes import write_note
+from engine.service.view_building import machine_view, starting_view
+from engine.service.views import MachineView
 from engine.specs.machine_settings import MachineSettings, check_settings
+from engine.specs.start_state import StartState
 from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput, PPaaSError, Unavailable
 
@@ -20,7 +23,7 @@ class _Kept(msgspec.Struct, frozen=True):
 
 
 class Administration:
-    """Applies and stores the decisions of administrators about machines.
+    """Applies and stores the decisions of administrators about machines; implements ``MachineCalls``.
 
     Parameters
     ----------
@@ -32,6 +35,8 @@ class Administration:
         Removes a machine, as it is requested, and closes its link.
     check_started : callable
         Raises ``Starting`` for a machine that has not joined yet but is about to.
+    start_of : callable
+        Returns the kernels that machines compile.
     """
 
     def __init__(
@@ -40,9 +45,11 @@ class Administration:
         execute: Callable[[list[Order]], None],
         cut_off: Callable[[RemovalRequested], None],
         check_started: Callable[[str], None],
+        start_of: Callable[[], StartState],
     ) -> None:
         self._master = master
         self._check_started = check_started
+        self._start_of = start_of
         self._execute = execute
         self._cut_off = cut_off
         self._file: Path | None = None
@@ -77,39 +84,25 @@ class Administration:
                 f"the change is in effect, but it was not saved and is lost when the cloud ends: {error}"
             ) from error
 
-    def settings(self, machine: str) -> MachineSettings:
-        """Return the settings of a machine; raises ``NotFound`` or ``Starting`` if it has not joined."""
+    async def views(self) -> list[MachineView]:
+        """Return all machines, and those that are about to join."""
+        joined, kernels = self._master.machines, self._start_of().machines
+        views = [machine_view(machine, kernels.get(machine.id)) for machine in joined.values()]
+        return [*views, *(starting_view(name, kernels[name]) for name in kernels if name not in joined)]
+
+    async def settings(self, machine: str) -> MachineSettings:
+        """Return the settings of a machine that has joined."""
         self._check_started(machine)
         return self._master.machine(machine).settings
 
-    def configure(self, machine: str, settings: MachineSettings) -> None:
-        """Apply and store settings of a machine.
-
-        Raises
-        ------
-        InvalidParameter, NotFound
-            As ``Master.handle`` raises them.
-        Starting
-            The machine has not joined yet.
-        Unavailable
-            The settings are in effect, but could not be stored.
-        """
+    async def configure(self, machine: str, settings: MachineSettings) -> None:
+        """Apply and store settings of a machine that has joined."""
         self._check_started(machine)
         self._execute(self._master.handle(SettingsChanged(machine, settings)))
         self._keep()
 
-    def remove(self, machine: str, *, force: bool = False) -> None:
-        """Disconnect a machine and refuse it until it is admitted again.
-
-        Raises
-        ------
-        Conflict, NotFound
-            As ``Master.handle`` raises them.
-        Starting
-            The machine has not joined yet.
-        Unavailable
-            The machine is removed, but this could not be stored.
-        """
+    async def remove(self, machine: str, force: bool = False) -> None:
+        """Disconnect a machine and refuse it until it is admitted again."""
         self._check_started(machine)
         self._cut_off(RemovalRequested(machine, force))
         self._keep()
@@ -118,8 +111,8 @@ class Administration:
         """Return whether a machine was removed and not admitted since."""
         return machine in self._master.removed
 
-    def admit(self, machine: str) -> None:
-        """Accept a removed machine again; its agent must be started on the machine itself."""
+    async def admit(self, machine: str) -> None:
+        """Accept a removed machine again."""
         if machine in self._master.removed:
             self._execute(self._master.handle(MachineAdmitted(machine)))
             self._keep()

@@ -3,10 +3,10 @@
 import asyncio
 import contextlib
 import logging
-from collections.abc import Iterator
 from pathlib import Path
 from weakref import WeakKeyDictionary
 
+from engine.leadership.mandate import Mandate
 from engine.master.events import (
     ContainerLost,
     ContainerReady,
@@ -15,20 +15,20 @@ from engine.master.events import (
     MapChanged,
     PlaceReleased,
     PlaceRequested,
-    ResizeRequested,
     RobotTimed,
     ShutdownBegan,
 )
 from engine.master.master import Master
 from engine.master.orders import End, Order
-from engine.master.places import Place, PlaceRequest
+from engine.master.places import PlaceRequest
 from engine.processes.background import Background
 from engine.processes.heartbeats import MISSED
 from engine.processes.liveness import watch
-from engine.protocols import control_link, robot_link
+from engine.protocols import robot_link
 from engine.protocols.framing import FrameStream
 from engine.protocols.refusals import error_of
 from engine.service.administration import Administration
+from engine.service.containers import Containers
 from engine.service.links.control_server import ControlServer
 from engine.service.links.place_link import PlaceLink
 from engine.service.links.presence import RobotPresence
@@ -37,11 +37,8 @@ from engine.service.listener import CloudListener
 from engine.service.machine_events import MachineEvents
 from engine.service.order_execution import OrderExecution
 from engine.service.start_times import StartTimes
-from engine.service.view_building import container_view, machine_view, starting_view
-from engine.service.views import ContainerView, LifelongRobot, MachineView, MappingRobot
 from engine.specs.checkpoints import CheckpointSelection
-from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
-from engine.specs.continued_maps import is_lifelong
+from engine.specs.containers import MapVersion
 from engine.specs.robot_frames import base_frame
 from engine.specs.start_state import StartState
 from ppaas.clock import Clock, monotonic
@@ -83,6 +80,8 @@ class MasterDriver:
         Handles the events of machines.
     administration : Administration
         Applies the decisions of administrators about machines.
+    containers : Containers
+        Containers, as operators see and change them.
     """
 
     def __init__(
@@ -111,25 +110,29 @@ class MasterDriver:
             execute=self._execute, container_lost=self._report_lost, alive=self._compiles, listener=listener,
         )  # fmt: skip
         self._control = machines.listen(run_dir / "control.sock", secret)
-        self.administration = Administration(master, self._execute, machines.cut_off, machines.check_started)
+        self.administration = Administration(
+            master, self._execute, machines.cut_off, machines.check_started, machines.start_state
+        )
+        self.containers = Containers(
+            master, self._places, self._control, self._times, execute=self._execute, is_here=self.presence.is_here
+        )
         self._background = Background()
         self._watching = Background()
         self._closing = False
         self._orders = OrderExecution(
-            self._places,
-            self._control,
-            self._links,
-            self._times,
-            checkpoints,
-            start_timeout=start_timeout,
-            not_come=self._not_come,
-            adopted=listener.place_adopted,
-        )
+            self._places, self._control, self._links, self._times, checkpoints,
+            start_timeout=start_timeout, not_come=self._not_come, adopted=listener.place_adopted,
+        )  # fmt: skip
 
     @property
     def servers(self) -> tuple[ControlServer, LinkServer]:
         """Return the servers of control links and of robot links, for connections from other hosts."""
         return self._control, self._links
+
+    @property
+    def mandate(self) -> Mandate:
+        """Mandate of this master to give orders."""
+        return self._control.mandate
 
     async def start(self) -> None:
         """Listen for containers and machines."""
@@ -239,18 +242,6 @@ class MasterDriver:
             if request is not None and request.user == user:
                 await self.close_place(key, reason)
 
-    def give_up_container(self, container: str) -> None:
-        """End a container as if it had died: its place gets another, and clients notice only a pause.
-
-        Raises
-        ------
-        NotFound
-            There is no such container.
-        Unavailable
-            Its machine is not connected.
-        """
-        self._control.order(self._master.machine_of(container), control_link.StopContainer(container, grace=0.0))
-
     def map_changed(self, version: MapVersion, number: int, *, in_space: bool | None) -> None:
         """Move robots that use a map, as map or mask, to another version of it, which must have a grid.
 
@@ -258,10 +249,6 @@ class MasterDriver:
         an octomap, None if that is not known.
         """
         self._handle(MapChanged(version, in_space, number))
-
-    def resize_container(self, container: str, cores: float) -> None:
-        """Change the size of a running container [cores]; raises as ``Master.handle`` does."""
-        self._handle(ResizeRequested(container, cores))
 
     # -- orders --------------------------------------------------------------------------------------------------------
 
@@ -296,8 +283,11 @@ class MasterDriver:
         """Replace a container whose link was closed but that still runs: it waits for another cloud process."""
         await asyncio.sleep(HANG_UP_GRACE)
         if not self._master.is_leaving(container):
-            with contextlib.suppress(NotFound, Unavailable):  # it has exited as expected
-                self.give_up_container(container)
+            await self._give_up(container)
+
+    async def _give_up(self, container: str) -> None:
+        with contextlib.suppress(NotFound, Unavailable):  # it has exited meanwhile
+            await self.containers.give_up(container)
 
     def _waits_for_kernels(self, container: str) -> None:
         self._times.postpone(container)
@@ -330,8 +320,7 @@ class MasterDriver:
 
     def _give_up_frozen(self, container: str) -> None:
         logger.error("container %s missed %d heartbeats: it is frozen, and replaced", container, MISSED)
-        with contextlib.suppress(NotFound, Unavailable):  # it has just exited
-            self.give_up_container(container)
+        self._background.run(self._give_up(container))
 
     def _note_round_trips(self) -> None:
         for key, place in self._places.items():
@@ -339,47 +328,3 @@ class MasterDriver:
             if measured[1] is not None and measured != before:
                 self._timed[place] = measured
                 self._handle(RobotTimed(key, measured[1]))
-
-    # -- views ---------------------------------------------------------------------------------------------------------
-
-    def machines(self) -> list[MachineView]:
-        """Return all machines, and those that are about to join."""
-        joined, kernels = self._master.machines, self.start_state().machines
-        views = [machine_view(machine, kernels.get(machine.id)) for machine in joined.values()]
-        return [*views, *(starting_view(name, kernels[name]) for name in kernels if name not in joined)]
-
-    def containers(self, user: str | None) -> list[ContainerView]:
-        """Return the containers of a user, or of all users if None."""
-        places = (place for place in self._master.places.values() if user in (None, place.request.user))
-        return [view for place in places if (view := self._view(place)) is not None]
-
-    def mapping_robots(self) -> list[MappingRobot]:
-        """Return the robots with a running container that make new maps, except those that continue a published one."""
-        return [
-            MappingRobot(spec.user, robot.id, spec.joint_map)
-            for spec, robot in self._running_robots()
-            if spec.joint_map
-        ]
-
-    def lifelong_robots(self) -> list[LifelongRobot]:
-        """Return the robots with a running container that continue a published map for life."""
-        return [
-            LifelongRobot(spec.user, robot.id, robot.continued.id)
-            for spec, robot in self._running_robots()
-            if robot.continued is not None and is_lifelong(robot.parameters)
-        ]
-
-    def _running_robots(self) -> Iterator[tuple[ContainerSpec, RobotConfig]]:
-        for key, link in self._places.items():
-            place = self._master.places.get(key)
-            if link.container is not None and place is not None and place.spec is not None and place.spec.robot:
-                yield place.spec, place.spec.robot
-
-    def _view(self, place: Place) -> ContainerView | None:
-        container = place.spec.id if place.spec is not None else ""
-        machine = self._master.machines.get(place.machine or "")
-        place_link = self._places.get(place.request.key)
-        return container_view(
-            place, machine, place_link, self._times.age(container), self._times.took(container),
-            connected=self.presence.is_here(place.request.key),
-        )  # fmt: skip

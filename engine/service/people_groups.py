@@ -33,7 +33,7 @@ KIND = GroupKind(
 
 
 class PeopleGroups:
-    """Gives each group of robots that track people a coordinator, and calls it.
+    """Gives each group of robots that track people a coordinator, and calls it; implements ``PeopleCalls``.
 
     A coordinator that is refused changes nothing for the robots: the reason is in the view of the group.
 
@@ -53,28 +53,16 @@ class PeopleGroups:
     def __init__(self, service: MasterDriver, clock: Clock = monotonic) -> None:
         self.places = GroupPlaces(KIND, service, clock)
 
-    def views(self) -> list[PeopleGroupView]:
+    async def views(self) -> list[PeopleGroupView]:
         """Return the groups with robots, by user and map."""
         return [_view(key, group) for key, group in sorted(self.places.groups.items()) if group.robots]
 
     async def people(self, user: str, map_id: str) -> PeopleState:
-        """Return the people whom the robots of a user see on a map.
-
-        Raises
-        ------
-        Unavailable
-            No robot of the group is connected, or its coordinator was refused or does not answer.
-        """
+        """Return the people whom the robots of a user see on a map."""
         return decode(PeopleState, await self._call(user, map_id, "get_people", Empty()))
 
     async def counts(self, user: str, map_id: str, since: int) -> list[ZoneCount]:
-        """Return the numbers of different people by hour and zone, without hours that ended before a time.
-
-        Raises
-        ------
-        Unavailable
-            As ``people`` raises it.
-        """
+        """Return the numbers of different people by hour and zone, without hours that ended before a time."""
         answer = await self._call(user, map_id, "get_people_counts", GetPeopleCountsRequest(since))
         return decode(GetPeopleCountsResponse, answer).counts
 
@@ -83,13 +71,6 @@ class PeopleGroups:
 
         A group without a coordinator needs none: each coordinator reads the stored settings when it starts. One that
         was refused is tried again at once, since its settings may have been the reason.
-
-        Raises
-        ------
-        InvalidInput, NotFound
-            The coordinator refuses the settings; NotFound if it has no rule of that name.
-        Unavailable
-            The coordinator does not answer.
         """
         if self.places.place(user, map_id) is not None:
             text = msgspec.json.encode(settings).decode()

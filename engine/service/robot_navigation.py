@@ -19,7 +19,7 @@ IDLE = 300.0
 
 
 class RobotNavigation:
-    """Follows the robots that REST asks for.
+    """Follows the robots that REST asks for; implements ``RobotCalls``.
 
     Parameters
     ----------
@@ -37,6 +37,10 @@ class RobotNavigation:
         for key in tuple(self._clients):
             self._leave(key)
 
+    async def connected(self, robots: list[tuple[str, str]]) -> list[bool | None]:
+        """Return which of some robots, by user and id, are connected."""
+        return [self._service.presence.is_here(robot_key(user, robot)) for user, robot in robots]
+
     async def state(self, user: str, robot: str) -> RobotState:
         """Return the pose and the active goals of a robot, connected or not."""
         key = robot_key(user, robot)
@@ -49,39 +53,31 @@ class RobotNavigation:
                 await client.localized.wait()
         return client.state(presence)
 
-    def send_goal(self, user: str, robot: str, pose: Pose2D) -> GoalView:
-        """Send a robot to a pose in the frame ``map``.
-
-        Raises
-        ------
-        Unavailable
-            The robot is not connected, whether or not its container still waits for it.
-        QuotaExceeded
-            The robot has too many active goals.
-        """
+    async def send_goal(self, user: str, robot: str, pose: Pose2D) -> GoalView:
+        """Send a robot that is connected to a pose in the frame ``map``."""
         client = self._open(user, robot)
         if not self._service.presence.is_here(robot_key(user, robot)):
             raise _not_connected(robot)
         return client.send(pose)
 
-    def goals(self, user: str, robot: str) -> list[GoalView]:
+    async def goals(self, user: str, robot: str) -> list[GoalView]:
         """Return the goals that REST sent to a robot since it last connected, oldest first."""
         client = self._clients.get(robot_key(user, robot))
         return client.goals() if client is not None else []
 
-    def goal(self, user: str, robot: str, goal_id: str) -> GoalView:
+    async def goal(self, user: str, robot: str, goal_id: str) -> GoalView:
         """Return a goal; ``NotFound`` if it is unknown or forgotten."""
         client = self._clients.get(robot_key(user, robot))
         if client is None:
             raise NotFound("goal", goal_id[:64])
         return client.goal(goal_id)
 
-    def cancel_goal(self, user: str, robot: str, goal_id: str) -> GoalView:
+    async def cancel_goal(self, user: str, robot: str, goal_id: str) -> GoalView:
         """Cancel a goal; raises as ``NavigationClient.cancel`` does."""
-        self.goal(user, robot, goal_id)
+        await self.goal(user, robot, goal_id)
         return self._open(user, robot).cancel(goal_id)
 
-    def cancel_goals(self, user: str, robot: str) -> None:
+    async def cancel_goals(self, user: str, robot: str) -> None:
         """Cancel all goals of a robot, also those of other clients; ``Unavailable`` if it has no container."""
         self._open(user, robot).cancel_all()
 

@@ -24,7 +24,7 @@ KIND = GroupKind(
 
 
 class TrafficGroups:
-    """Gives each group of robots that take part in the traffic of their map a traffic node, and calls it.
+    """Gives each group of robots in the traffic of their map a traffic node, and calls it; implements ``TrafficCalls``.
 
     Parameters
     ----------
@@ -42,36 +42,14 @@ class TrafficGroups:
     def __init__(self, service: MasterDriver, clock: Clock = monotonic) -> None:
         self.places = GroupPlaces(KIND, service, clock)
 
-    async def traffic(self, user: str, map_id: str) -> TrafficState:
-        """Return the traffic of the robots of a user on a map.
-
-        Raises
-        ------
-        Unavailable
-            No robot of the group takes part, or its node was refused or does not answer.
-        """
+    async def state(self, user: str, map_id: str) -> TrafficState:
+        """Return the traffic of the robots of a user on a map."""
         return decode(TrafficState, await self.places.call(user, map_id, "get_traffic", Empty()))
 
     async def take_out(self, user: str, map_id: str, robot: str) -> None:
-        """Take a robot out of the traffic: what it holds is free, and nobody waits for it.
-
-        Raises
-        ------
-        NotFound
-            The node knows no such robot.
-        Unavailable
-            As ``traffic`` raises it.
-        """
+        """Take a robot out of the traffic: what it holds is free, and nobody waits for it."""
         await self.places.call(user, map_id, "take_out", RobotOfTraffic(robot))
 
     async def put_back(self, user: str, map_id: str, robot: str) -> None:
-        """Put a robot back into the traffic, where it now stands.
-
-        Raises
-        ------
-        NotFound
-            The node knows no such robot.
-        Unavailable
-            As ``traffic`` raises it.
-        """
+        """Put a robot back into the traffic, where it now stands."""
         await self.places.call(user, map_id, "put_back", RobotOfTraffic(robot))

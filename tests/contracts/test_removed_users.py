@@ -126,7 +126,7 @@ async def test_a_later_user_of_the_same_id_has_nothing_of_the_former_one(service
 
 
 STEPS: list[tuple[str, Callable[[Services], object], str]] = [
-    ("places", lambda services: services.cloud, "end_places"),
+    ("places", lambda services: services.cloud.users, "end_places"),
     ("readers", lambda services: services.map_store, "change_map"),
     ("shares", lambda services: services.store, "change_shares"),
     ("recordings", lambda services: services.recordings, "remove_user"),

@@ -144,7 +144,7 @@ async def seeded(passwords: Passwords) -> Seeded:
         store.put_task(MapTask(user, "house", Task(id="t1", kind="go_to", places=((0.2, 0.1, 0.0),))))
     cloud.map_file = b"".join(pack_mapping(room_mapping(2)))
     cloud.connect("ann", "tb1", StillPlace())
-    goal = cloud.navigation.send_goal("ann", "tb1", Pose2D(0.2, 0.1, 0.0))
+    goal = await cloud.robots.send_goal("ann", "tb1", Pose2D(0.2, 0.1, 0.0))
     names = {
         "map_id": "house", "version": records.house().version, "robot_id": "tb1", "user_id": "ann", "plan_id": "p1",
         "machine_id": "m1", "container_id": "c1", "planner": "navfn", "node": "amcl", "goal_id": goal.id,
@@ -179,7 +179,7 @@ async def answer(app: FastAPI, passwords: Passwords, operation: Operation, role:
     path = operation.path.format(**world.names | own)
     async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://cloud") as client:
         found = await client.request(operation.method, path, headers=headers, **sent)
-    world.services.cloud.navigation.close()  # type: ignore[attr-defined]
+    world.services.cloud.robots.close()  # type: ignore[attr-defined]
     return found
 
 

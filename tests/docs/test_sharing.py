@@ -31,6 +31,7 @@ from tests.docs.test_security import BODIES, OPERATIONS, POSES, QUERIES, Operati
 from tests.support.documents import table, text_of
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.still_place import StillPlace
+from tests.support.engine.at_once import at_once
 from tests.support.recordings.kept import RECORDING, kept_recordings
 from tests.support.storage import records
 from tests.support.world.mappings import room_mapping
@@ -80,7 +81,7 @@ def world() -> tuple[Services, dict[str, str]]:
     store.add_plan(records.plan("p1", poses=POSES.tobytes(), version=records.house().version))
     cloud.running, cloud.map_file = [container(robot="tb2")], FILE
     cloud.connect("ann", "tb1", StillPlace())
-    goal = cloud.navigation.send_goal("ann", "tb1", Pose2D(0.2, 0.1, 0.0))
+    goal = at_once(cloud.robots.send_goal("ann", "tb1", Pose2D(0.2, 0.1, 0.0)))
     names = {
         "map_id": "house", "version": records.house().version, "robot_id": "ann:tb1", "user_id": "ann", "plan_id": "p1",
         "machine_id": "m1", "container_id": "c1", "planner": "navfn", "node": "amcl", "goal_id": goal.id,
@@ -117,11 +118,11 @@ async def statuses(app: FastAPI, operation: Operation, callers: list[str]) -> di
             answer = await client.request(operation.method, path, headers=headers, params=query, content=content)
             found[caller] = answer.status_code
             if answer.status_code < 400:
-                services.cloud.navigation.close()
+                services.cloud.robots.close()
                 services.accounts.close()
                 services = None
     if services is not None:
-        services.cloud.navigation.close()
+        services.cloud.robots.close()
         services.accounts.close()
     return found
 
@@ -213,7 +214,7 @@ async def _read(app: FastAPI, operation: Operation, subscribe: tuple[str, ...], 
             headers={"Authorization": "Bearer some topics"},
             params=QUERIES.get(operation.id, {}),
         )
-    services.cloud.navigation.close()
+    services.cloud.robots.close()
     services.accounts.close()
     return answer
 

@@ -52,7 +52,7 @@ async def give_up_container(container_id: ContainerId, services: Provided, user:
     containers die too often is closed. To disconnect a robot, close its sockets instead.
     """
     await _found(services, user, container_id, "administer")
-    await services.cloud.give_up_container(container_id)
+    await services.cloud.containers.give_up(container_id)
 
 
 @router.patch("/{container_id}", response_model=ContainerAnswer, responses=KNOWN | BODY | problems(403, 404, 429))
@@ -69,7 +69,7 @@ async def resize_container(
     """
     container = await _found(services, user, container_id, "administer")
     if change.cores != container.cores:
-        await services.cloud.resize_container(container_id, change.cores)
+        await services.cloud.containers.resize(container_id, change.cores)
     return await show_container(container_id, services, user)
 
 
@@ -93,13 +93,13 @@ async def _found(services: Services, user: User, container_id: str, role: ShareR
 async def _visible(services: Services, user: User) -> list[ContainerView]:
     """Return the containers that a caller may see."""
     if user.role == "admin":
-        return await services.cloud.containers(None)
-    found = list(await services.cloud.containers(user.id))
+        return await services.cloud.containers.views(None)
+    found = list(await services.cloud.containers.views(user.id))
     with suppress(Unavailable):  # the caller's own are shown without the store
         robots = await run_in_threadpool(robots_shared_with, services.store, user)
         shared = {(robot.user, robot.id) for robot in robots}
         for owner in {owner for owner, _ in shared}:
-            found += [one for one in await services.cloud.containers(owner) if (owner, one.robot) in shared]
+            found += [one for one in await services.cloud.containers.views(owner) if (owner, one.robot) in shared]
     return found
 
 

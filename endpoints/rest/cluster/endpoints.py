@@ -20,14 +20,14 @@ async def list_endpoints(services: Provided, _admin: Admin, paging: Paged) -> di
     An endpoint that was lost is not listed any more.
     """
     after = paging.key(str, "")
-    endpoints = sorted(await services.cloud.endpoints(), key=lambda endpoint: endpoint.id)
+    endpoints = sorted(await services.cloud.endpoints.views(), key=lambda endpoint: endpoint.id)
     return paging.page([endpoint for endpoint in endpoints if endpoint.id > after], lambda endpoint: endpoint.id)
 
 
 @router.get("/{endpoint_id}", response_model=EndpointAnswer, responses=ADMIN | problems(404))
 async def show_endpoint(endpoint_id: EndpointId, services: Provided, _admin: Admin) -> EndpointView:
     """Show an endpoint and its load."""
-    known = {endpoint.id: endpoint for endpoint in await services.cloud.endpoints()}
+    known = {endpoint.id: endpoint for endpoint in await services.cloud.endpoints.views()}
     if endpoint_id not in known:
         raise NotFound("endpoint", endpoint_id, list(known))
     return known[endpoint_id]

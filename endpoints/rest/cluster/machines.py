@@ -25,7 +25,7 @@ router = APIRouter(prefix="/machines", tags=["machines"], route_class=StrictRout
 async def list_machines(services: Provided, _admin: Admin, paging: Paged) -> dict[str, object]:
     """List all machines by id."""
     after = paging.key(str, "")
-    machines = sorted(await services.cloud.machines(), key=lambda machine: machine.id)
+    machines = sorted(await services.cloud.machines.views(), key=lambda machine: machine.id)
     return paging.page([machine for machine in machines if machine.id > after], lambda machine: machine.id)
 
 
@@ -48,8 +48,8 @@ async def change_machine(
     machines with free capacity; their robots stay connected. The settings are stored, also while the machine is
     disconnected.
     """
-    before = await services.cloud.machine_settings(machine_id)
-    await services.cloud.configure_machine(machine_id, _merge_settings(before, change.model_dump(exclude_unset=True)))
+    before = await services.cloud.machines.settings(machine_id)
+    await services.cloud.machines.configure(machine_id, _merge_settings(before, change.model_dump(exclude_unset=True)))
     return await _machine(services, machine_id)
 
 
@@ -66,18 +66,18 @@ async def remove_machine(
 
     Its settings are forgotten.
     """
-    await services.cloud.remove_machine(machine_id, force=force)
+    await services.cloud.machines.remove(machine_id, force=force)
 
 
 @router.post("/{machine_id}/admit", response_model=AdmittedMachine, responses=ADMIN)
 async def admit_machine(machine_id: MachineId, services: Provided, _admin: Admin) -> AdmittedMachine:
     """Admit a removed machine: it joins again when its agent is started."""
-    await services.cloud.admit_machine(machine_id)
+    await services.cloud.machines.admit(machine_id)
     return AdmittedMachine(id=machine_id)
 
 
 async def _machine(services: Services, machine_id: str) -> MachineView:
-    known = {machine.id: machine for machine in await services.cloud.machines()}
+    known = {machine.id: machine for machine in await services.cloud.machines.views()}
     if machine_id not in known:
         raise NotFound("machine", machine_id, list(known))
     return known[machine_id]

@@ -130,7 +130,7 @@ async def roll_back_map(
     publication = Publication(map_id, user.id, epoch(), wanted.message, head.owner, if_match=matched_version(if_match))
     with invalidated(services, map_id):
         record = await run_in_threadpool(services.map_store.roll_back, wanted.version, publication)
-    services.cloud.map_changed(record)
+    await services.cloud.maps.changed(record)
     return MapSummary.of(record)
 
 
@@ -145,7 +145,7 @@ async def remove_map(map_id: MapId, services: Provided, user: Caller) -> None:
         )
     await services.plan_writer.settled()
     await services.plan_writer.forget(lambda record: record.map == map_id)
-    await services.cloud.end_groups(map_id)
+    await services.cloud.maps.end_groups(map_id)
     with invalidated(services, map_id):
         # What belongs to the map, the map, then what was added meanwhile: it can be repeated if it is interrupted.
         await run_in_threadpool(_forget_map, services.store, map_id)

@@ -37,7 +37,7 @@ async def show_people(map_id: MapId, services: Provided, user: Caller) -> People
     reason = ""
     if group is not None and group.state == "ready":
         try:
-            return PeopleAnswer.of(map_id, group, await services.cloud.people(user.id, map_id))
+            return PeopleAnswer.of(map_id, group, await services.cloud.people.people(user.id, map_id))
         except Unavailable as error:
             reason = str(error)
     return PeopleAnswer.without(map_id, group, (await _settings(services, user.id, map_id)).rule, reason)
@@ -80,7 +80,7 @@ async def follow_people(map_id: MapId, request: FollowRequest, services: Provide
     settings = await _settings(services, user.id, map_id)
     people = list(dict.fromkeys(_person(one, settings.names) for one in request.people))
     if people:
-        known = [person.id for person in (await services.cloud.people(user.id, map_id)).people]
+        known = [person.id for person in (await services.cloud.people.people(user.id, map_id)).people]
         for person in people:
             if person not in known:
                 raise NotFound("person", str(person), list(map(str, known)))
@@ -88,7 +88,7 @@ async def follow_people(map_id: MapId, request: FollowRequest, services: Provide
 
 
 async def _group(services: Services, user: str, map_id: str) -> PeopleGroupView | None:
-    groups = await services.cloud.people_groups()
+    groups = await services.cloud.people.views()
     return next((group for group in groups if (group.user, group.map) == (user, map_id)), None)
 
 

@@ -28,5 +28,5 @@ async def compute_costs(map_id: MapId, file: CostFile, services: Provided, user:
     check_timeout(request.timeout, services.limits)
     await services.cloud.count_paths(user.id, max(len(request.starts), 1))
     head = await readable_head(services, user, map_id)
-    answer = await services.cloud.compute_costs(user, MapVersion(head.id, head.version), request)
+    answer = await services.cloud.planning.compute_costs(user.id, MapVersion(head.id, head.version), request)
     return Response(msgspec.json.encode(answer), media_type="application/json")

@@ -70,7 +70,7 @@ class PlanFastPath:
             user = await self._services.accounts.authenticate(token)
             if isinstance(user, ScopedUser):
                 return None
-            self._services.cloud.set_limits(user.id, user.limits)
+            await self._services.cloud.set_limits(user.id, user.limits)
             request = await _read_request(receive, messages)
             if request is None:
                 return None

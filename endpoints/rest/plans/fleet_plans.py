@@ -109,5 +109,5 @@ async def plan_fleet(map_id: MapId, file: FleetFile, services: Provided, user: C
     check_timeout(request.timeout, services.limits)
     await services.cloud.count_paths(user.id, max(len(request.starts), 1))
     head = await readable_head(services, user, map_id)
-    answer = await services.cloud.plan_fleet(user, MapVersion(head.id, head.version), request)
+    answer = await services.cloud.planning.plan_fleet(user.id, MapVersion(head.id, head.version), request)
     return Response(msgspec.json.encode(answer), media_type="application/json")

@@ -78,7 +78,7 @@ async def plan_and_store(
     check_timeout(request.timeout, services.limits)
     await services.cloud.count_paths(user.id, 1)
     head = await readable_head(services, user, map_id)
-    answer = await services.cloud.compute_path(user, MapVersion(head.id, head.version), request)
+    answer = await services.cloud.planning.compute_path(user.id, MapVersion(head.id, head.version), request)
     if answer.plan_id == answer.reused:  # it is stored already
         return PlanResponse(wanted.encode(answer), wanted.media_type, None)
     if not services.plan_writer.accepts:

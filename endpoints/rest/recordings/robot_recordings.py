@@ -86,7 +86,7 @@ class RecordingAnswer(ResponseBody):
 @router.get("/recorder", response_model=RecorderAnswer, responses=KNOWN | problems(403, 404, 503))
 async def show_recorder(robot: Looked, services: Provided) -> RecorderState:
     """Show what the recorder of a connected robot does."""
-    return await services.cloud.call_recorder(robot.user, robot.id, "state", Empty())
+    return await services.cloud.nodes.recorder(robot.user, robot.id, "state", Empty())
 
 
 @router.get("/recordings", response_model=Page[RecordingAnswer], responses=KNOWN | problems(403, 404))
@@ -108,7 +108,7 @@ async def start_recording(wanted: RecordingRequest, robot: Driven, services: Pro
     """Start to record a connected robot; one recording at a time."""
     folder = folder_of(services)
     request = StartRecordingRequest(wanted.seconds, list(wanted.topics or ()))
-    state = await services.cloud.call_recorder(robot.user, robot.id, "start", request)
+    state = await services.cloud.nodes.recorder(robot.user, robot.id, "start", request)
     return await _begun(services, folder, robot, state.recording)
 
 
@@ -125,9 +125,9 @@ async def stop_recording(recording_id: RecordingId, robot: Driven, services: Pro
     """Stop a recording; nothing happens to one that has ended."""
     folder = folder_of(services)
     await run_in_threadpool(folder.recording, robot.user, robot.id, recording_id)
-    state = await services.cloud.call_recorder(robot.user, robot.id, "state", Empty())
+    state = await services.cloud.nodes.recorder(robot.user, robot.id, "state", Empty())
     if state.recording == recording_id:
-        await services.cloud.call_recorder(robot.user, robot.id, "stop", Empty())
+        await services.cloud.nodes.recorder(robot.user, robot.id, "stop", Empty())
     return await _ended(folder, robot, recording_id)
 
 
@@ -205,12 +205,12 @@ async def _begun(services: Services, folder: RecordingsFolder, robot: ReachedRob
                     await asyncio.sleep(LOOK)
                     await _raise_problem(services, robot)
     except TimeoutError as error:
-        await services.cloud.call_recorder(robot.user, robot.id, "stop", Empty())
+        await services.cloud.nodes.recorder(robot.user, robot.id, "stop", Empty())
         raise Unavailable(f"the recorder of the robot's machine did not begin within {PATIENCE:g} s") from error
 
 
 async def _raise_problem(services: Services, robot: ReachedRobot) -> None:
-    state = await services.cloud.call_recorder(robot.user, robot.id, "state", Empty())
+    state = await services.cloud.nodes.recorder(robot.user, robot.id, "state", Empty())
     if state.problem:
         raise Unavailable(state.problem, public=state.problem)
 

@@ -11,7 +11,7 @@ from storage.records import RobotRecord, User
 
 async def absence_facts(services: Services, owner: User, record: RobotRecord) -> AbsenceFacts:
     """Return what would stop a robot of a user from connecting now."""
-    machines = await services.cloud.machines()
+    machines = await services.cloud.machines.views()
     refused = await RobotFacts(services).last_refusal(record.user, record.id)
     return AbsenceFacts(
         robot=record.id,
@@ -43,7 +43,7 @@ async def _map_problem(services: Services, owner: User, record: RobotRecord) -> 
 
 async def _quota_problem(services: Services, record: RobotRecord) -> str:
     try:
-        await services.cloud.check_container(record.user, record.cores)
+        await services.cloud.users.check_container(record.user, record.cores)
     except QuotaExceeded as error:
         return str(error)
     return ""

@@ -101,7 +101,7 @@ async def diagnose_robot(robot: Looked, services: Provided, seconds: Seconds = D
 
 async def _diagnosis(services: Services, robot: ReachedRobot, seconds: float) -> tuple[list[Finding], Observations]:
     try:
-        seen = await services.cloud.observe_robot(robot.user, robot.id, seconds)
+        seen = await services.cloud.nodes.observe(robot.user, robot.id, seconds)
     except Unavailable as reason:
         return await _without_clone(services, robot.record, reason), Observations(seconds=0.0)
     if seen.link is not None and not seen.link.robots:
@@ -113,7 +113,8 @@ async def _diagnosis(services: Services, robot: ReachedRobot, seconds: float) ->
 async def _without_clone(services: Services, record: RobotRecord, reason: Unavailable) -> list[Finding]:
     """Return the findings about a robot without a container: it waits for one, or is not connected at all."""
     findings = await _absence(services, record)
-    if any(one.robot == record.id and one.user == record.user for one in await services.cloud.containers(record.user)):
+    containers = await services.cloud.containers.views(record.user)
+    if any(one.robot == record.id and one.user == record.user for one in containers):
         findings = [error("clone-not-ready", f"The clone of the robot does not answer: {reason}", "Try again.")]
     return findings
 

@@ -68,7 +68,7 @@ class GoalRequest(RequestBody):
 @router.get("/state", response_model=StateAnswer, responses=KNOWN | problems(403, 404))
 async def show_state(robot: Looked, services: Provided) -> StateAnswer:
     """Show the pose and the active goals of a robot."""
-    state = StateAnswer.model_validate(await services.cloud.robot_state(robot.user, robot.id))
+    state = StateAnswer.model_validate(await services.cloud.robots.state(robot.user, robot.id))
     hidden = {"goals": GOALS, "localization": LOCALIZATION}
     return state.model_copy(update={part: None for part, names in hidden.items() if not may_hear(robot.access, names)})
 
@@ -79,21 +79,21 @@ async def show_state(robot: Looked, services: Provided) -> StateAnswer:
 async def send_goal(robot: Driven, request: GoalRequest, services: Provided) -> GoalView:
     """Send a connected robot to a pose; its earlier goal is cancelled, as in ROS."""
     robot.access.check_goal(MOVE_BASE)
-    return await services.cloud.send_goal(robot.user, robot.id, Pose2D(*triple(request.pose)))
+    return await services.cloud.robots.send_goal(robot.user, robot.id, Pose2D(*triple(request.pose)))
 
 
 @router.get("/goals", response_model=Page[GoalAnswer], responses=KNOWN | problems(403, 404))
 async def list_goals(robot: Looked, services: Provided, paging: Paged) -> dict[str, object]:
     """List the goals that were sent by REST since the robot connected, by time; ended goals are kept for a while."""
     after = paging.key(float, 0.0)
-    goals = [goal for goal in await services.cloud.goals(robot.user, robot.id) if goal.sent > after]
+    goals = [goal for goal in await services.cloud.robots.goals(robot.user, robot.id) if goal.sent > after]
     return paging.page(goals, lambda goal: goal.sent)
 
 
 @router.get("/goals/{goal_id}", response_model=GoalAnswer, responses=KNOWN | problems(403, 404))
 async def show_goal(robot: Looked, goal_id: GoalId, services: Provided) -> GoalView:
     """Show a goal."""
-    return await services.cloud.goal(robot.user, robot.id, goal_id)
+    return await services.cloud.robots.goal(robot.user, robot.id, goal_id)
 
 
 @router.delete(
@@ -102,11 +102,11 @@ async def show_goal(robot: Looked, goal_id: GoalId, services: Provided) -> GoalV
 async def cancel_goal(robot: Driven, goal_id: GoalId, services: Provided) -> GoalView:
     """Cancel a goal; it ends as `canceled` once the robot's clone has stopped it."""
     robot.access.check_goal(MOVE_BASE)
-    return await services.cloud.cancel_goal(robot.user, robot.id, goal_id)
+    return await services.cloud.robots.cancel_goal(robot.user, robot.id, goal_id)
 
 
 @router.delete("/goals", status_code=202, responses=KNOWN | problems(403, 404, 503))
 async def cancel_goals(robot: Driven, services: Provided) -> None:
     """Cancel all goals of a robot, also those that were not sent by REST: the robot stops."""
     robot.access.check_goal(MOVE_BASE)
-    await services.cloud.cancel_goals(robot.user, robot.id)
+    await services.cloud.robots.cancel_goals(robot.user, robot.id)

@@ -88,7 +88,7 @@ class PublishRequest(RequestBody):
 @router.get("", response_model=RobotMapAnswer, responses=KNOWN | problems(403, 404, 503))
 async def show_robot_map(robot: Looked, services: Provided) -> RobotMapAnswer:
     """Show the size of the map that a connected robot makes, and the robots with which it makes it."""
-    numbers = await services.cloud.robot_map(robot.user, robot.id, -1)
+    numbers = await services.cloud.nodes.map(robot.user, robot.id, -1)
     facts = RobotFacts(services)
     sharing = await facts.sharing(robot.user, robot.id)
     progress = await facts.progress(robot.user, robot.id)
@@ -110,7 +110,7 @@ async def show_robot_map(robot: Looked, services: Provided) -> RobotMapAnswer:
 )
 async def fetch_robot_posegraph(robot: Looked, services: Provided) -> Response:
     """Return the pose graph of the map that a connected robot makes."""
-    file, _ = await services.posegraphs.fetch(services.cloud, robot.user, robot.id)
+    file, _ = await services.posegraphs.fetch(services.cloud.nodes, robot.user, robot.id)
     return Response(file, media_type="application/octet-stream", headers={"X-Content-Type-Options": "nosniff"})
 
 
@@ -133,7 +133,7 @@ async def publish_robot_map(
 async def _publish(
     services: Services, user: User, robot: ReachedRobot, wanted: PublishRequest, publication: Publication
 ) -> tuple[MapAnswer, MapRecord]:
-    file, numbers = await services.posegraphs.fetch(services.cloud, robot.user, robot.id)
+    file, numbers = await services.posegraphs.fetch(services.cloud.nodes, robot.user, robot.id)
     if not file:
         raise Conflict(f"robot {robot.id!r} has mapped nothing yet: publish its map once it sent scans and odometry")
     octomap = await _octomap(services, robot)
@@ -156,7 +156,7 @@ async def _octomap(services: Services, robot: ReachedRobot, motion: Motion | Non
 
     def page(offset: int) -> Awaitable[GetOctomapFileResponse]:
         request = GetOctomapFileRequest(offset, **(motion or {})) if offset == 0 else GetOctomapFileRequest(offset)
-        return services.cloud.robot_octomap(robot.user, robot.id, request)
+        return services.cloud.nodes.octomap(robot.user, robot.id, request)
 
     return await whole_file(await page(0), page, robot.id)
 

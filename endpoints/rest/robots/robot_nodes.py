@@ -38,7 +38,7 @@ class NodeRequest(RequestBody):
 @router.get("", response_model=Page[NodeAnswer], responses=KNOWN | problems(403, 404, 503))
 async def list_nodes(robot: Looked, services: Provided, paging: Paged) -> dict[str, object]:
     """List the nodes of a connected robot by name, with their homes and the reasons."""
-    homes = sorted(await services.cloud.node_homes(robot.user, robot.id), key=lambda home: home.node)
+    homes = sorted(await services.cloud.nodes.homes(robot.user, robot.id), key=lambda home: home.node)
     after = paging.key(str, "")
     return paging.page([home for home in homes if home.node > after], lambda home: home.node)
 
@@ -46,4 +46,4 @@ async def list_nodes(robot: Looked, services: Provided, paging: Paged) -> dict[s
 @router.post("/{node}", response_model=NodeAnswer, responses=KNOWN | BODY | problems(403, 404, 503))
 async def run_node(robot: Administered, node: NodeName, request: NodeRequest, services: Provided) -> NodeHome:
     """Move a node of a robot to a home, or let the node monitor choose its home."""
-    return await services.cloud.run_node(robot.user, robot.id, node, request.home or "")
+    return await services.cloud.nodes.run(robot.user, robot.id, node, request.home or "")

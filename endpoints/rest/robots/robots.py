@@ -138,7 +138,7 @@ async def remove_robot(robot: Removable, services: Provided) -> None:
     [connected] = await services.cloud.connected([robot])
     if connected:
         raise Conflict(f"robot {name!r} is connected: disconnect it first")
-    await services.cloud.end_places(owner, NotFound("robot", name), name)
+    await services.cloud.users.end_places(owner, NotFound("robot", name), name)
     await removal.remove_robot(services, owner, name)
 
 

@@ -131,7 +131,7 @@ def _cancel(store: TaskStore, key: tuple[str, str, str]) -> MapTask:
 async def _tell(services: Services, record: MapTask) -> None:
     """Ask the master to read the tasks; without one, the next leader does."""
     with suppress(Unavailable):
-        await services.cloud.tasks_changed(record.user, record.map)
+        await services.cloud.tasks.changed(record.user, record.map)
 
 
 def _page(store: TaskStore, group: tuple[str, str], after: str, paging: TaskPaging) -> list[MapTask]:

@@ -17,7 +17,7 @@ async def show_traffic(map_id: MapId, services: Provided, user: Caller) -> Traff
     Unavailable (503) while none of them takes part: register one with `"traffic": true`, and connect it.
     """
     await readable_head(services, user, map_id)
-    return TrafficAnswer.of(map_id, await services.cloud.traffic(user.id, map_id))
+    return TrafficAnswer.of(map_id, await services.cloud.traffic.state(user.id, map_id))
 
 
 @router.post("/robots/{robot}/take_out", status_code=204, responses=KNOWN | problems(404, 409))
@@ -27,11 +27,11 @@ async def take_out_robot(map_id: MapId, robot: RobotId, services: Provided, user
     See to it first that it is out of the way, or is avoided: what it held is free from then on.
     """
     await readable_head(services, user, map_id)
-    await services.cloud.take_out(user.id, map_id, robot)
+    await services.cloud.traffic.take_out(user.id, map_id, robot)
 
 
 @router.post("/robots/{robot}/put_back", status_code=204, responses=KNOWN | problems(404, 409))
 async def put_back_robot(map_id: MapId, robot: RobotId, services: Provided, user: Caller) -> None:
     """Put a robot of the caller back into the traffic, where it now stands."""
     await readable_head(services, user, map_id)
-    await services.cloud.put_back(user.id, map_id, robot)
+    await services.cloud.traffic.put_back(user.id, map_id, robot)

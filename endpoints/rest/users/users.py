@@ -52,7 +52,7 @@ async def list_users(services: Provided, _admin: Admin, paging: Paged) -> dict[s
 async def show_user(user_id: UserId, services: Provided, user: Caller) -> UserDetail:
     """Show a user with limits, quota and usage; administrators may show other users too."""
     found = await run_in_threadpool(services.store.user, _target_user(user_id, user))
-    services.cloud.set_limits(found.id, found.limits)
+    await services.cloud.set_limits(found.id, found.limits)
     return await _detail(services, found)
 
 
@@ -85,7 +85,7 @@ async def change_user(
     )
     if "rapyuta_password" in change.model_fields_set:
         changed = await services.accounts.rapyuta.set(target, change.rapyuta_password)
-    services.cloud.set_limits(changed.id, changed.limits)
+    await services.cloud.set_limits(changed.id, changed.limits)
     return await _detail(services, changed)
 
 
@@ -94,7 +94,8 @@ async def end_sessions(user_id: UserId, services: Provided, user: Caller) -> Non
     """Log a user out everywhere: revoke all tokens and disconnect all robots. Administrators may do it for others."""
     target = _target_user(user_id, user)
     await services.accounts.revoke_all(target)
-    await services.cloud.end_places(target, NotAuthenticated("all sessions of this user were ended: log in again"))
+    ended = NotAuthenticated("all sessions of this user were ended: log in again")
+    await services.cloud.users.end_places(target, ended)
 
 
 @router.delete("/{user_id}", status_code=204, responses=ADMIN | problems(404, 409))
@@ -115,7 +116,7 @@ async def remove_user(
     owned = await run_in_threadpool(owned_maps, services.map_store, user_id)
     if owned:
         raise Conflict(f"user {user_id!r} owns maps; remove them first: {', '.join(owned)}")
-    connected = [one.robot for one in await services.cloud.containers(user_id) if one.connected and one.robot]
+    connected = [one.robot for one in await services.cloud.containers.views(user_id) if one.connected and one.robot]
     if connected and not force:
         raise Conflict(
             f"user {user_id!r} has connected robots; disconnect them first, or force the removal: "
@@ -125,7 +126,7 @@ async def remove_user(
 
 
 async def _detail(services: Services, user: User) -> UserDetail:
-    runs = await services.cloud.usage(user.id)
+    runs = await services.cloud.users.usage(user.id)
     used = await run_in_threadpool(_used, services, user, runs)
     return UserDetail(
         id=user.id,

@@ -1,4 +1,4 @@
-"""Calls between the master and the endpoints of a cloud: what each may ask of the other.
+"""Calls between the master and one endpoint of a cloud: what each may ask of the other.
 
 An endpoint serves sockets and REST. The master decides about places, machines and quotas. The endpoint registers once
 it is connected, and says again which clients it has when it finds another master.
@@ -8,14 +8,13 @@ from typing import Protocol
 
 import msgspec
 
+from engine.calls.interface import wire_name
 from engine.protocols.endpoint_sockets import EndpointAddress
-from engine.protocols.refusals import Refusal
-from engine.service.endpoints.cloud_calls import CloudCalls
 from engine.service.news.news import NewsKind
 from engine.service.news.robot_facts import FactKind
 from engine.specs.containers import MapVersion
 from engine.specs.start_state import StartState
-from storage.records import Limits, MapRecord
+from ppaas.errors import PPaaSError
 
 
 class EndpointState(msgspec.Struct, frozen=True):
@@ -127,9 +126,10 @@ class JoinedPlace(msgspec.Struct, frozen=True):
     nearer: str = ""
 
 
-class MasterCalls(CloudCalls, Protocol):
-    """Methods of the master that endpoints call."""
+class MasterCalls(Protocol):
+    """Methods of the master that depend on the endpoint that calls them."""
 
+    @wire_name("register")  # of all releases, so that an endpoint of another one is refused by its release
     async def register(self, registration: Registration) -> None:
         """Register an endpoint; the first call on its link.
 
@@ -162,7 +162,7 @@ class MasterCalls(CloudCalls, Protocol):
         """Remove a client from a place."""
         ...
 
-    async def let_go(self, key: str, reason: Refusal) -> None:
+    async def let_go(self, key: str, reason: PPaaSError) -> None:
         """Close a place although clients are connected, and notify them of the reason."""
         ...
 
@@ -177,16 +177,6 @@ class MasterCalls(CloudCalls, Protocol):
         ------
         Unavailable
             The robot has no container now.
-        """
-        ...
-
-    async def take_paths(self, user: str, paths: int, ahead: int) -> int:
-        """Count paths that a user requests, and up to ``ahead`` further ones; return the number of these.
-
-        Raises
-        ------
-        QuotaExceeded
-            They exceed the quota; see ``PlanRate.take``.
         """
         ...
 
@@ -206,27 +196,11 @@ class MasterCalls(CloudCalls, Protocol):
         """Let the containers of a place leave the endpoint."""
         ...
 
-    async def set_limits(self, user: str, limits: Limits) -> None:
-        """Apply a user's own limits."""
-        ...
-
-    async def end_places(self, user: str, reason: Refusal, robot: str | None) -> None:
-        """Close all places of a user, or that of a robot, and notify their clients of the reason."""
-        ...
-
-    async def remove_machine(self, machine: str, force: bool) -> None:
-        """Disconnect a machine and refuse it until it is admitted."""
-        ...
-
-    async def map_changed(self, head: MapRecord) -> None:
-        """Let the robots that drive on a map, or have it as a mask, go on with its current version."""
-        ...
-
 
 class EndpointCalls(Protocol):
     """Methods of an endpoint that the master calls."""
 
-    async def place_closed(self, key: str, reason: Refusal) -> None:
+    async def place_closed(self, key: str, reason: PPaaSError) -> None:
         """Handle that a place was closed: its clients here are notified of the reason."""
         ...
 

@@ -40,7 +40,7 @@ class Neighbour(Protocol):
 
 
 class Neighbours:
-    """The registered endpoints.
+    """The registered endpoints; implements ``NeighbourCalls``.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class Neighbours:
         """Return the number of reports of each endpoint, by name."""
         return {one.registration.endpoint: one.beats for one in self if one.registration is not None}
 
-    def views(self) -> list[EndpointView]:
+    async def views(self) -> list[EndpointView]:
         """Return the states of the endpoints."""
         latest = self.clock() - SILENT
         return [

@@ -8,20 +8,21 @@ from collections.abc import Callable
 from functools import partial
 
 from engine.calls.caller import Caller
+from engine.calls.interface import method_of
+from engine.master.places import robot_key
 from engine.protocols.pending_handshakes import is_same
 from engine.protocols.place_secret import place_secret
-from engine.protocols.refusals import Refusal, error_of, refusal_of
 from engine.protocols.robot_link import DialEndpoint
-from engine.service.cloud import Cloud
+from engine.service.endpoints.cloud import Cloud
 from engine.service.endpoints.interface import (
     EndpointCalls,
     EndpointState,
     Join,
     JoinedPlace,
+    MasterCalls,
     MasterState,
     Registration,
 )
-from engine.service.endpoints.neighbours import Neighbours
 from engine.service.links.place_link import PlaceLink
 from engine.service.news.news import NewsKind
 from engine.service.news.robot_facts import FactKind
@@ -29,7 +30,6 @@ from engine.service.robot_sessions import RobotSessions
 from engine.specs.containers import MapVersion
 from ppaas import __version__
 from ppaas.errors import Conflict, NotPermitted, PPaaSError, Unavailable
-from storage.records import Limits, MapRecord
 
 logger = logging.getLogger(__name__)
 
@@ -41,14 +41,12 @@ EPOCH_SHIFT = 32
 
 
 class ServedEndpoint:
-    """One endpoint; implements the part of ``MasterCalls`` that depends on the endpoint.
+    """One endpoint; implements ``MasterCalls``.
 
     Parameters
     ----------
     cloud : Cloud
     sessions : RobotSessions
-    neighbours : Neighbours
-        All endpoints.
     secret : str
         Secret of the cloud's own processes.
     machine : str, optional
@@ -60,18 +58,17 @@ class ServedEndpoint:
         Called when the endpoint has registered.
     """
 
-    def __init__(
-        self, cloud: Cloud, sessions: RobotSessions, neighbours: Neighbours, secret: str, machine: str | None = None
-    ) -> None:
+    def __init__(self, cloud: Cloud, sessions: RobotSessions, secret: str, machine: str | None = None) -> None:
         self._cloud = cloud
+        self._driver = cloud.driver
         self._sessions = sessions
-        self._neighbours = neighbours
+        self._neighbours = cloud.neighbours
         self._secret = secret
         self.machine = machine
         self.registration: Registration | None = None
         self.state: EndpointState | None = None
         self.beats = 0
-        self.heard = neighbours.clock()
+        self.heard = self._neighbours.clock()
         self.caller: Caller | None = None
         self.registered: Callable[[], None] = lambda: None
         self._joined: Counter[tuple[str, bool]] = Counter()
@@ -84,7 +81,7 @@ class ServedEndpoint:
 
     def may_call(self, method: str) -> bool:
         """Return whether the endpoint may call a method: any, once it has registered."""
-        return self.registration is not None or method == ServedEndpoint.register.__name__
+        return self.registration is not None or method == method_of(MasterCalls.register).name
 
     async def register(self, registration: Registration) -> None:
         """Register the endpoint.
@@ -118,7 +115,7 @@ class ServedEndpoint:
                 f"an endpoint of machine {self.machine!r} may not register as one of {own[:64]!r}: its certificate "
                 f"names {self.machine!r}"
             )
-        elif self._cloud.is_removed(own):
+        elif self._driver.administration.is_removed(own):
             raise NotPermitted(f"machine {own!r} was removed: an administrator must admit it first")
         if not NUMBERED.fullmatch(registration.endpoint.removeprefix(own)):
             raise NotPermitted(f"{registration.endpoint[:80]!r} is no name of an endpoint of machine {own!r}")
@@ -133,7 +130,7 @@ class ServedEndpoint:
         self.state = state
         self.beats += 1
         self.heard = self._neighbours.clock()
-        return MasterState(self._cloud.leads, self._cloud.start)
+        return MasterState(self._driver.mandate.leads(), self._cloud.start)
 
     def gone(self) -> None:
         """Remove all clients of the endpoint, which has ended or is not reachable."""
@@ -170,11 +167,11 @@ class ServedEndpoint:
         """Return whether the endpoint has the socket of the robot of a place."""
         return self._joined[key, True] > 0
 
-    async def let_go(self, key: str, reason: Refusal) -> None:
+    async def let_go(self, key: str, reason: PPaaSError) -> None:
         """Close a place although clients are connected, and notify them of the reason."""
         reached = self._reached.get(key)
         if reached is not None:
-            await self._sessions.let_go(reached[0], error_of(reason))
+            await self._sessions.let_go(reached[0], reason)
 
     async def position(self, key: str) -> int | None:
         """Return the position of a place in the queue, from 1; None if it is not queued."""
@@ -183,14 +180,14 @@ class ServedEndpoint:
 
     async def visit(self, user: str, robot: str) -> JoinedPlace:
         """Let the containers of a robot's place dial the endpoint, which calls services there."""
-        place = self._cloud.place(user, robot)
+        place = self._driver.place(robot_key(user, robot))
         if place is None:
             raise Unavailable(f"robot {robot!r} has no container now: its nodes run while it is connected")
         return self._reach(place)
 
     async def open_planning(self, user: str, version: MapVersion, labels: dict[str, str], queue: bool) -> JoinedPlace:
         """Open the place of a planning container, or use it."""
-        place = self._cloud.planning_place(user, version, labels, queue=queue)
+        place = self._cloud.planning_places.use(user, version, labels, queue=queue)
         return self._reach(place)
 
     async def forget_place(self, key: str) -> None:
@@ -199,22 +196,6 @@ class ServedEndpoint:
             self._forget(key)
 
     # -- the cloud -----------------------------------------------------------------------------------------------------
-
-    async def set_limits(self, user: str, limits: Limits) -> None:
-        """Apply a user's own limits."""
-        self._cloud.set_limits(user, limits)
-
-    async def end_places(self, user: str, reason: Refusal, robot: str | None) -> None:
-        """Close all places of a user, or that of a robot, and notify their clients of the reason."""
-        await self._cloud.end_places(user, error_of(reason), robot)
-
-    async def remove_machine(self, machine: str, force: bool) -> None:
-        """Disconnect a machine and refuse it until it is admitted."""
-        await self._cloud.remove_machine(machine, force=force)
-
-    async def map_changed(self, head: MapRecord) -> None:
-        """Let the robots that drive on a map, or have it as a mask, go on with its current version."""
-        self._cloud.map_changed(head)
 
     async def announce(self, kind: NewsKind, key: str) -> None:
         """Tell the other processes of the cloud that this endpoint has changed a record."""
@@ -243,11 +224,11 @@ class ServedEndpoint:
         here = self.registration
         assert here is not None
         place.add_endpoint(here.endpoint, partial(self._dial_order, here, place.key))
-        nearer = self._neighbours.nearer(here, self._cloud.machine_of_place(place.key))
-        return JoinedPlace(place.key, place.base_frame, self._cloud.position(place.key), nearer)
+        nearer = self._neighbours.nearer(here, self._driver.machine_of_place(place.key))
+        return JoinedPlace(place.key, place.base_frame, self._driver.position(place.key), nearer)
 
     def _dial_order(self, here: Registration, place: str, container: int) -> DialEndpoint:
-        generation = self._cloud.epoch << EPOCH_SHIFT | container
+        generation = self._driver.mandate.epoch << EPOCH_SHIFT | container
         secret = place_secret(here.container_secret, place, generation)
         return DialEndpoint(here.endpoint, here.at, place, generation, secret)
 
@@ -262,7 +243,7 @@ class ServedEndpoint:
         """Tell the endpoint that a place was closed."""
         self._reached.pop(key, None)
         if self.caller is not None:
-            self.caller.tell(EndpointCalls.place_closed, key, refusal_of(reason))
+            self.caller.tell(EndpointCalls.place_closed, key, reason)
 
     async def displace(self, user: str, robot: str, session: str | None, timeout: float) -> None:
         """Let the endpoint displace the socket of a robot, if it is dead or of the same session."""

@@ -8,7 +8,7 @@ import logging
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, get_type_hints
 
 from engine.calls.caller import Caller
 from engine.calls.frames import Frame
@@ -18,10 +18,9 @@ from engine.protocols.address import UnixAddress
 from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import listen
 from engine.protocols.unproven_peers import UnprovenPeers
-from engine.service.cloud import Cloud
-from engine.service.endpoints.cloud_calls import CloudCalls
+from engine.service.endpoints.cloud import Cloud
+from engine.service.endpoints.control_plane import MasterParts
 from engine.service.endpoints.interface import MasterCalls
-from engine.service.endpoints.neighbours import Neighbours
 from engine.service.endpoints.served_endpoint import ServedEndpoint
 from engine.service.robot_sessions import RobotSessions
 from ppaas.errors import PPaaSError
@@ -36,7 +35,7 @@ REGISTER_TIMEOUT = 5.0
 
 
 class Extra(NamedTuple):
-    """Methods that an endpoint may call beside those of ``MasterCalls``.
+    """Further methods that an endpoint may call.
 
     Parameters
     ----------
@@ -73,9 +72,10 @@ class EndpointServer:
 
     def __init__(self, path: Path, secret: str, cloud: Cloud, sessions: RobotSessions) -> None:
         self.path = path
-        self.endpoints = Neighbours()
+        self.endpoints = cloud.neighbours
         self._secret = secret
         self._cloud = cloud
+        self._parts = {interface: getattr(cloud, name) for name, interface in get_type_hints(MasterParts).items()}
         self._sessions = sessions
         self._extras: list[Callable[[], Extra]] = []
         self._server: asyncio.Server | None = None
@@ -99,7 +99,7 @@ class EndpointServer:
 
     def _leave_removed(self) -> None:
         for endpoint in self._links:
-            if endpoint.machine is not None and self._cloud.is_removed(endpoint.machine):
+            if endpoint.machine is not None and self._cloud.driver.administration.is_removed(endpoint.machine):
                 endpoint.hang_up()
 
     async def connected(
@@ -107,11 +107,10 @@ class EndpointServer:
     ) -> None:
         """Serve a connection; ``machine`` is the name in its certificate, None on the local socket."""
         stream: FrameStream[Frame] = FrameStream(reader, writer, Frame)
-        endpoint = ServedEndpoint(self._cloud, self._sessions, self.endpoints, self._secret, machine)
-        of_cloud: CloudCalls = self._cloud
+        endpoint = ServedEndpoint(self._cloud, self._sessions, self._secret, machine)
         extras = [make() for make in self._extras]
-        interfaces = [MasterCalls, *(extra.interface for extra in extras)]
-        endpoint.caller = Caller(stream, interfaces, endpoint, of_cloud, *(extra.served for extra in extras))
+        served = {extra.interface: extra.served for extra in extras}
+        endpoint.caller = Caller(stream, {MasterCalls: endpoint, **self._parts, **served})
         endpoint.caller.admits = endpoint.may_call
         self._links[endpoint] = stream
         self._unproven.came(stream)

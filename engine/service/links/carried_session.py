@@ -113,7 +113,7 @@ class CarriedSession:
         access: Access,
         resume: ResumptionPoint | None = None,
         *,
-        count_plan: Callable[[], Awaitable[None]] = unlimited,
+        count_plan: Callable[[], Awaitable[object]] = unlimited,
     ) -> None:
         self.id = secrets.token_hex(8)
         self.resumed = False

@@ -31,23 +31,23 @@ LABELS = 30.0
 
 
 class TaskNews:
-    """Collects the users and maps whose tasks were changed, and wakes the runner.
+    """Collects the users and maps whose tasks were changed, and wakes the runner; implements ``TaskCalls``.
 
     Attributes
     ----------
-    changed : set of Group
+    groups : set of Group
         Users and maps.
     wake : Event
         Set if there is something to do.
     """
 
     def __init__(self) -> None:
-        self.changed: set[Group] = set()
+        self.groups: set[Group] = set()
         self.wake = asyncio.Event()
 
-    def tell(self, user: str, map_id: str) -> None:
+    async def changed(self, user: str, map_id: str) -> None:
         """Note that the tasks of a user on a map were changed in the store."""
-        self.changed.add((user, map_id))
+        self.groups.add((user, map_id))
         self.wake.set()
 
 
@@ -94,11 +94,11 @@ class TaskRunner:
         """Look at all users and maps with tasks once."""
         now = self._clock()
         if now - self._searched_at >= SEARCH:
-            self._news.changed.update(await asyncio.to_thread(self._store.task_groups))
+            self._news.groups.update(await asyncio.to_thread(self._store.task_groups))
             self._searched_at = now
             self._robots.forget_closed()
-        while self._news.changed:
-            group = self._news.changed.pop()
+        while self._news.groups:
+            group = self._news.groups.pop()
             self._groups.setdefault(group, TaskGroup(group, self._store, self._robots)).changed = True
         self._groups = {key: group for key, group in self._groups.items() if group.is_open(now)}
         if not self._groups:

@@ -4,6 +4,7 @@ import base64
 import hashlib
 import json
 from collections.abc import Callable
+from functools import partial
 
 import msgspec
 import numpy as np
@@ -12,23 +13,28 @@ from msgspec import Raw
 from engine.master.machine import Machine
 from engine.master.places import robot_key
 from engine.master.quotas import Quotas
+from engine.service.endpoints.control_plane import CountPaths
+from engine.service.endpoints.group_calls import PeopleCalls, TaskCalls, TrafficCalls
+from engine.service.endpoints.machine_calls import ContainerCalls, MachineCalls, NeighbourCalls
+from engine.service.endpoints.map_calls import MapCalls
+from engine.service.endpoints.robot_calls import RobotCalls
+from engine.service.endpoints.user_calls import UserCalls
+from engine.service.endpoints.user_quotas import UserQuotas
 from engine.service.links.place_link import PlaceLink
 from engine.service.links.presence import RobotPresence
 from engine.service.planning.fleet_requests import FleetAnswer, FleetRequest
 from engine.service.planning.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
-from engine.service.planning.plan_rate import PlanRate
+from engine.service.planning.planning import Planning
 from engine.service.robot_navigation import RobotNavigation
+from engine.service.robot_nodes import RobotNodes
 from engine.service.view_building import machine_view
 from engine.service.views import (
     ContainerView,
     EndpointView,
-    GoalView,
     LifelongRobot,
     MachineView,
     MappingRobot,
     PeopleGroupView,
-    RobotState,
-    UserUsage,
 )
 from engine.specs.containers import ContainerSpec, MapVersion
 from engine.specs.machine_settings import MachineSettings
@@ -44,7 +50,7 @@ from ppaas.messages.people_coordination import PeopleState, ZoneCount
 from ppaas.messages.ppaas_msgs import NodeHome
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse, UseJointMapRequest, UseJointMapResponse
 from ppaas.people.settings import PeopleSettings
-from storage.records import Limits, MapRecord, User
+from storage.records import Limits, MapRecord
 
 MAP_PAGE = 1000
 """Size of a page of the map that a robot makes [bytes]."""
@@ -80,15 +86,243 @@ def container(container_id: str = "c1", **fields: object) -> ContainerView:
     return ContainerView(container_id, **(given | {"cores": 1.0, "state": "ready", "pid": 42} | fields))  # type: ignore[arg-type]
 
 
-class FakeCloud:
+class FakePart:
+    """Part of a master, as the test sets it in the cloud."""
+
+    def __init__(self, cloud: "FakeCloud") -> None:
+        self._cloud = cloud
+
+
+class FakeMachines(FakePart):
+    """Machines, of which m1 runs a container."""
+
+    async def views(self) -> list[MachineView]:
+        return [machine_view(machine) for machine in self._cloud.known.values()]
+
+    async def settings(self, machine: str) -> MachineSettings:
+        return self._machine(machine).settings
+
+    async def configure(self, machine: str, settings: MachineSettings) -> None:
+        self._machine(machine).settings = settings
+
+    async def remove(self, machine: str, force: bool = False) -> None:
+        if self._machine(machine).containers and not force:
+            raise Conflict(f"machine {machine!r} runs 1 containers: drain it first, or force its removal")
+        del self._cloud.known[machine]
+
+    async def admit(self, machine: str) -> None:
+        self._cloud.known.setdefault(machine, Machine(machine, 2, 1 << 30, 1000))
+
+    def _machine(self, machine: str) -> Machine:
+        if machine not in self._cloud.known:
+            raise NotFound("machine", machine, list(self._cloud.known))
+        return self._cloud.known[machine]
+
+
+class FakeContainers(FakePart):
+    """Containers that the test says run."""
+
+    async def views(self, user: str | None) -> list[ContainerView]:
+        return [c for c in self._cloud.running if user in (None, c.user)]
+
+    async def give_up(self, container: str) -> None:
+        [gone] = [one for one in self._cloud.running if one.id == container]
+        self._cloud.running.remove(gone)
+        self._cloud.given_up.append(container)
+
+    async def resize(self, container: str, cores: float) -> None:
+        self._cloud.fail()
+        self._cloud.running = [
+            msgspec.structs.replace(one, cores=cores) if one.id == container else one for one in self._cloud.running
+        ]
+
+
+class FakePeople(FakePart):
+    """People that the test says are seen."""
+
+    async def views(self) -> list[PeopleGroupView]:
+        return self._cloud.groups
+
+    async def people(self, user: str, map_id: str) -> PeopleState:
+        self._cloud.fail()
+        if (user, map_id) not in self._cloud.people_states:
+            raise Unavailable(f"no robot of user {user!r} tracks people on map {map_id!r} now")
+        return self._cloud.people_states[user, map_id]
+
+    async def counts(self, user: str, map_id: str, since: int) -> list[ZoneCount]:
+        if (user, map_id) not in self._cloud.zone_counts:
+            raise Unavailable(f"no robot of user {user!r} tracks people on map {map_id!r} now")
+        return [count for count in self._cloud.zone_counts[user, map_id] if count.hour + 3600 > since]
+
+    async def configure(self, user: str, map_id: str, settings: PeopleSettings) -> None:
+        self._cloud.fail()
+        self._cloud.people_settings.setdefault((user, map_id), []).append(settings)
+        if not settings.history:
+            self._cloud.zone_counts.pop((user, map_id), None)
+
+
+class FakeTraffic(FakePart):
+    """Traffic as the test sets it."""
+
+    async def state(self, user: str, map_id: str) -> TrafficState:
+        self._cloud.fail()
+        if (user, map_id) not in self._cloud.traffic_states:
+            raise Unavailable(f"no robot of user {user!r} takes part in the traffic of map {map_id!r} now")
+        return self._cloud.traffic_states[user, map_id]
+
+    async def take_out(self, user: str, map_id: str, robot: str) -> None:
+        self._cloud.taken_out.add((user, map_id, await self._in_traffic(user, map_id, robot)))
+
+    async def put_back(self, user: str, map_id: str, robot: str) -> None:
+        self._cloud.taken_out.discard((user, map_id, await self._in_traffic(user, map_id, robot)))
+
+    async def _in_traffic(self, user: str, map_id: str, robot: str) -> str:
+        known = [one.robot for one in (await self.state(user, map_id)).robots]
+        if robot not in known:
+            raise NotFound("robot", robot, known)
+        return robot
+
+
+class FakeMaps(FakePart):
+    """Maps in use, as the test sets it."""
+
+    async def changed(self, head: MapRecord) -> None:
+        self._cloud.changed_maps.append((head.id, head.version))
+
+    async def end_groups(self, map_id: str) -> None:
+        self._cloud.maps_without_groups.append(map_id)
+
+    async def mapping_robots(self) -> list[MappingRobot]:
+        return self._cloud.mapping
+
+    async def lifelong_robots(self) -> list[LifelongRobot]:
+        return self._cloud.lifelong
+
+
+class FakeNodes(FakePart, RobotNodes):
+    """Nodes of all robots, which answer as the test sets it."""
+
+    async def homes(self, user: str, robot: str) -> list[NodeHome]:
+        self._cloud.fail()
+        return [NodeHome("move_base", "robot", "robot", -0.5, ["it is near"]), NodeHome("amcl")]
+
+    async def run(self, user: str, robot: str, node: str, home: str) -> NodeHome:
+        self._cloud.fail()
+        return NodeHome(node, "cloud", home or "cloud", 0.5, ["the robot is weak"])
+
+    async def observe(self, user: str, robot: str, seconds: float) -> Observations:
+        if self._cloud.observations is None:
+            raise Unavailable(f"robot {robot!r} has no container now: its nodes run while it is connected")
+        self._cloud.observed.append((user, robot, seconds))
+        return self._cloud.observations
+
+    async def recorder(self, user: str, robot: str, service: str, request: Message) -> RecorderState:
+        """Answer as the recorder of the robot; ``recorder`` is None: robots have no containers."""
+        self._cloud.recorder_calls.append((user, robot, service, request))
+        if self._cloud.recorder is None:
+            raise Unavailable(f"robot {robot!r} has no container now")
+        return self._cloud.recorder(service)
+
+    async def map(self, user: str, robot: str, offset: int) -> GetPoseGraphResponse:
+        self._cloud.fail()
+        page = self._cloud.map_file[max(offset, 0) : offset + MAP_PAGE] if offset >= 0 else b""
+        return GetPoseGraphResponse(base64.b64encode(page).decode(), len(self._cloud.map_file), 3, 2, 0)
+
+    async def use_joint_map(self, user: str, robot: str, page: UseJointMapRequest) -> UseJointMapResponse:
+        self._cloud.fail()
+        so_far = self._cloud.joint_maps.get(robot, b"")[: page.offset] + base64.b64decode(page.data)
+        self._cloud.joint_maps[robot] = so_far
+        return UseJointMapResponse(9 if len(so_far) == page.size else 0)
+
+    async def octomap(self, user: str, robot: str, request: GetOctomapFileRequest) -> GetOctomapFileResponse:
+        self._cloud.octomaps_asked.append(request)
+        page = self._cloud.octomap_file[request.offset : request.offset + MAP_PAGE]
+        return GetOctomapFileResponse(base64.b64encode(page).decode(), len(self._cloud.octomap_file))
+
+
+class FakePlanning(FakePart, Planning):
     """Answers every path request with the straight line from start to goal, or with an error."""
+
+    async def compute_path(self, user: str, version: MapVersion, request: PathRequest) -> PathAnswer:
+        self._cloud.asked.append((user, version, request))
+        self._cloud.fail()
+        points = np.array([request.start[:2], request.goal[:2]])
+        poses = poses_along(points, Pose2D(*request.goal).theta)
+        length = float(np.linalg.norm(points[1] - points[0]))
+        conditions = {"smooth": False, "bare_map": True, "robot_radius": 0.18}
+        plan_id = hashlib.blake2b(repr((version, request)).encode(), digest_size=16).hexdigest()
+        return PathAnswer(
+            poses, 50.0, length, 2, 0.001, request.planner,
+            self._cloud.reused or plan_id, "reused" if self._cloud.reused else "computed", self._cloud.reused or None,
+            Raw(json.dumps(conditions)), "c9", 4711, version.id, version.version,
+        )  # fmt: skip
+
+    async def compute_costs(self, user: str, version: MapVersion, request: CostRequest) -> CostAnswer:
+        """Answer with cost 50 for each goal except the first, to which there is no path."""
+        self._cloud.costs_asked.append((user, version, request))
+        self._cloud.fail()
+        row = [None if number == 0 else 50.0 for number in range(len(request.goals))]
+        costs = Raw(json.dumps([row] * len(request.starts)))
+        return CostAnswer(costs, 0.001, "c9", 4711, version.id, version.version)
+
+    async def plan_fleet(self, user: str, version: MapVersion, request: FleetRequest) -> FleetAnswer:
+        """Answer with robots that are at their goals already, without a step."""
+        self._cloud.fleets_asked.append((user, version, request))
+        self._cloud.fail()
+        paths = Raw(json.dumps([[pose[:2]] for pose in request.starts]))
+        times = Raw(json.dumps([[0.0] for _ in request.starts]))
+        return FleetAnswer(
+            paths, times, 0.5, 0.5 / request.speed, 0, 0, 0, 0, 0.001, "c9", 4711, version.id, version.version
+        )
+
+
+class FakeEndpoints(FakePart):
+    """Endpoints that the test says serve."""
+
+    async def views(self) -> list[EndpointView]:
+        return self._cloud.serving
+
+
+class FakeTasks(FakePart):
+    """Notes whose tasks were changed."""
+
+    async def changed(self, user: str, map_id: str) -> None:
+        self._cloud.groups_with_changed_tasks.append((user, map_id))
+
+
+class FakeDriver(FakePart):
+    """Places of users, which end with their containers."""
+
+    def set_limits(self, user: str, limits: Limits) -> None:
+        self._cloud.quotas.set_limits(user, limits)
+
+    async def close_places(self, user: str, reason: PPaaSError) -> None:
+        self._cloud.running = [one for one in self._cloud.running if one.user != user]
+
+    async def close_place(self, key: str, reason: PPaaSError) -> None:
+        self._cloud.running = [one for one in self._cloud.running if robot_key(one.user, one.robot or "") != key]
+
+
+class FakeCloud:
+    """Parts of a master that answer as the test sets it; robots, users and quotas are the real ones."""
 
     def __init__(self) -> None:
         self.quotas = Quotas()
-        self.plan_rate = PlanRate(self.quotas)
         self.places: dict[str, PlaceLink] = {}
         self.presence = RobotPresence(self.place)
-        self.navigation = RobotNavigation(self)  # type: ignore[arg-type]  # it has the places that a driver has
+        self.robots: RobotCalls = RobotNavigation(self)  # type: ignore[arg-type]  # it has the places that a driver has
+        self.users: UserCalls = UserQuotas(FakeDriver(self), self.quotas)  # type: ignore[arg-type]
+        self.machines: MachineCalls = FakeMachines(self)
+        self.containers: ContainerCalls = FakeContainers(self)
+        self.endpoints: NeighbourCalls = FakeEndpoints(self)
+        self.people: PeopleCalls = FakePeople(self)
+        self.traffic: TrafficCalls = FakeTraffic(self)
+        self.tasks: TaskCalls = FakeTasks(self)
+        self.maps: MapCalls = FakeMaps(self)
+        self.nodes: RobotNodes = FakeNodes(self)
+        self.planning: Planning = FakePlanning(self)
+        self.count_paths: CountPaths = partial(self.users.take_paths, ahead=0)
+        self.connected, self.set_limits = self.robots.connected, self.users.set_limits
         self.announced: list[tuple[str, str]] = []
         self.known_facts: dict[tuple[str, str, str], bytes] = {}
         """Facts about robots that other processes know, as JSON."""
@@ -127,223 +361,22 @@ class FakeCloud:
         self.reused = ""
         """If set, id of the stored plan that every request returns."""
 
-    async def machines(self) -> list[MachineView]:
-        return [machine_view(machine) for machine in self.known.values()]
-
-    async def endpoints(self) -> list[EndpointView]:
-        return self.serving
-
-    async def machine_settings(self, machine: str) -> MachineSettings:
-        return self._machine(machine).settings
-
-    async def configure_machine(self, machine: str, settings: MachineSettings) -> None:
-        self._machine(machine).settings = settings
-
-    async def remove_machine(self, machine: str, *, force: bool = False) -> None:
-        if self._machine(machine).containers and not force:
-            raise Conflict(f"machine {machine!r} runs 1 containers: drain it first, or force its removal")
-        del self.known[machine]
-
-    async def admit_machine(self, machine: str) -> None:
-        self.known.setdefault(machine, Machine(machine, 2, 1 << 30, 1000))
-
-    def _machine(self, machine: str) -> Machine:
-        if machine not in self.known:
-            raise NotFound("machine", machine, list(self.known))
-        return self.known[machine]
-
-    async def containers(self, user: str | None) -> list[ContainerView]:
-        return [c for c in self.running if user in (None, c.user)]
-
-    async def give_up_container(self, container: str) -> None:
-        [gone] = [one for one in self.running if one.id == container]
-        self.running.remove(gone)
-        self.given_up.append(container)
-
-    async def count_paths(self, user: str, paths: int) -> None:
-        self.plan_rate.take(user, paths)
-
-    async def check_container(self, user: str, cores: float) -> None:
-        self.quotas.check_container(user, cores)
-
-    async def usage(self, user: str) -> UserUsage:
-        used = self.quotas.used(user)
-        return UserUsage(used.containers, used.cores, self.plan_rate.used(user))
+    def fail(self) -> None:
+        """Raise the error that the test has set."""
+        if self.error is not None:
+            raise self.error
 
     def connect(self, user: str, robot: str, place: PlaceLink) -> None:
-        """Let a robot be connected, with a place of its own."""
+        """Connect a robot, with its place."""
         key = robot_key(user, robot)
         self.places[key] = place
         self.presence.came(key)
 
-    async def connected(self, robots: list[tuple[str, str]]) -> list[bool | None]:
-        return [self.presence.is_here(robot_key(user, robot)) for user, robot in robots]
-
-    async def robot_state(self, user: str, robot: str) -> RobotState:
-        return await self.navigation.state(user, robot)
-
-    async def send_goal(self, user: str, robot: str, pose: Pose2D) -> GoalView:
-        return self.navigation.send_goal(user, robot, pose)
-
-    async def goals(self, user: str, robot: str) -> list[GoalView]:
-        return self.navigation.goals(user, robot)
-
-    async def goal(self, user: str, robot: str, goal_id: str) -> GoalView:
-        return self.navigation.goal(user, robot, goal_id)
-
-    async def cancel_goal(self, user: str, robot: str, goal_id: str) -> GoalView:
-        return self.navigation.cancel_goal(user, robot, goal_id)
-
-    async def cancel_goals(self, user: str, robot: str) -> None:
-        self.navigation.cancel_goals(user, robot)
-
-    async def end_places(self, user: str, reason: PPaaSError, robot: str | None = None) -> None:
-        self.running = [one for one in self.running if one.user != user or robot not in (None, one.robot)]
-
     def place(self, key: str) -> PlaceLink | None:
         return self.places.get(key)
-
-    def set_limits(self, user: str, limits: Limits) -> None:
-        self.quotas.set_limits(user, limits)
 
     def announce(self, kind: str, key: str) -> None:
         self.announced.append((kind, key))
 
     async def facts(self, kind: str, user: str, robot: str) -> list[bytes]:
         return [self.known_facts[kind, user, robot]] if (kind, user, robot) in self.known_facts else []
-
-    def map_changed(self, head: MapRecord) -> None:
-        self.changed_maps.append((head.id, head.version))
-
-    async def resize_container(self, container: str, cores: float) -> None:
-        if self.error is not None:
-            raise self.error
-        self.running = [
-            msgspec.structs.replace(one, cores=cores) if one.id == container else one for one in self.running
-        ]
-
-    async def node_homes(self, user: str, robot: str) -> list[NodeHome]:
-        if self.error is not None:
-            raise self.error
-        return [NodeHome("move_base", "robot", "robot", -0.5, ["it is near"]), NodeHome("amcl")]
-
-    async def run_node(self, user: str, robot: str, node: str, home: str) -> NodeHome:
-        if self.error is not None:
-            raise self.error
-        return NodeHome(node, "cloud", home or "cloud", 0.5, ["the robot is weak"])
-
-    async def observe_robot(self, user: str, robot: str, seconds: float) -> Observations:
-        if self.observations is None:
-            raise Unavailable(f"robot {robot!r} has no container now: its nodes run while it is connected")
-        self.observed.append((user, robot, seconds))
-        return self.observations
-
-    async def call_recorder(self, user: str, robot: str, service: str, request: Message) -> RecorderState:
-        """Answer as the recorder of the robot; ``recorder`` is None: robots have no containers."""
-        self.recorder_calls.append((user, robot, service, request))
-        if self.recorder is None:
-            raise Unavailable(f"robot {robot!r} has no container now")
-        return self.recorder(service)
-
-    async def robot_map(self, user: str, robot: str, offset: int) -> GetPoseGraphResponse:
-        if self.error is not None:
-            raise self.error
-        page = self.map_file[max(offset, 0) : offset + MAP_PAGE] if offset >= 0 else b""
-        return GetPoseGraphResponse(base64.b64encode(page).decode(), len(self.map_file), 3, 2, 0)
-
-    async def mapping_robots(self) -> list[MappingRobot]:
-        return self.mapping
-
-    async def lifelong_robots(self) -> list[LifelongRobot]:
-        return self.lifelong
-
-    async def use_joint_map(self, user: str, robot: str, page: UseJointMapRequest) -> UseJointMapResponse:
-        if self.error is not None:
-            raise self.error
-        self.joint_maps[robot] = self.joint_maps.get(robot, b"")[: page.offset] + base64.b64decode(page.data)
-        return UseJointMapResponse(9 if len(self.joint_maps[robot]) == page.size else 0)
-
-    async def people_groups(self) -> list[PeopleGroupView]:
-        return self.groups
-
-    async def people(self, user: str, map: str) -> PeopleState:  # noqa: A002
-        if self.error is not None:
-            raise self.error
-        if (user, map) not in self.people_states:
-            raise Unavailable(f"no robot of user {user!r} tracks people on map {map!r} now")
-        return self.people_states[user, map]
-
-    async def people_counts(self, user: str, map: str, since: int) -> list[ZoneCount]:  # noqa: A002
-        if (user, map) not in self.zone_counts:
-            raise Unavailable(f"no robot of user {user!r} tracks people on map {map!r} now")
-        return [count for count in self.zone_counts[user, map] if count.hour + 3600 > since]
-
-    async def configure_people(self, user: str, map: str, settings: PeopleSettings) -> None:  # noqa: A002
-        if self.error is not None:
-            raise self.error
-        self.people_settings.setdefault((user, map), []).append(settings)
-        if not settings.history:
-            self.zone_counts.pop((user, map), None)
-
-    async def traffic(self, user: str, map: str) -> TrafficState:  # noqa: A002
-        if self.error is not None:
-            raise self.error
-        if (user, map) not in self.traffic_states:
-            raise Unavailable(f"no robot of user {user!r} takes part in the traffic of map {map!r} now")
-        return self.traffic_states[user, map]
-
-    async def take_out(self, user: str, map: str, robot: str) -> None:  # noqa: A002
-        self.taken_out.add((user, map, await self._in_traffic(user, map, robot)))
-
-    async def put_back(self, user: str, map: str, robot: str) -> None:  # noqa: A002
-        self.taken_out.discard((user, map, await self._in_traffic(user, map, robot)))
-
-    async def _in_traffic(self, user: str, map_id: str, robot: str) -> str:
-        known = [one.robot for one in (await self.traffic(user, map_id)).robots]
-        if robot not in known:
-            raise NotFound("robot", robot, known)
-        return robot
-
-    async def tasks_changed(self, user: str, map: str) -> None:  # noqa: A002
-        self.groups_with_changed_tasks.append((user, map))
-
-    async def end_groups(self, map: str) -> None:  # noqa: A002
-        self.maps_without_groups.append(map)
-
-    async def robot_octomap(self, user: str, robot: str, request: GetOctomapFileRequest) -> GetOctomapFileResponse:
-        self.octomaps_asked.append(request)
-        page = self.octomap_file[request.offset : request.offset + MAP_PAGE]
-        return GetOctomapFileResponse(base64.b64encode(page).decode(), len(self.octomap_file))
-
-    async def compute_path(self, user: User, map: MapVersion, request: PathRequest) -> PathAnswer:  # noqa: A002
-        self.asked.append((user.id, map, request))
-        if self.error is not None:
-            raise self.error
-        points = np.array([request.start[:2], request.goal[:2]])
-        poses = poses_along(points, Pose2D(*request.goal).theta)
-        length = float(np.linalg.norm(points[1] - points[0]))
-        conditions = {"smooth": False, "bare_map": True, "robot_radius": 0.18}
-        plan_id = hashlib.blake2b(repr((map, request)).encode(), digest_size=16).hexdigest()
-        return PathAnswer(
-            poses, 50.0, length, 2, 0.001, request.planner,
-            self.reused or plan_id, "reused" if self.reused else "computed", self.reused or None,
-            Raw(json.dumps(conditions)), "c9", 4711, map.id, map.version,
-        )  # fmt: skip
-
-    async def compute_costs(self, user: User, map: MapVersion, request: CostRequest) -> CostAnswer:  # noqa: A002
-        """Answer with cost 50 for each goal except the first, to which there is no path."""
-        self.costs_asked.append((user.id, map, request))
-        if self.error is not None:
-            raise self.error
-        row = [None if number == 0 else 50.0 for number in range(len(request.goals))]
-        costs = Raw(json.dumps([row] * len(request.starts)))
-        return CostAnswer(costs, 0.001, "c9", 4711, map.id, map.version)
-
-    async def plan_fleet(self, user: User, map: MapVersion, request: FleetRequest) -> FleetAnswer:  # noqa: A002
-        """Answer with robots that are at their goals already, without a step."""
-        self.fleets_asked.append((user.id, map, request))
-        if self.error is not None:
-            raise self.error
-        paths = Raw(json.dumps([[pose[:2]] for pose in request.starts]))
-        times = Raw(json.dumps([[0.0] for _ in request.starts]))
-        return FleetAnswer(paths, times, 0.5, 0.5 / request.speed, 0, 0, 0, 0, 0.001, "c9", 4711, map.id, map.version)

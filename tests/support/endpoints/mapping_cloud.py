@@ -8,8 +8,24 @@ from ppaas.messages.slam_toolbox import (
     UseJointMapRequest,
     UseJointMapResponse,
 )
-from tests.support.endpoints.fake_cloud import FakeCloud
+from tests.support.endpoints.fake_cloud import FakeCloud, FakeNodes
 from tests.support.world.mapping_robot import MappingRobot
+
+
+class NodesHere(FakeNodes):
+    """Nodes of robots in this process."""
+
+    _cloud: "MappingCloud"
+
+    async def map(self, user: str, robot: str, offset: int) -> GetPoseGraphResponse:
+        answer: GetPoseGraphResponse = self._cloud.fleet[user, robot].call("pose_graph", GetPoseGraphRequest(offset))
+        return answer
+
+    async def use_joint_map(self, user: str, robot: str, page: UseJointMapRequest) -> UseJointMapResponse:
+        if robot in self._cloud.deaf:
+            raise Unavailable(f"robot {robot!r} has no container now")
+        answer: UseJointMapResponse = self._cloud.fleet[user, robot].call("grid_slam/use_joint_map", page)
+        return answer
 
 
 class MappingCloud(FakeCloud):
@@ -17,7 +33,7 @@ class MappingCloud(FakeCloud):
 
     Attributes
     ----------
-    robots : dict
+    fleet : dict
         Nodes by the user and name of the robot.
     deaf : set of str
         Names of robots whose clones do not answer when they are to take a map.
@@ -25,16 +41,7 @@ class MappingCloud(FakeCloud):
 
     def __init__(self, **robots: MappingRobot) -> None:
         super().__init__()
-        self.robots = {("ann", name): robot for name, robot in robots.items()}
+        self.fleet = {("ann", name): robot for name, robot in robots.items()}
         self.mapping = [Mapping("ann", name, "new:office@ann") for name in robots]
         self.deaf: set[str] = set()
-
-    async def robot_map(self, user: str, robot: str, offset: int) -> GetPoseGraphResponse:
-        answer: GetPoseGraphResponse = self.robots[user, robot].call("pose_graph", GetPoseGraphRequest(offset))
-        return answer
-
-    async def use_joint_map(self, user: str, robot: str, page: UseJointMapRequest) -> UseJointMapResponse:
-        if robot in self.deaf:
-            raise Unavailable(f"robot {robot!r} has no container now")
-        answer: UseJointMapResponse = self.robots[user, robot].call("grid_slam/use_joint_map", page)
-        return answer
+        self.nodes = NodesHere(self)

@@ -1,20 +1,37 @@
 """Cloud in the process of a master, without machines."""
 
-from engine.service.news.news import News
-from engine.service.news.robot_facts import FactSources
-from tests.support.endpoints.fake_cloud import FakeCloud
+from pathlib import Path
+
+from engine.leadership.mandate import SoleMaster
+from engine.master.balancers.first_fit import FirstFit
+from engine.master.master import Master
+from engine.master.quotas import Quotas
+from engine.service.endpoints.cloud import Cloud
+from engine.service.master_driver import MasterDriver
+from engine.specs.checkpoints import CheckpointSelection
+from engine.specs.start_state import READY
+from storage.memory.store import MemoryStore
 
 
-class MasterCloud(FakeCloud):
-    """Cloud that endpoints call, whose master may have lost the lead."""
+class Lead(SoleMaster):
+    """Mandate of a master that may have lost the lead."""
 
     def __init__(self) -> None:
-        super().__init__()
-        self.news = News()
-        self.fact_sources = FactSources()
-        self.removed: set[str] = set()
-        self.leads = True
+        self.is_lost = False
 
-    def is_removed(self, machine: str) -> bool:
-        """Return whether an administrator has removed a machine."""
-        return machine in self.removed
+    def leads(self) -> bool:
+        """Return whether it leads still."""
+        return not self.is_lost
+
+
+class MasterCloud(Cloud):
+    """Cloud that endpoints call, whose master may have lost the lead."""
+
+    start = READY
+
+    def __init__(self, folder: Path) -> None:
+        quotas = Quotas()
+        self.master = Master(FirstFit(), quotas)
+        driver = MasterDriver(self.master, CheckpointSelection(MemoryStore()), folder, "secret")
+        self.lead = driver.servers[0].mandate = Lead()
+        super().__init__(driver, quotas)

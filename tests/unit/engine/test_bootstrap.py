@@ -20,7 +20,7 @@ async def test_slow_start_is_explained_in_the_log(tmp_path, short_path, monkeypa
     engine = Engine(CloudConfig(f"sqlite:///{tmp_path / 'store.sqlite'}", f"file:///{tmp_path / 'maps'}"))
     try:
         await engine.start()
-        assert [machine.id for machine in await engine.cloud.machines()] == ["local"]
+        assert [machine.id for machine in await engine.cloud.machines.views()] == ["local"]
     finally:
         await engine.close()
     assert ("the first start on a computer compiles the kernels" in caplog.text.lower()) is explained

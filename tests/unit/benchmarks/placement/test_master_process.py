@@ -41,7 +41,7 @@ async def test_robots_have_containers_and_machine_settings_survive(short_path: P
     async with running(places, machines):
         assert len(machines.ordered) == machines.orders == ROBOTS
         assert sum(ordered.kept for ordered in machines.ordered.values()) == ROBOTS // 3
-        places.configure(2)
+        await places.configure(2)
         state = places.state()
     assert (list(state["settings"]), state["removed"]) == (["m0"], ["m1"])
     assert MasterPlacement(short_path, "ppaas").state() == state

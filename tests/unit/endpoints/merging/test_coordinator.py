@@ -144,19 +144,19 @@ async def test_robots_of_other_joint_maps_are_not_even_asked(cloud, robots, join
 
 
 async def test_robot_without_a_map_is_left_out(cloud, join):
-    cloud.robots["ann", "tb2"] = MappingRobot(second_drive())
+    cloud.fleet["ann", "tb2"] = MappingRobot(second_drive())
     assert await JointMapCoordinator(services(cloud), join).step() is None
 
 
 async def test_map_that_cannot_be_joined_is_left_out(cloud, join):
     robot = MappingRobot(second_drive(), mode="lifelong")
     robot.step(MET)
-    cloud.robots["ann", "tb2"] = robot
+    cloud.fleet["ann", "tb2"] = robot
     assert await JointMapCoordinator(services(cloud), join).step() is None
 
 
 async def test_maps_of_a_user_with_whom_the_published_map_is_not_shared_any_more_stay_apart(cloud, robots, join):
-    cloud.robots["bob", "tb2"] = cloud.robots.pop(("ann", "tb2"))
+    cloud.fleet["bob", "tb2"] = cloud.fleet.pop(("ann", "tb2"))
     cloud.mapping = [MappingView("ann", "tb1", "new:office@ann"), MappingView("bob", "tb2", "new:office@ann")]
     used = services(cloud)
     put_map(used.map_store, house("office"))
@@ -168,7 +168,7 @@ async def test_maps_of_a_user_with_whom_the_published_map_is_not_shared_any_more
 
 
 async def test_maps_of_others_are_joined_after_a_defect_in_a_join(cloud, join):
-    cloud.robots |= {("bob", name): robot for (_, name), robot in cloud.robots.items()}
+    cloud.fleet |= {("bob", name): robot for (_, name), robot in cloud.fleet.items()}
     cloud.mapping += [MappingView("bob", name, "new:office@bob") for name in ("tb1", "tb2")]
     join.refusal = RuntimeError("a defect")
     used = services(cloud)
@@ -191,21 +191,21 @@ async def test_owner_with_other_heavy_work_delays_others_for_a_limited_time(clou
 
 async def test_robot_that_sends_its_map_slowly_delays_others_for_a_limited_time(cloud, join, monkeypatch):
     monkeypatch.setattr(module, "TRANSFER_TIMEOUT", 0.01)
-    answer = cloud.robot_map
+    answer = cloud.nodes.map
 
     async def slow(user, robot, offset):
         if offset >= 0:
             await asyncio.sleep(10.0)
         return await answer(user, robot, offset)
 
-    cloud.robot_map = slow
+    cloud.nodes.map = slow
     used = services(cloud)
     await JointMapCoordinator(used, join).step()
     assert "was not transferred" in used.joint_maps.sharing("ann", "tb1").refused
 
 
 async def test_joint_map_is_not_sent_if_the_published_map_is_no_longer_shared_by_then(cloud, robots, join):
-    cloud.robots["bob", "tb2"] = cloud.robots.pop(("ann", "tb2"))
+    cloud.fleet["bob", "tb2"] = cloud.fleet.pop(("ann", "tb2"))
     cloud.mapping = [MappingView("ann", "tb1", "new:office@ann"), MappingView("bob", "tb2", "new:office@ann")]
     used = services(cloud)
     put_map(used.map_store, house("office"))

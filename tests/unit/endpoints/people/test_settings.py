@@ -38,7 +38,7 @@ async def test_settings_that_are_refused_are_replaced_by_the_ones_before(
         raise NotFound("rule", "named")
 
     await change_settings(services, *ANN, naming(1))
-    monkeypatch.setattr(cloud, "configure_people", refuse)
+    monkeypatch.setattr(cloud.people, "configure", refuse)
     with pytest.raises(NotFound):
         await change_settings(services, *ANN, lambda settings: replace(settings, rule="named"))
     assert services.store.map_people(*ANN).settings.names == {"1": "person 1"}
@@ -52,7 +52,7 @@ async def test_counts_are_removed_also_if_the_coordinator_does_not_answer(
 
     services.store.put_people_settings(MapPeople(*ANN, PeopleSettings(history=True)))
     services.store.add_people_counts([PeopleCount(*ANN, HOUR, "", 3)])
-    monkeypatch.setattr(cloud, "configure_people", silent)
+    monkeypatch.setattr(cloud.people, "configure", silent)
     add_group(cloud, *ANN)
     with pytest.raises(Unavailable):
         await forget_counts(services, *ANN)

@@ -63,7 +63,7 @@ async def test_the_places_of_a_user_who_is_logged_out_are_closed(world: World) -
         await world.service.close_places("bob", NotAuthenticated("logged out"))
         await world.service.close_places("ann", NotAuthenticated("logged out"))
         assert await closed(robot) == (1008, "not-authenticated: logged out")
-        assert world.service.containers(None) == []
+        assert await world.service.containers.views(None) == []
 
 
 async def test_clients_stay_while_the_store_is_unreachable(

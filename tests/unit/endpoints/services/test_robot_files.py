@@ -18,7 +18,7 @@ class Clone:
     def __init__(self):
         self.file, self.files = b"", 0
 
-    async def robot_map(self, _user, _robot, offset):
+    async def map(self, _user, _robot, offset):
         if offset == 0:
             self.files += 1
             self.file = bytes([self.files]) * 10

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from engine.calls.caller import Caller
 from engine.calls.frames import Call, Frame, Result
+from engine.calls.interface import wire_name
 from engine.protocols.framing import FrameStream
 from ppaas.errors import (
     Conflict,
@@ -61,6 +62,7 @@ class SumCalls(Protocol):
 class NewerCalls(Protocol):
     """Methods of the desk in another release."""
 
+    @wire_name("SumCalls.add")
     async def add(self, one: str) -> int: ...
 
     async def subtract(self, one: int) -> int: ...
@@ -132,8 +134,8 @@ class Ends:
     async def start(self) -> "Ends":
         self.desk = Desk()
         near, far = await pair(Frame, Frame)
-        self.caller = Caller(near, [VisitorCalls], Visitor())
-        self.desk.caller = Caller(far, [DeskCalls, SumCalls], self.desk, Sums())
+        self.caller = Caller(near, {VisitorCalls: Visitor()})
+        self.desk.caller = Caller(far, {DeskCalls: self.desk, SumCalls: Sums()})
         self.near, self.far = near, far
         self._serving = [asyncio.create_task(each.serve()) for each in (self.caller, self.desk.caller)]
         return self
@@ -244,18 +246,18 @@ async def test_an_internal_error_is_logged_and_told_by_its_type_only(
     with pytest.raises(PPaaSError, match=r"^internal error: ZeroDivisionError$") as raised:
         await ends.caller.call(DeskCalls.crash)
     assert type(raised.value) is PPaaSError
-    assert "a call of 'crash' failed" in caplog.text
+    assert "a call of 'DeskCalls.crash' failed" in caplog.text
     assert await ends.caller.call(SumCalls.add, 1, 1) == 2
 
 
 async def test_a_method_of_another_release_is_refused(ends: Ends) -> None:
-    with pytest.raises(InvalidInput, match="calls 'subtract', which this release does not have"):
+    with pytest.raises(InvalidInput, match=r"calls 'NewerCalls\.subtract', which this release does not have"):
         await ends.caller.call(NewerCalls.subtract, 1)
     assert await ends.caller.call(SumCalls.add, 1, 1) == 2
 
 
 async def test_arguments_of_another_release_are_refused(ends: Ends) -> None:
-    with pytest.raises(InvalidInput, match="the arguments of 'add' are those of another release"):
+    with pytest.raises(InvalidInput, match=r"the arguments of 'SumCalls\.add' are those of another release"):
         await ends.caller.call(NewerCalls.add, "one")
     assert await ends.caller.call(SumCalls.add, 1, 1) == 2
 
@@ -277,7 +279,7 @@ async def test_notices_are_handled_in_order_without_an_answer(ends: Ends) -> Non
 
 @pytest.mark.parametrize(
     ("word", "logged"),
-    [("refuse", "a notice 'note' failed: no more notes"), ("crash", "a background task failed")],
+    [("refuse", "a notice 'DeskCalls.note' failed: no more notes"), ("crash", "a background task failed")],
 )
 async def test_a_notice_that_fails_is_logged_and_the_link_lives_on(
     ends: Ends, caplog: pytest.LogCaptureFixture, word: str, logged: str
@@ -309,7 +311,7 @@ async def test_calls_that_wait_fail_when_the_link_is_lost_and_so_do_later_ones(e
 async def test_an_end_that_violates_the_protocol_ends_the_link() -> None:
     stream: FrameStream[Frame]
     stream, _, writer = await connection(Frame)
-    caller = Caller(stream, [DeskCalls], Desk())
+    caller = Caller(stream, {DeskCalls: Desk()})
     writer.write(b"\x00\x00\x00\x01\xc1")
     with pytest.raises(MalformedMessage):
         async with patience(10.0):
@@ -321,9 +323,9 @@ async def test_an_end_that_violates_the_protocol_ends_the_link() -> None:
 async def test_an_answer_to_no_call_is_ignored(ends: Ends) -> None:
     """A late result of a call that nobody waits for any more has a number that is not known."""
     near, far = await pair(Frame, Frame)
-    serving = asyncio.create_task(Caller(far, [SumCalls], Sums()).serve())
+    serving = asyncio.create_task(Caller(far, {SumCalls: Sums()}).serve())
     near.write(Result(9, msgspec.Raw(b"\x01")))
-    near.write(Call(1, "add", msgspec.Raw(msgspec.msgpack.encode((1, 1)))))
+    near.write(Call(1, "SumCalls.add", msgspec.Raw(msgspec.msgpack.encode((1, 1)))))
     answer = await receive(near)
     assert (answer.number, msgspec.msgpack.decode(answer.value)) == (1, 2)
     await near.close()

@@ -1,4 +1,4 @@
-"""An endpoint asks the master for a planning container once, and then from time to time."""
+"""An endpoint calls its master, asks it for a planning container from time to time, and goes on while there is none."""
 
 from typing import Any
 
@@ -7,10 +7,15 @@ import pytest
 from engine.endpoint.cloud import KEEP, EndpointCloud
 from engine.endpoint.places import EndpointPlaces
 from engine.master.quotas import Quota, Quotas
-from engine.service.endpoints.interface import JoinedPlace
+from engine.service.endpoints.interface import JoinedPlace, MasterCalls
+from engine.service.endpoints.map_calls import MapCalls
+from engine.service.endpoints.robot_calls import RobotCalls
+from engine.service.endpoints.user_calls import UserCalls
 from engine.specs.containers import MapVersion
 from ppaas.clock import ManualClock
 from ppaas.errors import Unavailable
+from storage.records import Limits
+from tests.support.storage import records
 
 VERSION = MapVersion("office", "v1")
 KEY = "planning:ann/office"
@@ -21,11 +26,23 @@ class Master:
 
     def __init__(self) -> None:
         self.asked: list[tuple[Any, ...]] = []
+        self.told: list[tuple[Any, ...]] = []
         self.position: int | None = None
+        self.is_up = True
+        self.loses = False
 
-    async def call(self, method: object, *arguments: Any) -> JoinedPlace:
+    async def call(self, method: object, *arguments: Any) -> object:
         self.asked.append(arguments)
+        if self.loses:
+            raise Unavailable("the master was lost")
+        if method in (RobotCalls.connected, MasterCalls.facts):
+            return [True]
         return JoinedPlace(KEY, "base_link", self.position)
+
+    def tell(self, method: object, *arguments: Any) -> bool:
+        if self.is_up:
+            self.told.append((method, *arguments))
+        return self.is_up
 
 
 @pytest.fixture
@@ -97,3 +114,48 @@ async def test_each_set_of_labels_has_a_container_of_its_own(
     places.link(KEY).container = "c1"
     await use(cloud, zone="hall-2")
     assert [labels for _, _, labels, _ in master.asked] == [{}, {"zone": "hall-2"}]
+
+
+async def test_it_is_not_known_who_is_connected_while_no_master_answers(cloud: EndpointCloud, master: Master) -> None:
+    assert await cloud.connected([("ann", "tb1")]) == [True]
+    master.loses = True
+    assert await cloud.connected([("ann", "tb1"), ("ann", "tb2")]) == [None, None]
+    master.is_up = False
+    asked = len(master.asked)
+    assert await cloud.connected([("ann", "tb1")]) == [None]
+    assert len(master.asked) == asked, "nobody waits for a master"
+
+
+async def test_others_know_no_facts_while_no_master_answers(cloud: EndpointCloud, master: Master) -> None:
+    assert await cloud.facts("refusal", "ann", "tb1") == [True]
+    master.loses = True
+    assert await cloud.facts("refusal", "ann", "tb1") == []
+
+
+async def test_limits_are_sent_once_and_again_to_each_new_master(cloud: EndpointCloud, master: Master) -> None:
+    few = Limits(containers=1)
+    for _ in range(2):
+        await cloud.set_limits("ann", few)
+    assert cloud.quotas.of("ann").containers == 1
+    assert master.told == [(UserCalls.set_limits, "ann", few)]
+    cloud.master_found()
+    assert master.told == [(UserCalls.set_limits, "ann", few)] * 2
+
+
+async def test_changes_that_no_master_got_are_announced_to_the_next_one(cloud: EndpointCloud, master: Master) -> None:
+    master.is_up = False
+    cloud.announce("map", "office")
+    cloud.announce("user", "ann")
+    assert master.told == []
+    master.is_up = True
+    cloud.master_found()
+    cloud.master_found()
+    assert master.told == [(MasterCalls.announce, "map", "office"), (MasterCalls.announce, "user", "ann")]
+
+
+async def test_a_change_of_a_map_waits_for_no_master(cloud: EndpointCloud, master: Master) -> None:
+    await cloud.maps.changed(records.house())
+    master.is_up = False
+    await cloud.maps.changed(records.house())
+    assert master.told == [(MapCalls.changed, records.house())]
+    assert master.asked == []

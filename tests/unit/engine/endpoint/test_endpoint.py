@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import AsyncIterator
 from pathlib import Path
+from typing import Protocol
 
 import pytest
 
@@ -18,6 +19,7 @@ from engine.protocols.sockets import listen
 from engine.service.endpoints.interface import EndpointState, MasterCalls, Registration
 from engine.service.endpoints.server import EndpointServer
 from tests.support.endpoints.master_cloud import MasterCloud
+from tests.support.engine.at_once import at_once
 from tests.support.waiting import until
 
 SECRET = "of the cloud"
@@ -36,8 +38,8 @@ class OtherLeader:
 
 
 @pytest.fixture
-def cloud() -> MasterCloud:
-    return MasterCloud()
+def cloud(short_path: Path) -> MasterCloud:
+    return MasterCloud(short_path)
 
 
 @pytest.fixture
@@ -67,16 +69,23 @@ async def test_an_endpoint_ends_when_its_master_was_outranked(
     endpoint = endpoint_of(server, lease, short_path)
     await endpoint.start()
     running = asyncio.create_task(endpoint.run(30.0))
-    await until(lambda: bool(server.endpoints.views()))
+    await until(lambda: bool(at_once(server.endpoints.views())))
     await asyncio.sleep(0.2)
     assert not lease.asked, "its master leads"
-    cloud.leads = False
+    cloud.lead.is_lost = True
     await until(lambda: lease.asked > 2)
     assert not running.done(), "nobody else leads, as when the store fails"
     lease.taken = True
     await asyncio.wait_for(running, 10.0)
     assert "another process leads this cloud now" in caplog.text
     await endpoint.close()
+
+
+class Answered(Protocol):
+    """Calls that the silent master takes."""
+
+    register = MasterCalls.register
+    report = MasterCalls.report
 
 
 class SilentMaster:
@@ -88,7 +97,7 @@ class SilentMaster:
     async def connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self.links += 1
         stream: FrameStream[Frame] = FrameStream(reader, writer, Frame)
-        await Caller(stream, [MasterCalls], self).serve()
+        await Caller(stream, {Answered: self}).serve()
         await stream.close()
 
     async def register(self, registration: Registration) -> None:

@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import AsyncIterator
 from pathlib import Path
+from typing import Protocol
 
 import pytest
 
@@ -19,10 +20,19 @@ from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import listen
 from engine.service.endpoints.interface import Join, JoinedPlace, MasterCalls, Registration
 from ppaas.errors import Conflict, Unavailable
+from tests.support.engine.ignored_calls import IgnoredCalls
 from tests.support.engine.listening import Listening
 from tests.support.waiting import until
 
 KEY = "robot:ada/tb1"
+
+
+class Answered(Protocol):
+    """Calls that the master takes."""
+
+    register = MasterCalls.register
+    join = MasterCalls.join
+    leave = MasterCalls.leave
 
 
 class Master:
@@ -53,7 +63,7 @@ class Master:
     async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         stream: FrameStream[Frame] = FrameStream(reader, writer, Frame)
         self._streams.append(stream)
-        await Caller(stream, [MasterCalls], self).serve()
+        await Caller(stream, {Answered: self}).serve()
 
     async def register(self, registration: Registration) -> None:
         """Register an endpoint."""
@@ -77,7 +87,7 @@ class AtEndpoint:
     def __init__(self, master: Master) -> None:
         access = OwnMaster(UnixAddress(master.path), "secret", nobody_else)
         self._places = EndpointPlaces()
-        self._link = MasterLink(access, registration, None, self._found)  # type: ignore[arg-type]
+        self._link = MasterLink(access, registration, IgnoredCalls(), self._found)
         self.sessions = EndpointSessions(self._link, self._places)
         self.client = Listening()
         self._running = asyncio.create_task(self._link.run())

@@ -9,6 +9,7 @@ from engine.master.events import RemovalRequested
 from engine.master.master import Master
 from engine.service.administration import Administration
 from engine.specs.machine_settings import MachineSettings
+from engine.specs.start_state import READY
 from ppaas.errors import InvalidInput, NotPermitted, Unavailable
 from tests.support.engine.placing import joined
 
@@ -21,20 +22,20 @@ def started(file: Path) -> tuple[Master, Administration]:
     def cut_off(request: RemovalRequested) -> None:
         master.handle(request)
 
-    administration = Administration(master, lambda orders: None, cut_off, lambda machine: None)
+    administration = Administration(master, lambda orders: None, cut_off, lambda machine: None, lambda: READY)
     administration.keep_in(file)
     return master, administration
 
 
-def test_settings_hold_for_the_next_cloud_process(tmp_path: Path) -> None:
+async def test_settings_hold_for_the_next_cloud_process(tmp_path: Path) -> None:
     file = tmp_path / "data" / "settings.json"
     master, administration = started(file)
     for name in ("m1", "m2", "m3"):
         master.handle(joined(name))
-    administration.configure("m1", SETTINGS)
-    administration.remove("m2")
-    administration.remove("m3")
-    administration.admit("m3")
+    await administration.configure("m1", SETTINGS)
+    await administration.remove("m2")
+    await administration.remove("m3")
+    await administration.admit("m3")
     again, _ = started(file)
     for name in ("m1", "m3"):
         again.handle(joined(name))
@@ -53,10 +54,10 @@ def test_invalid_settings_file_is_refused_by_name(tmp_path: Path, kept: bytes) -
         started(file)
 
 
-def test_settings_that_cannot_be_saved_take_effect_with_an_error(tmp_path: Path) -> None:
+async def test_settings_that_cannot_be_saved_take_effect_with_an_error(tmp_path: Path) -> None:
     (tmp_path / "data").write_bytes(b"no folder")
     master, administration = started(tmp_path / "data" / "settings.json")
     master.handle(joined("m1"))
     with pytest.raises(Unavailable, match="in effect, but it was not saved"):
-        administration.configure("m1", SETTINGS)
+        await administration.configure("m1", SETTINGS)
     assert master.machines["m1"].settings == SETTINGS

@@ -13,6 +13,7 @@ from engine.master.places import CRASH_LIMIT
 from engine.master.quotas import Quota, Quotas
 from engine.protocols import control_link, robot_link
 from engine.protocols.refusals import Refusal
+from engine.service.endpoints.maps_in_use import MapsInUse
 from engine.service.master_driver import MasterDriver
 from engine.service.views import LifelongRobot, MappingRobot
 from engine.specs.checkpoints import CheckpointSelection
@@ -20,6 +21,7 @@ from engine.specs.containers import SESSION_STATE, MapVersion
 from ppaas.errors import Conflict, NotFound, QuotaExceeded, Unavailable
 from storage.memory.store import MemoryStore
 from storage.records import CloneCheckpoint
+from tests.support.engine.at_once import at_once
 from tests.support.engine.engine_links import dial_link, receive
 from tests.support.engine.fake_machine import FakeMachine, FarContainer
 from tests.support.engine.listening import Listening
@@ -97,8 +99,8 @@ async def test_cloud_without_machines_raises_unavailable(service: MasterDriver) 
 
 async def test_machines_are_listed_with_their_load(service: MasterDriver, machine: FakeMachine) -> None:
     machine.tell(control_link.Heartbeat(0.5, 1 << 20, [control_link.ContainerLoad("c1", 0.25, 1 << 10)]))
-    await until(lambda: service.machines()[0].load)
-    (view,) = service.machines()
+    await until(lambda: at_once(service.administration.views())[0].load)
+    (view,) = at_once(service.administration.views())
     assert (view.id, view.cores, view.load, view.memory_used) == ("m1", 2, 0.5, 1 << 20)
 
 
@@ -114,7 +116,7 @@ async def test_places_of_a_lost_machine_are_filled_by_the_next(
     await machine.started()
     await machine.leave()
     await first.stream.close()
-    await until(lambda: not service.machines())
+    await until(lambda: not at_once(service.administration.views()))
     assert len(service._times) == 0
     assert service._links.awaited == 0
     second = await FakeMachine.join(tmp_path, "m2")
@@ -136,17 +138,17 @@ async def test_place_is_filled_listed_and_closed(service: MasterDriver, machine:
     assert service.open_place(robot_request(cores=0.5)) is place is service.place(place.key)
     order = await machine.started()
     assert (order.spec.user, order.spec.map, order.spec.cores, order.spec.checkpoint) == ("ann", HOUSE, 0.5, {})
-    assert [view.state for view in service.containers("ann")] == ["starting"]
+    assert [view.state for view in at_once(service.containers.views("ann"))] == ["starting"]
     container = await machine.boot(order)
     await place.ready(10)
-    (view,) = service.containers("ann")
+    (view,) = at_once(service.containers.views("ann"))
     assert (view.id, view.state, view.pid, view.machine, view.robot) == (order.spec.id, "ready", 42, "m1", "tb1")
     assert view.ready_seconds is not None and view.ready_seconds > 0.0
     assert (view.clients, view.cpu) == (1, None) and view.age >= view.ready_seconds
     machine.tell(control_link.Heartbeat(0.5, 1 << 20, [control_link.ContainerLoad(view.id, 0.25, 1 << 10)]))
-    await until(lambda: service.containers("ann")[0].cpu == 0.25)
-    assert service.containers("ann")[0].pss == 1 << 10
-    assert service.containers("bob") == []
+    await until(lambda: at_once(service.containers.views("ann"))[0].cpu == 0.25)
+    assert at_once(service.containers.views("ann"))[0].pss == 1 << 10
+    assert at_once(service.containers.views("bob")) == []
     await service.close_place(place.key, Unavailable("over"))
     assert await container.next() == robot_link.Shutdown()
     assert await machine.stopped() == order.spec.id
@@ -334,7 +336,7 @@ async def test_machine_lost_during_checkpoint_read_is_sent_nothing(
     place = service.open_place(robot_request())
     await asyncio.sleep(0)
     await machine.leave()
-    await until(lambda: not service.machines())
+    await until(lambda: not at_once(service.administration.views()))
     store.go.set()
     await until(lambda: not service._background._tasks)
     assert len(service._times) == 0
@@ -360,14 +362,14 @@ async def test_given_up_container_is_replaced(service: MasterDriver, machine: Fa
     place.join(client)
     first = await machine.boot(await machine.started())
     await place.ready(10)
-    service.give_up_container(first.spec.id)
+    await service.containers.give_up(first.spec.id)
     assert await machine.order() == control_link.StopContainer(first.spec.id, grace=0.0)
     await machine.kill(first)
     second = await machine.boot(await machine.started())
-    await until(lambda: [view.state for view in service.containers("ann")] == ["ready"])
+    await until(lambda: [view.state for view in at_once(service.containers.views("ann"))] == ["ready"])
     assert (second.spec.session, client.reasons) == (first.spec.session, [])
     with pytest.raises(NotFound, match=first.spec.id):
-        service.give_up_container(first.spec.id)
+        await service.containers.give_up(first.spec.id)
 
 
 async def test_robots_that_make_new_maps_are_listed_once_their_containers_run(
@@ -378,12 +380,13 @@ async def test_robots_that_make_new_maps_are_listed_once_their_containers_run(
     lifelong = {"grid_slam": {"mode": "lifelong"}}
     service.open_place(robot_request("tb2", version=new, new_map="office-2", continued=HOUSE, parameters=lifelong))
     service.open_place(robot_request("tb3"))
-    assert service.mapping_robots() == service.lifelong_robots() == []
+    maps = MapsInUse(service, ())
+    assert await maps.mapping_robots() == await maps.lifelong_robots() == []
     containers = [await machine.boot(await machine.started()) for _ in range(3)]
     await own.ready(10)
-    await until(lambda: len([view for view in service.containers("ann") if view.state == "ready"]) == 3)
-    assert service.mapping_robots() == [MappingRobot("ann", "tb1", "new:office-2@ann")]
-    assert service.lifelong_robots() == [LifelongRobot("ann", "tb2", "house")]
+    await until(lambda: len([view for view in at_once(service.containers.views("ann")) if view.state == "ready"]) == 3)
+    assert await maps.mapping_robots() == [MappingRobot("ann", "tb1", "new:office-2@ann")]
+    assert await maps.lifelong_robots() == [LifelongRobot("ann", "tb2", "house")]
     await containers[0].stream.close()
 
 
@@ -397,7 +400,7 @@ async def test_reports_about_unknown_containers_change_nothing(service: MasterDr
         control_link.Launched(order.spec.id, 77),
     ):
         machine.tell(event)
-    await until(lambda: service.containers(None)[0].pid == 77)
+    await until(lambda: at_once(service.containers.views(None))[0].pid == 77)
     assert not machine.has_orders()
 
 

@@ -16,6 +16,7 @@ from engine.specs.containers import ContainerSpec
 from ppaas.errors import Unavailable
 from storage.memory.store import MemoryStore
 from storage.records import CloneCheckpoint
+from tests.support.engine.at_once import at_once
 from tests.support.engine.engine_links import dial_link, hello, receive
 from tests.support.engine.fake_machine import FakeMachine
 from tests.support.engine.listening import Listening
@@ -68,9 +69,9 @@ async def test_robot_reconnects_to_its_adopted_container(
     await place.ready(10)
     place.deliver("goal", b"1", number, must_arrive=True)
     assert await receive(stream) == robot_link.Deliver("goal", b"1", number, 58)
-    (seen,) = service.containers("ann")
+    (seen,) = at_once(service.containers.views("ann"))
     assert (seen.id, seen.pid, seen.machine, seen.state) == ("old", 42, "m1", "ready")
-    assert [view.containers for view in service.machines()] == [1]
+    assert [view.containers for view in at_once(service.administration.views())] == [1]
     assert not machine.has_orders(), "nothing was started"
     await stream.close()
     await machine.leave()
@@ -129,7 +130,7 @@ async def test_containers_of_a_machine_lost_by_this_cloud_are_not_adopted(
     keep(store, running(), "this")
     machine = await FakeMachine.join(tmp_path, carries=(running(),))
     assert await machine.welcome == control_link.Welcome("this")
-    assert service.containers(None) == []
+    assert at_once(service.containers.views(None)) == []
     await machine.leave()
 
 
@@ -155,7 +156,7 @@ async def test_container_that_disconnects_but_runs_is_replaced(service: MasterDr
     machine = await FakeMachine.join(tmp_path)
     service.open_place(robot_request())
     container = await machine.boot(await machine.started())
-    await until(lambda: service.containers(None)[0].state == "ready")
+    await until(lambda: at_once(service.containers.views(None))[0].state == "ready")
     await container.stream.close()
     assert await machine.stopped() == container.spec.id
     await machine.leave()

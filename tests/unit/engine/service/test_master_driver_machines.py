@@ -11,6 +11,7 @@ from engine.master.balancers.first_fit import FirstFit
 from engine.master.master import Master
 from engine.protocols import control_link, robot_link, session_frames
 from engine.service.master_driver import MasterDriver
+from engine.service.views import MachineView
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import SESSION_STATE
 from engine.specs.machine_settings import MachineSettings
@@ -18,6 +19,7 @@ from engine.specs.start_state import READY, KernelProgress, StartState
 from ppaas.errors import Conflict, NotFound, Starting
 from storage.memory.store import MemoryStore
 from storage.records import CloneCheckpoint
+from tests.support.engine.at_once import at_once
 from tests.support.engine.engine_links import dial_control, dial_link, hello
 from tests.support.engine.fake_machine import FakeMachine
 from tests.support.engine.listening import Listening
@@ -26,6 +28,11 @@ from tests.support.engine.specs import robot_request
 from tests.support.waiting import until
 
 DRAINING = MachineSettings(draining=True)
+
+
+def seen(service: MasterDriver) -> list[MachineView]:
+    """Return the machines, as operators see them."""
+    return at_once(service.administration.views())
 
 
 @pytest.fixture
@@ -46,7 +53,7 @@ async def machines(service: MasterDriver, tmp_path: Path) -> AsyncIterator[list[
     joined = []
     for name in ("m1", "m2"):
         joined.append(await FakeMachine.join(tmp_path, name))
-        await until(lambda: len(service.machines()) == len(joined))
+        await until(lambda: len(seen(service)) == len(joined))
     yield joined
     for machine in joined:
         await machine.leave()
@@ -61,7 +68,7 @@ async def test_robot_keeps_its_session_when_its_machine_is_drained(
     await place.ready(10)
     place.subscribe("map", number)
     assert isinstance(await first.next(), robot_link.Subscribe)
-    service.administration.configure("m1", DRAINING)
+    await service.administration.configure("m1", DRAINING)
     assert await first.next() == robot_link.Shutdown()
     assert await machines[0].stopped() == first.spec.id
     assert not machines[1].has_orders(), "nothing starts before the checkpoint is stored"
@@ -75,8 +82,8 @@ async def test_robot_keeps_its_session_when_its_machine_is_drained(
         robot_link.Subscribe("map", 0),
         robot_link.Deliver("goal", b"1", number, 1),
     ]
-    assert [view.machine for view in service.containers("ann")] == ["m2"]
-    assert {view.id: view.state for view in service.machines()} == {"m1": "drained", "m2": "ready"}
+    assert [view.machine for view in at_once(service.containers.views("ann"))] == ["m2"]
+    assert {view.id: view.state for view in seen(service)} == {"m1": "drained", "m2": "ready"}
     assert client.reasons == []
 
 
@@ -89,14 +96,14 @@ async def test_next_container_leaves_when_the_previous_is_ready(
         place = service.open_place(robot_request(robot))
         ran.append(await machines[0].boot(await machines[0].started()))
         await place.ready(10)
-    service.administration.configure("m1", DRAINING)
-    assert service.machines()[0].state == "draining"
+    await service.administration.configure("m1", DRAINING)
+    assert seen(service)[0].state == "draining"
     for container in ran:
         assert await machines[0].stopped() == container.spec.id
         assert not machines[0].has_orders()
         await machines[0].kill(container, 0)
         await machines[1].boot(await machines[1].started())
-    await until(lambda: all(view.state == "ready" for view in service.containers("ann")))
+    await until(lambda: all(view.state == "ready" for view in at_once(service.containers.views("ann"))))
 
 
 async def test_removed_machine_is_disconnected_until_it_is_admitted(
@@ -105,20 +112,20 @@ async def test_removed_machine_is_disconnected_until_it_is_admitted(
     service.open_place(robot_request())
     first = await machines[0].started()
     with pytest.raises(Conflict):
-        service.administration.remove("m1")
-    service.administration.remove("m1", force=True)
+        await service.administration.remove("m1")
+    await service.administration.remove("m1", force=True)
     assert await machines[0].order() is None
     order = await machines[1].started()
     assert order.spec.id != first.spec.id
     with pytest.raises(NotFound):
-        service.administration.configure("m1", DRAINING)
+        await service.administration.configure("m1", DRAINING)
     again = await FakeMachine.join(tmp_path, "m1")
     assert await again.order() is None
     assert "was removed" in caplog.text
-    assert [view.id for view in service.machines()] == ["m2"]
-    service.administration.admit("m1")
+    assert [view.id for view in seen(service)] == ["m2"]
+    await service.administration.admit("m1")
     admitted = await FakeMachine.join(tmp_path, "m1")
-    await until(lambda: len(service.machines()) == 2)
+    await until(lambda: len(seen(service)) == 2)
     await admitted.leave()
     await again.leave()
 
@@ -129,7 +136,7 @@ async def test_listener_is_notified_of_a_removed_machine(tmp_path: Path) -> None
     await service.start()
     machine = await FakeMachine.join(tmp_path)
     await service.wait_for_machine(10)
-    service.administration.remove("m1")
+    await service.administration.remove("m1")
     assert listener.removed == ["m1"]
     await service.close()
     await machine.leave()
@@ -148,15 +155,15 @@ async def test_measured_round_trips_and_network_load_are_listed(
     place.note_round_trip(0.04)
     assert await container.next() == session_frames.RoundTrip(0.04)
     container.stream.write(robot_link.ContainerBeat(busy=False, round_trip=0.04))
-    await until(lambda: service.containers("ann")[0].round_trip is not None)
+    await until(lambda: at_once(service.containers.views("ann"))[0].round_trip is not None)
     machines[0].tell(control_link.Heartbeat(0.5, 1 << 20, [], 3e6, {"m2": 0.02}))
-    await until(lambda: service.machines()[0].round_trips and service._master.machines["m1"].served)
+    await until(lambda: seen(service)[0].round_trips and service._master.machines["m1"].served)
     machines[0].tell(control_link.Heartbeat(0.5, 1 << 20, [], 3e6, {"m2": 0.02}))
-    await until(lambda: service.machines()[0].round_trip != 0.02)
-    view = service.machines()[0]
+    await until(lambda: seen(service)[0].round_trip != 0.02)
+    view = seen(service)[0]
     assert (view.network, view.network_used, view.round_trips) == (None, 3e6, {"m2": 0.02})
     assert view.round_trip == pytest.approx((0.02 + 0.04) / 2)
-    assert service.containers("ann")[0].round_trip == 0.04
+    assert at_once(service.containers.views("ann"))[0].round_trip == 0.04
 
 
 # -- invalid reports ---------------------------------------------------------------------------------------------------
@@ -168,7 +175,7 @@ async def test_invalid_registration_is_disconnected(
 ) -> None:
     liar = await FakeMachine.join(tmp_path, name, cores=cores)
     assert await liar.order() is None
-    assert [view.id for view in service.machines()] == ["m1", "m2"]
+    assert [view.id for view in seen(service)] == ["m1", "m2"]
     await liar.leave()
 
 
@@ -180,7 +187,10 @@ async def test_second_machine_of_the_same_name_does_not_affect_the_first(
     await place.ready(10)
     double = await FakeMachine.join(tmp_path, "m1", cores=64)
     assert await double.order() is None
-    assert [(view.id, view.cores, view.containers) for view in service.machines()] == [("m1", 2, 1), ("m2", 2, 0)]
+    assert [(view.id, view.cores, view.containers) for view in seen(service)] == [
+        ("m1", 2, 1),
+        ("m2", 2, 0),
+    ]
     assert place.container == first.spec.id
     await double.leave()
 
@@ -195,7 +205,7 @@ async def test_machine_that_reports_a_foreign_container_is_disconnected(
     assert await machines[1].order() is None
     assert "of another machine" in caplog.text
     assert place.container == first.spec.id
-    await until(lambda: [view.id for view in service.machines()] == ["m1"])
+    await until(lambda: [view.id for view in seen(service)] == ["m1"])
 
 
 async def test_machine_with_an_impossible_load_is_disconnected(
@@ -219,13 +229,13 @@ async def test_a_cloud_is_starting_until_its_first_machine_has_joined(service: M
     reports = await dial_control(tmp_path / "control.sock")
     reports.write(control_link.MachineStarting("m1", "secret", PROGRESS))
     await until(lambda: service.start_state() == StartState(ready=False, machines={"m1": PROGRESS}))
-    assert [(view.id, view.state, view.kernels) for view in service.machines()] == [("m1", "starting", PROGRESS)]
+    assert [(view.id, view.state, view.kernels) for view in seen(service)] == [("m1", "starting", PROGRESS)]
     await reports.close()
     machine = await FakeMachine.join(tmp_path, "m1")
     await until(lambda: service.start_state() == READY)
     machine._stream.write(control_link.AgentBeat(kernels=PROGRESS))
     await until(lambda: service.start_state() == StartState(machines={"m1": PROGRESS}))
-    assert [(view.id, view.state, view.kernels) for view in service.machines()] == [("m1", "ready", PROGRESS)]
+    assert [(view.id, view.state, view.kernels) for view in seen(service)] == [("m1", "ready", PROGRESS)]
     machine._stream.write(control_link.AgentBeat())
     await until(lambda: service.start_state() == READY)
     await machine.leave()
@@ -243,7 +253,7 @@ async def test_a_machine_that_starts_beside_a_ready_one_keeps_no_request_waiting
         partial(service.administration.configure, settings=MachineSettings()),
     ):
         with pytest.raises(Starting, match="machine 'm3' is starting: wait until it has joined"):
-            request("m3")  # it is listed, hence not unknown
+            await request("m3")  # it is listed, hence not unknown
     await reports.close()
     await until(lambda: service.start_state() == READY)
 
@@ -266,7 +276,7 @@ async def test_a_container_that_waits_for_kernels_is_not_given_up(tmp_path: Path
     opened = MasterDriver(Master(FirstFit()), CheckpointSelection(store), tmp_path, "secret", start_timeout=0.5)
     await opened.start()
     machine = await FakeMachine.join(tmp_path, "m1")
-    await until(opened.machines)
+    await until(lambda: seen(opened))
     place = opened.open_place(robot_request())
     order = await machine.started()
     stream = await dial_link(order.link)

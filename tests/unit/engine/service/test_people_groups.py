@@ -29,6 +29,7 @@ from ppaas.people.settings import PeopleSettings
 from storage.memory.store import MemoryStore
 from storage.people_records import MapPeople
 from storage.records import Limits
+from tests.support.engine.at_once import at_once
 from tests.support.engine.fake_machine import FakeMachine, FarContainer
 from tests.support.engine.specs import HOUSE, coordinator_request, robot_request
 from tests.support.waiting import until
@@ -106,7 +107,7 @@ async def test_the_first_robot_that_tracks_people_brings_a_coordinator_and_the_l
     groups.connect(robot_request("blind"))
     groups.connect(robot_request("tb0", parameters={"follow_person": {}}))
     await groups.after(0.0)
-    assert not groups.is_open() and groups.people.views() == []
+    assert not groups.is_open() and at_once(groups.people.views()) == []
     place = groups.service.open_place(seeing())
     await groups.after(0.0)
     assert not groups.is_open(), "the robot starts first"
@@ -116,13 +117,13 @@ async def test_the_first_robot_that_tracks_people_brings_a_coordinator_and_the_l
     await groups.service.close_place("robot:ann/blind", GONE)
     groups.connect(seeing("tb2"))
     await groups.after(0.0)
-    assert groups.people.views() == [PeopleGroupView("ann", "house", ("tb1", "tb2"), "starting")]
+    assert at_once(groups.people.views()) == [PeopleGroupView("ann", "house", ("tb1", "tb2"), "starting")]
     for robot in ("tb1", "tb2"):
         await groups.service.close_place(f"robot:ann/{robot}", GONE)
         await groups.after(LINGER * 0.9)
     assert groups.is_open(), "a robot whose file was changed comes back at once"
     await groups.after(LINGER)
-    assert not groups.is_open() and groups.people.views() == []
+    assert not groups.is_open() and at_once(groups.people.views()) == []
 
 
 async def test_each_user_and_map_has_a_group_and_new_maps_have_none(groups: Groups) -> None:
@@ -130,7 +131,7 @@ async def test_each_user_and_map_has_a_group_and_new_maps_have_none(groups: Grou
     for request in others:
         groups.connect(request)
     await groups.after(0.0)
-    assert [(view.user, view.map, view.robots) for view in groups.people.views()] == [
+    assert [(view.user, view.map, view.robots) for view in at_once(groups.people.views())] == [
         ("ann", "depot", ("tb2",)),
         ("bob", "house", ("tb1",)),
     ]
@@ -140,7 +141,7 @@ async def test_robots_work_on_while_the_quota_refuses_a_coordinator_and_get_it_l
     groups.service.set_limits("ann", Limits(containers=1))
     groups.connect(seeing())
     await groups.after(0.0)
-    (view,) = groups.people.views()
+    (view,) = at_once(groups.people.views())
     assert view.state == "refused" and "1 containers" in view.reason
     with pytest.raises(Unavailable, match="1 containers"):
         await groups.people.people("ann", "house")
@@ -157,8 +158,8 @@ async def test_a_coordinator_starts_with_the_stored_settings_and_answers(groups:
     groups.store.put_people_settings(MapPeople("ann", "house", settings))
     far = await machine.boot(await ordered(groups, machine))
     assert (far.spec.people, far.spec.map, far.spec.kind) == (settings, HOUSE, "coordinator")
-    await until(lambda: groups.people.views()[0].state == "ready")
-    assert groups.people.views() == [PeopleGroupView("ann", "house", ("tb1",), "ready")]
+    await until(lambda: at_once(groups.people.views())[0].state == "ready")
+    assert at_once(groups.people.views()) == [PeopleGroupView("ann", "house", ("tb1",), "ready")]
     state = PeopleState(Header(frame_id="map"), 3)
     found, _ = await asyncio.gather(groups.people.people("ann", "house"), answer(far, "get_people", encode(state)))
     assert found == state
@@ -206,7 +207,7 @@ async def test_a_coordinator_whose_settings_it_refuses_is_tried_again_once_they_
     machine.tell(control_link.LaunchFailed((await ordered(groups, machine)).spec.id, refused))
     await until(lambda: not groups.is_open())
     await groups.after(0.0)
-    (view,) = groups.people.views()
+    (view,) = at_once(groups.people.views())
     assert (view.state, view.reason) == ("refused", "no rule 'guess'")
     await groups.after(RETRY)
     machine.tell(control_link.LaunchFailed((await machine.started()).spec.id, refused))

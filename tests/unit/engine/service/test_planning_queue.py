@@ -9,20 +9,19 @@ from engine.master.balancers.first_fit import FirstFit
 from engine.master.master import Master
 from engine.master.quotas import Quota, Quotas
 from engine.service import planning_places
-from engine.service.cloud import Cloud
+from engine.service.endpoints.cloud import Cloud
 from engine.service.master_driver import MasterDriver
 from engine.service.planning.path_requests import PathRequest
+from engine.service.planning.planning import Planning
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import MapVersion
 from ppaas.errors import Queued, QuotaExceeded, Unavailable
 from storage.memory.store import MemoryStore
-from storage.records import User
 from tests.support.engine.specs import robot_request
 from tests.support.waiting import until
 
 MAP = MapVersion("house", "v")
 KEY = "planning:ann/house@v"
-ANN = User("ann", "")
 
 
 def path(*, queue: bool) -> PathRequest:
@@ -45,35 +44,35 @@ async def service(tmp_path: Path, quotas: Quotas) -> AsyncIterator[MasterDriver]
 
 
 @pytest.fixture
-def paths(service: MasterDriver, quotas: Quotas) -> Iterator[Cloud]:
+def planning(service: MasterDriver, quotas: Quotas) -> Iterator[Planning]:
     made = Cloud(service, quotas)
-    yield made
+    yield made.planning
     made.close()
 
 
 async def test_queued_request_gets_its_position_and_expires(
-    service: MasterDriver, paths: Cloud, monkeypatch: pytest.MonkeyPatch
+    service: MasterDriver, planning: Planning, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(planning_places, "PATIENCE", 0.05)
     for _ in range(2):
         with pytest.raises(Queued) as raised:
-            await paths.compute_path(ANN, MAP, path(queue=True))
+            await planning.compute_path("ann", MAP, path(queue=True))
         assert raised.value.position == service.position(KEY) == 1
     await until(lambda: service.position(KEY) is None)
     assert service.place(KEY) is None
 
 
-async def test_request_without_queueing_is_refused(paths: Cloud) -> None:
+async def test_request_without_queueing_is_refused(planning: Planning) -> None:
     with pytest.raises(QuotaExceeded):
-        await paths.compute_path(ANN, MAP, path(queue=False))
+        await planning.compute_path("ann", MAP, path(queue=False))
     with pytest.raises(Queued):
-        await paths.compute_path(ANN, MAP, path(queue=True))
+        await planning.compute_path("ann", MAP, path(queue=True))
     with pytest.raises(Unavailable, match="position 1 of the queue"):
-        await paths.compute_path(ANN, MAP, path(queue=False))
+        await planning.compute_path("ann", MAP, path(queue=False))
 
 
-async def test_closed_place_admits_a_waiting_request(service: MasterDriver, paths: Cloud) -> None:
+async def test_closed_place_admits_a_waiting_request(service: MasterDriver, planning: Planning) -> None:
     with pytest.raises(Queued):
-        await paths.compute_path(ANN, MAP, path(queue=True))
+        await planning.compute_path("ann", MAP, path(queue=True))
     await service.close_place("robot:ann/tb1", Unavailable("gone"))
     assert service.position(KEY) is None and KEY in service._master.places

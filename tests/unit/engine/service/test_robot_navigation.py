@@ -42,26 +42,26 @@ def navigation(driver: FakeDriver, monkeypatch: pytest.MonkeyPatch) -> RobotNavi
 
 async def test_a_robot_that_is_not_connected_has_a_state_and_takes_no_goals(navigation: RobotNavigation) -> None:
     assert await navigation.state("ann", "tb2") == RobotState(connected=False)
-    assert navigation.goals("ann", "tb2") == []
+    assert await navigation.goals("ann", "tb2") == []
     with pytest.raises(Unavailable, match="robot 'tb2' is not connected"):
-        navigation.send_goal("ann", "tb2", Pose2D(1.0, 2.0))
+        await navigation.send_goal("ann", "tb2", Pose2D(1.0, 2.0))
     with pytest.raises(Unavailable):
-        navigation.cancel_goals("ann", "tb2")
+        await navigation.cancel_goals("ann", "tb2")
     with pytest.raises(NotFound):
-        navigation.goal("ann", "tb2", "rest-1")
+        await navigation.goal("ann", "tb2", "rest-1")
 
 
 async def test_a_robot_that_left_is_not_connected_while_its_container_waits_for_it(
     navigation: RobotNavigation, driver: FakeDriver
 ) -> None:
-    goal = navigation.send_goal("ann", "tb1", Pose2D(1.0, 2.0))
+    goal = await navigation.send_goal("ann", "tb1", Pose2D(1.0, 2.0))
     driver.presence.left(KEY)
     state = await navigation.state("ann", "tb1")
     assert (state.connected, state.disconnected_since, state.container) == (False, 1000.0, True)
     with pytest.raises(Unavailable, match="robot 'tb1' is not connected"):
-        navigation.send_goal("ann", "tb1", Pose2D(1.0, 2.0))
-    assert navigation.cancel_goal("ann", "tb1", goal.id) == goal
-    navigation.cancel_goals("ann", "tb1")
+        await navigation.send_goal("ann", "tb1", Pose2D(1.0, 2.0))
+    assert await navigation.cancel_goal("ann", "tb1", goal.id) == goal
+    await navigation.cancel_goals("ann", "tb1")
     driver.presence.came(KEY)
     state = await navigation.state("ann", "tb1")
     assert (state.connected, state.disconnected_since, state.container) == (True, None, True)
@@ -69,10 +69,10 @@ async def test_a_robot_that_left_is_not_connected_while_its_container_waits_for_
 
 
 async def test_requests_of_one_robot_share_a_client(navigation: RobotNavigation, driver: FakeDriver) -> None:
-    goal = navigation.send_goal("ann", "tb1", Pose2D(1.0, 2.0))
+    goal = await navigation.send_goal("ann", "tb1", Pose2D(1.0, 2.0))
     assert (await navigation.state("ann", "tb1")).goals == (goal,)
-    assert navigation.goals("ann", "tb1") == [goal] == [navigation.goal("ann", "tb1", goal.id)]
-    assert navigation.cancel_goal("ann", "tb1", goal.id) == goal
+    assert await navigation.goals("ann", "tb1") == [goal] == [await navigation.goal("ann", "tb1", goal.id)]
+    assert await navigation.cancel_goal("ann", "tb1", goal.id) == goal
     assert driver.places[KEY].clients == 1
     navigation.close()
     assert driver.places[KEY].clients == 0
@@ -81,12 +81,12 @@ async def test_requests_of_one_robot_share_a_client(navigation: RobotNavigation,
 async def test_goals_of_a_closed_place_are_shown_until_the_robot_connects_again(
     navigation: RobotNavigation, driver: FakeDriver
 ) -> None:
-    goal = navigation.send_goal("ann", "tb1", Pose2D(1.0, 2.0))
+    goal = await navigation.send_goal("ann", "tb1", Pose2D(1.0, 2.0))
     driver.places.pop(KEY).close(Unavailable("gone"))
-    assert navigation.goal("ann", "tb1", goal.id).state == "lost"
+    assert (await navigation.goal("ann", "tb1", goal.id)).state == "lost"
     driver.places[KEY] = StillPlace()
     assert (await navigation.state("ann", "tb1")).goals == ()
-    assert navigation.goals("ann", "tb1") == []
+    assert await navigation.goals("ann", "tb1") == []
     navigation.close()
 
 
@@ -95,10 +95,10 @@ async def test_a_robot_is_followed_while_it_has_a_goal_or_is_asked_for(
 ) -> None:
     monkeypatch.setattr(robot_navigation, "IDLE", 0.02)
     place = driver.places[KEY]
-    goal = navigation.send_goal("ann", "tb1", Pose2D(1.0, 2.0))
+    goal = await navigation.send_goal("ann", "tb1", Pose2D(1.0, 2.0))
     navigation._check_idle(KEY)
     assert place.clients == 1
     result = {"goal_id": {"id": goal.id}, "status": 3, "text": ""}
     place.publish_json("move_base/result", {"header": {"frame_id": ""}, "status": result})
     await until(lambda: place.clients == 0)
-    assert navigation.goals("ann", "tb1") == []
+    assert await navigation.goals("ann", "tb1") == []

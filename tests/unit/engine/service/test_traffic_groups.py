@@ -118,7 +118,7 @@ async def test_each_user_and_map_has_a_group_and_new_maps_have_none(groups: Grou
 
 async def test_without_a_traffic_node_the_error_says_why_and_what_to_do(groups: Groups) -> None:
     with pytest.raises(Unavailable, match="set 'traffic' to true in the file of one"):
-        await groups.traffic.traffic("ann", "house")
+        await groups.traffic.state("ann", "house")
     groups.service.set_limits("ann", Limits(containers=1))
     groups.connect(driving())
     with pytest.raises(Unavailable, match="no robot of user 'ann'"):
@@ -143,7 +143,7 @@ async def test_a_traffic_node_answers_also_after_its_robots_have_gone(groups: Gr
     await groups.service.close_place("robot:ann/tb1", GONE)
     await groups.after(0.0)
     state = TrafficState(Header(frame_id="map"), 3, 0.5)
-    found, _ = await asyncio.gather(groups.traffic.traffic("ann", "house"), answer(far, "get_traffic", encode(state)))
+    found, _ = await asyncio.gather(groups.traffic.state("ann", "house"), answer(far, "get_traffic", encode(state)))
     assert found == state
     for service, call in (("take_out", groups.traffic.take_out), ("put_back", groups.traffic.put_back)):
         _, asked = await asyncio.gather(call("ann", "house", "tb1"), answer(far, service, encode(Empty())))

@@ -48,7 +48,7 @@ async def test_a_goal_is_sent_shown_listed_and_cancelled(
     assert state == here | {"pose": None, "pose_at": None, "localization": "", "goals": [goal]}
     assert (await client.delete(f"{PATH}/goals/{goal['id']}", headers=ann)).status_code == 202
     assert (await client.delete(f"{PATH}/goals", headers=ann)).status_code == 202
-    cloud.navigation.close()
+    cloud.robots.close()
 
 
 async def test_goals_are_listed_in_pages(client: httpx.AsyncClient, ann: dict[str, str], place: StillPlace) -> None:

@@ -153,7 +153,7 @@ async def test_a_driver_sends_goals_only_if_goals_are_shared(
     assert (await client.post(goals, headers=bob, json={"pose": [0.2, 0.1]})).status_code == 201
     [goal] = (await client.get("/v1/robots/tb1/goals", headers=ann)).json()["items"]
     assert goal["pose"] == [0.2, 0.1, 0.0]
-    cloud.navigation.close()
+    cloud.robots.close()
 
 
 async def test_a_robot_keeps_its_owner_and_shares_when_another_user_changes_it(

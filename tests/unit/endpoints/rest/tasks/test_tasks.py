@@ -57,7 +57,7 @@ async def test_tasks_are_added_and_cancelled_while_there_is_no_master(
     async def silent(*_: str) -> None:
         raise Unavailable("the master does not answer")
 
-    monkeypatch.setattr(cloud, "tasks_changed", silent)
+    monkeypatch.setattr(cloud.tasks, "changed", silent)
     task = await add(client, ann)
     assert (await client.delete(f"{TASKS}/{task['id']}", headers=ann)).json()["state"] == "cancelled"
 

@@ -25,6 +25,7 @@ from ppaas.tasks.records import Task
 from storage.memory.store import MemoryStore
 from storage.records import MapTask
 from tests.support.endpoints.still_place import StillPlace, delivered
+from tests.support.engine.at_once import at_once
 from tests.support.engine.specs import robot_request
 from tests.support.storage.records import robot
 
@@ -76,7 +77,7 @@ class Hall:
     def add(self, name: str, x: float, **fields: Any) -> None:
         given: dict[str, Any] = {"kind": "go_to", "places": ((x, 0.0, 0.0),), "created": self.clock()} | fields
         self.store.put_task(MapTask("ann", "house", Task(id=name, **given)))
-        self.news.tell("ann", "house")
+        at_once(self.news.changed("ann", "house"))
 
     def task(self, name: str) -> Task:
         return self.store.task("ann", "house", name).task
@@ -172,7 +173,7 @@ async def test_a_cancelled_task_stops_its_robot(hall: Hall) -> None:
     kept = hall.store.task("ann", "house", "t")
     hall.store.put_task(msgspec.structs.replace(kept, task=msgspec.structs.replace(kept.task, state="cancelled")))
     goals(place)
-    hall.news.tell("ann", "house")
+    await hall.news.changed("ann", "house")
     await hall.after()
     assert goals(place) == [(CANCEL, "task-t-0-0")]
     assert hall.task("t").state == "cancelled"
@@ -328,7 +329,7 @@ async def test_robots_are_followed_only_while_there_are_tasks(hall: Hall) -> Non
     await hall.after()
     assert place.clients == 1
     hall.store.remove_tasks("house")
-    hall.news.tell("ann", "house")
+    await hall.news.changed("ann", "house")
     await hall.after()
     for _ in range(2):
         await hall.after(61.0)

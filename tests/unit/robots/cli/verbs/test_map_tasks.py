@@ -44,7 +44,7 @@ async def test_a_command_waits_for_the_end_of_a_task(
         ended = replace(kept.task, state=state, reason="" if state == "done" else "stuck")
         office.services.store.put_task(replace(kept, task=ended))
 
-    monkeypatch.setattr(office.cloud, "tasks_changed", end)
+    monkeypatch.setattr(office.cloud.tasks, "changed", end)
     ended = await office("map", "task", "add", "house", "go_to", "--at", "1", "2", "--wait")
     assert ended.status == status
     assert ("stuck" in ended.err) == (state == "failed")

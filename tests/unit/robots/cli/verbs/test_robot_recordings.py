@@ -56,14 +56,14 @@ async def test_a_signal_stops_the_recording_and_fetches_it(
 async def test_a_signal_while_the_recording_is_started_does_not_leave_it_running(
     ppaas: CommandLine, recorder: list[str], tmp_path: Path
 ) -> None:
-    called, answer = asyncio.Event(), ppaas.cloud.call_recorder
+    called, answer = asyncio.Event(), ppaas.cloud.nodes.recorder
 
     async def slow(user: str, robot: str, service: str, request: object) -> RecorderState:
         called.set()
         await asyncio.sleep(0.3 if service == "start" else 0.0)
         return await answer(user, robot, service, request)  # type: ignore[arg-type]
 
-    ppaas.patch.setattr(ppaas.cloud, "call_recorder", slow)
+    ppaas.patch.setattr(ppaas.cloud.nodes, "recorder", slow)
     process = await recording(ppaas, tmp_path / "drive.mcap")
     async with patience(PATIENCE):
         await called.wait()
@@ -76,7 +76,7 @@ async def test_a_signal_while_the_recording_is_started_does_not_leave_it_running
 async def test_a_second_signal_ends_the_command_without_the_file(
     ppaas: CommandLine, recorder: list[str], tmp_path: Path
 ) -> None:
-    stopping, over, answer = asyncio.Event(), asyncio.Event(), ppaas.cloud.call_recorder
+    stopping, over, answer = asyncio.Event(), asyncio.Event(), ppaas.cloud.nodes.recorder
 
     async def stuck(user: str, robot: str, service: str, request: object) -> RecorderState:
         if service == "stop":
@@ -84,7 +84,7 @@ async def test_a_second_signal_ends_the_command_without_the_file(
             await over.wait()
         return await answer(user, robot, service, request)  # type: ignore[arg-type]
 
-    ppaas.patch.setattr(ppaas.cloud, "call_recorder", stuck)
+    ppaas.patch.setattr(ppaas.cloud.nodes, "recorder", stuck)
     process = await recording(ppaas, tmp_path / "drive.mcap")
     assert process.stderr is not None
     async with patience(PATIENCE):
