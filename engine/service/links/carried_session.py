@@ -226,7 +226,7 @@ class CarriedSession:
             return
         self._kept[frame.number] = frame
         self._kept_bytes += len(content)
-        if self._carried and self._place.send(ClientFrame(self._socket, frame.number, content, binary)):
+        if self._carried and self._place.send(ClientFrame(self._socket, frame)):
             self._sent_to_container = frame.number
         elif self._kept_bytes > self._drop_above:
             self._drop_streams()
