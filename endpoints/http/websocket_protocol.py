@@ -46,7 +46,7 @@ class Taker(Protocol):
     """Takes messages. It must not raise."""
 
     def __call__(self, content: bytes, *, binary: bool) -> None:
-        """Take a binary message, or a text message in UTF-8, which is valid."""
+        """Take a binary message, or a text message in valid UTF-8."""
         ...
 
 
