@@ -23,7 +23,14 @@ from engine.container.robot_link_handler import Container
 from engine.container.shared_plans import PlanningNotes, SharedPlans
 from engine.protocols import machine_link, robot_link
 from engine.protocols.framing import FrameStream, pack
-from engine.protocols.session_frames import Attach, ClientFrame, SessionClient, SessionOptions, SocketFrame
+from engine.protocols.session_frames import (
+    Attach,
+    ClientFrame,
+    NumberedFrame,
+    SessionClient,
+    SessionOptions,
+    SocketFrame,
+)
 from engine.rights.access import Access
 from engine.runtimes.compilation import kernel_modules
 from engine.runtimes.compilation.threads import KernelThreads
@@ -165,7 +172,7 @@ class CloneContainer:
     def say(self, frame: bytes) -> None:
         """Send a frame of rosbridge from the robot."""
         self._frames += 1
-        self._endpoint.write(ClientFrame(1, self._frames, frame, binary=False))
+        self._endpoint.write(ClientFrame(1, NumberedFrame(self._frames, frame)))
 
     def share(self, messages: list[machine_link.Shared]) -> None:
         """Send what other robots on the map share."""

@@ -217,7 +217,7 @@ class PlaceClient:
     def _execute(self, operation: operations.Operation) -> None:
         """Send an operation to the session, unless the client is detached."""
         if not self._detached:
-            self.attachment.session.take(_encoder.encode(operation).decode())
+            self.attachment.session.take(_encoder.encode(operation))
 
     def send_frame(self, frame: bytes) -> None:
         """Take a frame from the session."""

@@ -135,16 +135,17 @@ async def _run(socket: WebSocket, viewer: Viewer) -> None:
     connection = connection_of(socket)
     requests = ViewerRequests(viewer)
 
-    def take(frame: str | bytes) -> None:
+    def take(content: bytes, *, binary: bool) -> None:
         try:
-            requests.take(frame)
+            requests.take(content if binary else content.decode())
         except Exception as error:
             logger.exception("%s: a request failed", connection.name)
             viewer.end(PPaaSError(f"internal error: {type(error).__name__}"))
 
     async def until_left() -> None:
         while (message := await socket.receive())["type"] != "websocket.disconnect":
-            take(content_of(message))  # received before the handshake was answered
+            content, binary = content_of(message)
+            take(content, binary=binary)  # received before the handshake was answered
 
     viewer.answer(answers.server_info(NAME, viewer.session_id))
     connection.hand_to(take, viewer.flush)

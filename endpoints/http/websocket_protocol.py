@@ -10,7 +10,7 @@ import asyncio
 import logging
 import secrets
 from collections.abc import Awaitable, Callable, Iterable
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 from starlette.websockets import WebSocket
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
@@ -41,8 +41,14 @@ MESSAGE_TIMEOUT = 60.0
 Probe = Callable[[float], Awaitable[bool]]
 """Called with a time limit [s]; returns whether the peer answered a ping in time."""
 
-Taker = Callable[[str | bytes], None]
-"""Called with the content of a message: ``str`` of a text message, ``bytes`` of a binary one. It must not raise."""
+
+class Taker(Protocol):
+    """Takes messages. It must not raise."""
+
+    def __call__(self, content: bytes, *, binary: bool) -> None:
+        """Take a binary message, or a text message in valid UTF-8."""
+        ...
+
 
 refusals = RefusalLog(logger)
 
@@ -191,15 +197,11 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
         """Pass a complete message on."""
         if self.close_sent:
             return
-        content: str | bytes = message
-        if self.curr_msg_data_type == "text":
-            try:
-                content = message.decode()
-            except UnicodeDecodeError:
-                self.end(CloseCode.INVALID_DATA, "a text frame must be UTF-8")
-                return
-        if self._taker is not None:
-            self._taker(content)
+        binary = self.curr_msg_data_type == "bytes"
+        if not (binary or is_utf8(message)):
+            self.end(CloseCode.INVALID_DATA, "a text frame must be UTF-8")
+        elif self._taker is not None:
+            self._taker(message, binary=binary)
         else:
             self.frames = [message]
             self.send_receive_event_to_app()
@@ -308,6 +310,16 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
         """Close the connection because its peer did not answer a ping in time."""
         super().keepalive_timeout()
         self.loop.call_later(ABORT_GRACE, self.transport.abort)
+
+
+def is_utf8(text: bytes) -> bool:
+    """Return whether a text is UTF-8."""
+    if not text.isascii():  # most messages are, and this makes no copy
+        try:
+            text.decode()
+        except UnicodeDecodeError:
+            return False
+    return True
 
 
 def connection_of(socket: WebSocket) -> DirectWebSocket:

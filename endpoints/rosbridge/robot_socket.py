@@ -74,7 +74,8 @@ class RobotSocket:
 
     async def _until_left(self) -> None:
         while (message := await self._socket.receive())["type"] != "websocket.disconnect":
-            self._session.take(content_of(message))  # received before the handshake was answered
+            content, binary = content_of(message)
+            self._session.take(content, binary=binary)  # received before the handshake was answered
         self.left = message.get("reason") == LEFT
 
     async def close_with_reason(self) -> None:
@@ -87,10 +88,10 @@ class RobotSocket:
             await close_with(self._socket, self._session.over.result())
 
 
-def content_of(message: Mapping[str, Any]) -> str | bytes:
-    """Return the content of a message of ASGI: ``bytes`` if it is binary."""
+def content_of(message: Mapping[str, Any]) -> tuple[bytes, bool]:
+    """Return the content of a message of ASGI, text in UTF-8, and whether it is binary."""
     text: str | None = message.get("text")
-    return text if text is not None else bytes(message.get("bytes") or b"")
+    return (text.encode(), False) if text is not None else (bytes(message.get("bytes") or b""), True)
 
 
 def reads_png(agent: str) -> bool:

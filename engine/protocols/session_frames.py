@@ -119,12 +119,10 @@ class Attach(msgspec.Struct, tag="attach"):
 
 
 class ClientFrame(msgspec.Struct, tag="frame"):
-    """Frame of a client, text in UTF-8 or binary."""
+    """Frame of the client of a socket."""
 
     socket: int
-    number: int
-    content: bytes
-    binary: bool = False
+    frame: NumberedFrame
 
 
 class SocketReady(msgspec.Struct, tag="ready"):

@@ -69,7 +69,8 @@ class FrameTaker:
     def _run(self, frame: NumberedFrame) -> None:
         self._current = frame
         self._unsettled.begin(frame)
-        operation = self._wire.receive(frame.content if frame.binary else frame.content.decode())
+        receive = self._wire.receive_binary if frame.binary else self._wire.receive
+        operation = receive(frame.content)
         self._unsettled.gather(self._wire.incomplete)
         if isinstance(operation, operations.Fragment):
             self._unsettled.wait_for_rest(operation.id)

@@ -20,7 +20,6 @@ from engine.protocols.session_frames import (
     ClientOffers,
     Detach,
     Inform,
-    NumberedFrame,
     PlanCounted,
     RoundTrip,
     SessionClient,
@@ -172,7 +171,7 @@ class SessionHost:
         match frame:
             case ClientFrame():
                 self.taken += 1
-                retained.take(NumberedFrame(frame.number, frame.content, frame.binary))
+                retained.take(frame.frame)
             case SocketReady():
                 self._let_read(retained, reads=frame.ready)
             case PlanCounted():

@@ -91,15 +91,20 @@ class RosbridgeSession:
 
     # -- from the client ---------------------------------------------------------------------------------------------
 
-    def receive(self, frame: str | bytes) -> ClientOperation | RefusedOperation:
-        """Decode a frame, and update the subscriptions and the status level; an invalid frame changes nothing.
-
-        A binary frame may be JSON, CBOR of an operation, or a compact frame.
-        """
+    def receive_binary(self, frame: bytes) -> ClientOperation | RefusedOperation:
+        """Decode a binary frame like ``receive``: JSON, CBOR of an operation, or a compact frame."""
         try:
-            operation = decode_operation(operation_of(frame) if isinstance(frame, bytes) else frame)
+            text = operation_of(frame)
         except PPaaSError as error:
             return RefusedOperation(error)
+        return self.receive(text)
+
+    def receive(self, text: str | bytes) -> ClientOperation | RefusedOperation:
+        """Decode a frame of text, ``bytes`` in UTF-8, and update the subscriptions and the status level.
+
+        An invalid frame changes nothing.
+        """
+        operation = decode_operation(text)
         if isinstance(operation, Fragment):
             operation = self._add(operation)
         if isinstance(operation, SetLevel):

@@ -123,8 +123,7 @@ def _read_rows(data: bytes) -> None:
 def _receive(data: bytes) -> None:
     session = RosbridgeSession()
     session.receive(data)
-    with contextlib.suppress(UnicodeDecodeError):
-        session.receive(data.decode())
+    session.receive_binary(data)
 
 
 def _receive_fragments(data: bytes) -> None:

@@ -218,17 +218,15 @@ class CarriedSession:
 
     # -- frames of the client ------------------------------------------------------------------------------------------
 
-    def take(self, content: str | bytes) -> None:
-        """Pass a frame of the client on, ``bytes`` for a binary one."""
+    def take(self, content: bytes, *, binary: bool = False) -> None:
+        """Pass a frame of the client on, text in UTF-8 or binary."""
         self.taken += 1
-        binary = isinstance(content, bytes)
-        body = content if isinstance(content, bytes) else content.encode()
-        if self._place.waiting > MAX_WAITING and is_stream(content):
+        frame = NumberedFrame(self.taken, content, binary)
+        if self._place.waiting > MAX_WAITING and is_stream(frame):
             return
-        frame = NumberedFrame(self.taken, body, binary)
         self._kept[frame.number] = frame
-        self._kept_bytes += len(body)
-        if self._carried and self._place.send(ClientFrame(self._socket, frame.number, body, binary)):
+        self._kept_bytes += len(content)
+        if self._carried and self._place.send(ClientFrame(self._socket, frame)):
             self._sent_to_container = frame.number
         elif self._kept_bytes > self._drop_above:
             self._drop_streams()
@@ -238,7 +236,7 @@ class CarriedSession:
     def _drop_streams(self) -> None:
         """Drop the messages that may be lost, while no container gets them."""
         for number, frame in tuple(self._kept.items()):
-            if is_stream(frame.content if frame.binary else frame.content.decode()):
+            if is_stream(frame):
                 self._settle([number])
         self._drop_above = self._kept_bytes + MAX_UNSENT
 

@@ -8,8 +8,7 @@ import itertools
 from collections.abc import Callable
 from typing import ParamSpec
 
-from engine.links.container_link import Stream
-from engine.links.shared_link import SharedLink
+from engine.links.container_link import ContainerLink, Stream
 from engine.protocols import robot_link, session_frames
 from engine.protocols.session_frames import ClientOffers, SessionToContainer
 from engine.service.links.carried_session import CarriedSession
@@ -22,7 +21,7 @@ EndpointOrder = Callable[[int], robot_link.DialEndpoint]
 """Returns the order to dial an endpoint for a container, given its number among those of the place."""
 
 
-class PlaceLink(SharedLink):
+class PlaceLink(ContainerLink):
     """A place, as an endpoint sees it.
 
     Parameters

@@ -2,6 +2,7 @@
 
 import msgspec
 
+from engine.protocols.session_frames import NumberedFrame
 from ppaas.errors import PPaaSError
 from ppaas.nodes.topics import policy_of
 from ppaas.wire.binary.packing import operation_of
@@ -15,13 +16,13 @@ class _Publish(msgspec.Struct):
 _decoder = msgspec.json.Decoder(_Publish)
 
 
-def is_stream(frame: str | bytes) -> bool:
-    """Return whether a frame of a client, ``bytes`` if binary, publishes a message that may be lost.
+def is_stream(frame: NumberedFrame) -> bool:
+    """Return whether a frame of a client publishes a message that may be lost.
 
     The topic may be below a namespace of the robot.
     """
     try:
-        read = _decoder.decode(operation_of(frame) if isinstance(frame, bytes) else frame)
+        read = _decoder.decode(operation_of(frame.content) if frame.binary else frame.content)
     except (PPaaSError, msgspec.DecodeError, UnicodeError):
         return False
     name = read.topic.strip("/")

@@ -2,8 +2,8 @@
 
 from collections.abc import Callable, Collection
 
+from engine.links.container_link import ContainerLink
 from engine.links.open_calls import Done
-from engine.links.shared_link import SharedLink
 from engine.sessions.place.client_actions import ActionProvider, ClientActions
 from engine.sessions.place.client_health import ClientHealth
 from engine.sessions.place.client_services import ClientServices, Provider
@@ -18,7 +18,7 @@ LIST_PERIOD = 1.0
 """Time for which the list of topics in error texts is not rebuilt [s]."""
 
 
-class Place(SharedLink):
+class Place(ContainerLink):
     """Shared by all clients of one place: its container link, subscriptions, client topics and client services.
 
     Parameters

@@ -46,6 +46,24 @@ class Server:
         self.ended.set()
 
 
+class Taken:
+    """Messages that were taken past ASGI: their content, and whether they are binary."""
+
+    def __init__(self) -> None:
+        self.queue: asyncio.Queue[tuple[bytes, bool]] = asyncio.Queue()
+
+    def __call__(self, content: bytes, *, binary: bool) -> None:
+        self.queue.put_nowait((content, binary))
+
+    async def get(self) -> tuple[bytes, bool]:
+        async with patience(10):
+            return await self.queue.get()
+
+
+def ignore(content: bytes, *, binary: bool) -> None:
+    """Drop a message."""
+
+
 @asynccontextmanager
 async def connected(server: Server, **options: Any) -> AsyncIterator[tuple[ClientConnection, DirectWebSocket]]:
     async with serve(server, **options) as port, connect(f"ws://127.0.0.1:{port}/", max_size=None) as client:
@@ -86,43 +104,46 @@ async def test_an_unresponsive_client_with_pending_data_is_disconnected() -> Non
 # -- frames, past ASGI -------------------------------------------------------------------------------------------------
 
 
-async def test_text_and_binary_messages_are_delivered_in_order_as_text_and_bytes() -> None:
+async def test_text_and_binary_messages_are_delivered_in_order_as_bytes() -> None:
     async with connected(Server()) as (client, connection):
-        taken: asyncio.Queue[str | bytes] = asyncio.Queue()
-        connection.hand_to(taken.put_nowait)
+        taken = Taken()
+        connection.hand_to(taken)
         await client.send("one")
         await client.send(["t", "w", "ö"])
         await client.send(b"drei")
         await client.send([b"f\xc3", b"", b"\xbcnf"])
         await client.send(b"\xff")
-        assert [await taken.get() for _ in range(5)] == ["one", "twö", b"drei", "fünf".encode(), b"\xff"]
+        assert [await taken.get() for _ in range(5)] == [
+            (b"one", False), ("twö".encode(), False),
+            (b"drei", True), ("fünf".encode(), True), (b"\xff", True),
+        ]  # fmt: skip
 
 
 async def test_frames_return_to_asgi_once_the_receiver_is_removed() -> None:
     server = Server()
     async with connected(server) as (client, connection):
-        taken: list[str | bytes] = []
-        connection.hand_to(taken.append)
+        taken = Taken()
+        connection.hand_to(taken)
         connection.hand_to(None)
         await client.send("for ASGI")
         assert await server.heard.get() == "for ASGI"
-        assert taken == []
+        assert taken.queue.empty()
 
 
 async def test_invalid_utf8_closes_the_connection_and_is_not_delivered() -> None:
     async with connected(Server()) as (client, connection):
-        taken: list[str | bytes] = []
-        connection.hand_to(taken.append)
+        taken = Taken()
+        connection.hand_to(taken)
         await client.send(b"\xff\xfe", text=True)
         await client.wait_closed()
         assert client.close_code == CloseCode.INVALID_DATA
-        assert taken == []
+        assert taken.queue.empty()
 
 
 async def test_readiness_follows_flow_control_and_resumption_is_reported() -> None:
     async with connected(Server()) as (client, connection):
         again = asyncio.Event()
-        connection.hand_to(lambda _: None, again.set)
+        connection.hand_to(ignore, again.set)
         connection.send_frame(b"sent past ASGI")
         assert await client.recv() == "sent past ASGI"
         connection.send_frame(BinaryFrame(b"\xff"))
@@ -175,20 +196,20 @@ async def test_pongs_for_a_peer_that_does_not_read_are_dropped() -> None:
     async with connected(Server()) as (client, connection):
         connection.pause_writing()
         await _send(client, *(Frame(Opcode.PING, b"x" * 125) for _ in range(100)))
-        taken: asyncio.Queue[str | bytes] = asyncio.Queue()
-        connection.hand_to(taken.put_nowait)
+        taken = Taken()
+        connection.hand_to(taken)
         await client.send("after the pings")
-        assert await taken.get() == "after the pings"
+        assert await taken.get() == (b"after the pings", False)
         assert connection.transport.get_write_buffer_size() == 0
 
 
 async def test_a_message_in_a_million_fragments_takes_the_memory_of_its_bytes() -> None:
     async with connected(Server()) as (client, connection):
-        taken: asyncio.Queue[str | bytes] = asyncio.Queue()
-        connection.hand_to(taken.put_nowait)
+        taken = Taken()
+        connection.hand_to(taken)
         empty = Frame(Opcode.CONT, b"", fin=False)
         await _send(client, Frame(Opcode.BINARY, b"a", fin=False), *[empty] * 1000, Frame(Opcode.CONT, b"z"))
-        assert await taken.get() == b"az"
+        assert await taken.get() == (b"az", True)
         assert connection.frames == []
 
 
@@ -214,7 +235,7 @@ async def test_a_flood_is_closed_with_a_reason_that_the_peer_hears(
     server = Server()
     async with connected(server) as (client, connection):
         connection.name = "robot ann/tb1"
-        connection.hand_to(lambda _: None)
+        connection.hand_to(ignore)
         await _send(client, *[Frame(Opcode.TEXT, b"{}")] * 100_000)
         async with patience(10):
             await client.wait_closed()
@@ -248,7 +269,7 @@ async def test_an_invalid_frame_is_one_warning_with_name_and_address(
     server = Server()
     async with connected(server) as (client, connection):
         connection.name = "robot ann/tb1"
-        connection.hand_to(lambda _: None)
+        connection.hand_to(ignore)
         client.transport.write(sent)
         async with patience(10):
             await client.wait_closed()

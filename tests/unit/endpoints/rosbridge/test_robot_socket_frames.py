@@ -23,5 +23,6 @@ def test_compact_frames_are_asked_for_in_the_address(query: str, compact: bool) 
 
 
 def test_a_message_received_during_the_handshake_is_text_or_bytes() -> None:
-    assert content_of({"type": "websocket.receive", "text": ""}) == ""
-    assert content_of({"type": "websocket.receive", "bytes": b"\xff"}) == b"\xff"
+    assert content_of({"type": "websocket.receive", "text": ""}) == (b"", False)
+    assert content_of({"type": "websocket.receive", "text": "ö"}) == ("ö".encode(), False)
+    assert content_of({"type": "websocket.receive", "bytes": b"\xff"}) == (b"\xff", True)

@@ -118,7 +118,7 @@ class Client:
         self.frames.append(json.loads(frame))
 
     def say(self, frame: dict[str, Any]) -> None:
-        self.session.take(json.dumps(frame))
+        self.session.take(json.dumps(frame).encode())
 
     def received(self) -> list[dict[str, Any]]:
         frames, self.frames = self.frames, []

@@ -114,3 +114,11 @@ def test_any_object_is_a_valid_operation_or_malformed(op: str, fields: dict[str,
 @given(st.binary(max_size=200))
 def test_arbitrary_bytes_are_malformed(frame: bytes) -> None:
     assert isinstance(RosbridgeSession().receive(frame), RefusedOperation)
+    assert isinstance(RosbridgeSession().receive_binary(frame), RefusedOperation)
+
+
+@pytest.mark.parametrize("spelled", ["{}", "[1, NaN]", '"Tür"', '"T\\u00fcr"'])
+def test_text_is_read_alike_as_characters_and_as_utf8(spelled: str) -> None:
+    text = '\ufeff{"op": "publish", "topic": "/a", "msg": ' + spelled + "}"
+    for frame in (text, text[1:]):
+        assert RosbridgeSession().receive(frame) == RosbridgeSession().receive(frame.encode())

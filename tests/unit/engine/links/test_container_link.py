@@ -1,9 +1,10 @@
-"""Listeners of a link: what one of them does concerns no other, nor the one that publishes."""
+"""Clients of a link: what one of them does concerns no other, nor the one that publishes."""
 
 import logging
 
 import pytest
 
+from engine.protocols import robot_link
 from engine.sessions.place.place import Place
 from ppaas.errors import PPaaSError, Unavailable
 from tests.support.engine.place_peers import RecordingClient
@@ -61,7 +62,7 @@ async def test_acknowledgements_and_the_end_reach_all_whatever_one_does(place: P
     clients = [FaultyClient(), RecordingClient()]
     for client in clients:
         place.join(client)
-    place._acknowledged(7)
+    place.take(robot_link.Ack(7))
     place.close(Unavailable("over"))
     assert clients[1].acknowledgements == [7]
     assert [str(reason) for reason in clients[1].reasons] == ["over"]
