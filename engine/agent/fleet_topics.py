@@ -14,7 +14,6 @@ from ppaas.nodes.topics import PEOPLE_REPORT, PEOPLE_STATE, TOPICS, TRAFFIC_GRAN
 from ppaas.people.nodes import hears_coordinator
 from ppaas.traffic.taking_part import takes_part
 
-DEFAULT_GROUP = "default"
 SHARED_TOPICS = tuple(topic.name for topic in TOPICS.values() if topic.shared)
 """Names of the topics that the robots on a map receive from each other."""
 
@@ -131,11 +130,11 @@ def scope_of(spec: ContainerSpec) -> Scope | None:
     the container only plans.
     """
     if spec.group_node:
-        return Scope(spec.user, DEFAULT_GROUP, _NAMES[spec.group_node], spec.map.id)
+        return Scope(spec.user, _NAMES[spec.group_node], spec.map.id)
     if spec.robot is None:
         return None
     on = spec.robot.continued if spec.maps else spec.map
-    return Scope(spec.user, DEFAULT_GROUP, spec.robot.id, spec.joint_map if on is None else on.id)
+    return Scope(spec.user, spec.robot.id, spec.joint_map if on is None else on.id)
 
 
 def heard_by(spec: ContainerSpec) -> list[str]:

@@ -1,8 +1,7 @@
-"""Key expressions of the fabric, and the permissions of containers to use them.
+"""Key expressions of the fabric, and the keys of one container.
 
 ::
 
-    ppaas/<user>/<group>/<robot>/<topic>      private topics of a robot
     ppaas/map/<map>/<user>/<robot>/<topic>    topics that a robot shares with all robots of its map
     ppaas/map/<map>/<user>/_traffic/<topic>/<robot>    topics of a traffic node for one robot
 
@@ -10,9 +9,9 @@ The people coordinator and the traffic node of a user's robots on a map have the
 that no robot has: `COORDINATOR` and `TRAFFIC_NODE`. They receive what the robots of their user share. These robots
 receive what the coordinator shares, and each of them what the traffic node addresses to it.
 
-Names of users, groups, robots and maps may contain any characters; those that a key must not contain are written as
-``%xx``. Topics are ROS graph names. Only the agent of a machine uses the fabric. It checks a ``Scope`` before it
-publishes or subscribes for a container.
+Names of users, robots and maps may contain any characters; those that a key must not contain are written as
+``%xx``. Topics are ROS graph names. Only the agent of a machine uses the fabric. A container names topics, never keys:
+the agent makes its keys from its ``Scope``.
 """
 
 from dataclasses import dataclass
@@ -57,14 +56,7 @@ def chunk(name: str) -> str:
     """
     if not name:
         raise InvalidParameter("names in keys of the fabric must not be empty")
-    if name == SHARED:  # a user of this name must not be mistaken for the shared part
-        return f"%{ord(name[0]):02X}{name[1:]}"
     return quote(name, safe="") if name.strip(".") else name.replace(".", "%2E")
-
-
-def topic_key(user: str, group: str, robot: str, topic: str) -> str:
-    """Return the key of a private topic of a robot."""
-    return "/".join((ROOT, chunk(user), chunk(group), chunk(robot), _topic(topic)))
 
 
 def shared_key(map_id: str, user: str, robot: str, topic: str) -> str:
@@ -114,24 +106,19 @@ def _topic(name: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Scope:
-    """The keys that one container may read and write.
+    """Who a container is on the fabric, from which its keys are made.
 
     Parameters
     ----------
-    user, group, robot : str
-        User, container group and robot of the container.
+    user, robot : str
+        User and robot of the container.
     map : str
         Map of the robot.
     """
 
     user: str
-    group: str
     robot: str
     map: str
-
-    def private_key(self, topic: str) -> str:
-        """Return the key of a private topic, which only this robot's user may read."""
-        return topic_key(self.user, self.group, self.robot, topic)
 
     def shared_key(self, topic: str) -> str:
         """Return the key of a topic that this robot shares with the robots of its map."""
@@ -152,40 +139,3 @@ class Scope:
     def shared_pattern(self, topic: str) -> str:
         """Return the key expression of a topic of all robots of its map, including itself."""
         return shared_by_all(self.map, topic)
-
-    def check_write(self, key: str) -> None:
-        """Raise unless the container may publish under a key.
-
-        Raises
-        ------
-        NotPermitted
-            The key does not belong to the robot, or contains wildcards.
-        """
-        _check_plain(key)
-        shown = f"{ROOT}/{SHARED}/{chunk(self.map)}/{chunk(self.user)}/{chunk(self.robot)}/"
-        if not key.startswith((self._private, shown)):
-            raise NotPermitted(
-                f"robot {self.robot!r} of user {self.user!r} may not write {key!r}, only keys below {self._private}"
-            )
-
-    def check_read(self, key: str) -> None:
-        """Raise unless the container may read a key: a private one, or one shared with the robots of its map.
-
-        Raises
-        ------
-        NotPermitted
-            It is another key, or contains wildcards.
-        """
-        _check_plain(key)
-        if not key.startswith((self._private, f"{ROOT}/{SHARED}/{chunk(self.map)}/")):
-            raise NotPermitted(f"robot {self.robot!r} of user {self.user!r} may not read {key!r}")
-
-    @property
-    def _private(self) -> str:
-        return f"{ROOT}/{chunk(self.user)}/{chunk(self.group)}/{chunk(self.robot)}/"
-
-
-def _check_plain(key: str) -> None:
-    chunks = key.split("/")
-    if _SPECIAL.intersection(key) or any(not part.strip(".") for part in chunks):
-        raise NotPermitted(f"the key {key!r} must not contain wildcards, '..' or empty parts")

@@ -10,7 +10,7 @@ from engine.agent.map_cache import SPARE
 from engine.bootstrap import CloudConfig
 from engine.container import fleet_bridge
 from engine.container.robot_link_handler import CHECKPOINT_PERIOD
-from engine.fabric.keys import addressed_key, shared_key, topic_key
+from engine.fabric.keys import addressed_key, shared_key
 from engine.links import container_link, unacknowledged
 from engine.master.balancers.registry import DEFAULT as BALANCER
 from engine.master.places import CRASH_LIMIT, CRASH_WINDOW, LINGER
@@ -67,16 +67,15 @@ def test_limits_of_places_and_machines_are_those_of_the_code() -> None:
 
 def test_shared_keys_are_those_of_the_code() -> None:
     keys = re.findall(r"`(ppaas/[\w/<>]*<[\w/<>]*)`", text_of(ARCHITECTURE))
-    names = dict.fromkeys(("<map>", "<user>", "<group>", "<robot>", "<topic>"))
+    names = dict.fromkeys(("<map>", "<user>", "<robot>"))
     shown = (
         shared_key(*("<map>", "<user>", "<robot>"), "topic"),
-        topic_key("<user>", "<group>", "<robot>", "topic"),
         addressed_key("<map>", "<user>", TRAFFIC_GRANTS.name, "<robot>"),
     )
     plain = [key.replace("%3C", "<").replace("%3E", ">") for key in shown]
     assert names.keys() >= set(re.findall(r"<\w+>", " ".join(keys)))
     [shared] = SHARED_TOPICS
-    assert keys == [plain[0].replace("/topic", f"/{shared}"), plain[1].replace("/topic", "/<topic>"), plain[2]]
+    assert keys == [plain[0].replace("/topic", f"/{shared}"), plain[1]]
 
 
 def test_positions_of_a_container_use_the_shared_key() -> None:
