@@ -143,23 +143,32 @@ class Application(FastAPI):
         await self._first(scope, receive, send)
 
 
+def description() -> dict[str, Any]:
+    """Return the OpenAPI document of the REST service."""
+    app = FastAPI(**_options())
+    describe(app)
+    return app.openapi()
+
+
+def _options() -> dict[str, Any]:
+    return {
+        "title": "PPaaS",
+        "summary": "Path Planning as a Service",
+        "description": DESCRIPTION,
+        "version": __version__,
+        "routes": list(ROUTES),
+        "openapi_tags": TAGS,
+        "servers": [{"url": "."}],  # relative to the document, so also below a path of a proxy
+        "redirect_slashes": False,
+        "openapi_url": None,  # `describe` serves it
+        "docs_url": None,
+        "redoc_url": None,
+    }
+
+
 def create_app(services: Services, settings: FrontSettings | None = None) -> FastAPI:
     """Return the application for these services; it neither starts nor closes them."""
-    app = Application(
-        services,
-        settings or FrontSettings(),
-        title="PPaaS",
-        summary="Path Planning as a Service",
-        description=DESCRIPTION,
-        version=__version__,
-        routes=list(ROUTES),
-        openapi_tags=TAGS,
-        servers=[{"url": "."}],  # relative to the document, so also below a path of a proxy
-        redirect_slashes=False,
-        openapi_url=None,  # `describe` serves it
-        docs_url=None,
-        redoc_url=None,
-    )
+    app = Application(services, settings or FrontSettings(), **_options())
     describe(app)
     app.state.services = services
     add_viewer(app)
