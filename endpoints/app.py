@@ -8,6 +8,7 @@ from starlette.types import Receive, Scope, Send
 
 from endpoints.audit.requests import AuditedRequests
 from endpoints.dashboard.pages import add_dashboard
+from endpoints.documentation.site import BUILT, add_documentation
 from endpoints.http.body_limit import BodyLimit, BodyLimits
 from endpoints.http.front import front
 from endpoints.http.front_settings import FrontSettings
@@ -168,11 +169,13 @@ def _options() -> dict[str, Any]:
 
 def create_app(services: Services, settings: FrontSettings | None = None) -> FastAPI:
     """Return the application for these services; it neither starts nor closes them."""
-    app = Application(services, settings or FrontSettings(), **_options())
+    settings = settings or FrontSettings()
+    app = Application(services, settings, **_options())
     describe(app)
     app.state.services = services
     add_viewer(app)
     add_problem_handlers(app, OPERATIONS)
     app.add_middleware(AuditedRequests, log=services.audit)
     add_dashboard(app)
+    add_documentation(app, settings.docs_site or BUILT)
     return app
