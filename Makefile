@@ -24,6 +24,7 @@ NODE_TESTS := tests/e2e/roslib tests/e2e/foxglove tests/e2e/vda5050
 NODE_MODULES := $(NODE_TESTS:=/node_modules)
 RUST_TESTS := tests/e2e/roslibrust/Cargo.toml
 CLIENTS := build/clients
+MERMAID := build/mermaid/node_modules
 ROS := build/ros
 NOETIC := python3-rospy,python3-rosmaster,python3-actionlib,python3-move-base-msgs,python3-nav-msgs,python3-sensor-msgs,python3-tf2-msgs,python3-numpy
 ARM := build/arm
@@ -43,7 +44,7 @@ WITH_CLIENTS := tests/e2e/test_clients.py tests/e2e/test_foxglove.py tests/unit/
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup demo browser proxies broker kernels test unit test-clients test-servers test-docker test-ray test-ros test-versions joints chaos schemathesis properties fuzz lint bench bench-cassandra performance lock sbom clean
+.PHONY: help setup demo docs browser proxies broker kernels test unit test-clients test-servers test-docker test-ray test-ros test-versions joints chaos schemathesis properties fuzz lint bench bench-cassandra performance lock sbom clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -53,6 +54,9 @@ setup: $(INSTALLED) ## Make .venv with everything that is locked, and this proje
 demo: $(INSTALLED) ## Start a cloud and drive simulated robots in it
 	@echo "demo: a cloud and simulated robots on this machine; Ctrl-C ends it"
 	$(BIN)/ppaas demo $(DEMO_ARGS)
+
+docs: $(INSTALLED) $(MERMAID) ## Build the documentation site in build/docs, which `ppaas up` serves at /docs-site/
+	$(BIN)/python -m docs.site build/docs
 
 browser: ## Get Debian's Chromium, with which tests look at the dashboard
 	@command -v "$${PPAAS_CHROMIUM:-chromium}" >/dev/null || { test "$$(id -u)" = 0 && command -v apt-get >/dev/null && \
@@ -79,7 +83,7 @@ broker: ## Get Debian's mosquitto, over which tests speak MQTT
 kernels: $(INSTALLED) ## Compile all kernels into the cache, if they are not there
 	@$(BIN)/ppaas warm
 
-test: $(INSTALLED) $(NODE_MODULES) browser proxies broker kernels ## Run all tests
+test: $(INSTALLED) $(NODE_MODULES) $(MERMAID) browser proxies broker kernels ## Run all tests
 	@echo "test: all of tests/, without the network (PYTEST_ARGS narrows it)"
 	$(BIN)/python -m pytest --numprocesses $(TEST_PROCESSES) --dist loadscope --no-loadscope-reorder $(PYTEST_ARGS)
 
@@ -189,6 +193,12 @@ $(NODE_MODULES): %/node_modules: %/package-lock.json
 	@echo "setup: $(@D), by the versions of $<"
 	@npm ci --silent --no-audit --no-fund --prefix $(@D) && touch $@ || \
 		echo "setup: no $@; install Node 20 with npm, or the tests of these clients are skipped" >&2
+
+# What draws the diagrams of the documentation site; docs/ has pages alone, so it is installed elsewhere.
+$(MERMAID): docs/site/mermaid/package-lock.json
+	@echo "setup: $(@D), by the versions of $<"
+	@mkdir -p $(@D) && cp docs/site/mermaid/*.json $(@D) && npm ci --silent --no-audit --no-fund --prefix $(@D) && touch $@ || \
+		echo "setup: no $@; install Node with npm, or diagrams are shown as text" >&2
 
 # roslibpy for ROS 1, in a folder of its own: the one for ROS 2 is in the environment.
 $(CLIENTS)/roslibpy-1: tests/support/clients/roslibpy_1.lock $(LOCKED)

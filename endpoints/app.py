@@ -8,6 +8,7 @@ from starlette.types import Receive, Scope, Send
 
 from endpoints.audit.requests import AuditedRequests
 from endpoints.dashboard.pages import add_dashboard
+from endpoints.documentation.site import BUILT, add_documentation
 from endpoints.http.body_limit import BodyLimit, BodyLimits
 from endpoints.http.front import front
 from endpoints.http.front_settings import FrontSettings
@@ -143,27 +144,38 @@ class Application(FastAPI):
         await self._first(scope, receive, send)
 
 
+def description() -> dict[str, Any]:
+    """Return the OpenAPI document of the REST service."""
+    app = FastAPI(**_options())
+    describe(app)
+    return app.openapi()
+
+
+def _options() -> dict[str, Any]:
+    return {
+        "title": "PPaaS",
+        "summary": "Path Planning as a Service",
+        "description": DESCRIPTION,
+        "version": __version__,
+        "routes": list(ROUTES),
+        "openapi_tags": TAGS,
+        "servers": [{"url": "."}],  # relative to the document, so also below a path of a proxy
+        "redirect_slashes": False,
+        "openapi_url": None,  # `describe` serves it
+        "docs_url": None,
+        "redoc_url": None,
+    }
+
+
 def create_app(services: Services, settings: FrontSettings | None = None) -> FastAPI:
     """Return the application for these services; it neither starts nor closes them."""
-    app = Application(
-        services,
-        settings or FrontSettings(),
-        title="PPaaS",
-        summary="Path Planning as a Service",
-        description=DESCRIPTION,
-        version=__version__,
-        routes=list(ROUTES),
-        openapi_tags=TAGS,
-        servers=[{"url": "."}],  # relative to the document, so also below a path of a proxy
-        redirect_slashes=False,
-        openapi_url=None,  # `describe` serves it
-        docs_url=None,
-        redoc_url=None,
-    )
+    settings = settings or FrontSettings()
+    app = Application(services, settings, **_options())
     describe(app)
     app.state.services = services
     add_viewer(app)
     add_problem_handlers(app, OPERATIONS)
     app.add_middleware(AuditedRequests, log=services.audit)
     add_dashboard(app)
+    add_documentation(app, settings.docs_site or BUILT)
     return app

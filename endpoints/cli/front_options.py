@@ -35,6 +35,12 @@ def add(parser: argparse.ArgumentParser) -> None:
     _add_front(parser)
     _add_connections(parser)
     parser.add_argument(
+        "--docs-site",
+        type=Path,
+        metavar="FOLDER",
+        help="documentation site, as 'make docs' builds it, to serve at /docs-site/ (build/docs of a checkout)",
+    )
+    parser.add_argument(
         "--dead", type=_dead, default=15.0, help="seconds after which a silent connection counts as dead (%(default)s)"
     )
     parser.add_argument("--log-level", default="info", choices=["debug", "info", "warning", "error"])

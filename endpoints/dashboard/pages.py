@@ -4,8 +4,9 @@ The pages get all data from the REST service and the robot WebSocket, with the t
 server holds no state for them and draws nothing.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Final
+from typing import ClassVar, Final
 
 from fastapi import FastAPI
 from starlette.exceptions import HTTPException
@@ -50,10 +51,12 @@ HEADERS: Final = {
 class Pages(StaticFiles):
     """Static files of one folder with the security headers."""
 
+    headers: ClassVar[Mapping[str, str]] = HEADERS
+
     async def get_response(self, path: str, scope: Scope) -> Response:
         """Return a file, or 304 if it did not change."""
         response = await super().get_response(path, scope)
-        response.headers.update(HEADERS)
+        response.headers.update(self.headers)
         return response
 
 
@@ -76,5 +79,10 @@ async def _root(request: Request) -> Response:
 
 
 async def _to_dashboard(request: Request) -> Response:
+    return to_folder(request, PATH)
+
+
+def to_folder(request: Request, path: str) -> Response:
+    """Return the redirect to the folder at a path of the root, also below the path of a proxy."""
     prefix = prefix_of(request.scope)
-    return RedirectResponse(f"{prefix}{PATH}/" if prefix else f"{PATH.removeprefix('/')}/")
+    return RedirectResponse(f"{prefix}{path}/" if prefix else f"{path.removeprefix('/')}/")

@@ -3,6 +3,7 @@
 import ipaddress
 import re
 from dataclasses import dataclass
+from pathlib import Path
 from urllib.parse import urlsplit
 
 from ppaas.errors import InvalidInput
@@ -10,7 +11,7 @@ from ppaas.errors import InvalidInput
 MAX_PREFIX = 256
 """Largest length of a path prefix [characters]."""
 
-OWN_NAMES = frozenset({"v1", "dashboard", "docs", "openapi.json"})
+OWN_NAMES = frozenset({"v1", "dashboard", "docs", "docs-site", "openapi.json"})
 """First segments of the cloud's own paths, with which no prefix begins: it would hide them."""
 
 ANY_ORIGIN = "*"
@@ -34,11 +35,14 @@ class FrontSettings:
         Addresses and networks of proxies whose ``X-Forwarded-…`` headers are believed.
     allowed_origins : tuple of str
         Origins of web pages on other hosts that may use the cloud; ``*`` for all.
+    docs_site : Path, optional
+        Folder of the documentation site; that of a checkout by default.
     """
 
     root_path: str = ""
     trusted_proxies: tuple[str, ...] = ()
     allowed_origins: tuple[str, ...] = ()
+    docs_site: Path | None = None
 
 
 def is_prefix(text: str) -> bool:

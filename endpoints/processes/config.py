@@ -30,6 +30,8 @@ class FrontConfig(msgspec.Struct, frozen=True, kw_only=True):
         Files of certificate and key; empty for none.
     trusted_proxy, allow_origin : tuple of str
         As the options.
+    docs_site : str
+        Folder of the documentation site; empty for that of a checkout.
     max_connections, max_connections_per_address : int, optional
         Limits of connections of this process.
     """
@@ -47,6 +49,7 @@ class FrontConfig(msgspec.Struct, frozen=True, kw_only=True):
     tls_key: str
     trusted_proxy: tuple[str, ...]
     allow_origin: tuple[str, ...]
+    docs_site: str = ""
     max_connections: int | None
     max_connections_per_address: int | None
 
@@ -69,6 +72,7 @@ def front_config(
         tls_key=str(arguments.tls_key.resolve()) if arguments.tls_key else "",
         trusted_proxy=tuple(arguments.trusted_proxy),
         allow_origin=tuple(arguments.allow_origin),
+        docs_site=str(arguments.docs_site.resolve()) if arguments.docs_site else "",
         max_connections=arguments.max_connections,
         max_connections_per_address=arguments.max_connections_per_address,
     )

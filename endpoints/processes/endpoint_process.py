@@ -138,11 +138,16 @@ async def _composed(
         dead=front.dead,
         log_level=front.log_level,
         connections=connection_table(raise_file_limit(), front.max_connections, front.max_connections_per_address),
-        settings=FrontSettings(front.root_path, front.trusted_proxy, front.allow_origin),
+        settings=_settings(front),
         tls=ServerTls(Path(front.tls_cert), Path(front.tls_key)) if front.tls_cert else None,
     )
     stack.push_async_callback(web.close)
     return web, endpoint
+
+
+def _settings(front: FrontConfig) -> FrontSettings:
+    site = Path(front.docs_site) if front.docs_site else None
+    return FrontSettings(front.root_path, front.trusted_proxy, front.allow_origin, docs_site=site)
 
 
 def _own_master(config: EndpointConfig, store: Store) -> OwnMaster:

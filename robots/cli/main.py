@@ -2,8 +2,7 @@
 
 import os
 import sys
-from collections.abc import Iterable
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import entry_points
 
 from ppaas import __version__
 from ppaas.distribution import BASE, install_hint, misfits, pip_command
@@ -32,7 +31,7 @@ def main(argv: list[str] | None = None) -> int:
     """Run one command; return its exit status."""
     arguments = sys.argv[1:] if argv is None else argv
     try:
-        parsed = _parser(entry_points(group=GROUP), arguments).parse_args(arguments)
+        parsed = parser_of(arguments).parse_args(arguments)
         status: int = parsed.run(parsed)
         sys.stdout.flush()
     except PPaaSError as error:
@@ -73,12 +72,13 @@ def _extra_of(module: str) -> str | None:
     return None if package in OWN_PACKAGES and package != module else EXTRAS.get(package)
 
 
-def _parser(entries: Iterable[EntryPoint], arguments: list[str]) -> CommandParser:
+def parser_of(arguments: list[str]) -> CommandParser:
+    """Return the parser of the command that some arguments name, or of all commands if they name none."""
     parser = CommandParser("ppaas", description="Path Planning as a Service: the cloud that plans and drives.")
     parser.add_argument("--version", action="version", version=f"ppaas {__version__}")
     subparsers = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     # Import only the command that is called; ``--help`` imports all.
-    for name, module in installed(subparsers, entries, arguments):
+    for name, module in installed(subparsers, entry_points(group=GROUP), arguments):
         command = subparsers.add_parser(module.NAME, help=module.HELP, description=module.HELP)
         command.words = arguments[1:] if name in arguments[:1] else None
         module.configure(command)

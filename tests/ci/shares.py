@@ -38,6 +38,7 @@ SHARES: dict[str, tuple[str, ...]] = {  # the first that a file is part of
         "tests/e2e/test_dashboard_maps.py",
         "tests/e2e/test_dashboard_traffic.py",
         "tests/e2e/test_dashboard_zones.py",
+        "tests/e2e/test_docs_site.py",
     ),
     "deaths": ("tests/faults", "tests/stress", "tests/unit/endpoints/test_server.py"),
     "drives": ("tests/e2e",),

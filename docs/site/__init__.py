@@ -1,0 +1,1 @@
+"""Builder of the documentation site: these pages, with a reference that is made from the code, as HTML."""

@@ -1,0 +1,1 @@
+"""Documentation site that a cloud serves, where it is built."""
