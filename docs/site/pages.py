@@ -39,7 +39,7 @@ def project_pages() -> dict[PurePosixPath, str]:
     found = {"README.md": HOME, "findings/README.md": "findings/README"}
     found |= {f"{name}.md": name for name in ("CHANGELOG", "CONTRIBUTING", "SECURITY")}
     docs = ROOT / "docs"
-    for file in sorted(docs.rglob("*.md")):
+    for file in sorted(set(docs.rglob("*.md")) - set(docs.glob("examples/*/README.md"))):  # packages, not pages
         found[file.relative_to(ROOT).as_posix()] = file.relative_to(docs).with_suffix("").as_posix()
     return {PurePosixPath(name): place for name, place in found.items()}
 

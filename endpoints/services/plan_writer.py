@@ -35,8 +35,6 @@ RETRY = 1.0
 AT_ONCE = 64
 """Number of them that are written at once."""
 
-_UNSTORED = OccasionalLog(logger)
-
 Record = Callable[[], PlanRecord]
 
 
@@ -63,6 +61,7 @@ class PlanWriter:
         self._unstored_bytes = 0
         self._retrying: asyncio.Task[None] | None = None
         self._writing = asyncio.Lock()
+        self._log = OccasionalLog(logger)
 
     @property
     def accepts(self) -> bool:
@@ -116,7 +115,7 @@ class PlanWriter:
         try:
             for store in {id(store): store for store, _ in waiting}.values():
                 records = [record for its_store, record in waiting if its_store is store]
-                for refused in await run_in_threadpool(_write, store, records):
+                for refused in await run_in_threadpool(self._store, store, records):
                     self._keep(store, refused)
         finally:
             for _ in waiting:
@@ -132,7 +131,7 @@ class PlanWriter:
         while self._unstored:
             await asyncio.sleep(self._retry)
             await self._write_unstored()
-        _UNSTORED.is_over("all plans that waited for the store are stored")
+        self._log.is_over("all plans that waited for the store are stored")
 
     async def _write_unstored(self) -> None:
         """Write waiting plans, oldest first, until the store takes no more."""
@@ -141,7 +140,7 @@ class PlanWriter:
                 oldest = list(self._unstored.values())[:AT_ONCE]
                 for store in {id(store): store for store, _ in oldest}.values():
                     mine = [record for its_store, record in oldest if its_store is store]
-                    refused = await run_in_threadpool(_write, store, [partial(_itself, record) for record in mine])
+                    refused = await run_in_threadpool(self._store, store, [partial(_itself, record) for record in mine])
                     if refused:
                         return
                     for record in mine:
@@ -152,31 +151,29 @@ class PlanWriter:
         if found is not None:
             self._unstored_bytes -= len(found[1].poses)
 
+    def _store(self, store: Store, makers: Sequence[Record]) -> list[PlanRecord]:
+        """Store plans; return those that the store cannot take now."""
+        records = [make() for make in makers]
+        try:
+            store.add_plans(records)
+        except InvalidInput:  # one invalid plan must not prevent the others from being stored
+            return [record for record in records if not self._is_done(store, record)]
+        except PPaaSError as error:
+            self._log.warning("%d plans wait until the store takes them: %s", len(records), error)
+            return records
+        return []
+
+    def _is_done(self, store: Store, record: PlanRecord) -> bool:
+        """Store a plan; return whether it is stored, or will never be."""
+        try:
+            store.add_plan(record)
+        except Unavailable as error:
+            self._log.warning("plan %s waits until the store takes it: %s", record.id, error)
+            return False
+        except PPaaSError as error:
+            logger.error("plan %s was not stored: %s", record.id, error)
+        return True
+
 
 def _itself(record: PlanRecord) -> PlanRecord:
     return record
-
-
-def _write(store: Store, makers: Sequence[Record]) -> list[PlanRecord]:
-    """Store plans; return those that the store cannot take now."""
-    records = [make() for make in makers]
-    try:
-        store.add_plans(records)
-    except InvalidInput:  # one invalid plan must not prevent the others from being stored
-        return [record for record in records if not _is_done(store, record)]
-    except PPaaSError as error:
-        _UNSTORED.warning("%d plans wait until the store takes them: %s", len(records), error)
-        return records
-    return []
-
-
-def _is_done(store: Store, record: PlanRecord) -> bool:
-    """Store a plan; return whether it is stored, or will never be."""
-    try:
-        store.add_plan(record)
-    except Unavailable as error:
-        _UNSTORED.warning("plan %s waits until the store takes it: %s", record.id, error)
-        return False
-    except PPaaSError as error:
-        logger.error("plan %s was not stored: %s", record.id, error)
-    return True

@@ -6,7 +6,7 @@ from typing import Protocol
 import msgspec
 
 
-class Report(Protocol):
+class AnyReport(Protocol):
     """Report of any demo."""
 
     @property

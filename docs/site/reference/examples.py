@@ -10,8 +10,9 @@ FOLDER = PurePosixPath("docs/examples")
 
 
 def files() -> list[PurePosixPath]:
-    """Return the files of the examples, from the root of the project."""
-    found = (file for file in (ROOT / FOLDER).rglob("*") if file.is_file() and "__pycache__" not in file.parts)
+    """Return the files of the examples, from the root of the project, without READMEs: a page would be made of each."""
+    every = (file for file in (ROOT / FOLDER).rglob("*") if file.is_file() and "__pycache__" not in file.parts)
+    found = (file for file in every if file.name != "README.md")
     return [PurePosixPath(file.relative_to(ROOT).as_posix()) for file in sorted(found)]
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from robots.demo.options import CloudAccess, DemoOptions, Write
-    from robots.demo.report import Report
+    from robots.demo.report import AnyReport
 
 NAME = "demo"
 HELP = "start a cloud on this machine and drive simulated robots in it"
@@ -181,7 +181,7 @@ def _status(options: "DemoOptions") -> "Iterator[Write]":
             yield status.update
 
 
-async def _show(arguments: argparse.Namespace, options: "DemoOptions", cloud: "CloudAccess") -> "Report":
+async def _show(arguments: argparse.Namespace, options: "DemoOptions", cloud: "CloudAccess") -> "AnyReport":
     """Show the demo. Modules of the simulation compile kernels, most of which a new cloud has compiled by now."""
     import asyncio  # noqa: PLC0415 - the help of all commands imports nothing heavy
 
@@ -190,7 +190,7 @@ async def _show(arguments: argparse.Namespace, options: "DemoOptions", cloud: "C
     return await show(options, cloud)
 
 
-def _demo_of(arguments: argparse.Namespace) -> "Callable[[DemoOptions, CloudAccess], Awaitable[Report]]":
+def _demo_of(arguments: argparse.Namespace) -> "Callable[[DemoOptions, CloudAccess], Awaitable[AnyReport]]":
     if arguments.show == PEOPLE:
         from robots.demo.people import follow_people  # noqa: PLC0415
 

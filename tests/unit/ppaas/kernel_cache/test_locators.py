@@ -82,6 +82,7 @@ def test_kernel_is_recompiled_if_an_argument_type_is_renamed(folder):
     assert results == ["3 0\n", "3 1\n", "3 0\n"]
 
 
+@pytest.mark.filterwarnings("ignore:ppaas.planners:DeprecationWarning")  # it walks through all modules
 def test_all_kernel_packages_watch_their_files():
     packages = [found.name for found in pkgutil.walk_packages(ppaas.__path__, "ppaas.") if found.ispkg]
     kernels = [name for name in packages if name.endswith(".kernels")]
