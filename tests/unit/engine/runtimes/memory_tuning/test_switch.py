@@ -16,16 +16,24 @@ from tests.support.engine.launches import Reports
 BOTH = [("1", True), (OFF, False)]
 
 
+def stop_fork_server() -> None:
+    server = forkserver._forkserver  # type: ignore[attr-defined]
+    try:
+        server._stop()
+    except ChildProcessError:  # a test of orphans has reaped it
+        server._forkserver_pid = server._forkserver_address = None
+
+
 @pytest.fixture
 async def runtime(value: str, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[ProcessRuntime]:
     """Return a runtime whose fork server is started with this value of the switch."""
-    forkserver._forkserver._stop()  # type: ignore[attr-defined]
+    stop_fork_server()
     monkeypatch.setenv(NAME, value)
     started = ProcessRuntime(loaded_before("tests.support.engine.container_entries:tell_tuning", WARM_UP))
     await started.start()
     yield started
     await started.close()
-    forkserver._forkserver._stop()  # type: ignore[attr-defined]
+    stop_fork_server()
 
 
 @pytest.mark.parametrize(("value", "tuned"), BOTH)
