@@ -4,7 +4,6 @@ Its session is in the container of the place, as for any client. Errors that the
 once; what the session refuses is reported later.
 """
 
-import asyncio
 import itertools
 import logging
 from collections import defaultdict
@@ -15,7 +14,7 @@ from typing import TypeAlias
 import msgspec
 
 from endpoints.rosbridge.attachment import Attachment
-from engine.links.open_calls import OpenCalls
+from engine.links.open_calls import Done, OpenCalls, Outcome, answer_of
 from engine.service.links.place_link import PlaceLink
 from engine.sessions.calls import CALL_TIMEOUT
 from ppaas.errors import Conflict, MalformedMessage, PPaaSError, QuotaExceeded, Unavailable
@@ -24,12 +23,6 @@ from ppaas.wire import operations
 from ppaas.wire.refusals import error_of_text
 
 logger = logging.getLogger(__name__)
-
-Outcome: TypeAlias = bytes | PPaaSError
-"""Response as JSON, or an error."""
-
-Done: TypeAlias = Callable[[Outcome], None]
-"""Called once with the outcome of a call."""
 
 Hear: TypeAlias = Callable[[bytes], None]
 """Called with a message as JSON."""
@@ -183,19 +176,7 @@ class PlaceClient:
 
     async def ask(self, service: str, payload: bytes) -> bytes:
         """Call a service like `call`, wait, and return the response as JSON; raises the error of the call."""
-        answered: asyncio.Future[bytes] = asyncio.get_running_loop().create_future()
-
-        def done(outcome: Outcome) -> None:
-            if isinstance(outcome, PPaaSError):
-                answered.set_exception(outcome)
-            else:
-                answered.set_result(outcome)
-
-        give_up = self.call(service, payload, done)
-        try:
-            return await answered
-        finally:
-            give_up()
+        return await answer_of(partial(self.call, service, payload))
 
     def offer(self, service: str, kind: str, serve: Serve) -> None:
         """Offer a service; raises ``Conflict`` if the clone has it."""

@@ -2,8 +2,9 @@
 
 from typing import Protocol
 
-from endpoints.clients.place_client import Done, PlaceClient
+from endpoints.clients.place_client import PlaceClient
 from endpoints.rapyuta.interfaces import Answerer, Asker, Interface, Sink, Source
+from engine.links.open_calls import Done
 from engine.links.topic_types import check_type
 from ppaas.errors import Conflict
 from ppaas.wire.rapyuta.interface_types import InterfaceRole, InterfaceType

@@ -8,7 +8,7 @@ import logging
 from abc import ABC, abstractmethod
 from typing import Final
 
-from endpoints.clients.place_client import Done
+from engine.links.open_calls import Done
 from ppaas.errors import Conflict, NotFound, QuotaExceeded, Unavailable
 from ppaas.listener_faults import ListenerFaults
 from ppaas.wire.rapyuta.interface_types import InterfaceType, check_joinable

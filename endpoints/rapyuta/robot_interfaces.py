@@ -4,9 +4,9 @@ from collections.abc import Callable
 from typing import Any
 from uuid import uuid4
 
-from endpoints.clients.place_client import MAX_WAITING, Done, Outcome
+from endpoints.clients.place_client import MAX_WAITING
 from endpoints.rapyuta.interfaces import Answerer, Asker, Interface, Sink, Source
-from engine.links.open_calls import OpenCalls
+from engine.links.open_calls import Done, OpenCalls, Outcome
 from engine.sessions.calls import CALL_TIMEOUT
 from ppaas.errors import InvalidInput, PPaaSError, QuotaExceeded, Unavailable
 from ppaas.wire.rapyuta.answers import Frames, data_message, error_message, interface_status

@@ -17,7 +17,7 @@ from typing import Protocol
 import msgspec
 
 from engine.links.frame_writer import FrameWriter
-from engine.links.open_calls import Done, OpenCalls, Outcome
+from engine.links.open_calls import Done, OpenCalls, answer_of
 from engine.links.topic_types import check_type
 from engine.links.unacknowledged import Unacknowledged
 from engine.protocols import robot_link
@@ -361,16 +361,4 @@ class ContainerLink(ABC):
         PPaaSError
             The error that the service raised.
         """
-        answered: asyncio.Future[bytes] = asyncio.get_running_loop().create_future()
-
-        def done(outcome: Outcome) -> None:
-            if isinstance(outcome, PPaaSError):
-                answered.set_exception(outcome)
-            else:
-                answered.set_result(outcome)
-
-        give_up = self.begin_call(service, payload, timeout, done)
-        try:
-            return await answered
-        finally:
-            give_up()
+        return await answer_of(partial(self.begin_call, service, payload, timeout))

@@ -97,3 +97,31 @@ class OpenCalls:
 
     def _late(self, number: int, service: str, timeout: float) -> None:
         self.end(number, Unavailable(f"service {service!r} did not answer within {timeout:g} s"))
+
+
+async def answer_of(begin: Callable[[Done], Callable[[], object]]) -> bytes:
+    """Begin a call, wait for its outcome, and return the response as JSON.
+
+    Parameters
+    ----------
+    begin : callable
+        Begins the call, given what is called with its outcome; returns a callable that gives it up.
+
+    Raises
+    ------
+    PPaaSError
+        The error of the call.
+    """
+    answered: asyncio.Future[bytes] = asyncio.get_running_loop().create_future()
+
+    def done(outcome: Outcome) -> None:
+        if isinstance(outcome, PPaaSError):
+            answered.set_exception(outcome)
+        else:
+            answered.set_result(outcome)
+
+    give_up = begin(done)
+    try:
+        return await answered
+    finally:
+        give_up()
