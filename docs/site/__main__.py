@@ -9,7 +9,7 @@ from docs.site.pages import ROOT
 from ppaas.errors import PPaaSError
 
 MERMAID = ROOT / "build" / "mermaid" / "node_modules" / "@mermaid-js" / "tiny" / "dist" / "mermaid.tiny.js"
-"""Where ``make docs`` puts the script that draws diagrams."""
+"""Folder of the script that draws diagrams, which ``make docs`` installs."""
 
 
 def main(words: list[str]) -> int:

@@ -1,4 +1,4 @@
-"""Pages of the site: those of the project, with links that hold in the site, and those made from the code."""
+"""Pages of the site: the Markdown files of the project, with their links adapted, and pages made from the code."""
 
 import posixpath
 import re

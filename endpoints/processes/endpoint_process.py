@@ -215,9 +215,9 @@ async def _listen(front: FrontConfig, web: Web, stack: contextlib.AsyncExitStack
     for listener in listeners:
         stack.enter_context(listener)
     for protocol, port in (("rapyuta", front.rapyuta), ("foxglove", front.foxglove)):
-        others = [] if port is None else listen(front.host, port, shared=True)
-        for listener in others:
-            stack.enter_context(listener)
-        if others:
+        if port is not None:
+            others = listen(front.host, port, shared=True)
+            for listener in others:
+                stack.enter_context(listener)
             web.serve_protocol(protocol, others)
     await web.serve(listeners)

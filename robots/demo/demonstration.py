@@ -10,7 +10,6 @@ from ppaas.clock import monotonic
 from ppaas.maps.formats.map_files import save_map
 from ppaas.maps.generate import warehouse
 from ppaas.maps.grid import GridMap
-from robots.client.map_files import read_map_file
 from robots.client.rest import RestClient
 from robots.client.robot_file import RobotFile
 from robots.demo.mission import Mission
@@ -37,15 +36,14 @@ class Stage:
 
 
 def set_stage(options: DemoOptions) -> Stage:
-    """Load or generate the map, choose the courses, and place the robots at their starts.
+    """Take or generate the map, choose the courses, and place the robots at their starts.
 
     Raises
     ------
     PPaaSError
-        The map cannot be read, or is too small for this number of robots and goals.
+        The map is too small for this number of robots and goals.
     """
-    path = options.map_path
-    grid = read_map_file(path) if path else warehouse(options.seed)
+    map_id, grid = options.map or ("warehouse", warehouse(options.seed))
     courses = CoursePlanner(grid, options.seed, RULES).choose(options.robots, options.goals)
     world = World(grid, options.seed)
     write = options.write if options.console is None else no_lines
@@ -53,7 +51,7 @@ def set_stage(options: DemoOptions) -> Stage:
     for index, course in enumerate(courses):
         world.add_robot(course.start, SimulatedRobotModel())
         missions.append(Mission(world, index, f"turtlebot-{index + 1}", course, write))
-    return Stage(path.stem if path else "warehouse", grid, world, missions)
+    return Stage(map_id, grid, world, missions)
 
 
 async def demonstrate(options: DemoOptions, cloud: CloudAccess) -> DemoReport:

@@ -16,7 +16,6 @@ from ppaas.maps.new_map import NEW
 from ppaas.messages.actionlib_msgs import Status
 from robots.cli.explore_progress import ExploreProgress
 from robots.client.explore import ExploreClient, ExploreOutcome
-from robots.client.map_files import read_map_file
 from robots.client.rest import RestClient
 from robots.client.rest_paths import path_of
 from robots.client.robot_client import RobotClient
@@ -74,21 +73,20 @@ class ExplorationStage:
 
 
 def set_stage(options: DemoOptions) -> ExplorationStage:
-    """Load or generate the world, and choose the starts and the goals.
+    """Take or generate the world, and choose the starts and the goals.
 
     Raises
     ------
     PPaaSError
-        The map cannot be read, or is too small.
+        The map is too small.
     """
-    path = options.map_path
-    grid = read_map_file(path) if path else office(options.seed, WIDTH, HEIGHT)
+    map_id, grid = options.map or ("office", office(options.seed, WIDTH, HEIGHT))
     explorers = CoursePlanner(grid, options.seed).choose(max(2, options.explorers), 1)[: options.explorers]
     origin = explorers[0].start.inverse()
     moved = GridMap(grid.data, replace(grid.info, origin=origin @ grid.info.origin))
     [course] = CoursePlanner(moved, options.seed + 1).choose(1, GOALS)
     starts = Pose2D(0.0, 0.0, 0.0), *(origin @ other.start for other in explorers[1:])
-    return ExplorationStage(path.stem if path else "office", moved, course, starts)
+    return ExplorationStage(map_id, moved, course, starts)
 
 
 async def explore_and_drive(options: DemoOptions, cloud: CloudAccess) -> ExplorationReport:

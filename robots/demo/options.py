@@ -2,11 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from ppaas.maps.grid import GridMap
 
 Write = Callable[[str], None]
 """Writes a line of text."""
@@ -29,8 +30,8 @@ class DemoOptions:
         Number of robots, and of goals per robot.
     seed : int
         Seed of the courses, of the world's noise, and of the generated warehouse.
-    map_path : Path, optional
-        YAML file of a map; by default a warehouse is generated.
+    map : tuple of str and GridMap, optional
+        Id of a map, and the map; by default one is generated.
     keep_going : bool
         Repeat the courses until interrupted.
     write : callable
@@ -56,7 +57,7 @@ class DemoOptions:
     robots: int = 3
     goals: int = 2
     seed: int = 0
-    map_path: Path | None = None
+    map: "tuple[str, GridMap] | None" = None
     keep_going: bool = False
     write: Write = no_lines
     console: "Console | None" = None

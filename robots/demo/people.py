@@ -17,7 +17,6 @@ from ppaas.maps.generate import office
 from ppaas.maps.grid import GridMap
 from ppaas.messages.people_coordination import FollowOrder, PeopleState, SensorView
 from ppaas.nodes.topics import PEOPLE_STATE
-from robots.client.map_files import read_map_file
 from robots.client.rest import RestClient
 from robots.client.robot_client import RobotClient
 from robots.client.robot_file import RobotFile
@@ -79,19 +78,18 @@ class PeopleStage:
 
 
 def set_stage(options: DemoOptions) -> PeopleStage:
-    """Load or generate the map, and place furniture, robots and people.
+    """Take or generate the map, and place furniture, robots and people.
 
     Raises
     ------
     PPaaSError
-        The map cannot be read, or is too small.
+        The map is too small.
     """
-    path = options.map_path
-    grid = read_map_file(path) if path else office(options.seed, WIDTH, HEIGHT)
+    map_id, grid = options.map or ("office", office(options.seed, WIDTH, HEIGHT))
     rng = np.random.default_rng(options.seed)
     scene = build_world(grid, options.robots, options.people, CAMERA if options.sensor == "camera" else None, rng)
     names = [f"turtlebot-{number}" for number in range(1, options.robots + 1)]
-    return PeopleStage(path.stem if path else "office", grid, scene, names)
+    return PeopleStage(map_id, grid, scene, names)
 
 
 async def follow_people(options: DemoOptions, cloud: CloudAccess) -> PeopleDemoReport:

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from ppaas.maps.formats.map_files import save_map
+from robots.client.map_files import read_map_file
 from robots.demo.options import CloudAccess, DemoOptions
 from robots.demo.people import follow_people
 from tests.support.cloud.cloud import ADMIN_PASSWORD, RunningCloud
@@ -24,7 +25,7 @@ async def test_people_are_counted_and_the_demo_reports_its_figures(cloud: Runnin
             people=2,
             seconds=1.5,
             seed=5,
-            map_path=tmp_path / "people-room.yaml",
+            map=("people-room", read_map_file(tmp_path / "people-room.yaml")),
             sensor="laser",
             on_robot=False,
         ),

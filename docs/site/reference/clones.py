@@ -78,7 +78,7 @@ class Member:
 
 
 def members() -> list[Member]:
-    """Return the nodes of clones of all kinds of robots, and those of containers of groups of robots."""
+    """Return the nodes of all kinds of clones, and of containers that serve groups of robots."""
     people, traffic = Graph(), Graph()
     build_coordinator(people, layers(), PeopleSettings())
     build_traffic(traffic, layers())

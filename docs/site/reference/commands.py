@@ -37,7 +37,7 @@ def _verbs(parser: argparse.ArgumentParser) -> Iterator[tuple[str, argparse.Argu
 
 
 def _usage(command: argparse.ArgumentParser, name: str) -> list[str]:
-    """Return the words of a call: the command, its verb, and what it takes."""
+    """Return the parts of the usage line of a command: its name, its verb and its arguments."""
     words = command.prog.split()[1:] or [name]
     for action in command._actions:
         if isinstance(action, argparse._SubParsersAction):

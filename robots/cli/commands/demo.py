@@ -117,13 +117,9 @@ def run(arguments: argparse.Namespace) -> int:
 async def _run(arguments: argparse.Namespace) -> int:
     from rich.console import Console  # noqa: PLC0415 - a robot's install lacks rich and the simulator
 
-    from robots.client.map_files import read_map_file  # noqa: PLC0415
-
     # With --json, only the result goes to the standard output.
     console = Console(stderr=arguments.json)
     options = _options(arguments, console)
-    if options.map_path is not None:
-        read_map_file(options.map_path)  # one that cannot be read is refused before a cloud is started
     async with contextlib.AsyncExitStack() as stack:
         cloud = _access(arguments) or await _own_cloud(stack, options)
         report = await _show(arguments, options, cloud)
@@ -136,13 +132,15 @@ async def _run(arguments: argparse.Namespace) -> int:
 
 
 def _options(arguments: argparse.Namespace, console: "Console") -> "DemoOptions":
+    from robots.client.map_files import read_map_file  # noqa: PLC0415
     from robots.demo.options import DemoOptions, no_lines  # noqa: PLC0415
 
+    path = arguments.map
     return DemoOptions(
         robots=arguments.robots,
         goals=arguments.goals,
         seed=arguments.seed,
-        map_path=arguments.map,
+        map=(path.stem, read_map_file(path)) if path else None,  # refused before a cloud is started
         keep_going=arguments.keep_going,
         write=no_lines if arguments.headless else partial(_print, console),
         console=console if console.is_terminal and not arguments.headless else None,

@@ -7,11 +7,14 @@ from pathlib import Path
 
 import psutil
 import pytest
+from rich.console import Console
 
 from ppaas.errors import InvalidInput, InvalidMap, InvalidParameter, Unavailable
 from robots.cli.command_parser import CommandParser
 from robots.cli.commands import demo
+from robots.client.map_files import read_map_file
 from robots.demo.cloud_process import CloudProcess
+from tests.support.sources import ROOT
 from tests.support.waiting import patience
 
 
@@ -81,6 +84,14 @@ def test_a_missing_map_is_refused_before_a_cloud_starts(tmp_path: Path) -> None:
     with pytest.raises(InvalidMap, match=r"nowhere\.yaml"):
         demo.run(parse("--headless", "--map", str(tmp_path / "nowhere.yaml")))
     assert children() <= before
+
+
+def test_a_map_is_named_after_its_file() -> None:
+    file = ROOT / "docs" / "examples" / "office.yaml"
+    options = demo._options(parse("--map", str(file)), Console())
+    assert options.map is not None
+    map_id, grid = options.map
+    assert (map_id, grid.data.tolist()) == ("office", read_map_file(file).data.tolist())
 
 
 async def test_a_cloud_that_fails_to_start_reports_why_and_leaves_nothing() -> None:
