@@ -1,4 +1,7 @@
-"""Orphans are adopted and reaped; children that others wait for are left to them."""
+"""Orphans are adopted and reaped; children that others wait for are left to them.
+
+The process that runs this may have started a fork server, for which the standard library waits.
+"""
 
 import os
 import subprocess
@@ -9,6 +12,7 @@ import psutil
 import pytest
 
 from engine.processes.orphans import OrphanReaper, adopt_orphans
+from engine.runtimes.fork_server import early_start
 from tests.support.waiting import wait_until
 
 ORPHAN = "import os; child = os.fork(); child and print(child)"
@@ -36,7 +40,7 @@ def orphan() -> int:
 
 
 def test_an_orphan_is_reaped_at_the_second_look() -> None:
-    reaper, adopted = OrphanReaper(lambda: ()), orphan()
+    reaper, adopted = OrphanReaper(early_start.server), orphan()
     wait_until(lambda: is_zombie(adopted))
     reaper.look()
     assert is_zombie(adopted), "its parent here, if it has one, gets time to reap it"
@@ -47,7 +51,7 @@ def test_an_orphan_is_reaped_at_the_second_look() -> None:
 
 def test_a_child_that_another_waits_for_is_left() -> None:
     child = subprocess.Popen([sys.executable, "-c", "raise SystemExit(7)"])
-    reaper = OrphanReaper(lambda: [child.pid])
+    reaper = OrphanReaper(lambda: (child.pid, *early_start.server()))
     wait_until(lambda: is_zombie(child.pid))
     for _ in range(3):
         reaper.look()
@@ -56,7 +60,7 @@ def test_a_child_that_another_waits_for_is_left() -> None:
 
 def test_a_child_that_its_parent_reaps_between_looks_is_forgotten() -> None:
     child = subprocess.Popen([sys.executable, "-c", ""])
-    reaper = OrphanReaper(lambda: ())
+    reaper = OrphanReaper(early_start.server)
     wait_until(lambda: is_zombie(child.pid))
     reaper.look()
     assert os.waitstatus_to_exitcode(os.waitpid(child.pid, 0)[1]) == 0

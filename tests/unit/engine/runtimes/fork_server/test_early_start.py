@@ -11,6 +11,7 @@ from engine.runtimes.fork_server import early_start
 from engine.runtimes.fork_server.server import ForkServer
 from engine.runtimes.process.runtime import ProcessRuntime
 from engine.runtimes.registry import RUNTIMES
+from tests.support.engine.fork_servers import stop_fork_server
 
 
 def unexpected() -> None:
@@ -18,18 +19,18 @@ def unexpected() -> None:
 
 
 async def test_containers_are_forked_from_the_server_started_early() -> None:
-    forkserver._forkserver._stop()  # type: ignore[attr-defined]
+    stop_fork_server()
     early_start.begin(ENTRIES.container.of_fork_server)
     server = ForkServer(ENTRIES.container)
     report = await server.warm(unexpected)
     assert report.pid == forkserver._forkserver._forkserver_pid  # type: ignore[attr-defined]
     assert any(name.startswith("ppaas.costmap.kernels.") for name in report.kernels)
     server.close()
-    forkserver._forkserver._stop()  # type: ignore[attr-defined]
+    stop_fork_server()
 
 
 def test_end_waits_for_the_server_even_if_it_imports_or_is_stopped() -> None:
-    forkserver._forkserver._stop()  # type: ignore[attr-defined]
+    stop_fork_server()
     early_start.end()  # there is none
     for _ in range(2):
         early_start.begin(ENTRIES.container.of_fork_server)
@@ -38,7 +39,7 @@ def test_end_waits_for_the_server_even_if_it_imports_or_is_stopped() -> None:
         early_start.end()
         assert server.status() == psutil.STATUS_ZOMBIE
         early_start.end()
-    forkserver._forkserver._stop()  # type: ignore[attr-defined]
+    stop_fork_server()
 
 
 def test_early_start_serves_the_process_runtime() -> None:

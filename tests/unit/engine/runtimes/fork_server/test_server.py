@@ -1,5 +1,4 @@
 import sys
-from multiprocessing import forkserver
 
 import pytest
 
@@ -8,13 +7,14 @@ from engine.runtimes.entries import Entry
 from engine.runtimes.fork_server.server import FORK_TIMEOUT, ForkServer
 from engine.service.master_driver import START_TIMEOUT
 from ppaas.errors import Unavailable
+from tests.support.engine.fork_servers import stop_fork_server
 
 ENTRY = "tests.support.engine.container_entries:dial_and_stay"
 
 
 @pytest.fixture(autouse=True)
 def no_fork_server():
-    forkserver._forkserver._stop()
+    stop_fork_server()
 
 
 def unexpected() -> None:

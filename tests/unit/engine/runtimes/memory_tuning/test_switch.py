@@ -3,7 +3,6 @@
 import subprocess
 import sys
 from collections.abc import AsyncIterator
-from multiprocessing import forkserver
 from pathlib import Path
 
 import pytest
@@ -11,17 +10,10 @@ import pytest
 from engine.agent.entries import WARM_UP, loaded_before
 from engine.runtimes.memory_tuning.switch import NAME, OFF
 from engine.runtimes.process.runtime import ProcessRuntime
+from tests.support.engine.fork_servers import stop_fork_server
 from tests.support.engine.launches import Reports
 
 BOTH = [("1", True), (OFF, False)]
-
-
-def stop_fork_server() -> None:
-    server = forkserver._forkserver  # type: ignore[attr-defined]
-    try:
-        server._stop()
-    except ChildProcessError:  # a test of orphans has reaped it
-        server._forkserver_pid = server._forkserver_address = None
 
 
 @pytest.fixture
