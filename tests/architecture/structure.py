@@ -4,7 +4,7 @@ import ast
 import itertools
 import re
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from typing import cast
@@ -17,6 +17,9 @@ MAX_MODULES = 20
 """Modules in a folder, its ``__init__`` not counted."""
 MAX_KERNELS = 25
 """Modules in a folder of kernels, which are short and many."""
+
+SMALL_MODULE = 60
+"""Lines below which a module needs two importers."""
 
 MODULE_NAME = re.compile(rf"(?P<module>(?:{'|'.join(ALL_PACKAGES)})(?:\.[a-z_0-9]+)+)(?::\w+)?")
 
@@ -74,6 +77,28 @@ def crowded_folders() -> list[str]:
             if modules > most:
                 found.append(f"{init.parent.relative_to(ROOT)}: {modules} modules, at most {most}")
     return found
+
+
+def listed(name: str) -> list[str]:
+    """Return the first words of a list of this folder: each line is ``word: cause``, those with ``#`` are comments."""
+    lines = (ROOT / "tests" / "architecture" / name).read_text(encoding="utf-8").splitlines()
+    return [line.partition(":")[0] for line in lines if not line.startswith("#")]
+
+
+def small_modules(graph: grimp.ImportGraph, lines: Mapping[str, int]) -> list[str]:
+    """Return the small modules that fewer than two others import: each belongs into the module that a reader opens.
+
+    Parameters
+    ----------
+    graph : grimp.ImportGraph
+    lines : mapping of str to int
+        Number of lines of each module to look at.
+    """
+    return [
+        module
+        for module, count in sorted(lines.items())
+        if count < SMALL_MODULE and len(graph.find_modules_that_directly_import(module)) < 2
+    ]
 
 
 def docstrings(tree: ast.Module) -> set[ast.Constant]:

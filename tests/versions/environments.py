@@ -88,6 +88,18 @@ def make(versions: Versions) -> None:
     _run([*install, *(f"{tool}=={version(tool)}" for tool in TOOLS)])
 
 
+def add(versions: Versions, *packages: Path) -> None:
+    """Install packages that need this project into an environment, as their users would.
+
+    Raises
+    ------
+    AssertionError
+        They cannot be installed.
+    """
+    uv = Path(sys.executable).with_name("uv")
+    _run([uv, "pip", "install", "--quiet", "--python", versions.folder / "bin" / "python", *packages])
+
+
 def shipped_extras() -> list[str]:
     """Return the extras that users install; those for developers hold packages at newer versions."""
     return [extra for extra in pyproject()["project"]["optional-dependencies"] if extra not in ("dev", "bench")]
