@@ -25,7 +25,7 @@ import uvloop
 
 from engine.agent.components import AgentComponents, dial_master, open_components
 from engine.agent.config import AgentConfig
-from engine.agent.master_redial import Dial, Master, MasterDirectory, MasterRedial, OneMaster
+from engine.agent.master_session import Dial, Master, MasterDirectory, MasterRedial, OneMaster
 from engine.processes.heartbeats import BEAT_PERIOD, MISSED
 from engine.processes.instances import is_dead
 from engine.processes.run_dir import remove_unless_owned

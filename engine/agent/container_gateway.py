@@ -13,14 +13,13 @@ from typing import NamedTuple
 import msgspec
 
 from engine.agent.fleet_topics import Fabric, FleetTopics, heard_by, scope_of
-from engine.agent.requests.clone_service import CloneService
-from engine.agent.requests.kernel_service import KernelService, nothing_to_compile
-from engine.agent.requests.plan_service import PlanService
+from engine.agent.kernel_service import KernelService, nothing_to_compile
+from engine.agent.store_requests import CloneService, PlanService
 from engine.processes.background import Background
 from engine.processes.occasional_log import OccasionalLog
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
-from engine.protocols.pending_handshakes import PendingHandshakes, is_same
+from engine.protocols.handshakes import PendingHandshakes, is_same
 from engine.protocols.refusals import Refusal, error_of, refusal_of
 from engine.recorder.recorder_process import NO_RECORDER, Recordings
 from engine.specs.containers import ContainerSpec
@@ -39,7 +38,6 @@ MAX_REQUESTS = 16
 """Largest number of store requests of one container in progress at once."""
 
 Stream = FrameStream[machine_link.FromContainer]
-
 
 Prepare = Callable[[str], Awaitable[None]]
 """Makes the index of the planner with the given name, in the folder with the layers of the container's map."""

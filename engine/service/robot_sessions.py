@@ -1,4 +1,6 @@
-"""Robot sessions: counts the clients of each robot's place, and closes the place some time after the last has left."""
+"""Robot sessions: counts the clients of each robot's place, and closes the place some time after the last has left.
+
+Places of robots whose clients are idle are closed too, so that their containers are free for others."""
 
 import asyncio
 import contextlib
@@ -11,11 +13,13 @@ from msgspec.structs import replace
 
 from engine.container.monitor.parameters import with_priorities
 from engine.master.places import LINGER, PlaceRequest, robot_key
+from engine.processes.background import repeat
 from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import MasterDriver
 from engine.specs.containers import MapVersion
 from engine.specs.robot_places import check_readable, robot_place, urdf_of
-from ppaas.errors import Conflict, NotFound, PPaaSError, Unavailable
+from ppaas.clock import Clock, monotonic
+from ppaas.errors import Conflict, Idle, NotFound, PPaaSError, Unavailable
 from ppaas.maps.new_map import new_map_id
 from storage.ports import MapStore, Store
 from storage.records import MapRecord
@@ -241,3 +245,50 @@ class RobotSessions:
         for task in self._closing.values():
             task.cancel()
         await asyncio.gather(*self._closing.values(), return_exceptions=True)
+
+
+IDLE = 600.0
+"""Time without frames and without a goal after which a robot is disconnected [s]."""
+
+CHECKS = 10
+"""Number of checks of all places within that time."""
+
+
+class IdleWatch:
+    """Closes places whose clients are connected but send nothing, and whose robot has no goal.
+
+    Silence is measured per place, not per client: an operator who only watches does not disconnect a driving robot.
+
+    Parameters
+    ----------
+    robots : RobotSessions
+        Has the places, and closes them.
+    idle : float
+        Time after which a place is closed [s]; 0 disables the watch.
+    clock : callable
+        Returns monotonic time [s].
+    """
+
+    def __init__(self, robots: RobotSessions, idle: float = IDLE, clock: Clock = monotonic) -> None:
+        self._robots = robots
+        self._idle = idle
+        self._clock = clock
+        self._known: dict[PlaceLink, tuple[int, float]] = {}
+
+    async def run(self) -> None:
+        """Check all places periodically until cancelled."""
+        if self._idle:
+            await repeat(self.check, self._idle / CHECKS)
+
+    async def check(self) -> None:
+        """Close places that have been idle for too long."""
+        now = self._clock()
+        before, self._known = self._known, {}
+        for place in self._robots.held():
+            taken = place.beat.frames + place.beat.sockets
+            counted, since = before.get(place, (-1, now))
+            self._known[place] = (taken, now if place.busy or taken != counted else since)
+        for place, (_, since) in self._known.items():
+            if now - since >= self._idle:
+                text = f"no frames for {self._idle:g} s: connect again when you have something to send"
+                await self._robots.let_go(place, Idle(text))

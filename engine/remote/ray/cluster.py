@@ -17,7 +17,7 @@ from engine.remote.endpoint_processes import at_address
 from engine.remote.machines import make_ticket
 from engine.remote.ray.actor import AgentActor
 from engine.remote.ray.config import NodeConfig, WatchConfig
-from engine.remote.ray.nodes import ClusterNode, free_cores, read_nodes
+from engine.remote.ray.supervisor import ClusterNode, free_cores, read_nodes
 from ppaas.errors import Unavailable
 
 TICKET_VALID = 300.0

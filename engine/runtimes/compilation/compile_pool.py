@@ -23,7 +23,7 @@ import msgspec
 
 from engine.processes.instances import name_semaphores, sweep_stale
 from engine.runtimes.compilation import stamp, threading_layer
-from engine.runtimes.compilation.module_notes import ModuleNotes
+from engine.runtimes.compilation.stamp import ModuleNotes
 
 logger = logging.getLogger(__name__)
 

@@ -18,10 +18,9 @@ from typing import BinaryIO
 import msgspec
 
 import ppaas
-from engine.processes.own_output import take_standard_output
-from engine.processes.parent_watch import end_with
+from engine.processes.helper_program import end_with, take_standard_output
 from engine.runtimes.compilation import compile_pool, stamp, threading_layer
-from engine.runtimes.compilation.module_notes import ModuleNotes
+from engine.runtimes.compilation.stamp import ModuleNotes
 from ppaas.decoding import from_json
 from ppaas.kernel_cache.sources import kernel_files
 

@@ -10,8 +10,7 @@ from functools import partial
 from engine.calls.caller import Caller
 from engine.calls.interface import method_of
 from engine.master.places import robot_key
-from engine.protocols.pending_handshakes import is_same
-from engine.protocols.place_secret import place_secret
+from engine.protocols.handshakes import is_same, place_secret
 from engine.protocols.robot_link import DialEndpoint
 from engine.service.endpoints.cloud import Cloud
 from engine.service.endpoints.interface import (
@@ -24,8 +23,7 @@ from engine.service.endpoints.interface import (
     Registration,
 )
 from engine.service.links.place_link import PlaceLink
-from engine.service.news.news import NewsKind
-from engine.service.news.robot_facts import FactKind
+from engine.service.news import FactKind, NewsKind
 from engine.service.robot_sessions import RobotSessions
 from engine.specs.containers import MapVersion
 from ppaas import __version__

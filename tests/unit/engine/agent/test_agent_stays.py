@@ -12,9 +12,8 @@ from engine.agent.config import AgentConfig
 from engine.agent.container_gateway import ContainerGateway
 from engine.agent.container_supervisor import ContainerSupervisor
 from engine.agent.host_load import HostLoad
-from engine.agent.master_redial import Master, MasterRedial, OneMaster
-from engine.agent.master_session import MasterSession
-from engine.agent.requests.kernel_service import nothing_to_compile
+from engine.agent.kernel_service import nothing_to_compile
+from engine.agent.master_session import Master, MasterRedial, MasterSession, OneMaster
 from engine.fabric.router import RouterProcess
 from engine.processes.heartbeats import MISSED
 from engine.protocols import control_link
@@ -166,7 +165,7 @@ async def test_agent_ends_if_no_master_welcomes_it_in_time() -> None:
 
 
 async def test_redial_repeats_until_the_time_limit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("engine.agent.master_redial.PERIOD", 0.001)
+    monkeypatch.setattr("engine.agent.master_session.REDIAL_PERIOD", 0.001)
     clock, masters = ManualClock(0.0), FakeMasters()
     masters.away = True
 

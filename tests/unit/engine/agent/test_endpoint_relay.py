@@ -8,9 +8,8 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from engine.agent.relays.endpoint_relay import EndpointRelay
-from engine.protocols.address import UnixAddress
-from engine.protocols.endpoint_sockets import RELAY, EndpointAddress, endpoint_socket
+from engine.agent.relays import EndpointRelay
+from engine.protocols.address import RELAY, EndpointAddress, UnixAddress, endpoint_socket
 from engine.protocols.sockets import Streams, dial, listen
 from tests.support.waiting import patience
 

@@ -1,4 +1,4 @@
-from engine.agent.master_lease import DENIED, LEASE, SILENT, MasterLease
+from engine.agent.master_session import DENIED, LEASE, SILENT, MasterLease
 from engine.processes.heartbeats import BEAT_PERIOD, MISSED
 
 

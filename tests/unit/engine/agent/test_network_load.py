@@ -6,7 +6,7 @@ from typing import Any
 import psutil
 import pytest
 
-from engine.agent.network_load import NetworkLoad, capacity_of, fastest
+from engine.agent.host_load import NetworkLoad, capacity_of, fastest
 from ppaas.clock import ManualClock
 
 

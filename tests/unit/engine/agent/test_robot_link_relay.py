@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from engine.agent.relays.robot_link_relay import RobotLinkRelay
+from engine.agent.relays import RobotLinkRelay
 from engine.protocols.address import UnixAddress
 from engine.protocols.sockets import Streams, dial, listen
 from tests.support.waiting import patience

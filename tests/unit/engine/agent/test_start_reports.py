@@ -5,11 +5,10 @@ from collections.abc import AsyncIterator
 
 import pytest
 
-from engine.agent import start_reports
+from engine.agent import master_session
 from engine.agent.config import AgentConfig
-from engine.agent.master_redial import Master
-from engine.agent.start_reports import report_start
-from engine.processes.stopping import cancel_all
+from engine.agent.master_session import Master, report_start
+from engine.processes.background import cancel_all
 from engine.protocols import control_link
 from engine.protocols.framing import FrameStream
 from engine.runtimes.compilation.compile_pool import CompileReport
@@ -39,7 +38,7 @@ class Cloud:
 
 @pytest.fixture
 async def compiler(monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[KernelCompiler]:
-    monkeypatch.setattr(start_reports, "PERIOD", 0.02)
+    monkeypatch.setattr(master_session, "REPORT_PERIOD", 0.02)
     made = KernelCompiler()
     monkeypatch.setattr(made, "begin", lambda: None)
     yield made

@@ -5,8 +5,7 @@ from typing import Any, Protocol
 
 import pytest
 
-from engine.calls.interface import Method, method_of, notice, wire_name
-from engine.calls.remote import remote
+from engine.calls.interface import Method, method_of, notice, remote, wire_name
 from ppaas.errors import PPaaSError, QuotaExceeded, Unavailable
 
 

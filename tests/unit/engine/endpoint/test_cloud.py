@@ -5,12 +5,10 @@ from typing import Any
 import pytest
 
 from engine.endpoint.cloud import KEEP, EndpointCloud
-from engine.endpoint.places import EndpointPlaces
+from engine.endpoint.sessions import EndpointPlaces
 from engine.master.quotas import Quota, Quotas
+from engine.service.endpoints.control_plane import MapCalls, RobotCalls, UserCalls
 from engine.service.endpoints.interface import JoinedPlace, MasterCalls
-from engine.service.endpoints.map_calls import MapCalls
-from engine.service.endpoints.robot_calls import RobotCalls
-from engine.service.endpoints.user_calls import UserCalls
 from engine.specs.containers import MapVersion
 from ppaas.clock import ManualClock
 from ppaas.errors import Unavailable

@@ -4,7 +4,7 @@ import asyncio
 
 import pytest
 
-from engine.endpoint.paths_ahead import AHEAD, BUSY, KEEP, PathsAhead
+from engine.endpoint.cloud import AHEAD, BUSY, KEEP, PathsAhead
 from ppaas.clock import ManualClock
 from ppaas.errors import QuotaExceeded
 

@@ -7,15 +7,11 @@ from typing import Protocol
 
 import pytest
 
-from engine.calls.caller import Caller
-from engine.calls.frames import Frame
+from engine.calls.caller import Caller, Frame
 from engine.endpoint import sessions as module
-from engine.endpoint.master_access import OwnMaster
-from engine.endpoint.master_link import MasterLink
-from engine.endpoint.places import EndpointPlaces
-from engine.endpoint.sessions import EndpointSessions
-from engine.protocols.address import UnixAddress
-from engine.protocols.endpoint_sockets import EndpointAddress
+from engine.endpoint.master_link import MasterLink, OwnMaster
+from engine.endpoint.sessions import EndpointPlaces, EndpointSessions
+from engine.protocols.address import EndpointAddress, UnixAddress
 from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import listen
 from engine.service.endpoints.interface import Join, JoinedPlace, MasterCalls, Registration

@@ -4,7 +4,7 @@ import asyncio
 
 import pytest
 
-from engine.endpoint.undone_if_cancelled import undone_if_cancelled
+from engine.endpoint.master_link import undone_if_cancelled
 from ppaas.errors import Unavailable
 from tests.support.waiting import until
 

@@ -2,7 +2,7 @@ import asyncio
 
 import pytest
 
-from engine.fabric.request_cache import MARGIN, RequestCache
+from engine.fabric.inbox import MARGIN, RequestCache
 from ppaas.clock import ManualClock
 from ppaas.errors import Unavailable
 

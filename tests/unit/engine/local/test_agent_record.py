@@ -12,9 +12,8 @@ import msgspec
 import pytest
 
 from engine.agent.config import AgentConfig
-from engine.local.agent_record import AgentRecord, read_record, write_record
 from engine.local.kept_process import UNKNOWN, AdoptedProcess
-from engine.local.machine import LocalMachine, settle_config
+from engine.local.machine import AgentRecord, LocalMachine, read_record, settle_config, write_record
 from engine.processes.instances import instance_name, is_dead, name_of, pid_of
 from engine.processes.run_dir import OWNER
 from tests.support.waiting import until

@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
 from engine.master.balancer import Balancer
-from engine.master.balancers.container_group import FEW
 from engine.master.balancers.first_fit import FirstFit
-from engine.master.balancers.ppaas import LATE, SameMap, Weights, utilization
+from engine.master.balancers.ppaas import FEW, LATE, SameMap, Weights, utilization
 from engine.master.balancers.registry import BALANCERS
 from engine.master.machine import Machine
 from engine.specs.containers import ContainerSpec

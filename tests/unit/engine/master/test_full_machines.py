@@ -5,14 +5,13 @@ from typing import Any
 
 import pytest
 
-from engine.master import map_versions
 from engine.master.balancers.first_fit import FirstFit
 from engine.master.events import ContainerReady, MachineLeft, MapChanged, PlaceReleased, PlaceRequested, SettingsChanged
 from engine.master.machine import Machine
 from engine.master.master import Master
 from engine.master.orders import Start
-from engine.master.placement_diagnostics import FullMachines
 from engine.master.places import Place, PlaceRequest
+from engine.master.queueing import FullMachines
 from engine.specs.containers import ContainerSpec, MapVersion
 from engine.specs.machine_settings import MachineSettings
 from tests.support.engine.placing import joined
@@ -98,7 +97,7 @@ def test_only_places_of_a_map_are_examined_when_it_changes(monkeypatch: pytest.M
 
     for request in requests():
         master.handle(PlaceRequested(request))
-    monkeypatch.setattr(map_versions, "with_version", examine)
+    monkeypatch.setattr("engine.master.master.with_version", examine)
     master.handle(MapChanged(MapVersion("zones", "v2")))
     assert examined == ["robot:ann/z", "robot:ann/h"]
     master.handle(PlaceReleased("robot:ann/z"))

@@ -3,7 +3,7 @@
 import pytest
 
 from engine.master.machine import Machine
-from engine.master.placement_diagnostics import explain_no_machine
+from engine.master.queueing import explain_no_machine
 from tests.support.engine.placing import machine
 from tests.support.engine.specs import robot_request
 

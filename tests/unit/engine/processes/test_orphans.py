@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import psutil
 import pytest
 
-from engine.processes.orphans import OrphanReaper, adopt_orphans
+from engine.processes.child_process import OrphanReaper, adopt_orphans
 from engine.runtimes.fork_server import early_start
 from tests.support.waiting import wait_until
 
@@ -19,7 +19,7 @@ ORPHAN = "import os; child = os.fork(); child and print(child)"
 """Prints the id of a child; both exit."""
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture
 def adopting() -> Iterator[None]:
     adopt_orphans(True)
     yield
@@ -39,6 +39,7 @@ def orphan() -> int:
     return int(done.stdout)
 
 
+@pytest.mark.usefixtures("adopting")
 def test_an_orphan_is_reaped_at_the_second_look() -> None:
     reaper, adopted = OrphanReaper(early_start.server), orphan()
     wait_until(lambda: is_zombie(adopted))
@@ -49,6 +50,7 @@ def test_an_orphan_is_reaped_at_the_second_look() -> None:
     reaper.look()
 
 
+@pytest.mark.usefixtures("adopting")
 def test_a_child_that_another_waits_for_is_left() -> None:
     child = subprocess.Popen([sys.executable, "-c", "raise SystemExit(7)"])
     reaper = OrphanReaper(lambda: (child.pid, *early_start.server()))
@@ -58,6 +60,7 @@ def test_a_child_that_another_waits_for_is_left() -> None:
     assert child.wait() == 7
 
 
+@pytest.mark.usefixtures("adopting")
 def test_a_child_that_its_parent_reaps_between_looks_is_forgotten() -> None:
     child = subprocess.Popen([sys.executable, "-c", ""])
     reaper = OrphanReaper(early_start.server)

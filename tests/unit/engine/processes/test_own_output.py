@@ -5,7 +5,7 @@ import sys
 
 PROGRAM = """
 import os
-from engine.processes.own_output import take_standard_output
+from engine.processes.helper_program import take_standard_output
 answers = take_standard_output()
 print("printed", flush=True)
 os.system("echo by a child")

@@ -9,7 +9,7 @@ from tests.support.engine.processes import has_ended
 from tests.support.waiting import until
 
 CHILD = (
-    "import time; from engine.processes.parent_watch import end_with; "
+    "import time; from engine.processes.helper_program import end_with; "
     "end_with({parent}); print('there', flush=True); time.sleep(600)"
 )
 

@@ -7,7 +7,7 @@ import signal
 
 import pytest
 
-from engine.processes.stopping import run_unless_stopped, stop_on_signals
+from engine.processes.background import run_unless_stopped, stop_on_signals
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda number: number.name)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.protocols.frame_receiver import LENGTH, MAX_FRAME, MAX_HELD, FrameReceiver
+from engine.protocols.framing import LENGTH, MAX_FRAME, MAX_HELD, FrameReceiver
 from ppaas.errors import InvalidInput, MessageTooLarge
 from tests.support.waiting import patience
 

@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.protocols import robot_link
-from engine.protocols.frame_receiver import MAX_FRAME
-from engine.protocols.framing import FrameStream, pack
+from engine.protocols.framing import MAX_FRAME, FrameStream, pack
 from ppaas.errors import MalformedMessage, MessageTooLarge
 from tests.support.waiting import patience
 

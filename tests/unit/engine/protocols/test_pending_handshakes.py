@@ -1,6 +1,6 @@
 import pytest
 
-from engine.protocols.pending_handshakes import PendingHandshakes
+from engine.protocols.handshakes import PendingHandshakes
 from ppaas.errors import NotPermitted
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from engine.protocols.address import TlsAddress
-from engine.remote.known_masters import FILE, MOST, KnownMasters
+from engine.remote.masters import FILE, MOST, KnownMasters
 
 
 def test_addresses_are_noted_once_the_latest_first_and_found_again(tmp_path: Path) -> None:

@@ -14,13 +14,11 @@ from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import dial
 from engine.remote.authority import STANDBY, Authority
 from engine.remote.cluster_settings import ClusterSettings
-from engine.remote.known_masters import KnownMasters
 from engine.remote.machines import RemoteMachines, make_ticket
-from engine.remote.masters import Masters
+from engine.remote.masters import KnownMasters, Masters
 from engine.remote.membership import Membership, join
 from engine.remote.replica import LAST, MACHINES, in_order, keep_only, read_files, write_file
-from engine.remote.standby_link import StandbyLink, membership_of
-from engine.remote.standbys import StandbyHello, StandbyRefused, ToStandby
+from engine.remote.standbys import StandbyHello, StandbyLink, StandbyRefused, ToStandby, membership_of
 from engine.service.links.control_server import ControlServer
 from engine.service.links.robot_link_server import LinkServer
 from ppaas import __version__

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.protocols.address import TlsAddress
-from engine.remote.tickets import PREFIX, Tickets, read_ticket
+from engine.remote.joining import PREFIX, Tickets, read_ticket
 from ppaas.errors import InvalidInput, NotPermitted
 
 CLOUD = TlsAddress("cloud.example", 8600)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from engine.service.machine_registry import MachineRegistry
+from engine.service.administration import MachineRegistry
 
 
 def test_registry_has_the_last_noted_machines(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ import pytest
 from engine.protocols import robot_link
 from engine.protocols.refusals import Refusal
 from engine.service.links.presence import Presence
-from engine.service.navigation_client import MAX_ACTIVE, MAX_ENDED, POSE_AGE, NavigationClient
+from engine.service.robot_navigation import MAX_ACTIVE, MAX_ENDED, POSE_AGE, NavigationClient
 from ppaas.clock import ManualClock
 from ppaas.errors import Conflict, NotFound, QuotaExceeded, Unavailable
 from ppaas.geometry import Pose2D

@@ -1,7 +1,7 @@
 import pytest
 
 from engine.specs.containers import MapVersion
-from engine.specs.continued_maps import continued_map
+from engine.specs.robot_maps import continued_map
 from ppaas.errors import InvalidParameter
 from storage.memory.maps import MemoryMapStore
 from tests.support.storage.records import house, put_map

@@ -2,7 +2,7 @@
 
 import pytest
 
-from engine.specs.joint_maps import joint_map_owner
+from engine.specs.robot_maps import joint_map_owner
 from storage.memory.maps import MemoryMapStore
 from tests.support.storage.records import house, put_map
 

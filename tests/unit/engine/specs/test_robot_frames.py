@@ -2,7 +2,7 @@
 
 import pytest
 
-from engine.specs.robot_frames import base_frame
+from engine.specs.containers import base_frame
 from tests.support.engine.specs import robot_config
 
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from engine.agent.requests import clone_service
-from engine.agent.requests.clone_service import LOG_PAGE, CloneService
+from engine.agent import store_requests
+from engine.agent.store_requests import LOG_PAGE, CloneService
 from engine.protocols import machine_link
 from ppaas.errors import NotPermitted
 from storage.memory.store import MemoryStore
@@ -21,7 +21,7 @@ def test_checkpoint_and_changes_of_logs_are_stored_together() -> None:
 
 
 def test_a_long_log_is_answered_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(clone_service, "LOG_BYTES", 1)
+    monkeypatch.setattr(store_requests, "LOG_BYTES", 1)
     service, spec = CloneService(MemoryStore()), robot_spec("c1", "ann", "tb1")
     entries = {number: bytes(10) for number in range(LOG_PAGE + 1)}
     service.save(spec, machine_link.SaveClone(1, {}, [CloneLogChange("slam", entries)]), "cloud-1")

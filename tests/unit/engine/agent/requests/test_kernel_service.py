@@ -2,7 +2,7 @@
 
 import pytest
 
-from engine.agent.requests.kernel_service import MOST_COMPILING, KernelService, nothing_to_compile
+from engine.agent.kernel_service import MOST_COMPILING, KernelService, nothing_to_compile
 from engine.protocols import machine_link
 from engine.runtimes.compilation.compile_pool import CompileReport
 from engine.runtimes.compilation.kernel_compiler import KernelCompiler

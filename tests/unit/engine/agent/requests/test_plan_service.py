@@ -3,9 +3,9 @@
 import msgspec
 import pytest
 
-from engine.agent.requests.plan_service import PlanService, RecentPlans
+from engine.agent.store_requests import PlanService, RecentPlans
 from engine.protocols import machine_link
-from engine.protocols.plan_candidates import stored_plan
+from engine.protocols.machine_link import stored_plan
 from ppaas.errors import NotFound, NotPermitted
 from ppaas.plans.history import LinkHistory, failed_row
 from storage.memory.store import MemoryStore

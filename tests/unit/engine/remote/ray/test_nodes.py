@@ -4,7 +4,7 @@ from typing import Any
 
 from ray.autoscaler.v2.schema import NodeInfo, NodeUsage, ResourceUsage
 
-from engine.remote.ray.nodes import ClusterNode, free_cores, machine_labels, read_nodes
+from engine.remote.ray.supervisor import ClusterNode, free_cores, machine_labels, read_nodes
 from engine.specs.machine_settings import MOST_LABELS
 
 

@@ -5,8 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
-from engine.remote.ray.nodes import ClusterNode
-from engine.remote.ray.supervisor import END_TIMEOUT, RETRY_DELAYS, START_TIMEOUT, STEADY, Supervisor
+from engine.remote.ray.supervisor import END_TIMEOUT, RETRY_DELAYS, START_TIMEOUT, STEADY, ClusterNode, Supervisor
 
 
 class FakeKeeper:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from engine.runtimes.compilation.module_notes import ModuleNotes
+from engine.runtimes.compilation.stamp import ModuleNotes
 
 
 @pytest.fixture

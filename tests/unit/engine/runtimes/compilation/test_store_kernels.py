@@ -4,14 +4,15 @@ import subprocess
 import sys
 
 from engine.processes.disk_notes import exclusive
-from engine.runtimes.compilation import store_kernels
+from engine.runtimes.compilation import kernel_compiler
 from tests.support.sources import ROOT
 
 PREPARE = """
-from engine.runtimes.compilation import kernel_modules, store_kernels
+from engine.runtimes.compilation import kernel_compiler
+from engine.runtimes.compilation import kernel_modules
 
 recorder = kernel_modules.record_compilations()
-store_kernels.prepare()
+kernel_compiler.prepare()
 print(len(recorder.buffer))
 """
 
@@ -25,5 +26,5 @@ def compiled_by_another_process() -> int:
 
 def test_compiled_kernels_are_loaded_without_waiting_for_a_compiler() -> None:
     compiled_by_another_process()
-    with exclusive(store_kernels.stamp_of_stores().with_suffix(".lock")):
+    with exclusive(kernel_compiler.stamp_of_stores().with_suffix(".lock")):
         assert compiled_by_another_process() == 0

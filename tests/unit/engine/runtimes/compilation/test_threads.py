@@ -4,7 +4,7 @@ import threading
 
 import numba
 
-from engine.runtimes.compilation.threads import KernelThreads
+from engine.runtimes.compilation.threading_layer import KernelThreads
 
 MOST = vars(numba.config)["NUMBA_NUM_THREADS"]
 

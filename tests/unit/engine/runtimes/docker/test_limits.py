@@ -1,7 +1,7 @@
 import pytest
 from msgspec.structs import replace
 
-from engine.runtimes.docker import limits as docker_limits
+from engine.runtimes.docker import container as docker_limits
 from tests.support.engine.launches import Reports
 
 

@@ -13,13 +13,13 @@ def test_memory_freed_by_a_thread_is_returned():
     code = """
 import threading
 import numpy as np
-from engine.runtimes.memory_tuning import allocator
+from engine.runtimes.memory_tuning import process_memory
 def resident():
     return int(open("/proc/self/statm").read().split()[1]) * 4096
 def work():
     for size in (30, 20, 10):
         np.ones(size << 17)
-allocator.trim_early()
+process_memory.trim_early()
 before = resident()
 thread = threading.Thread(target=work)
 thread.start(); thread.join()
@@ -30,13 +30,13 @@ print(resident() - before)
 
 def test_free_memory_between_used_blocks_is_returned():
     code = """
-from engine.runtimes.memory_tuning import allocator
+from engine.runtimes.memory_tuning import process_memory
 def resident():
     return int(open("/proc/self/statm").read().split()[1]) * 4096
 blocks = [bytes(50_000) for _ in range(400)]
 del blocks[:-1]
 before = resident()
-allocator.trim()
+process_memory.trim()
 print(before - resident())
 """
     assert int(run(code)) > 10 << 20

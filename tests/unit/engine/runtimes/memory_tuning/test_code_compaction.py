@@ -3,7 +3,7 @@ import threading
 
 import pytest
 
-from engine.runtimes.memory_tuning import code_compaction
+from engine.runtimes.memory_tuning import process_memory
 
 
 @pytest.fixture(autouse=True)
@@ -43,7 +43,7 @@ def test_only_code_that_ran_is_copied_with_code_defined_in_it():
     before, others = [each.__code__ for each in functions], [cold.__code__, code_in.__code__]
     inner = code_in(outer.__code__, "inner")
     assert (
-        code_compaction.compact(lambda: (Thing().method(), list(counted(3)))) >= 5
+        process_memory.compact(lambda: (Thing().method(), list(counted(3)))) >= 5
     )  # a list's own code is one of its own
     assert all(function.__code__ is not code for function, code in zip(functions, before, strict=True))
     assert [each.__code__ for each in functions] == before
@@ -65,6 +65,6 @@ def test_code_of_other_threads_is_copied_and_profiling_ends():
         return None
 
     before = target.__code__
-    code_compaction.compact(in_thread)
+    process_memory.compact(in_thread)
     assert target.__code__ is not before
     assert threading.getprofile() is None

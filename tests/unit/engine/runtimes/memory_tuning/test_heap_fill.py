@@ -5,7 +5,7 @@ import pytest
 
 ALLOCATE = """
 import ctypes, sys
-from engine.runtimes.memory_tuning import heap_fill
+from engine.runtimes.memory_tuning import process_memory
 allocate, free = {functions}
 allocate.restype, allocate.argtypes = ctypes.c_void_p, [ctypes.c_size_t]
 free.restype, free.argtypes = None, [ctypes.c_void_p]
@@ -13,7 +13,7 @@ blocks = [allocate({size}) for _ in range(2000)]
 for block in blocks[::2]:
     free(block)
 if "fill" in sys.argv:
-    assert 1000 * {size} <= heap_fill.fill() < 100 << 20
+    assert 1000 * {size} <= process_memory.fill() < 100 << 20
 shared = {{block // 4096 for block in blocks}}
 print(sum(allocate({size}) // 4096 in shared for _ in range(500)))
 """

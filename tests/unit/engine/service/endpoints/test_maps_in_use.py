@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from engine.service.endpoints.maps_in_use import MapsInUse
+from engine.service.endpoints.cloud import MapsInUse
 from engine.specs.containers import MapVersion
 from storage.records import MapFile, MapRecord, MapVersionRecord
 from storage.versions import OCTOMAP, YAML

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from engine.master.quotas import Quota, Quotas
-from engine.service.endpoints.user_quotas import UserQuotas
+from engine.service.endpoints.cloud import UserQuotas
 from engine.service.views import UserUsage
 from ppaas.errors import NotAuthenticated, QuotaExceeded
 from storage.records import Limits

@@ -1,6 +1,6 @@
 """News between the processes of a cloud."""
 
-from engine.service.news.news import News
+from engine.service.news import News
 
 
 def test_news_reach_all_but_their_source_also_if_one_fails() -> None:

@@ -1,6 +1,6 @@
 """Ended tasks are kept for a while, and not without end."""
 
-from engine.service.tasks.retention import KEPT_FOR, MOST_ENDED, obsolete
+from engine.service.tasks.group import KEPT_FOR, MOST_ENDED, obsolete
 from ppaas.tasks.records import Task
 
 

@@ -1,9 +1,10 @@
-"""Ends a process when its parent exits."""
+"""A program that another process starts and reads: it ends with that process, and prints its answers alone."""
 
 import ctypes
 import os
 import signal
 import sys
+from typing import BinaryIO
 
 _PR_SET_PDEATHSIG = 1
 
@@ -19,3 +20,13 @@ def end_with(parent: int) -> None:
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
     if os.getppid() != parent:
         sys.exit(f"the parent process {parent} has exited already")
+
+
+def take_standard_output() -> BinaryIO:
+    """Return standard output; what the process and its children print from now on goes to standard error.
+
+    Children do not inherit it, so its reader does not wait for their end.
+    """
+    own = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+    return own

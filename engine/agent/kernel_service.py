@@ -8,7 +8,7 @@ import asyncio
 import contextlib
 from collections.abc import Iterator
 
-from engine.processes.stopping import cancel_all
+from engine.processes.background import cancel_all
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
 from engine.protocols.refusals import refusal_of
