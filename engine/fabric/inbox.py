@@ -1,4 +1,4 @@
-"""What arrives from Zenoh: a bounded queue from its threads to the event loop, and a cache of answered requests.
+"""Inbox of the fabric: a bounded queue from Zenoh's threads to the event loop, and a cache of answered requests.
 
 The queue never blocks the threads, and keeps the newest items. A request that arrives twice is executed once."""
 

@@ -1,3 +1,5 @@
+"""Tickets of machines."""
+
 from pathlib import Path
 
 import pytest

@@ -1,4 +1,4 @@
-"""Processes that exit with their parent."""
+"""Programs that exit with their parent, and print answers alone."""
 
 import signal
 import subprocess
@@ -7,6 +7,23 @@ from pathlib import Path
 
 from tests.support.engine.processes import has_ended
 from tests.support.waiting import until
+
+PROGRAM = """
+import os
+from engine.processes.helper_program import take_standard_output
+answers = take_standard_output()
+print("printed", flush=True)
+os.system("echo by a child")
+answers.write(b"an answer")
+answers.flush()
+"""
+
+
+def test_answers_alone_are_on_standard_output() -> None:
+    done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, check=True)
+    assert done.stdout == "an answer"
+    assert done.stderr == "printed\nby a child\n"
+
 
 CHILD = (
     "import time; from engine.processes.helper_program import end_with; "

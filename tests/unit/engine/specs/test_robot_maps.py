@@ -1,7 +1,9 @@
+"""Maps that robots continue, and users whose robots may join their new maps."""
+
 import pytest
 
 from engine.specs.containers import MapVersion
-from engine.specs.robot_maps import continued_map
+from engine.specs.robot_maps import continued_map, joint_map_owner
 from ppaas.errors import InvalidParameter
 from storage.memory.maps import MemoryMapStore
 from tests.support.storage.records import house, put_map
@@ -39,3 +41,14 @@ def test_unknown_maps_and_those_of_others_are_refused_alike(maps):
     for user, name in (("carl", "office"), ("ann", "garden")):
         with pytest.raises(InvalidParameter, match="is not a published map"):
             continued_map(maps, user, parameters(name))
+
+
+@pytest.mark.parametrize(
+    ("readers", "owner"), [((), "bob"), (("bob",), "ann"), (("*",), "bob"), (("carl", "bob"), "ann")]
+)
+def test_new_maps_may_be_joined_with_those_of_the_owner_who_shares_the_published_one_by_name(readers, owner):
+    maps = MemoryMapStore()
+    put_map(maps, house("office-2", readers=readers))
+    assert joint_map_owner(maps, "bob", "office-2") == owner
+    assert joint_map_owner(maps, "ann", "office-2") == "ann"
+    assert joint_map_owner(maps, "bob", "attic") == "bob"

@@ -1,3 +1,5 @@
+"""Handshakes that are expected."""
+
 import pytest
 
 from engine.protocols.handshakes import PendingHandshakes
