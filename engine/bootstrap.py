@@ -146,7 +146,6 @@ def _far_machines(config: CloudConfig, cloud: str) -> "RemoteMachines":
 
 
 def _agent_config(config: CloudConfig, cloud: str, far: "RemoteMachines | None") -> AgentConfig:
-    """Return the configuration of the local agent, without the address of the master."""
     return AgentConfig(
         machine=config.machine,
         control="",
@@ -240,7 +239,6 @@ class Engine(CloudListener):
         return leadership.former
 
     def _on_ray(self, watcher: WatcherProcess) -> RayMachines:
-        """Return the manager of the agents on the nodes of a Ray cluster."""
         peering = self._far.peering if self._far is not None else None
         return RayMachines(watcher, RouterProcess(self.run_dir, peering=peering))
 

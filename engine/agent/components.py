@@ -81,7 +81,7 @@ async def open_components(
     permit_only(config.allowed)
     compiler, starting = _compiler(config, stack, masters)
     listening = _router(config, stack)
-    runtime = await _runtime(config, stack, compiler)
+    runtime = await _runtime(config, stack, compiler)  # before the session on the fabric, which a fork would end
     router = await listening
     fabric = await _fabric(router, stack)
     session = MasterSession(remote=config.identity is not None)
@@ -195,7 +195,6 @@ async def _endpoint_relay(config: AgentConfig, stack: contextlib.AsyncExitStack,
 
 
 async def _relay(config: AgentConfig, stack: contextlib.AsyncExitStack, masters: MasterDirectory) -> RobotLinkRelay:
-    """Start the relay of robot links to an endpoint on another host."""
     path = Path(config.run_dir) / "link.sock"
     relay = RobotLinkRelay(path, lambda address: dial_cloud(config, "robot", address), lambda: masters.current)
     stack.push_async_callback(relay.close)

@@ -54,8 +54,6 @@ async def _nothing_to_prepare(planner: str) -> None:
 
 
 class _AttachedContainer:
-    """A container that identified itself, with its connection."""
-
     def __init__(self, expected: _Expected, stream: Stream) -> None:
         self.spec = spec = expected.spec
         self.secret = expected.secret
@@ -273,6 +271,7 @@ class ContainerGateway:
         subscriptions = self._topics.hear_others(attached.scope, attached.heard, attached.stream)
         self._attached[attached.spec.id] = attached
         self._arrived.set()
+        # One event for each arrival: all that wait for a container look again.
         self._arrived = asyncio.Event()
         try:
             while (frame := await attached.stream.receive()) is not None:
@@ -290,6 +289,7 @@ class ContainerGateway:
         match frame:
             case machine_link.SaveClone():
                 self._ask(frame.request, attached, _in_turn(attached, lambda: self._save_clone(attached, spec, frame)))
+            # Reads need not wait for their turn: only what is stored has an order.
             case machine_link.ReadLog():
                 self._ask(frame.request, attached, lambda: asyncio.to_thread(self._clones.log, spec, frame))
             case machine_link.KeepPlan():

@@ -18,7 +18,6 @@ from ppaas.traffic.taking_part import takes_part
 
 # -- positions, received once for the machine --------------------------------------------------------------------------
 
-
 PERIOD = 0.1
 """Smallest time between two batches [s]; a robot shares its position at most five times a second."""
 
@@ -81,7 +80,6 @@ class SharedPositions:
             self._begin_batch()
 
     def _begin_batch(self) -> list[machine_link.Shared]:
-        """Return the messages that wait, and begin another batch."""
         batch, self._size = [*self._waiting.values()], 0
         self._waiting.clear()
         if self._timer is not None:
@@ -131,8 +129,6 @@ MAX_STATE = 1 << 20
 
 
 class _Hearing:
-    """Shared positions that a container receives until it is closed."""
-
     def __init__(self, end: Callable[[], None]) -> None:
         self._end = end
 
@@ -259,12 +255,10 @@ def heard_by(spec: ContainerSpec) -> list[str]:
 
 
 def _people_on(scope: Scope) -> str:
-    """Return the key of what the people coordinator of a user publishes."""
     return shared_key(scope.map, scope.user, COORDINATOR, PEOPLE_STATE.name)
 
 
 def _of_groups(robot: RobotConfig, scope: Scope) -> list[str]:
-    """Return the keys of what the nodes of the groups of a robot publish for it."""
     keys = []
     if hears_coordinator(robot.parameters):
         keys.append(_people_on(scope))

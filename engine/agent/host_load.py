@@ -5,7 +5,8 @@ Machines ping each other over the fabric, the network of shared positions::
     ppaas-machines/<machine>/alive    liveliness token, declared while the agent runs
     ppaas-machines/<machine>/ping     queryable that answers with an empty payload
 
-Containers cannot reach these keys, which are outside the root key of shared topics."""
+Containers cannot reach these keys, which are outside the root key of shared topics.
+"""
 
 import asyncio
 import random
@@ -20,7 +21,6 @@ from ppaas.clock import Clock, monotonic
 from ppaas.errors import PPaaSError
 
 # -- network -----------------------------------------------------------------------------------------------------------
-
 
 BITS = 8
 

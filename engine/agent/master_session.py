@@ -3,7 +3,8 @@
 The master gives up a machine that misses ``MISSED`` heartbeats, and starts its containers elsewhere; and another master
 may replace one that is frozen or cannot renew its own lease. A machine that was frozen or disconnected, or whose master
 was, must not go on as if nothing had happened: it stores no checkpoint until a master that leads has answered a recent
-heartbeat, since its checkpoint might be older than one that was made elsewhere meanwhile."""
+heartbeat, since its checkpoint might be older than one that was made elsewhere meanwhile.
+"""
 
 import asyncio
 import logging

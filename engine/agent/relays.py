@@ -3,7 +3,8 @@
 A container in Docker sees no other sockets of its host, and one on another host than the master or the endpoint neither
 holds the key of its machine, with which it could impersonate the machine, nor needs a network. It dials a Unix socket,
 as on the master's host, and the agent forwards the bytes, over TLS to another host. To reach an endpoint, it first
-writes a line with the addresses of the endpoint, as JSON."""
+writes a line with the addresses of the endpoint, as JSON.
+"""
 
 import asyncio
 import contextlib

@@ -1,7 +1,8 @@
 """Requests of containers to the stores, which their machine executes: checkpoints, logs, plans and planning history.
 
 A container only reaches the checkpoint of its own clone, and plans of its own map version. A plan has the access rights
-of its map, and a container runs on a map only if its user may read that map."""
+of its map, and a container runs on a map only if its user may read that map.
+"""
 
 from collections import OrderedDict
 from threading import Lock

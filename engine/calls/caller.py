@@ -49,7 +49,6 @@ Frame = Call | Notice | Result | Failure
 logger = logging.getLogger(__name__)
 
 P = ParamSpec("P")
-
 R = TypeVar("R")
 
 

@@ -35,7 +35,6 @@ from storage.records import Limits
 
 # -- paths of users who request many at once ---------------------------------------------------------------------------
 
-
 AHEAD = 64
 """Number of paths that an endpoint counts ahead of their requests."""
 

@@ -187,6 +187,7 @@ class Endpoint:
         while True:
             await asyncio.sleep(PERIOD)
             led = await self._report()
+            # TCP may not notice that the network is down.
             if self._access.is_far and self.master.is_up and self.master.silence > GIVE_UP:
                 logger.warning("the master is silent: it or the network is down, and this endpoint dials again")
                 self.master.hang_up()
@@ -222,7 +223,6 @@ class Endpoint:
         return master.leads
 
     async def _learn_state(self) -> None:
-        """Learn the state of a new master at once."""
         await self._report()
 
     async def _forget_idle(self) -> None:

@@ -80,11 +80,11 @@ class LinkListener:
             await self._start_for_others(self._machines)
 
     async def _start_for_others(self, access: MachineAccess) -> None:
-        """Listen for containers of other hosts, with a certificate whose fingerprint they get."""
         from engine.remote.authority import key_pem, new_key, self_signed  # noqa: PLC0415 - imports cryptography
 
         identity = TlsIdentity(self.path.with_suffix(".key"), self.path.with_suffix(".pem"), access.authority)
         key = new_key()
+        # Containers learn its fingerprint from the master, so nobody need sign it.
         certificate_pem = self_signed("endpoint.ppaas", key)
         write_private(identity.key, key_pem(key))
         write_private(identity.certificate, certificate_pem)

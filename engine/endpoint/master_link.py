@@ -1,6 +1,7 @@
 """Link of an endpoint to its master, which reconnects when the master was lost, and registers again.
 
-An access connects it, here to a master on the same host."""
+An access connects it, here to a master on the same host.
+"""
 
 import asyncio
 import enum
@@ -20,9 +21,7 @@ from ppaas.errors import Unavailable
 logger = logging.getLogger(__name__)
 
 T = TypeVar("T")
-
 P = ParamSpec("P")
-
 R = TypeVar("R")
 
 

@@ -88,8 +88,6 @@ RETRY = 1.0
 
 
 class _Kind(NamedTuple):
-    """Clients of one place: the robot itself, or operators."""
-
     key: str
     as_robot: bool
 
@@ -153,7 +151,6 @@ class EndpointSessions:
             self._settle(kind)
 
     def _settle(self, kind: _Kind) -> None:
-        """Report to the master which clients have left."""
         while self._told[kind] > self._clients[kind]:
             self._told[kind] -= 1
             self._master.tell(MasterCalls.leave, kind.key, kind.as_robot)

@@ -1,6 +1,7 @@
 """Inbox of the fabric: a bounded queue from Zenoh's threads to the event loop, and a cache of answered requests.
 
-The queue never blocks the threads, and keeps the newest items. A request that arrives twice is executed once."""
+The queue never blocks the threads, and keeps the newest items. A request that arrives twice is executed once.
+"""
 
 import asyncio
 import logging

@@ -40,8 +40,6 @@ Handler = Callable[[str, bytes], Awaitable[bytes]]
 
 
 class _Envelope(msgspec.Struct, frozen=True):
-    """Attachment of a request, beside its payload."""
-
     id: str
     patience: float
 

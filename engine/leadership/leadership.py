@@ -1,7 +1,8 @@
 """Leadership of this process: takes and renews the lease of the master in the store, in a separate thread.
 
 A mandate is the right to give orders, with the epoch that these orders are of. All processes that use one data folder
-after each other have the same name as holders of the lease."""
+after each other have the same name as holders of the lease.
+"""
 
 import asyncio
 import logging
@@ -80,7 +81,7 @@ class Leadership:
     store : LeaseStore
         Store of the lease.
     holder : str
-        Name of this process (``engine.leadership.leadership``).
+        Name of this process (``holder_of``).
     timing : Timing
         Periods.
     clock : callable

@@ -1,6 +1,7 @@
 """Process of a cloud that is restarted whenever it exits: the agent of the local machine, or an endpoint.
 
-Spares are started before they are needed: they import their modules, and then wait for their settings."""
+Spares are started before they are needed: they import their modules, and then wait for their settings.
+"""
 
 import asyncio
 import contextlib
@@ -205,7 +206,6 @@ class KeptProcess:
             await asyncio.sleep(delay)
 
     async def _live(self) -> int | None:
-        """Run the process once; return its status, or None if it could not be started."""
         try:
             process, self._adopted = self._adopted or await self._spawn(), None
         except OSError as error:

@@ -123,6 +123,7 @@ class ProcessKeeper:
         self._kept[name].kill()
 
     def _started(self, name: str, pid: int) -> None:
+        # Heartbeats of the process before say nothing about this one.
         self._beats[name].clear()
         self._note(name, pid)
 

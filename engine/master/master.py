@@ -107,6 +107,7 @@ class Master:
             The event is refused: see ``handle_user_request``, ``handle_administrator_request``,
             ``handle_machine_report`` and ``handle_container_report``.
         """
+        # Before the decision: a refused request uses a container number, so a replay needs it too.
         self.log.append(event)
         orders = self._decide(event)
         return orders if isinstance(event, _MEASUREMENTS) else [*orders, *serve_queue(self._state)]
@@ -234,7 +235,6 @@ def open_place(request: PlaceRequest, state: MasterState) -> list[Order]:
 
 
 def _close_place(key: str, state: MasterState) -> list[Order]:
-    """Close a place, if it is open; waiting places get its room."""
     state.queue.remove(key)
     place = state.drop(key)
     return [*state.empty(place), *use_room(state)] if place is not None else []
@@ -336,6 +336,7 @@ def remove_machine(machine_id: str, state: MasterState) -> list[Order]:
             state.empty(place)
             orders += state.fill(place.request.key, place)
         else:
+            # It was room reserved here for a place that moves.
             state.places[state.place_of.pop(container)].successor = None
     return orders
 
@@ -400,6 +401,7 @@ def _replace(event: ContainerLost, state: MasterState) -> list[Order]:
         return []
     key, left = place.request.key, place.leaving
     state.empty(place)
+    # To leave is no crash: it counts towards no limit, and causes no delay.
     if left:
         return state.fill(key, place)
     if isinstance(reason, InvalidInput | NotFound | Conflict):
@@ -493,6 +495,7 @@ def use_room(state: MasterState) -> list[Order]:
 def move_on(state: MasterState) -> list[Order]:
     """Return orders that make ready containers leave machines being drained, if another machine has room for them."""
     full, orders = FullMachines(), list[Order]()
+    # Sorted, so that a replay of the same events gives the same orders.
     for machine in sorted(state.draining):
         if len(state.moving) >= MOVES:
             break

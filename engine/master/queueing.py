@@ -1,6 +1,7 @@
 """Requests that do not fit now: refused with a reason, or queued until they fit.
 
-The balancer is not asked again for a size that no machine had room for."""
+The balancer is not asked again for a size that no machine had room for.
+"""
 
 import math
 from collections.abc import Callable, Collection, Mapping
@@ -117,6 +118,7 @@ class Queue:
             return opening(request)
         except (QuotaExceeded, Unavailable):
             quota = self._quotas.of(request.user)
+            # It would wait for ever.
             if not quota.containers or quota.cores < request.cores:
                 raise
         self._add(request)

@@ -273,9 +273,11 @@ class MasterState:
 
     def reserve(self, place: Place) -> tuple[str, ContainerSpec] | None:
         """Reserve room for the next container of a place; return its machine and spec, or None if there is no room."""
+        # Two clones would act at once, and overwrite each other's checkpoints.
         if self.may_run(place):
             return None
         request, container = place.request, f"c{self._last_number + 1}{self._id_suffix}"
+        # A replacement stays in the session, whose checkpoints it continues.
         session = place.session or container
         spec = ContainerSpec(
             container, request.user, request.map, place.cores, request.robot, session=session, labels=request.labels,

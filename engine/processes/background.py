@@ -1,7 +1,8 @@
 """Background tasks of a process, and its stop.
 
 Failures of background tasks are logged, and their owner can wait for them. Some repeat a check. SIGINT and SIGTERM stop
-a process, whatever it is doing."""
+a process, whatever it is doing.
+"""
 
 import asyncio
 import logging

@@ -1,7 +1,8 @@
 """Heartbeats: a process that misses several in a row is frozen, even if its connection is still open.
 
 A master counts the heartbeats of the connected machines and containers, and replaces what stopped responding as if it
-had died. A process without a connection to its keeper shows its heartbeats in a file."""
+had died. A process without a connection to its keeper shows its heartbeats in a file.
+"""
 
 import asyncio
 import os

@@ -1,6 +1,7 @@
 """Addresses of links: ``unix:/path`` on one machine, ``tls://host:port`` between machines.
 
-An endpoint has several addresses for containers, by which it may be dialled."""
+An endpoint has several addresses for containers, by which it may be dialled.
+"""
 
 import re
 from pathlib import Path

@@ -184,7 +184,6 @@ class FrameReceiver(asyncio.Protocol):
 
 
 def _held_by(reader: asyncio.StreamReader) -> bytes:
-    """Return the buffered data of a reader."""
     reading = reader.read(1 << 30)
     try:
         reading.send(None)

@@ -1,7 +1,8 @@
 """Handshakes of incoming connections: those that are expected, and peers that have not shown yet who they are.
 
 An expected connection has a name and a secret, and comes once. Unproven peers are bounded, so that silent ones make
-room for others."""
+room for others.
+"""
 
 import hmac
 import logging

@@ -1,6 +1,7 @@
 """Listens and dials, at Unix sockets and over TLS.
 
-Some servers are known by the fingerprint of their certificate, and not by a name in it."""
+Some servers are known by the fingerprint of their certificate, and not by a name in it.
+"""
 
 import asyncio
 import hashlib

@@ -198,7 +198,6 @@ async def _stay(membership: Membership, options: MachineOptions, places: Places)
 async def _run_once(
     membership: Membership, masters: Masters, options: MachineOptions, places: Places, terminated: asyncio.Event
 ) -> bool:
-    """Run the agent once; return whether the cloud was reached."""
     config: AgentConfig | None = None
     try:
         with until_terminated(terminated):
@@ -261,7 +260,7 @@ async def dial_again(membership: Membership, masters: Masters, options: MachineO
 
 
 def _without_addresses(config: AgentConfig) -> AgentConfig:
-    """Return a configuration without what differs between the masters of a cloud."""
+    # These differ between the masters of a cloud.
     peering = None if config.peering is None else msgspec.structs.replace(config.peering, connect=())
     return msgspec.structs.replace(config, cloud="", control="", peering=peering)
 

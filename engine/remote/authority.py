@@ -25,7 +25,6 @@ from ppaas.errors import InvalidInput, NotPermitted
 
 # -- keys and certificates ---------------------------------------------------------------------------------------------
 
-
 LIFETIME = datetime.timedelta(days=3650)
 
 SLACK = datetime.timedelta(days=1)

@@ -113,6 +113,7 @@ class TlsListener:
             return
         if certificate is None or purpose not in self._serve:
             raise NotPermitted("the client has no certificate or no known purpose")
+        # Only the last certificate of each name is valid, so there is no list of revoked ones.
         machine = self._authority.machine_of(certificate)
         if machine.endswith(STANDBY) != (purpose == "standby"):
             raise NotPermitted(f"the certificate of {machine!r} is not for this purpose: {purpose}")
@@ -242,7 +243,6 @@ class RemoteMachines:
         await stream.close()
 
     def _announce(self) -> None:
-        """Send all machines the addresses of the cloud's masters."""
         if self._control is not None:
             self._control.tell_all(MastersChanged(self._masters.texts()))
 

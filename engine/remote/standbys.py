@@ -1,7 +1,8 @@
 """Connections between a leader and its standbys.
 
 The leader sends standbys the files that they need to lead, and machines the addresses of all masters. A standby keeps a
-copy of these files."""
+copy of these files.
+"""
 
 import asyncio
 import contextlib
@@ -145,6 +146,7 @@ class Standbys:
     async def _serve(self, stream: FrameStream[StandbyHello]) -> None:
         """Send files until the standby disconnects; it sends nothing more."""
         sending = asyncio.create_task(self._send(stream))
+        # It ends when the standby disconnects.
         reading = asyncio.create_task(stream.receive())
         try:
             await asyncio.wait((sending, reading), return_when=asyncio.FIRST_COMPLETED)
@@ -160,6 +162,7 @@ class Standbys:
         seen: tuple[int, ...] = ()
         while self.mandate.leads():
             now, names = await asyncio.to_thread(signature, self._data), None
+            # Files are read only if one has changed since.
             if now != seen:
                 files, seen = await asyncio.to_thread(read_files, self._data), now
                 for name in in_order({name for name, content in files.items() if sent.get(name) != content}):

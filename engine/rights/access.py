@@ -12,7 +12,6 @@ from storage.sharing_records import ALL, SHARE_ROLES, Share, ShareRole, TokenSco
 
 # -- services by the right that they need ------------------------------------------------------------------------------
 
-
 READING = frozenset(
     {
         "compute_costs",

@@ -1,6 +1,7 @@
 """Administration: machines and containers of a running cloud, as operators see and change them.
 
-Settings and names of machines are on disk, for a cloud process that starts after this one was killed."""
+Settings and names of machines are on disk, for a cloud process that starts after this one was killed.
+"""
 
 import logging
 from collections.abc import Callable, Iterable, Iterator, Mapping

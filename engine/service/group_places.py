@@ -1,6 +1,7 @@
 """Group places: opens and closes the places of group nodes, and calls these nodes.
 
-Coordinators serve robots that track people, traffic nodes serve robots that drive by grants."""
+Coordinators serve robots that track people, traffic nodes serve robots that drive by grants.
+"""
 
 import asyncio
 import logging
@@ -210,6 +211,7 @@ class GroupPlaces:
             robot = None if request is None or not self._takes_part(request) else request.robot
             if request is None or robot is None or self._service.place(key) is None:
                 self._robots.discard(key)
+            # A robot in the queue has no container, so its group needs no node for it yet.
             elif self._service.position(key) is None:
                 groups[request.user, request.map.id][robot.id] = request
         return groups

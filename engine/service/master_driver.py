@@ -473,6 +473,7 @@ class OrderExecution:
     def _send_start(self, machine: str, spec: ContainerSpec) -> None:
         self._times.send(spec.id)
         secret = secrets.token_urlsafe(24)
+        # Before the order is sent, since the container dials as soon as it runs.
         self._links.expect(spec.id, secret, machine)
         self._control.order(machine, control_link.StartContainer(spec, secret, str(self._links.path)))
 
@@ -639,6 +640,7 @@ class MachineEvents:
         )
         adopted = tuple(order.carried.spec.id for order in orders if isinstance(order, Adopt))
         epoch = self._control.mandate.epoch
+        # Before all other orders: until its welcome a machine stores no checkpoint for its containers.
         self._control.order(machine, control_link.Welcome(self._checkpoints.instance, adopted, epoch))
         self._beats[machine] = 0
         self._starting.pop(machine, None)
@@ -715,6 +717,7 @@ class MachineEvents:
         orders = self._master.handle(event)
         for container in lost:
             self._links.forget(container)
+            # A machine that was cut off may still run it: nothing more of it is heard.
             self._links.hang_up(container)
             self._times.forget(container)
         self._execute(orders)

@@ -1,7 +1,8 @@
 """News and facts that the processes of a cloud exchange about the stores and about robots.
 
 News say what one process changed in the stores, so that others drop it from caches. Facts about robots, such as how far
-a publication is, are known to one process, and others ask for them."""
+a publication is, are known to one process, and others ask for them.
+"""
 
 import asyncio
 import logging

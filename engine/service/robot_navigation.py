@@ -2,7 +2,8 @@
 
 A navigation client is a client of the robot's place, as an operator's socket is. A result is lost if the container is
 killed before it sends it. Move Base repeats the status of its goals, by which they are watched
-(`ppaas.navigation.goal_watch`)."""
+(`ppaas.navigation.goal_watch`).
+"""
 
 import asyncio
 import contextlib
@@ -29,7 +30,6 @@ from ppaas.nodes import topics
 from ppaas.nodes.frames import MAP
 
 # -- one robot ---------------------------------------------------------------------------------------------------------
-
 
 MAX_ACTIVE = 32
 """Largest number of goals of a robot that have not ended."""
@@ -340,7 +340,6 @@ class RobotNavigation:
         self._open(user, robot).cancel_all()
 
     def _open(self, user: str, robot: str) -> NavigationClient:
-        """Return the client of a robot that has a container; it may wait for the robot."""
         key = robot_key(user, robot)
         place = self._service.place(key)
         if place is None:

@@ -1,6 +1,7 @@
 """Robot sessions: counts the clients of each robot's place, and closes the place some time after the last has left.
 
-Places of robots whose clients are idle are closed too, so that their containers are free for others."""
+Places of robots whose clients are idle are closed too, so that their containers are free for others.
+"""
 
 import asyncio
 import contextlib
@@ -116,6 +117,7 @@ class RobotSessions:
             self._check_single(user, robot, as_robot=as_robot)
             self._follow(heads)
             place = await self._open(request, queue=queue)
+            # Again, since another socket of the robot may have come meanwhile.
             self._check_single(user, robot, as_robot=as_robot)
         closing = self._closing.pop(key, None)
         if closing is not None:
@@ -181,7 +183,6 @@ class RobotSessions:
         return self._service.position(place.key)
 
     def _request(self, user: str, robot: str) -> tuple[PlaceRequest, list[MapRecord]]:
-        """Return the request for the place of a robot, and the current versions of its map and masks."""
         record = self._store.robot(user, robot)
         place = robot_place(self._map_store, record, urdf_of(self._store, user, robot))
         parameters = with_priorities(place.config.parameters, self._node_priorities)
@@ -195,6 +196,7 @@ class RobotSessions:
         self._clients[key] -= 1
         if self._clients[key] <= 0:
             del self._clients[key]
+            # A place in the queue has no clone that a robot could come back to.
             waits = self._service.position(key) is not None
             self._closing[key] = asyncio.create_task(self._close_later(key, 0.0 if waits else self._linger))
 

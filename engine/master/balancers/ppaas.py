@@ -112,7 +112,6 @@ class SameMap(Balancer):
                 del self._groups[name]
 
     def _grown(self, machine: Machine) -> None:
-        """Notify the groups of a machine that its room may have grown."""
         for group in self._groups_on[machine.id]:
             self._groups[group].update(machine)
 

@@ -133,6 +133,7 @@ class RayCluster:
         actor: Any = ray.remote(AgentActor).options(
             name=_name(node),
             lifetime="detached",
+            # The actor itself holds the cores: a placement group would be one more object that could be left behind.
             num_cpus=cores,
             max_restarts=0,  # the supervisor starts another, on the nodes that exist then
             scheduling_strategy=NodeAffinitySchedulingStrategy(node.id, soft=False),

@@ -225,6 +225,7 @@ class Supervisor:
             tries.count, tries.not_before, tries.warned = tries.count + 1, self._clock(), False
 
     def _start_new(self, node: ClusterNode, tries: _Tries) -> Keeper | None:
+        # Ray itself lets an actor that asks for too many cores wait without a message.
         free = self._cluster.free_cores(node)
         cores = min(free, self._cores or free)
         if cores < 1:  # Ray would queue it without an error

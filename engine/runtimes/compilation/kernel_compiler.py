@@ -90,6 +90,7 @@ class KernelCompiler:
         process = await asyncio.create_subprocess_exec(*command, stdin=pipe, stdout=pipe, limit=MAX_LINE)
         try:
             self._process = process
+            # The compiler before may have been killed with requests: they come first here too.
             self._ask(self._wanted)
             assert process.stdout is not None
             async for line in process.stdout:

@@ -59,8 +59,6 @@ def _read_wanted(notes: ModuleNotes) -> None:
 
 
 class _Printed:
-    """Writes reports that differ from the one before."""
-
     def __init__(self, output: BinaryIO) -> None:
         self._output = output
         self._last: compile_pool.CompileReport | None = None
@@ -73,8 +71,6 @@ class _Printed:
 
 
 class _Progress:
-    """Writes how far the compilation is, in words."""
-
     def __init__(self, output: BinaryIO) -> None:
         self._output = output
         self._last = -1

@@ -198,6 +198,7 @@ class DockerContainer:
         """
         path = self._folders.sockets / START
         self._server = await asyncio.start_unix_server(self._on_dialled, path)
+        # The process inside is no user of this host: anybody may dial, in a folder that is closed to other users.
         path.chmod(0o666)
         places = {FOLDER: self._folders.sockets, LAYERS: self._folders.layers}
         self.id = await self._engine.run(command, places, limits)

@@ -3,7 +3,8 @@
 The interpreter writes into code objects as it runs them: call counters and inline caches. Code objects are in memory
 in the order in which modules were imported, so those that a container runs are scattered among those that it never
 runs, and each function that it calls costs it a private copy of a page or two. Code objects that are copied one after
-the other take a fifth of these pages."""
+the other take a fifth of these pages.
+"""
 
 import ctypes
 import gc
@@ -16,7 +17,6 @@ from types import CodeType, FrameType, FunctionType
 from engine.runtimes.memory_tuning.switch import LEAN
 
 # -- gaps between objects ----------------------------------------------------------------------------------------------
-
 
 POOL = 1 << 14
 """Size of a pool of the interpreter, from which it allocates blocks of one size [bytes]."""

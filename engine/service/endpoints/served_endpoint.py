@@ -147,6 +147,7 @@ class ServedEndpoint:
     async def join(self, join: Join) -> JoinedPlace:
         """Add a client to the place of a robot, and let its containers dial the endpoint."""
         if join.as_robot:
+            # First, so that a dead socket of the robot does not refuse this one.
             await self._neighbours.displace(self, join)
         place = await self._sessions.join(
             join.user, join.robot, as_robot=join.as_robot, hold=join.hold, queue=join.queue
@@ -226,6 +227,7 @@ class ServedEndpoint:
         return JoinedPlace(place.key, place.base_frame, self._driver.position(place.key), nearer)
 
     def _dial_order(self, here: Registration, place: str, container: int) -> DialEndpoint:
+        # A container of a later master outranks all of an earlier one.
         generation = self._driver.mandate.epoch << EPOCH_SHIFT | container
         secret = place_secret(here.container_secret, place, generation)
         return DialEndpoint(here.endpoint, here.at, place, generation, secret)

@@ -174,7 +174,6 @@ class TaskRunner:
         await group.step(labels, now, measure)
 
     async def _labels_of(self, user: str, robot: str, now: float) -> dict[str, str]:
-        """Return the labels of a robot: what its file has as properties."""
         read_at, labels = self._labels.get((user, robot), (float("-inf"), {}))
         if now - read_at >= LABELS:
             labels = await asyncio.to_thread(self._read_labels, user, robot)
