@@ -10,13 +10,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from engine.agent.config import AgentConfig
-from engine.agent.master_redial import ADOPT_WITHIN
+from engine.agent.config import ADOPT_WITHIN, AgentConfig
 from engine.container.monitor.parameters import monitor_parameters
 from engine.fabric.router import RouterProcess
 from engine.leadership.leadership import Leadership
-from engine.local.agent_record import read_record
-from engine.local.machine import Agents, LocalMachine, settle_config
+from engine.local.machine import Agents, LocalMachine, read_record, settle_config
 from engine.master.balancers.registry import BALANCERS, DEFAULT
 from engine.master.master import Master
 from engine.master.places import LINGER
@@ -27,18 +25,15 @@ from engine.protocols.address import parse_host_port
 from engine.remote.cluster_settings import ContainerSettings, EndpointSettings
 from engine.remote.endpoint_processes import EndpointProcesses
 from engine.remote.ray.config import WatchConfig
-from engine.remote.ray.machines import RayMachines
-from engine.remote.ray.watcher_process import WatcherProcess
+from engine.remote.ray.watcher_process import RayMachines, WatcherProcess
 from engine.runtimes import registry as runtimes
+from engine.service.administration import MachineRegistry
 from engine.service.endpoints.cloud import Cloud
 from engine.service.endpoints.server import SOCKET, EndpointServer
-from engine.service.listener import CloudListener
-from engine.service.machine_events import RETURN_TIMEOUT
-from engine.service.machine_registry import MachineRegistry
-from engine.service.master_driver import MasterDriver
+from engine.service.master_driver import RETURN_TIMEOUT, CloudListener, MasterDriver
 from engine.service.robot_sessions import RobotSessions
-from engine.service.start_log import log_start
 from engine.specs.checkpoints import CheckpointSelection
+from engine.specs.start_state import log_start
 from ppaas.errors import InvalidInput, Unavailable
 from storage.disk_space.reserve import DiskReserve
 from storage.ports import MapStore, Store
@@ -151,7 +146,6 @@ def _far_machines(config: CloudConfig, cloud: str) -> "RemoteMachines":
 
 
 def _agent_config(config: CloudConfig, cloud: str, far: "RemoteMachines | None") -> AgentConfig:
-    """Return the configuration of the local agent, without the address of the master."""
     return AgentConfig(
         machine=config.machine,
         control="",
@@ -245,7 +239,6 @@ class Engine(CloudListener):
         return leadership.former
 
     def _on_ray(self, watcher: WatcherProcess) -> RayMachines:
-        """Return the manager of the agents on the nodes of a Ray cluster."""
         peering = self._far.peering if self._far is not None else None
         return RayMachines(watcher, RouterProcess(self.run_dir, peering=peering))
 

@@ -33,7 +33,7 @@ from engine.protocols.session_frames import (
 )
 from engine.rights.access import Access
 from engine.runtimes.compilation import kernel_modules
-from engine.runtimes.compilation.threads import KernelThreads
+from engine.runtimes.compilation.threading_layer import KernelThreads
 from engine.specs.containers import ContainerSpec, Launch, MapVersion, RobotConfig
 from ppaas.clock import ManualClock
 from ppaas.errors import Unavailable

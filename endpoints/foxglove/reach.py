@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from endpoints.sharing.shared_robots import own_robots, reach, robots_shared_with
-from engine.service.endpoints.machine_calls import ContainerCalls
+from engine.service.endpoints.control_plane import ContainerCalls
 from ppaas.errors import NotFound, NotPermitted
 from ppaas.maps.new_map import new_map_id
 from ppaas.wire.foxglove.conversion.frames import SharedFrames

@@ -16,7 +16,7 @@ from endpoints.services.joint_maps import Join, RobotMap, shown_to
 from endpoints.services.services import Services
 from engine.processes.background import repeat
 from engine.service.views import MappingRobot
-from engine.specs.joint_maps import joint_map_owner
+from engine.specs.robot_maps import joint_map_owner
 from ppaas.errors import NotPermitted, PPaaSError, Unavailable
 from ppaas.maps.new_map import new_map_id
 from ppaas.messages.slam_toolbox import UseJointMapRequest

@@ -8,8 +8,7 @@ from endpoints.removal.users import RemovedUsers
 from endpoints.services.disk_watch import DiskWatch
 from endpoints.services.services import Services
 from engine.processes.background import Background
-from engine.service.idle_watch import IdleWatch
-from engine.service.robot_sessions import RobotSessions
+from engine.service.robot_sessions import IdleWatch, RobotSessions
 from engine.service.tasks.runner import TaskRunner
 
 

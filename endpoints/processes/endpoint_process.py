@@ -26,13 +26,13 @@ from endpoints.services.caches import Caches
 from endpoints.services.robot_facts import RobotFacts
 from endpoints.services.services import Services
 from endpoints.web import Web
-from engine.calls.remote import remote
+from engine.calls.interface import remote
 from engine.endpoint.endpoint import Endpoint, Here
 from engine.endpoint.link_listener import MachineAccess
-from engine.endpoint.master_access import OwnMaster
+from engine.endpoint.master_link import OwnMaster
 from engine.leadership.leadership import MASTER
+from engine.processes.background import cancel_all, run_unless_stopped, stop_on_signals
 from engine.processes.run_dir import add_owner
-from engine.processes.stopping import cancel_all, run_unless_stopped, stop_on_signals
 from engine.protocols.address import UnixAddress, parse_host_port
 from engine.service.endpoints.server import SOCKET
 from ppaas.errors import PPaaSError

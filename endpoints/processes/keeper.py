@@ -8,8 +8,8 @@ from pathlib import Path
 
 from endpoints.processes import serving
 from endpoints.processes.config import EndpointConfig
+from engine.local.kept_process import SpareProcesses
 from engine.local.process_keeper import ProcessKeeper
-from engine.local.spare_processes import SpareProcesses
 from engine.service.endpoints.server import EndpointServer
 from ppaas.errors import Unavailable
 

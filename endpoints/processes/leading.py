@@ -11,10 +11,9 @@ from typing import NoReturn
 
 from endpoints.listeners import listen
 from engine.bootstrap import CloudConfig
-from engine.leadership.holder import holder_of
-from engine.leadership.leadership import Leadership
-from engine.local.spare_processes import SpareProcesses
-from engine.processes.stopping import cancel_all
+from engine.leadership.leadership import Leadership, holder_of
+from engine.local.kept_process import SpareProcesses
+from engine.processes.background import cancel_all
 from engine.protocols.address import parse_host_port
 from engine.remote.replica import LAST, MACHINES
 from ppaas.errors import Conflict, InvalidInput
@@ -65,7 +64,7 @@ async def _copy_files(
     """Copy the leader's files for its machines of other hosts; wait for them unless earlier ones are here."""
     # Imported here, because a process that is no standby does not need cryptography.
     from engine.remote.machines import ADDRESS  # noqa: PLC0415
-    from engine.remote.standby_link import StandbyLink, membership_of  # noqa: PLC0415
+    from engine.remote.standbys import StandbyLink, membership_of  # noqa: PLC0415
 
     (arguments.data / MACHINES / ADDRESS).unlink(missing_ok=True)  # tickets are made by the leader alone
     if listen_machines is None:

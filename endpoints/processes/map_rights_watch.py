@@ -10,7 +10,7 @@ from endpoints.services.services import Services
 from engine.processes.background import repeat
 from engine.service.links.place_link import PlaceLink
 from engine.service.robot_sessions import RobotSessions
-from engine.specs.joint_maps import owner_by
+from engine.specs.robot_maps import owner_by
 from ppaas.errors import NotFound, NotPermitted, Unavailable
 
 PERIOD = 0.5

@@ -13,7 +13,7 @@ from endpoints.listeners import listen, url_of
 from endpoints.processes.config import EndpointConfig, FrontConfig, front_config
 from endpoints.processes.records import ENDPOINTS_HERE, left_endpoints
 from engine.bootstrap import Engine
-from engine.leadership.holder import holder_of
+from engine.leadership.leadership import holder_of
 
 logger = logging.getLogger(__name__)
 

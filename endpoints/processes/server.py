@@ -35,12 +35,11 @@ from endpoints.services.caches import Caches
 from endpoints.services.robot_facts import RobotFacts
 from endpoints.services.services import Services
 from engine.bootstrap import CloudConfig, Engine
-from engine.local.spare_processes import SpareProcesses
+from engine.local.kept_process import SpareProcesses
 from engine.master.quotas import Quota
-from engine.processes.background import Background
+from engine.processes.background import Background, run_unless_stopped, stop_on_signals
 from engine.processes.exclusive_owner import LOCK, sole_owner
 from engine.processes.private_files import keep_new_files_private, make_private_folder, warn_if_open, write_private
-from engine.processes.stopping import run_unless_stopped, stop_on_signals
 from engine.remote.endpoint_processes import EndpointProcesses
 from engine.remote.replica import MACHINES
 from engine.runtimes.compilation.cache_folder import ensure_cache

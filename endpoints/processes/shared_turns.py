@@ -6,9 +6,8 @@ from contextlib import asynccontextmanager
 from typing import Protocol
 
 from endpoints.accounts.user_turns import Turn, UserTurns
-from engine.calls.remote import remote
-from engine.endpoint.master_link import MasterLink
-from engine.endpoint.undone_if_cancelled import undone_if_cancelled
+from engine.calls.interface import remote
+from engine.endpoint.master_link import MasterLink, undone_if_cancelled
 from engine.processes.background import Background
 
 LONGEST = 120.0

@@ -13,8 +13,7 @@ from typing import BinaryIO
 
 import msgspec
 
-from engine.processes.own_output import take_standard_output
-from engine.processes.parent_watch import end_with
+from engine.processes.helper_program import end_with, take_standard_output
 from engine.specs.clone_to_check import CloneToCheck
 from ppaas.decoding import from_json
 from ppaas.log_lines import log_lines

@@ -4,7 +4,7 @@ from functools import partial
 from typing import Any
 
 from endpoints.services.services import Services
-from engine.service.news.news import NewsKind
+from engine.service.news import NewsKind
 from storage.store_cache import StoreCache
 
 

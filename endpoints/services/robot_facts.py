@@ -9,7 +9,7 @@ from endpoints.services.joint_maps import ALONE, Sharing
 from endpoints.services.publications import Progress
 from endpoints.services.refused_connects import RefusedConnect
 from endpoints.services.services import Services
-from engine.service.news.robot_facts import FactKind
+from engine.service.news import FactKind
 from ppaas.decoding import from_json
 
 F = TypeVar("F")

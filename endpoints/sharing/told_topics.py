@@ -3,8 +3,7 @@
 from collections.abc import Mapping
 from typing import Final
 
-from engine.rights.access import Access
-from engine.rights.services import only_reads
+from engine.rights.access import Access, only_reads
 from ppaas.nodes import topics
 
 GOALS: Final = (topics.MOVE_BASE_GOAL.name, topics.MOVE_BASE_STATUS.name)

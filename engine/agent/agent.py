@@ -25,7 +25,7 @@ import uvloop
 
 from engine.agent.components import AgentComponents, dial_master, open_components
 from engine.agent.config import AgentConfig
-from engine.agent.master_redial import Dial, Master, MasterDirectory, MasterRedial, OneMaster
+from engine.agent.master_session import Dial, Master, MasterDirectory, MasterRedial, OneMaster
 from engine.processes.heartbeats import BEAT_PERIOD, MISSED
 from engine.processes.instances import is_dead
 from engine.processes.run_dir import remove_unless_owned
@@ -66,6 +66,7 @@ class Agent:
                     "the master is unreachable: containers keep running for %g s, and the agent dials again",
                     within,
                 )
+                # The time limit counts from the first loss: a master that refuses this machine does not renew it.
                 self._redial = MasterRedial(within)
             stream = await self._redial(dial)
 
@@ -78,6 +79,7 @@ class Agent:
             while not self._is_finished() and (order := await stream.receive()) is not None:
                 self._carry_out(order)
         finally:
+            # From here on this machine stores no checkpoint: its containers may be replaced elsewhere.
             self._session.lost()
             tasks = [*reports, *([self._looking] if self._looking is not None else [])]
             for task in tasks:
@@ -136,7 +138,9 @@ class Agent:
             return
         if self._components.relay is not None:
             self._components.relay.leave_others()
+        # The robots of all others are served elsewhere by now.
         self._hosting.keep_only(welcome.adopted)
+        # Containers got no Stop, and dial again: at once, if they know that somebody listens.
         self._hosting.endpoint_came()
         self._components.gateway.cloud = welcome.cloud
         self._redial = None

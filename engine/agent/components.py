@@ -11,31 +11,24 @@ from engine.agent.config import AgentConfig
 from engine.agent.container_gateway import ContainerGateway
 from engine.agent.container_supervisor import ContainerSupervisor
 from engine.agent.entries import ENTRIES
-from engine.agent.host_load import HostLoad
+from engine.agent.host_load import HostLoad, Neighbours, NetworkLoad
+from engine.agent.kernel_service import KernelService
 from engine.agent.layer_builder import LayerBuilder
 from engine.agent.map_cache import MapCache
-from engine.agent.master_redial import Master, MasterDirectory
-from engine.agent.master_session import MasterSession
-from engine.agent.neighbours import Neighbours
-from engine.agent.network_load import NetworkLoad
-from engine.agent.relays.endpoint_relay import EndpointRelay
-from engine.agent.relays.robot_link_relay import RobotLinkRelay
-from engine.agent.requests.kernel_service import KernelService
-from engine.agent.start_reports import report_start
+from engine.agent.master_session import Master, MasterDirectory, MasterSession, report_start
+from engine.agent.relays import EndpointRelay, RobotLinkRelay
 from engine.fabric.router import RouterProcess
 from engine.fabric.session import Fabric
+from engine.processes.background import cancel_all
 from engine.processes.instances import folder_of, instance_name
-from engine.processes.stopping import cancel_all
 from engine.protocols import control_link
-from engine.protocols.address import TlsAddress, parse_address, reached_as
-from engine.protocols.endpoint_sockets import RELAY, EndpointAddress
+from engine.protocols.address import RELAY, EndpointAddress, TlsAddress, parse_address, reached_as
 from engine.protocols.framing import FrameStream
-from engine.protocols.pinned import dial_pinned
-from engine.protocols.sockets import Streams, dial
+from engine.protocols.sockets import Streams, dial, dial_pinned
 from engine.protocols.tls_identity import Purpose, TlsIdentity
 from engine.recorder.recorder_process import NO_RECORDER, RecorderProcess, Recordings
 from engine.runtimes.base import Premises, Runtime
-from engine.runtimes.compilation import store_kernels
+from engine.runtimes.compilation import kernel_compiler
 from engine.runtimes.compilation.kernel_compiler import KernelCompiler
 from engine.runtimes.registry import RUNTIMES
 from ppaas.errors import Unavailable
@@ -88,7 +81,7 @@ async def open_components(
     permit_only(config.allowed)
     compiler, starting = _compiler(config, stack, masters)
     listening = _router(config, stack)
-    runtime = await _runtime(config, stack, compiler)
+    runtime = await _runtime(config, stack, compiler)  # before the session on the fabric, which a fork would end
     router = await listening
     fabric = await _fabric(router, stack)
     session = MasterSession(remote=config.identity is not None)
@@ -157,7 +150,7 @@ async def _runtime(config: AgentConfig, stack: contextlib.AsyncExitStack, compil
     runtime: Runtime = RUNTIMES.load(config.runtime).on(premises)
     stack.push_async_callback(runtime.close)
     # Both compile kernels at the first start on a host, each its own: do it concurrently.
-    await asyncio.gather(runtime.start(), asyncio.to_thread(store_kernels.prepare))
+    await asyncio.gather(runtime.start(), asyncio.to_thread(kernel_compiler.prepare))
     compiler.begin()
     return runtime
 
@@ -202,7 +195,6 @@ async def _endpoint_relay(config: AgentConfig, stack: contextlib.AsyncExitStack,
 
 
 async def _relay(config: AgentConfig, stack: contextlib.AsyncExitStack, masters: MasterDirectory) -> RobotLinkRelay:
-    """Start the relay of robot links to an endpoint on another host."""
     path = Path(config.run_dir) / "link.sock"
     relay = RobotLinkRelay(path, lambda address: dial_cloud(config, "robot", address), lambda: masters.current)
     stack.push_async_callback(relay.close)

@@ -2,9 +2,11 @@
 
 import msgspec
 
-from engine.agent.master_redial import ADOPT_WITHIN
 from engine.fabric.zenoh_config import Peering
 from engine.runtimes.registry import DEFAULT
+
+ADOPT_WITHIN = 30.0
+"""Default time for which containers outlive their master [s]."""
 
 
 class AgentConfig(msgspec.Struct, frozen=True):

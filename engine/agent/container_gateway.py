@@ -13,14 +13,13 @@ from typing import NamedTuple
 import msgspec
 
 from engine.agent.fleet_topics import Fabric, FleetTopics, heard_by, scope_of
-from engine.agent.requests.clone_service import CloneService
-from engine.agent.requests.kernel_service import KernelService, nothing_to_compile
-from engine.agent.requests.plan_service import PlanService
+from engine.agent.kernel_service import KernelService, nothing_to_compile
+from engine.agent.store_requests import CloneService, PlanService
 from engine.processes.background import Background
 from engine.processes.occasional_log import OccasionalLog
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
-from engine.protocols.pending_handshakes import PendingHandshakes, is_same
+from engine.protocols.handshakes import PendingHandshakes, is_same
 from engine.protocols.refusals import Refusal, error_of, refusal_of
 from engine.recorder.recorder_process import NO_RECORDER, Recordings
 from engine.specs.containers import ContainerSpec
@@ -40,7 +39,6 @@ MAX_REQUESTS = 16
 
 Stream = FrameStream[machine_link.FromContainer]
 
-
 Prepare = Callable[[str], Awaitable[None]]
 """Makes the index of the planner with the given name, in the folder with the layers of the container's map."""
 
@@ -56,8 +54,6 @@ async def _nothing_to_prepare(planner: str) -> None:
 
 
 class _AttachedContainer:
-    """A container that identified itself, with its connection."""
-
     def __init__(self, expected: _Expected, stream: Stream) -> None:
         self.spec = spec = expected.spec
         self.secret = expected.secret
@@ -275,6 +271,7 @@ class ContainerGateway:
         subscriptions = self._topics.hear_others(attached.scope, attached.heard, attached.stream)
         self._attached[attached.spec.id] = attached
         self._arrived.set()
+        # One event for each arrival: all that wait for a container look again.
         self._arrived = asyncio.Event()
         try:
             while (frame := await attached.stream.receive()) is not None:
@@ -292,6 +289,7 @@ class ContainerGateway:
         match frame:
             case machine_link.SaveClone():
                 self._ask(frame.request, attached, _in_turn(attached, lambda: self._save_clone(attached, spec, frame)))
+            # Reads need not wait for their turn: only what is stored has an order.
             case machine_link.ReadLog():
                 self._ask(frame.request, attached, lambda: asyncio.to_thread(self._clones.log, spec, frame))
             case machine_link.KeepPlan():

@@ -23,7 +23,6 @@ from ppaas.errors import PPaaSError, Unavailable
 
 logger = logging.getLogger(__name__)
 
-
 RETRY = 2.0
 """Time after which layers that could not be made, or a container that did not answer, are tried again [s]."""
 
@@ -200,6 +199,7 @@ class ContainerSupervisor:
             process = hosted.process = await self._runtime.launch(hosted.launch)
             self._tell(control_link.Launched(container, process.pid))
             if hosted.stopped.is_set():
+                # It was stopped while it was started.
                 process.kill()
             return await process.wait()
         finally:
@@ -280,6 +280,7 @@ class ContainerSupervisor:
         """
         return tuple(
             control_link.RunningContainer(
+                # The store decides whether it is still the clone of its robot, and has a later checkpoint.
                 msgspec.structs.replace(hosted.order.spec, checkpoint={}),
                 hosted.launch.spec.cores,
                 hosted.order.secret,
@@ -296,6 +297,7 @@ class ContainerSupervisor:
         """Kill all other containers at once, and execute no more requests of theirs."""
         for container in self._hosted.keys() - set(containers):
             self._gateway.shut_out(container)
+            # Their robots are served elsewhere, so nothing that they could still store counts.
             self.stop(control_link.StopContainer(container, grace=0.0))
 
     def endpoint_came(self) -> None:

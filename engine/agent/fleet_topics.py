@@ -1,23 +1,123 @@
 """Fleet topics: the topics that robots on one map share, published and received for the containers of a machine."""
 
+import asyncio
+import itertools
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Protocol
 
-from engine.agent.shared_positions import MAX_WAITING, SharedPositions, Subscription
 from engine.fabric.keys import COORDINATOR, TRAFFIC_NODE, Scope, addressed_key, parse_shared, shared_by_user, shared_key
 from engine.protocols import machine_link
-from engine.protocols.framing import FrameStream
+from engine.protocols.framing import FrameStream, pack
 from engine.specs.containers import ContainerSpec, RobotConfig
+from ppaas.clock import monotonic
 from ppaas.errors import MessageTooLarge, NotPermitted
 from ppaas.nodes.topics import PEOPLE_REPORT, PEOPLE_STATE, TOPICS, TRAFFIC_GRANTS, TRAFFIC_REPORT
 from ppaas.people.nodes import hears_coordinator
 from ppaas.traffic.taking_part import takes_part
 
+# -- positions, received once for the machine --------------------------------------------------------------------------
+
+PERIOD = 0.1
+"""Smallest time between two batches [s]; a robot shares its position at most five times a second."""
+
+MAX_WAITING = 1 << 18
+"""Bytes queued for a slow container above which shared messages to it are dropped."""
+
+MAX_BATCH = 1 << 16
+"""Size of all messages of a batch above which it is not delayed [bytes]."""
+
+Stream = FrameStream[machine_link.FromContainer]
+
+
+class Subscription(Protocol):
+    """Subscription to a key expression."""
+
+    def close(self) -> None:
+        """End it."""
+        ...
+
+
+Subscribe = Callable[[Callable[[str, bytes], None]], Subscription]
+"""Subscribes to a key expression, with a callback for key and payload."""
+
+
+class SharedPositions:
+    """Messages on one key expression, for all containers of this machine that receive them.
+
+    The first message after a pause is passed on at once. Of several messages of a robot in one batch, the last is
+    passed on. A batch is the same for all containers, so a robot finds its own message in it.
+
+    Parameters
+    ----------
+    subscribe : callable
+        Subscribes to the key expression, while a container receives it.
+    """
+
+    def __init__(self, subscribe: Subscribe) -> None:
+        self._subscribe = subscribe
+        self._subscription: Subscription | None = None
+        self._numbers = itertools.count()
+        self._hearers: dict[int, tuple[Scope, Stream]] = {}
+        self._waiting: dict[tuple[str, str], machine_link.Shared] = {}
+        self._size = 0
+        self._passed_at = float("-inf")
+        self._timer: asyncio.TimerHandle | None = None
+
+    def add(self, scope: Scope, stream: Stream) -> Callable[[], None]:
+        """Pass messages on to a container; return a function that ends it."""
+        number = next(self._numbers)
+        self._hearers[number] = scope, stream
+        if self._subscription is None:
+            self._subscription = self._subscribe(self._heard)
+        return lambda: self._drop(number)
+
+    def _drop(self, number: int) -> None:
+        self._hearers.pop(number, None)
+        if not self._hearers and self._subscription is not None:
+            self._subscription.close()
+            self._subscription = None
+            self._begin_batch()
+
+    def _begin_batch(self) -> list[machine_link.Shared]:
+        batch, self._size = [*self._waiting.values()], 0
+        self._waiting.clear()
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        return batch
+
+    def _heard(self, key: str, payload: bytes) -> None:
+        other = parse_shared(key)
+        self._waiting[other.user, other.robot] = machine_link.Shared(other.user, other.robot, other.topic, payload)
+        self._size += len(payload)
+        pause = self._passed_at + PERIOD - monotonic()
+        if pause <= 0.0 or self._size > MAX_BATCH:
+            self._pass_on()
+        elif self._timer is None:
+            self._timer = asyncio.get_running_loop().call_later(pause, self._pass_on)
+
+    def _pass_on(self) -> None:
+        batch, self._passed_at = self._begin_batch(), monotonic()
+        ready = [(scope, stream) for scope, stream in self._hearers.values() if stream.waiting <= MAX_WAITING]
+        if len(batch) > 1:
+            frame = pack(machine_link.SharedBatch(batch))
+            for _, stream in ready:
+                stream.write_packed(frame)
+            return
+        for message in batch:
+            for scope, stream in ready:
+                if (message.user, message.robot) != (scope.user, scope.robot):
+                    stream.write(message)
+
+
+# -- topics ------------------------------------------------------------------------------------------------------------
+
 SHARED_TOPICS = tuple(topic.name for topic in TOPICS.values() if topic.shared)
 """Names of the topics that the robots on a map receive from each other."""
 
 _NAMES = {"people": COORDINATOR, "traffic": TRAFFIC_NODE}
+
 _REPORTS = {"people": PEOPLE_REPORT.name, "traffic": TRAFFIC_REPORT.name}
 """Names of the nodes of groups in keys, and the topics that they receive."""
 
@@ -29,8 +129,6 @@ MAX_STATE = 1 << 20
 
 
 class _Hearing:
-    """Shared positions that a container receives until it is closed."""
-
     def __init__(self, end: Callable[[], None]) -> None:
         self._end = end
 
@@ -157,12 +255,10 @@ def heard_by(spec: ContainerSpec) -> list[str]:
 
 
 def _people_on(scope: Scope) -> str:
-    """Return the key of what the people coordinator of a user publishes."""
     return shared_key(scope.map, scope.user, COORDINATOR, PEOPLE_STATE.name)
 
 
 def _of_groups(robot: RobotConfig, scope: Scope) -> list[str]:
-    """Return the keys of what the nodes of the groups of a robot publish for it."""
     keys = []
     if hears_coordinator(robot.parameters):
         keys.append(_people_on(scope))

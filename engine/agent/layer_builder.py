@@ -17,7 +17,7 @@ from engine.agent.layer_jobs import GridFiles, build_here, index_here, make_and_
 from engine.protocols.refusals import Refusal, error_of
 from engine.runtimes.fork_server.server import UNKNOWN_STATUS, fork
 from engine.specs.containers import LayerSpec, MapVersion
-from engine.specs.filter_masks import no_grid_in, no_mask
+from engine.specs.robot_maps import no_grid_in, no_mask
 from ppaas.errors import InvalidMap, NotFound, Unavailable
 from storage.disk_errors import disk_errors
 from storage.opened_maps import no_grid

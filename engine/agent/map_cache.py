@@ -31,7 +31,6 @@ Indexer = Callable[[Path, str], Awaitable[None]]
 SPARE = 4
 """Number of unused layer folders that are kept, for robots that return."""
 
-
 COMPARISONS = 16
 """Number of comparisons of maps that are remembered, for containers that follow later."""
 
@@ -92,10 +91,12 @@ class MapCache:
             The store is unavailable, or shared memory is full, even after unused layers were removed.
         """
         folder = self._root / _name(spec)
+        # Before they are made: unused layers may be removed at any time.
         self._users[folder] += 1
         self._unused.pop(folder, None)
         try:
             if not folder.exists():
+                # Others may wait for the same layers, so a caller that is cancelled does not end it.
                 await asyncio.shield(self._making(folder, spec))
         except BaseException:
             self.release(folder)
@@ -133,6 +134,7 @@ class MapCache:
         except Unavailable:
             if not self._unused:
                 raise
+            # Shared memory may be full of layers that nobody uses.
             self._drop_unused(keep=0)
             await self._index(folder, planner)
 

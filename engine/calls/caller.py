@@ -8,12 +8,43 @@ from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import msgspec
 
-from engine.calls.frames import Call, Failure, Frame, Notice, Result
 from engine.calls.interface import Method, method_of, methods_of, packed
 from engine.processes.background import Background
 from engine.protocols.framing import FrameStream
-from engine.protocols.refusals import error_of, refusal_of
+from engine.protocols.refusals import Refusal, error_of, refusal_of
 from ppaas.errors import InvalidInput, NotPermitted, PPaaSError, Unavailable
+
+
+class Call(msgspec.Struct, tag="call"):
+    """Call of a method; ``arguments`` is an array of MessagePack."""
+
+    number: int
+    method: str
+    arguments: msgspec.Raw
+
+
+class Notice(msgspec.Struct, tag="notice"):
+    """Call of a method without an answer."""
+
+    method: str
+    arguments: msgspec.Raw
+
+
+class Result(msgspec.Struct, tag="result"):
+    """Result of a call, as MessagePack."""
+
+    number: int
+    value: msgspec.Raw
+
+
+class Failure(msgspec.Struct, tag="failure"):
+    """Error of a call."""
+
+    number: int
+    refusal: Refusal
+
+
+Frame = Call | Notice | Result | Failure
 
 logger = logging.getLogger(__name__)
 

@@ -9,8 +9,7 @@ from engine.container.served_link import ServedLink
 from engine.protocols import robot_link
 from engine.sessions.host import SessionHost
 from engine.sessions.place.place import Place
-from engine.specs.containers import SESSIONS_STATE, ContainerSpec, RobotConfig
-from engine.specs.robot_frames import base_frame
+from engine.specs.containers import SESSIONS_STATE, ContainerSpec, RobotConfig, base_frame
 
 
 class _NearEnd:

@@ -28,7 +28,7 @@ from engine.container.robot_link_handler import Container
 from engine.container.shared_plans import PlanningNotes, SharedPlans
 from engine.protocols import machine_link, robot_link
 from engine.protocols.refusals import refusal_of
-from engine.runtimes.compilation.threads import KernelThreads, use_threads
+from engine.runtimes.compilation.threading_layer import KernelThreads, use_threads
 from engine.specs.containers import Launch
 from engine.specs.start_state import KERNEL_PATIENCE
 from ppaas.errors import InvalidInput, PPaaSError

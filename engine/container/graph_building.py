@@ -7,8 +7,7 @@ from pathlib import Path
 from engine.container.current_map import CurrentMap
 from engine.container.monitor.setup import ContainerMonitor, of_clone
 from engine.container.recording import RecordingLink
-from engine.specs.containers import ContainerSpec, Launch, RobotConfig
-from engine.specs.robot_frames import frame_names
+from engine.specs.containers import ContainerSpec, Launch, RobotConfig, frame_names
 from ppaas.clone.assembly import DEPTH_CAMERA, build_clone
 from ppaas.clone.follow_path import FOLLOW_PATH
 from ppaas.clone.planning_container import build_planning

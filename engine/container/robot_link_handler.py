@@ -21,7 +21,7 @@ from engine.container.shared_plans import PlanningNotes
 from engine.processes.heartbeats import BEAT_PERIOD
 from engine.processes.occasional_log import OccasionalLog
 from engine.protocols import robot_link
-from engine.protocols.endpoint_sockets import RELAY
+from engine.protocols.address import RELAY
 from engine.protocols.refusals import refusal_of
 from engine.sessions.host import SessionHost
 from engine.specs.containers import LINK_STATE, SESSIONS_STATE, Launch

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 
 from engine.container.machine_client import MachineClient
-from engine.protocols.plan_candidates import stored_plan
+from engine.protocols.machine_link import stored_plan
 from ppaas.clock import Clock, epoch, monotonic
 from ppaas.errors import PPaaSError
 from ppaas.plans.history import PlannerHistory

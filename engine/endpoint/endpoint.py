@@ -10,21 +10,17 @@ from pathlib import Path
 
 import psutil
 
-from engine.calls.remote import remote
+from engine.calls.interface import remote
 from engine.endpoint.cloud import EndpointCloud
 from engine.endpoint.link_listener import LinkListener, MachineAccess
-from engine.endpoint.master_access import MasterAccess, Silence
-from engine.endpoint.master_link import MasterLink
-from engine.endpoint.places import EndpointPlaces
-from engine.endpoint.sessions import EndpointSessions
+from engine.endpoint.master_link import MasterAccess, MasterLink, Silence
+from engine.endpoint.sessions import EndpointPlaces, EndpointSessions
 from engine.master.quotas import Quota, Quotas
 from engine.processes.background import Background, repeat
-from engine.processes.beat_file import BeatFile
-from engine.processes.heartbeats import BEAT_PERIOD
-from engine.protocols.endpoint_sockets import endpoint_socket
+from engine.processes.heartbeats import BEAT_PERIOD, BeatFile
+from engine.protocols.address import endpoint_socket
 from engine.service.endpoints.interface import EndpointState, MasterCalls, Registration
-from engine.service.news.news import Hear, NewsKind
-from engine.service.news.robot_facts import AskFact, FactKind
+from engine.service.news import AskFact, FactKind, Hear, NewsKind
 from ppaas import __version__
 from ppaas.errors import PPaaSError, Unavailable
 
@@ -191,6 +187,7 @@ class Endpoint:
         while True:
             await asyncio.sleep(PERIOD)
             led = await self._report()
+            # TCP may not notice that the network is down.
             if self._access.is_far and self.master.is_up and self.master.silence > GIVE_UP:
                 logger.warning("the master is silent: it or the network is down, and this endpoint dials again")
                 self.master.hang_up()
@@ -226,7 +223,6 @@ class Endpoint:
         return master.leads
 
     async def _learn_state(self) -> None:
-        """Learn the state of a new master at once."""
         await self._report()
 
     async def _forget_idle(self) -> None:

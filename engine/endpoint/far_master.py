@@ -2,7 +2,7 @@
 
 import asyncio
 
-from engine.endpoint.master_access import Silence
+from engine.endpoint.master_link import Silence
 from engine.protocols.address import parse_address
 from engine.protocols.sockets import Streams, dial
 from engine.remote.cluster_settings import ClusterSettings

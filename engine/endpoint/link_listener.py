@@ -10,15 +10,11 @@ from typing import NamedTuple
 
 from engine.processes.private_files import write_private
 from engine.protocols import robot_link
-from engine.protocols.address import TlsAddress, UnixAddress
-from engine.protocols.endpoint_sockets import EndpointAddress
+from engine.protocols.address import EndpointAddress, TlsAddress, UnixAddress
 from engine.protocols.framing import FrameStream
-from engine.protocols.pending_handshakes import is_same
-from engine.protocols.pinned import fingerprint
-from engine.protocols.place_secret import place_secret
-from engine.protocols.sockets import listen
+from engine.protocols.handshakes import UnprovenPeers, is_same, place_secret
+from engine.protocols.sockets import fingerprint, listen
 from engine.protocols.tls_identity import TlsIdentity
-from engine.protocols.unproven_peers import UnprovenPeers
 from engine.service.links.place_link import PlaceLink
 from ppaas.errors import NotPermitted, PPaaSError
 
@@ -84,11 +80,11 @@ class LinkListener:
             await self._start_for_others(self._machines)
 
     async def _start_for_others(self, access: MachineAccess) -> None:
-        """Listen for containers of other hosts, with a certificate whose fingerprint they get."""
-        from engine.remote.certificates import key_pem, new_key, self_signed  # noqa: PLC0415 - imports cryptography
+        from engine.remote.authority import key_pem, new_key, self_signed  # noqa: PLC0415 - imports cryptography
 
         identity = TlsIdentity(self.path.with_suffix(".key"), self.path.with_suffix(".pem"), access.authority)
         key = new_key()
+        # Containers learn its fingerprint from the master, so nobody need sign it.
         certificate_pem = self_signed("endpoint.ppaas", key)
         write_private(identity.key, key_pem(key))
         write_private(identity.certificate, certificate_pem)

@@ -1,23 +1,105 @@
-"""Link of an endpoint to its master, which reconnects when the master was lost, and registers again."""
+"""Link of an endpoint to its master, which reconnects when the master was lost, and registers again.
+
+An access connects it, here to a master on the same host.
+"""
 
 import asyncio
+import enum
 import logging
 import math
-from collections.abc import Callable, Coroutine
-from typing import Any, Concatenate, ParamSpec, TypeVar
+from collections.abc import Awaitable, Callable, Coroutine
+from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar
 
-from engine.calls.caller import Caller
-from engine.calls.frames import Frame
-from engine.endpoint.master_access import MasterAccess
+from engine.calls.caller import Caller, Frame
+from engine.protocols.address import UnixAddress
 from engine.protocols.framing import FrameStream
+from engine.protocols.sockets import Streams, dial
 from engine.service.endpoints.interface import EndpointCalls, MasterCalls, Registration
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Unavailable
 
 logger = logging.getLogger(__name__)
 
+T = TypeVar("T")
 P = ParamSpec("P")
 R = TypeVar("R")
+
+
+# -- access ------------------------------------------------------------------------------------------------------------
+
+
+class Silence(enum.Enum):
+    """Reason why a master does not answer, as far as it is known."""
+
+    UNKNOWN = enum.auto()
+    """It is slow, stopped or not reachable."""
+    MOVED = enum.auto()
+    """Another one leads, which the next dial reaches."""
+    REPLACED = enum.auto()
+    """Another one leads, which this endpoint does not reach."""
+
+
+class MasterAccess(Protocol):
+    """Access to a master.
+
+    Attributes
+    ----------
+    secret : str
+        Secret of the cloud's own processes; empty if a certificate identifies this machine.
+    is_far : bool
+        Whether the master is on another host, so that the network may be down.
+    """
+
+    secret: str
+    is_far: bool
+
+    async def dial(self) -> Streams:
+        """Connect to the master that leads.
+
+        Raises
+        ------
+        Conflict
+            The cloud was started with other settings than this endpoint has.
+        Unavailable
+            No master is reachable.
+        """
+        ...
+
+    async def silence(self) -> Silence:
+        """Return the reason why the master does not answer."""
+        ...
+
+
+class OwnMaster:
+    """Access to the master of this host.
+
+    Parameters
+    ----------
+    address : UnixAddress
+        Its socket for endpoints.
+    secret : str
+        Secret of the cloud's own processes.
+    is_replaced : callable
+        Returns whether another process leads.
+    """
+
+    is_far = False
+
+    def __init__(self, address: UnixAddress, secret: str, is_replaced: Callable[[], Awaitable[bool]]) -> None:
+        self.secret = secret
+        self._address = address
+        self._is_replaced = is_replaced
+
+    async def dial(self) -> Streams:
+        """Connect to the master."""
+        return await dial(self._address)
+
+    async def silence(self) -> Silence:
+        """Return whether another process leads: its endpoints are on its own host."""
+        return Silence.REPLACED if await self._is_replaced() else Silence.UNKNOWN
+
+
+# -- link --------------------------------------------------------------------------------------------------------------
 
 RETRY = 0.2
 """Time between two attempts to reach the master [s]."""
@@ -143,3 +225,18 @@ class MasterLink:
                 await self._up.wait()
         except TimeoutError as error:
             raise Unavailable(f"no master was reachable within {PATIENCE:g} s; try again") from error
+
+
+async def undone_if_cancelled(work: Coroutine[Any, Any, T], undo: Callable[[T], object]) -> T:
+    """Return the result of work; if the caller is cancelled meanwhile, call ``undo`` with the result."""
+
+    def finished(working: asyncio.Task[T]) -> None:
+        if not working.cancelled() and working.exception() is None:
+            undo(working.result())
+
+    working = asyncio.create_task(work)
+    try:
+        return await asyncio.shield(working)
+    except asyncio.CancelledError:
+        working.add_done_callback(finished)
+        raise

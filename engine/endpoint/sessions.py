@@ -1,28 +1,93 @@
-"""Robot sessions as an endpoint has them: the clients of places, which the master counts."""
+"""Places that an endpoint reaches by links that containers dial, and their clients, which the master counts."""
 
 import asyncio
 import logging
 from collections import Counter
+from dataclasses import dataclass
 from typing import NamedTuple
 
-from engine.calls.remote import remote
-from engine.endpoint.master_link import MasterLink
-from engine.endpoint.places import EndpointPlaces
-from engine.endpoint.undone_if_cancelled import undone_if_cancelled
+from engine.calls.interface import remote
+from engine.endpoint.master_link import MasterLink, undone_if_cancelled
 from engine.processes.background import Background
-from engine.service.endpoints.interface import Join, MasterCalls
+from engine.service.endpoints.interface import Join, JoinedPlace, MasterCalls
 from engine.service.links.place_link import PlaceLink
+from ppaas.clock import Clock, monotonic
 from ppaas.errors import Conflict, PPaaSError, Unavailable
 
 logger = logging.getLogger(__name__)
+
+
+# -- places ------------------------------------------------------------------------------------------------------------
+
+IDLE = 120.0
+"""Time after its last use for which a place without clients is reached [s]."""
+
+
+@dataclass(slots=True)
+class _Reached:
+    link: PlaceLink
+    used: float
+
+
+class EndpointPlaces:
+    """Links of the places that clients of this endpoint use.
+
+    Parameters
+    ----------
+    clock : callable
+        Returns monotonic seconds.
+    """
+
+    def __init__(self, clock: Clock = monotonic) -> None:
+        self._clock = clock
+        self._reached: dict[str, _Reached] = {}
+
+    def link(self, key: str) -> PlaceLink:
+        """Return the link of a place by name; a container may dial before the master has answered."""
+        reached = self._reached.get(key)
+        if reached is None:
+            reached = self._reached[key] = _Reached(PlaceLink(key), self._clock())
+        reached.used = self._clock()
+        return reached.link
+
+    def running(self, key: str) -> PlaceLink | None:
+        """Return the link of a place whose container is connected with this endpoint; None if there is none."""
+        reached = self._reached.get(key)
+        if reached is None or reached.link.container is None:
+            return None
+        reached.used = self._clock()
+        return reached.link
+
+    def joined(self, place: JoinedPlace) -> PlaceLink:
+        """Return the link of a place that the master has opened."""
+        link = self.link(place.key)
+        link.base_frame, link.nearer = place.base_frame, place.nearer
+        return link
+
+    def close(self, key: str, reason: PPaaSError) -> None:
+        """Close a place, and notify its clients."""
+        reached = self._reached.pop(key, None)
+        if reached is not None:
+            reached.link.close(reason)
+
+    def idle(self) -> list[str]:
+        """Return the places without clients that were not used for a while."""
+        latest = self._clock() - IDLE
+        return [key for key, one in self._reached.items() if not one.link.has_clients and one.used < latest]
+
+    def close_all(self, reason: PPaaSError) -> None:
+        """Close all places, and notify their clients."""
+        for key in tuple(self._reached):
+            self.close(key, reason)
+
+
+# -- clients -----------------------------------------------------------------------------------------------------------
 
 RETRY = 1.0
 """Time after which a client that cannot join the place again tries once more [s]."""
 
 
 class _Kind(NamedTuple):
-    """Clients of one place: the robot itself, or operators."""
-
     key: str
     as_robot: bool
 
@@ -86,7 +151,6 @@ class EndpointSessions:
             self._settle(kind)
 
     def _settle(self, kind: _Kind) -> None:
-        """Report to the master which clients have left."""
         while self._told[kind] > self._clients[kind]:
             self._told[kind] -= 1
             self._master.tell(MasterCalls.leave, kind.key, kind.as_robot)

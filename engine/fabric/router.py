@@ -159,6 +159,7 @@ class RouterProcess:
             began = loop.time()
             status = await _ended(process)
             logger.error("the router exited with status %s and is restarted", status)
+            # A router that ran for a while is restarted at once; one that fails at its start would spin.
             if loop.time() - began < STEADY:
                 await asyncio.sleep(RETRY)
             process = self._process = await self._respawn()

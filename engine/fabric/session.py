@@ -14,8 +14,7 @@ from typing import Any, Protocol, cast
 import msgspec
 import zenoh
 
-from engine.fabric.inbox import Inbox
-from engine.fabric.request_cache import RequestCache
+from engine.fabric.inbox import Inbox, RequestCache
 from engine.fabric.zenoh_config import RouterCredentials, client_config
 from engine.protocols.refusals import Refusal, error_of, refusal_of
 from ppaas.clock import monotonic
@@ -41,8 +40,6 @@ Handler = Callable[[str, bytes], Awaitable[bytes]]
 
 
 class _Envelope(msgspec.Struct, frozen=True):
-    """Attachment of a request, beside its payload."""
-
     id: str
     patience: float
 

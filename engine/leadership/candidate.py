@@ -123,6 +123,7 @@ class Candidate:
         return request
 
     def _renewal(self) -> Request:
+        # A change whose answer was lost may have been stored, or be stored later.
         return Read(self.held.name) if self._unsure else Change(self._next_beat(self._holder), self.held)
 
     def _attempt(self, now: float) -> Request:
@@ -172,6 +173,7 @@ class Candidate:
         if self.role is Role.WAITING:
             self.former = "" if request.instead_of.holder == self._holder else request.instead_of.holder
         self.role, self.held, self._unsure = Role.LEADING, request.lease, False
+        # From the time of the request: no other candidate can have seen this beat, and counted its patience, before.
         self._until, self.due = asked + self._timing.validity, asked + self._timing.renew
 
     def has_failed(self, now: float) -> None:

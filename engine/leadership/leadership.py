@@ -1,20 +1,67 @@
-"""Leadership of this process: takes and renews the lease of the master in the store, in a separate thread."""
+"""Leadership of this process: takes and renews the lease of the master in the store, in a separate thread.
+
+A mandate is the right to give orders, with the epoch that these orders are of. All processes that use one data folder
+after each other have the same name as holders of the lease.
+"""
 
 import asyncio
 import logging
+import secrets
+import socket
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import TypeVar
+from pathlib import Path
+from typing import Protocol, TypeVar
+
+import msgspec
 
 from engine.leadership.candidate import Candidate, Read, Request, Role, Timing
+from engine.processes.private_files import write_private
 from ppaas.clock import Clock, uptime
-from ppaas.errors import Unavailable
+from ppaas.decoding import from_json
+from ppaas.errors import InvalidInput, Unavailable
 from storage.ports import LeaseStore
 
 logger = logging.getLogger(__name__)
 
 T = TypeVar("T")
+
+
+# -- mandate -----------------------------------------------------------------------------------------------------------
+
+
+class Mandate(Protocol):
+    """The right to give orders to machines."""
+
+    @property
+    def epoch(self) -> int:
+        """Epoch of the orders: a later master has a later one."""
+        ...
+
+    def leads(self) -> bool:
+        """Return whether orders may be given now."""
+        ...
+
+    def heard_of(self, epoch: int) -> None:
+        """Take note of an epoch that a machine follows; a later one than this epoch means that another master leads."""
+        ...
+
+
+class SoleMaster:
+    """Mandate of a master that shares its machines with no other, as in tests of parts of a cloud."""
+
+    epoch = 0
+
+    def leads(self) -> bool:
+        """Return true."""
+        return True
+
+    def heard_of(self, epoch: int) -> None:
+        """Do nothing."""
+
+
+# -- lease -------------------------------------------------------------------------------------------------------------
 
 MASTER = "master"
 """Name of the lease of the master."""
@@ -34,7 +81,7 @@ class Leadership:
     store : LeaseStore
         Store of the lease.
     holder : str
-        Name of this process (``engine.leadership.holder``).
+        Name of this process (``holder_of``).
     timing : Timing
         Periods.
     clock : callable
@@ -180,3 +227,47 @@ class Leadership:
         waiting = asyncio.create_task(self._news.wait())
         await asyncio.wait((waiting, running), return_when=asyncio.FIRST_COMPLETED)
         waiting.cancel()
+
+
+# -- name of the holder ------------------------------------------------------------------------------------------------
+
+FILE = "lease-holder.json"
+"""File in the data folder with its identity."""
+
+LONGEST_HOST, LONGEST_FOLDER = 64, 128
+"""Characters of host and folder in the name."""
+
+
+class _Identity(msgspec.Struct, frozen=True):
+    host: str
+    folder: str
+    id: str
+
+
+def holder_of(data: Path) -> str:
+    """Return the name of the process that owns a data folder.
+
+    A copy of the folder, in another place or on another host, gets another identity, since the process that uses the
+    original may still run.
+
+    Raises
+    ------
+    InvalidInput
+        The identity cannot be stored.
+    """
+    host, folder = socket.gethostname()[:LONGEST_HOST], str(data.resolve())
+    known = _read(data / FILE)
+    if known is None or (known.host, known.folder) != (host, folder):
+        known = _Identity(host, folder, secrets.token_hex(4))
+        try:
+            write_private(data / FILE, msgspec.json.encode(known))
+        except OSError as error:
+            raise InvalidInput(f"cannot write the identity of the data folder: {error}") from error
+    return f"{host}:{folder[-LONGEST_FOLDER:]}#{known.id}"
+
+
+def _read(file: Path) -> _Identity | None:
+    try:
+        return from_json(file.read_bytes(), _Identity)
+    except (OSError, msgspec.DecodeError):
+        return None

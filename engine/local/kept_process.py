@@ -1,27 +1,85 @@
-"""Process of a cloud that is restarted whenever it exits: the agent of the local machine, or an endpoint."""
+"""Process of a cloud that is restarted whenever it exits: the agent of the local machine, or an endpoint.
+
+Spares are started before they are needed: they import their modules, and then wait for their settings.
+"""
 
 import asyncio
 import contextlib
 import logging
 import os
 import signal
-from asyncio.subprocess import Process
+from asyncio.subprocess import PIPE, Process
 from collections.abc import Callable, Mapping, Sequence
 
 import msgspec
 
 from engine.agent import main as agent_main
-from engine.local.spare_processes import SpareProcesses, start_process
+from engine.processes.child_process import end
 from engine.runtimes.memory_tuning import lean_python
 
 logger = logging.getLogger(__name__)
+
+STOP_GRACE = 5.0
+"""Time for a process to exit by itself once its standard input is closed [s]."""
+
+
+# -- spares ------------------------------------------------------------------------------------------------------------
+
+
+async def start_process(command: Sequence[str], environment: Mapping[str, str] = os.environ) -> Process:
+    """Start a process that takes its settings from standard input.
+
+    It has its own session, so that a signal from the terminal does not end it before the processes that need it.
+
+    Raises
+    ------
+    OSError
+        The process cannot be started.
+    """
+    return await asyncio.create_subprocess_exec(*command, stdin=PIPE, start_new_session=True, env=dict(environment))
+
+
+class SpareProcesses:
+    """Processes of one command that have no settings yet. They exit when their standard input is closed.
+
+    Parameters
+    ----------
+    command : sequence of str
+        Command that runs each of them.
+    """
+
+    def __init__(self, command: Sequence[str]) -> None:
+        self._command = command
+        self._waiting: list[Process] = []
+
+    async def start(self, number: int) -> None:
+        """Start a number of processes; if one cannot be started, there are fewer."""
+        try:
+            for _ in range(number):
+                self._waiting.append(await start_process(self._command))
+        except OSError as error:
+            logger.warning("a process cannot be started ahead, and will be when it is needed: %s", error)
+
+    def take(self) -> Process | None:
+        """Return a process that waits for its settings, which now belongs to the caller; None if none is left."""
+        while self._waiting:
+            process = self._waiting.pop()
+            if process.returncode is None:
+                return process
+        return None
+
+    async def close(self) -> None:
+        """End the processes that were not taken."""
+        waiting, self._waiting = self._waiting, []
+        await asyncio.gather(*(end(process, STOP_GRACE) for process in waiting))
+
+
+# -- kept processes ----------------------------------------------------------------------------------------------------
 
 RESTART_DELAYS = (0.0, 0.5, 2.0, 5.0)
 """Delays before the first, second … restart in a row [s]; an uptime of ``STEADY`` resets the row."""
 
 STEADY = 60.0
-STOP_GRACE = 5.0
-"""Time for the agent to exit by itself after SIGTERM [s]."""
 
 AGENT = (*lean_python.PYTHON, "-m", agent_main.__name__)
 """Command that runs an agent."""
@@ -148,7 +206,6 @@ class KeptProcess:
             await asyncio.sleep(delay)
 
     async def _live(self) -> int | None:
-        """Run the process once; return its status, or None if it could not be started."""
         try:
             process, self._adopted = self._adopted or await self._spawn(), None
         except OSError as error:

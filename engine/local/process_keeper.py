@@ -10,13 +10,11 @@ from typing import Any
 
 import msgspec
 
-from engine.local.kept_process import KeptProcess
-from engine.local.spare_processes import SpareProcesses
+from engine.local.kept_process import KeptProcess, SpareProcesses
 from engine.processes.background import Background
-from engine.processes.beat_file import BeatFile
-from engine.processes.ending import end_process
+from engine.processes.child_process import end_process
+from engine.processes.heartbeats import BeatFile, watch
 from engine.processes.instances import is_dead, name_of, pid_of
-from engine.processes.liveness import watch
 from engine.processes.private_files import write_private
 from ppaas.decoding import from_json
 
@@ -125,6 +123,7 @@ class ProcessKeeper:
         self._kept[name].kill()
 
     def _started(self, name: str, pid: int) -> None:
+        # Heartbeats of the process before say nothing about this one.
         self._beats[name].clear()
         self._note(name, pid)
 

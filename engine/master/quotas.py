@@ -143,5 +143,4 @@ def check_quota(user: str, name: str, limit: float, used: float, more: float = 1
 
 
 def _text(number: float) -> str:
-    """Return a number without an exponent."""
     return f"{number:g}" if number < LONG else f"{number:.0f}"

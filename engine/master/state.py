@@ -1,18 +1,130 @@
 """State of the master: machines, places, and the containers that fill these."""
 
-from engine.master.adoption import may_adopt, request_of, take_up
+import math
+from dataclasses import dataclass, field, replace
+
+import msgspec
+
 from engine.master.balancer import Balancer
-from engine.master.current_versions import CurrentVersions
+from engine.master.events import MapChanged
 from engine.master.machine import Machine
 from engine.master.orders import Adopt, End, Order, Start
 from engine.master.places import Place, PlaceRequest
 from engine.master.queueing import Queue
 from engine.master.quotas import Quotas
 from engine.protocols.control_link import RunningContainer
-from engine.specs.containers import ContainerSpec
+from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
 from engine.specs.machine_settings import MachineSettings
 from ppaas.errors import NotFound
 from ppaas.people.settings import PeopleSettings
+
+# -- containers of an earlier cloud process ----------------------------------------------------------------------------
+
+
+def request_of(spec: ContainerSpec) -> PlaceRequest:
+    """Return the request for the place that a container was started to fill."""
+    return PlaceRequest(spec.user, spec.map, spec.cores, spec.robot, labels=spec.labels, group_node=spec.group_node)
+
+
+def may_adopt(place: Place | None, machine: Machine, carried: RunningContainer) -> bool:
+    """Return whether a place may adopt a container that a machine reported.
+
+    A place that is not open yet may. An open place must be for the same robot or group on the same map, and have
+    neither another container nor a successor, since a robot has one clone. Containers that only plan are not adopted:
+    the connections of the clients that waited for their paths ended with the earlier cloud process.
+
+    Parameters
+    ----------
+    place : Place, optional
+        Place that the container fills; None if it is not open.
+    machine : Machine
+        Machine that runs the container.
+    carried : RunningContainer
+        The container as its machine reported it.
+    """
+    spec, cores = carried.spec, carried.cores
+    if spec.kind == "planning" or not (math.isfinite(cores) and 0.0 < cores <= machine.cores):
+        return False
+    if place is None:
+        return True
+    free = place.spec is None and place.successor is None
+    return free and place.request == request_of(spec) and place.session in ("", spec.session)
+
+
+def take_up(place: Place, machine: Machine, carried: RunningContainer) -> ContainerSpec:
+    """Assign a running container to a place and count it on its machine; return its spec with its current size."""
+    spec = msgspec.structs.replace(carried.spec, cores=carried.cores)
+    machine.place(spec)
+    place.spec, place.machine, place.state = spec, machine.id, "starting"
+    place.pid, place.session = carried.pid, spec.session
+    if carried.cores != carried.spec.cores:
+        place.resized = carried.cores
+    return spec
+
+
+# -- versions of maps --------------------------------------------------------------------------------------------------
+
+MOST_KNOWN = 4096
+"""Largest number of maps whose current versions are remembered."""
+
+
+@dataclass(slots=True)
+class CurrentVersions:
+    """Current versions of the maps that changed last, by the numbers of their publications.
+
+    Clients read the current version of a map and report it later; meanwhile another one may be published.
+    """
+
+    _known: dict[str, MapChanged] = field(default_factory=dict)
+
+    def note(self, event: MapChanged) -> bool:
+        """Note a version; return False if a later one is known."""
+        known = self._known.pop(event.map.id, None)
+        if known is not None and _order(event) < _order(known):
+            self._known[event.map.id] = known
+            return False
+        self._known[event.map.id] = event
+        if len(self._known) > MOST_KNOWN:
+            del self._known[next(iter(self._known))]
+        return True
+
+    def of(self, request: PlaceRequest) -> PlaceRequest:
+        """Return a request with the current versions of its map and masks; those that are not known stay as given."""
+        for name in request.map_ids:
+            if name in self._known:
+                request = with_version(request, self._known[name])
+        return request
+
+
+def _order(event: MapChanged) -> tuple[int, bool]:
+    return event.number, event.in_space is not None
+
+
+def with_version(request: PlaceRequest, event: MapChanged) -> PlaceRequest:
+    """Return the request of a robot or a group's node with the version of a map, if it uses that map.
+
+    Otherwise return an equal request.
+    """
+    robot = request.robot
+    if robot is None:
+        follows = request.group_node != "" and request.map.id == event.map.id
+        return replace(request, map=event.map) if follows else request
+    if robot.new_map:
+        return request
+    robot = _with_masks(robot, event.map)
+    if request.map.id != event.map.id:
+        return replace(request, robot=robot)
+    if event.in_space is not None:
+        robot = msgspec.structs.replace(robot, in_space=event.in_space)
+    return replace(request, map=event.map, robot=robot)
+
+
+def _with_masks(robot: RobotConfig, version: MapVersion) -> RobotConfig:
+    masks = {name: version if mask.id == version.id else mask for name, mask in robot.masks.items()}
+    return msgspec.structs.replace(robot, masks=masks)
+
+
+# -- state -------------------------------------------------------------------------------------------------------------
 
 
 class MasterState:
@@ -161,9 +273,11 @@ class MasterState:
 
     def reserve(self, place: Place) -> tuple[str, ContainerSpec] | None:
         """Reserve room for the next container of a place; return its machine and spec, or None if there is no room."""
+        # Two clones would act at once, and overwrite each other's checkpoints.
         if self.may_run(place):
             return None
         request, container = place.request, f"c{self._last_number + 1}{self._id_suffix}"
+        # A replacement stays in the session, whose checkpoints it continues.
         session = place.session or container
         spec = ContainerSpec(
             container, request.user, request.map, place.cores, request.robot, session=session, labels=request.labels,

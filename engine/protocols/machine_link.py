@@ -11,6 +11,8 @@ import msgspec
 from engine.protocols.refusals import Refusal
 from engine.specs.containers import MapVersion
 from ppaas.plans.history import LinkHistory, PlannerHistory
+from ppaas.plans.stored import StoredPlan
+from storage.plan_checks import array_of
 from storage.records import CloneLogChange, PlanRecord
 
 
@@ -234,3 +236,13 @@ class UseLayers(msgspec.Struct, tag="use_layers"):
 Answer = Done | PlansFound | LogRead | PlanningHistory
 
 ToContainer = Answer | Shared | SharedBatch | Resized | EndpointCame | UseLayers | RecorderTold
+
+
+def stored_plan(candidate: Candidate) -> StoredPlan:
+    """Return a candidate as a stored plan."""
+    plan = candidate.plan
+    poses = array_of(plan.poses)
+    return StoredPlan(
+        plan.id, plan.version, plan.planner, plan.start, plan.goal, plan.length, poses, candidate.whole,
+        plan.parameters, plan.origin == "given",
+    )  # fmt: skip

@@ -6,7 +6,7 @@ other end keeps them until the container acknowledges them, and sends them again
 
 import msgspec
 
-from engine.protocols.endpoint_sockets import EndpointAddress
+from engine.protocols.address import EndpointAddress
 from engine.protocols.refusals import Refusal
 from engine.protocols.session_frames import SessionFromContainer, SessionToContainer
 

@@ -1,14 +1,19 @@
-"""Listens and dials, at Unix sockets and over TLS."""
+"""Listens and dials, at Unix sockets and over TLS.
+
+Some servers are known by the fingerprint of their certificate, and not by a name in it.
+"""
 
 import asyncio
+import hashlib
 import ssl
 from collections.abc import Awaitable, Callable
 
-from engine.protocols.address import Address, UnixAddress
+from engine.protocols.address import Address, TlsAddress, UnixAddress
 from engine.protocols.tls_identity import CLOUD_NAME
-from ppaas.errors import InvalidInput, Unavailable
+from ppaas.errors import InvalidInput, NotPermitted, Unavailable
 
 ConnectionHandler = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Awaitable[None]]
+
 Streams = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 
 HANDSHAKE_TIMEOUT = 5.0
@@ -72,3 +77,37 @@ def _needed(context: ssl.SSLContext | None) -> ssl.SSLContext:
     if context is None:
         raise InvalidInput("a link between machines needs a certificate: join the cloud with a ticket first")
     return context
+
+
+def fingerprint(certificate: bytes) -> str:
+    """Return the SHA-256 of a certificate in DER, in hexadecimal."""
+    return hashlib.sha256(certificate).hexdigest()
+
+
+async def dial_pinned(address: TlsAddress, context: ssl.SSLContext, expected: str) -> Streams:
+    """Connect to the server with a certificate.
+
+    Parameters
+    ----------
+    address : TlsAddress
+        Its address.
+    context : SSLContext
+        TLS settings that verify no certificate.
+    expected : str
+        Fingerprint of the certificate.
+
+    Raises
+    ------
+    NotPermitted
+        The server has another certificate; nothing was sent to it.
+    Unavailable
+        It does not answer.
+    """
+    reader, writer = await dial(address, context)
+    shown = writer.get_extra_info("ssl_object").getpeercert(binary_form=True)
+    if fingerprint(shown) != expected:
+        writer.transport.abort()
+        raise NotPermitted(
+            f"the server at {address} is another one than expected: its certificate is not the known one"
+        )
+    return reader, writer

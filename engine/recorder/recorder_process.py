@@ -152,7 +152,6 @@ class RecorderProcess:
             await asyncio.sleep(RESTART_DELAY)
 
     async def _live(self) -> int:
-        """Run the recorder once; return its exit status."""
         ours, theirs = socket.socketpair()
         stream = FrameStream[Told](*await asyncio.open_connection(sock=ours), Told, MOST_TOLD)
         try:

@@ -13,7 +13,7 @@ import sys
 import tempfile
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import msgspec
 import uvloop
@@ -21,14 +21,21 @@ import uvloop
 from engine.agent.agent import run, until_terminated
 from engine.agent.components import dial_master
 from engine.agent.config import AgentConfig
-from engine.agent.master_redial import Master
+from engine.agent.master_session import Master
+from engine.local.process_keeper import ProcessKeeper, left_processes
 from engine.processes.exclusive_owner import LOCK, sole_owner
 from engine.processes.instances import folder_of, instance_name, sweep_stale
 from engine.processes.private_files import keep_new_files_private
-from engine.processes.run_dir import keep_temporary_files_in, remove_folder
+from engine.processes.run_dir import (
+    add_owner,
+    keep_temporary_files_in,
+    make_run_dir,
+    remove_folder,
+    remove_unless_owned,
+)
+from engine.protocols.address import endpoint_socket
 from engine.remote.cluster_settings import ClusterSettings
 from engine.remote.endpoint_processes import EndpointProcesses
-from engine.remote.machine_endpoints import MachineEndpoints
 from engine.remote.masters import Masters
 from engine.remote.membership import Membership, membership_in
 from engine.remote.settings_check import check_settings
@@ -39,6 +46,65 @@ from ppaas.errors import Conflict, PPaaSError, Unavailable
 from ppaas.log_lines import log_lines
 
 logger = logging.getLogger(__name__)
+
+
+# -- endpoints of the machine ------------------------------------------------------------------------------------------
+
+FILE = "endpoints-here.json"
+"""File in the folder of the membership that records the processes."""
+
+
+class MachineEndpoints:
+    """Keeps the endpoint processes of a joined machine running.
+
+    Parameters
+    ----------
+    membership : Membership
+        The machine and its cloud.
+    wanted : EndpointProcesses
+
+    Attributes
+    ----------
+    run_dir : Path
+        Folder of their sockets.
+
+    Raises
+    ------
+    InvalidInput
+        The path of the folder for temporary files is too long for sockets.
+    """
+
+    def __init__(self, membership: Membership, wanted: EndpointProcesses) -> None:
+        file = membership.folder / FILE
+        names = [f"{membership.machine}-{number}" for number in range(1, wanted.count + 1)]
+        longest = max(len(endpoint_socket(Path(), name).name) for name in names)
+        self.run_dir = _left_folder(file) or make_run_dir(longest)
+        here = {"folder": str(membership.folder), "run_dir": str(self.run_dir)}
+        settings = {name: {**wanted.settings, **here, "name": name} for name in names}
+        self._keeper = ProcessKeeper((sys.executable, "-m", wanted.module), settings, self.run_dir, file)
+
+    async def start(self) -> None:
+        """Start or adopt the processes, and restart each whenever it exits or freezes."""
+        await self._keeper.start()
+
+    async def stop(self) -> None:
+        """Stop all of them."""
+        await self._keeper.stop()
+        remove_unless_owned(self.run_dir)
+
+
+def _left_folder(file: Path) -> Path | None:
+    """Return the folder of processes of a killed agent that still run; this process owns it, too, from now on."""
+    for left in left_processes(file):
+        settings = from_json(left.settings, dict[str, Any])
+        with contextlib.suppress(OSError, KeyError):  # it has just exited
+            folder = Path(settings["run_dir"])
+            add_owner(folder)
+            return folder
+    return None
+
+
+# -- agent -------------------------------------------------------------------------------------------------------------
 
 RETRIES = (0.25, 0.5, 1.0, 2.0, 5.0)
 """Delays before the first, second … attempt in a row to reach the cloud [s]; after ``STEADY`` [s] the row restarts."""
@@ -132,7 +198,6 @@ async def _stay(membership: Membership, options: MachineOptions, places: Places)
 async def _run_once(
     membership: Membership, masters: Masters, options: MachineOptions, places: Places, terminated: asyncio.Event
 ) -> bool:
-    """Run the agent once; return whether the cloud was reached."""
     config: AgentConfig | None = None
     try:
         with until_terminated(terminated):
@@ -195,7 +260,7 @@ async def dial_again(membership: Membership, masters: Masters, options: MachineO
 
 
 def _without_addresses(config: AgentConfig) -> AgentConfig:
-    """Return a configuration without what differs between the masters of a cloud."""
+    # These differ between the masters of a cloud.
     peering = None if config.peering is None else msgspec.structs.replace(config.peering, connect=())
     return msgspec.structs.replace(config, cloud="", control="", peering=peering)
 

@@ -2,28 +2,139 @@
 
 It is stored in the data folder of the cloud, so that certificates survive a restart. Only the last certificate issued
 to a machine is valid: removing its file, or letting the machine join again, revokes the one before.
+
+Keys are on the curve P-256. A machine's certificate is valid for clients only, so that no machine can impersonate the
+cloud.
 """
 
+import datetime
 import re
 from pathlib import Path
 
 from cryptography import x509
-from cryptography.hazmat.primitives.serialization import Encoding
+from cryptography.exceptions import InvalidSignature
+from cryptography.hazmat.primitives import hashes
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat, load_pem_private_key
+from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 from engine.processes.private_files import write_private
-from engine.protocols.pinned import fingerprint
+from engine.protocols.sockets import fingerprint
 from engine.protocols.tls_identity import CLOUD_NAME, TlsIdentity
-from engine.remote.certificates import (
-    authority_certificate,
-    common_name,
-    issue,
-    issue_for_cloud,
-    key_pem,
-    new_key,
-    read_key,
-    read_request,
-)
 from ppaas.errors import InvalidInput, NotPermitted
+
+# -- keys and certificates ---------------------------------------------------------------------------------------------
+
+LIFETIME = datetime.timedelta(days=3650)
+
+SLACK = datetime.timedelta(days=1)
+"""Tolerance for a clock of another host that is slow."""
+
+Key = ec.EllipticCurvePrivateKey
+
+
+def new_key() -> Key:
+    """Return a new private key."""
+    return ec.generate_private_key(ec.SECP256R1())
+
+
+def key_pem(key: Key) -> bytes:
+    """Return a private key as PKCS #8 in PEM, not encrypted."""
+    return key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption())
+
+
+def read_key(pem: bytes) -> Key:
+    """Read a private key written by ``key_pem``."""
+    key = load_pem_private_key(pem, None)
+    if not isinstance(key, ec.EllipticCurvePrivateKey):
+        raise InvalidInput("the private key is not on an elliptic curve, so this program did not create it")
+    return key
+
+
+def authority_certificate(key: Key, name: str) -> x509.Certificate:
+    """Return the self-signed certificate of an authority."""
+    made = _begin(name, name, key.public_key(), key, ca=True)
+    usage = x509.KeyUsage(
+        digital_signature=True, key_cert_sign=True, crl_sign=True, content_commitment=False, key_encipherment=False,
+        data_encipherment=False, key_agreement=False, encipher_only=False, decipher_only=False,
+    )  # fmt: skip
+    return made.add_extension(usage, critical=True).sign(key, hashes.SHA256())
+
+
+def issue(name: str, public: ec.EllipticCurvePublicKey, issuer: x509.Certificate, key: Key) -> x509.Certificate:
+    """Return the certificate of a machine, valid for clients only."""
+    made = _begin(name, common_name(issuer), public, key, ca=False)
+    usage = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.CLIENT_AUTH])
+    return made.add_extension(usage, critical=False).sign(key, hashes.SHA256())
+
+
+def issue_for_cloud(name: str, own: Key, issuer: x509.Certificate, key: Key) -> x509.Certificate:
+    """Return the certificate of the cloud, which clients verify by this name."""
+    made = _begin(name, common_name(issuer), own.public_key(), key, ca=False)
+    usage = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH])
+    dialled = x509.SubjectAlternativeName([x509.DNSName(name)])
+    return made.add_extension(usage, critical=False).add_extension(dialled, critical=False).sign(key, hashes.SHA256())
+
+
+def self_signed(name: str, own: Key) -> bytes:
+    """Return the certificate of a server that its clients know by its fingerprint, in PEM."""
+    usage = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH])
+    made = _begin(name, name, own.public_key(), own, ca=False)
+    return made.add_extension(usage, critical=False).sign(own, hashes.SHA256()).public_bytes(Encoding.PEM)
+
+
+def request_pem(key: Key, name: str) -> bytes:
+    """Return a certificate signing request (PKCS #10), so that the key itself never leaves its machine."""
+    builder = x509.CertificateSigningRequestBuilder().subject_name(_named(name))
+    return builder.sign(key, hashes.SHA256()).public_bytes(Encoding.PEM)
+
+
+def read_request(pem: bytes) -> ec.EllipticCurvePublicKey:
+    """Return the public key of a certificate signing request.
+
+    Raises
+    ------
+    InvalidInput
+        The request is invalid, or not signed with its key.
+    """
+    try:
+        request = x509.load_pem_x509_csr(pem)
+        public = request.public_key()
+        if not isinstance(public, ec.EllipticCurvePublicKey) or not request.is_signature_valid:
+            raise InvalidInput("the certificate request must have a key on an elliptic curve, and be signed with it")
+    except (ValueError, InvalidSignature) as error:
+        raise InvalidInput(f"not a certificate signing request: {error}") from error
+    return public
+
+
+def common_name(certificate: x509.Certificate) -> str:
+    """Return the common name of a certificate's subject."""
+    (attribute,) = certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
+    return str(attribute.value)
+
+
+def _named(name: str) -> x509.Name:
+    return x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
+
+
+def _begin(name: str, issuer: str, public: ec.EllipticCurvePublicKey, key: Key, *, ca: bool) -> x509.CertificateBuilder:
+    """Return a certificate to be signed with ``key``, with the identifiers of keys that RFC 5280 demands."""
+    now = datetime.datetime.now(datetime.UTC)
+    return (
+        x509.CertificateBuilder()
+        .subject_name(_named(name))
+        .issuer_name(_named(issuer))
+        .public_key(public)
+        .serial_number(x509.random_serial_number())
+        .not_valid_before(now - SLACK)
+        .not_valid_after(now + LIFETIME)
+        .add_extension(x509.BasicConstraints(ca=ca, path_length=0 if ca else None), critical=True)
+        .add_extension(x509.SubjectKeyIdentifier.from_public_key(public), critical=False)
+        .add_extension(x509.AuthorityKeyIdentifier.from_issuer_public_key(key.public_key()), critical=False)
+    )
+
+
+# -- authority ---------------------------------------------------------------------------------------------------------
 
 STANDBY = "@standby"
 """End of the names of standbys, which no machine has."""

@@ -2,7 +2,7 @@
 
 import msgspec
 
-from engine.agent.master_redial import ADOPT_WITHIN
+from engine.agent.config import ADOPT_WITHIN
 from engine.fabric.zenoh_config import RouterCredentials
 from engine.master.places import LINGER
 from engine.master.quotas import Quota

@@ -1,8 +1,11 @@
 """The cloud's side of remote machines: its certificate authority, its tickets, and the port that they connect to."""
 
 import asyncio
+import logging
 import secrets
 import socket
+import ssl
+from collections.abc import Awaitable, Callable
 from pathlib import Path
 
 import msgspec
@@ -12,18 +15,128 @@ from engine.processes.private_files import write_private
 from engine.protocols.address import EVERYWHERE, TlsAddress, parse_address
 from engine.protocols.control_link import MastersChanged
 from engine.protocols.framing import FrameStream
-from engine.remote.authority import Authority
+from engine.protocols.sockets import ConnectionHandler, listen
+from engine.remote.authority import STANDBY, Authority
 from engine.remote.cluster_settings import ClusterSettings, ContainerSettings, EndpointSettings
-from engine.remote.joining import JoinServer
-from engine.remote.known_masters import KnownMasters
+from engine.remote.joining import JoinServer, Ticket, Tickets
+from engine.remote.masters import KnownMasters
 from engine.remote.standbys import Standbys
-from engine.remote.tickets import Ticket, Tickets
-from engine.remote.tls_listener import FromMachine, TlsListener
 from engine.service.links.control_server import ControlServer
 from engine.service.links.robot_link_server import LinkServer
 from ppaas import __version__
 from ppaas.decoding import from_json
-from ppaas.errors import InvalidInput, Unavailable
+from ppaas.errors import InvalidInput, NotPermitted, PPaaSError, Unavailable
+
+logger = logging.getLogger(__name__)
+
+
+# -- incoming connections ----------------------------------------------------------------------------------------------
+
+MAX_JOINING = 64
+"""Largest number of clients without a certificate at once; each has a few seconds to show its ticket."""
+
+FromMachine = Callable[[asyncio.StreamReader, asyncio.StreamWriter, str], Awaitable[None]]
+"""Serves a connection of a machine; the last argument is the machine's name."""
+
+
+class TlsListener:
+    """Accepts connections over mutual TLS.
+
+    Parameters
+    ----------
+    address : TlsAddress
+        Address to listen at.
+    authority : Authority
+        Certificate authority, which identifies machines.
+    control, robot, settings : callable
+        Serve control links, robot links, and requests for the settings of the cluster.
+    standby : callable
+        Serves standbys of the cloud.
+    endpoint : callable
+        Serves endpoints of machines.
+    join : callable
+        Serves machines without a certificate, which request to join.
+    """
+
+    def __init__(
+        self,
+        address: TlsAddress,
+        authority: Authority,
+        *,
+        control: FromMachine,
+        robot: FromMachine,
+        settings: FromMachine,
+        standby: FromMachine,
+        endpoint: FromMachine,
+        join: ConnectionHandler,
+    ) -> None:
+        self.address = address
+        self._authority = authority
+        self._serve: dict[str | None, FromMachine] = {
+            "control": control,
+            "robot": robot,
+            "terms": settings,
+            "standby": standby,
+            "endpoint": endpoint,
+        }
+        self._join = join
+        self._server: asyncio.Server | None = None
+        self._open: set[asyncio.StreamWriter] = set()
+        self._joining = 0
+
+    async def start(self) -> None:
+        """Listen. Afterwards ``address`` has the actual port, even if it was 0.
+
+        Raises
+        ------
+        Unavailable
+            The address is in use, or does not belong to this host.
+        """
+        context = self._authority.identity.server_context()
+        self._server = await listen(self.address, self._connected, context)
+        self.address = self.address._replace(port=self._server.sockets[0].getsockname()[1])
+
+    async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self._open.add(writer)
+        try:
+            await self._dispatch(reader, writer, writer.get_extra_info("ssl_object"))
+        except PPaaSError as error:
+            logger.warning("a connection at %s was refused: %s", self.address, error)
+        finally:
+            self._open.discard(writer)
+            writer.close()
+
+    async def _dispatch(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, tls: ssl.SSLObject) -> None:
+        purpose, certificate = tls.selected_alpn_protocol(), tls.getpeercert(binary_form=True)
+        if purpose == "join":
+            await self._let_join(reader, writer)
+            return
+        if certificate is None or purpose not in self._serve:
+            raise NotPermitted("the client has no certificate or no known purpose")
+        # Only the last certificate of each name is valid, so there is no list of revoked ones.
+        machine = self._authority.machine_of(certificate)
+        if machine.endswith(STANDBY) != (purpose == "standby"):
+            raise NotPermitted(f"the certificate of {machine!r} is not for this purpose: {purpose}")
+        await self._serve[purpose](reader, writer, machine)
+
+    async def _let_join(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        if self._joining >= MAX_JOINING:
+            raise NotPermitted(f"{MAX_JOINING} clients are joining already")
+        self._joining += 1
+        try:
+            await self._join(reader, writer)
+        finally:
+            self._joining -= 1
+
+    async def close(self) -> None:
+        """Close all connections and stop listening."""
+        if self._server is not None:
+            self._server.close()
+        for writer in tuple(self._open):
+            writer.transport.abort()
+
+
+# -- machines ----------------------------------------------------------------------------------------------------------
 
 ADDRESS = "address"
 """File with the address for machines; it exists while the cloud listens there."""
@@ -130,7 +243,6 @@ class RemoteMachines:
         await stream.close()
 
     def _announce(self) -> None:
-        """Send all machines the addresses of the cloud's masters."""
         if self._control is not None:
             self._control.tell_all(MastersChanged(self._masters.texts()))
 

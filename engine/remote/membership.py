@@ -12,11 +12,9 @@ from engine.protocols.address import TlsAddress
 from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import dial
 from engine.protocols.tls_identity import TlsIdentity
-from engine.remote.authority import Authority, check_name
-from engine.remote.certificates import Key, key_pem, new_key, request_pem
+from engine.remote.authority import Authority, Key, check_name, key_pem, new_key, request_pem
 from engine.remote.cluster_settings import ClusterSettings
-from engine.remote.joining import Joined, request_certificate
-from engine.remote.tickets import read_ticket
+from engine.remote.joining import Joined, read_ticket, request_certificate
 from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput, NotFound, Unavailable
 

@@ -1,4 +1,7 @@
-"""Group places: opens and closes the places of one kind of group node, and calls these nodes."""
+"""Group places: opens and closes the places of group nodes, and calls these nodes.
+
+Coordinators serve robots that track people, traffic nodes serve robots that drive by grants.
+"""
 
 import asyncio
 import logging
@@ -7,15 +10,29 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import msgspec
+
 from engine.master.places import PlaceRequest, group_key
 from engine.processes.background import repeat
 from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import MasterDriver
+from engine.service.views import PeopleGroupView
 from engine.specs.containers import GroupNode
-from ppaas.clock import Clock
+from ppaas.clock import Clock, monotonic
 from ppaas.errors import PPaaSError, Unavailable
-from ppaas.messages import encode
-from ppaas.messages.base.message import Message
+from ppaas.messages import decode, encode
+from ppaas.messages.base.message import Empty, Message
+from ppaas.messages.fleet.traffic import RobotOfTraffic, TrafficState
+from ppaas.messages.people_coordination import (
+    ConfigurePeopleRequest,
+    GetPeopleCountsRequest,
+    GetPeopleCountsResponse,
+    PeopleState,
+    ZoneCount,
+)
+from ppaas.people.nodes import PEOPLE_COORDINATOR, tracks_people
+from ppaas.people.settings import PeopleSettings
+from ppaas.traffic.taking_part import TRAFFIC, takes_part
 
 logger = logging.getLogger(__name__)
 
@@ -194,6 +211,7 @@ class GroupPlaces:
             robot = None if request is None or not self._takes_part(request) else request.robot
             if request is None or robot is None or self._service.place(key) is None:
                 self._robots.discard(key)
+            # A robot in the queue has no container, so its group needs no node for it yet.
             elif self._service.position(key) is None:
                 groups[request.user, request.map.id][robot.id] = request
         return groups
@@ -235,3 +253,128 @@ class GroupPlaces:
         if group.refusal is None or str(group.refusal) != str(reason):
             logger.warning("robots of user %s on map %r have no %s: %s", *key, self._kind.name, reason)
         group.refusal, group.retry_at = reason, retry_at
+
+
+# -- people ------------------------------------------------------------------------------------------------------------
+
+PEOPLE_LINGER = 75.0
+"""Time for which a coordinator outlives the places of its robots [s]. By then it has forgotten all people, so that the
+store keeps no positions in its last checkpoint."""
+
+PEOPLE_KIND = GroupKind(
+    "people",
+    "people coordinator",
+    PEOPLE_COORDINATOR,
+    tracks_people,
+    PEOPLE_LINGER,
+    "no robot of user {user} tracks people on map {map} now: connect one with a detector of people",
+)
+
+
+class PeopleGroups:
+    """Gives each group of robots that track people a coordinator, and calls it; implements ``PeopleCalls``.
+
+    A coordinator that is refused changes nothing for the robots: the reason is in the view of the group.
+
+    Parameters
+    ----------
+    service : MasterDriver
+        Opens and closes places.
+    clock : callable
+        Returns monotonic seconds.
+
+    Attributes
+    ----------
+    places : GroupPlaces
+        Places of the coordinators.
+    """
+
+    def __init__(self, service: MasterDriver, clock: Clock = monotonic) -> None:
+        self.places = GroupPlaces(PEOPLE_KIND, service, clock)
+
+    async def views(self) -> list[PeopleGroupView]:
+        """Return the groups with robots, by user and map."""
+        return [_view(key, group) for key, group in sorted(self.places.groups.items()) if group.robots]
+
+    async def people(self, user: str, map_id: str) -> PeopleState:
+        """Return the people whom the robots of a user see on a map."""
+        return decode(PeopleState, await self._call(user, map_id, "get_people", Empty()))
+
+    async def counts(self, user: str, map_id: str, since: int) -> list[ZoneCount]:
+        """Return the numbers of different people by hour and zone, without hours that ended before a time."""
+        answer = await self._call(user, map_id, "get_people_counts", GetPeopleCountsRequest(since))
+        return decode(GetPeopleCountsResponse, answer).counts
+
+    async def configure(self, user: str, map_id: str, settings: PeopleSettings) -> None:
+        """Make the coordinator of a group use settings, which are stored already.
+
+        A group without a coordinator needs none: each coordinator reads the stored settings when it starts. One that
+        was refused is tried again at once, since its settings may have been the reason.
+        """
+        if self.places.place(user, map_id) is not None:
+            text = msgspec.json.encode(settings).decode()
+            await self.places.call(user, map_id, "configure_people", ConfigurePeopleRequest(text))
+        elif (user, map_id) in self.places.groups:
+            self.places.groups[user, map_id].retry_at = float("-inf")
+
+    async def _call(self, user: str, map_id: str, service: str, request: Message) -> bytes:
+        group = self.places.groups.get((user, map_id))
+        if group is None or not group.robots:
+            raise self.places.absent(user, map_id)
+        return await self.places.call(user, map_id, service, request)
+
+
+def _view(key: Key, group: Group) -> PeopleGroupView:
+    robots, link = tuple(sorted(group.robots)), group.link
+    if link is None or group.refusal is not None:
+        return PeopleGroupView(*key, robots, "refused" if group.refusal else "starting", str(group.refusal or ""))
+    return PeopleGroupView(*key, robots, "starting" if link.container is None else "ready")
+
+
+# -- traffic -----------------------------------------------------------------------------------------------------------
+
+TRAFFIC_LINGER = 60.0
+"""Time for which a traffic node outlives the places of its robots [s]: until then an operator sees where they stopped,
+and robots that come back need not wait for it."""
+
+TRAFFIC_KIND = GroupKind(
+    "traffic",
+    "traffic node",
+    TRAFFIC,
+    takes_part,
+    TRAFFIC_LINGER,
+    "no robot of user {user} takes part in the traffic of map {map} now: set 'traffic' to true in the file of one, and "
+    "connect it",
+)
+
+
+class TrafficGroups:
+    """Gives each group of robots in the traffic of their map a traffic node, and calls it; implements ``TrafficCalls``.
+
+    Parameters
+    ----------
+    service : MasterDriver
+        Opens and closes places.
+    clock : callable
+        Returns monotonic seconds.
+
+    Attributes
+    ----------
+    places : GroupPlaces
+        Places of the traffic nodes.
+    """
+
+    def __init__(self, service: MasterDriver, clock: Clock = monotonic) -> None:
+        self.places = GroupPlaces(TRAFFIC_KIND, service, clock)
+
+    async def state(self, user: str, map_id: str) -> TrafficState:
+        """Return the traffic of the robots of a user on a map."""
+        return decode(TrafficState, await self.places.call(user, map_id, "get_traffic", Empty()))
+
+    async def take_out(self, user: str, map_id: str, robot: str) -> None:
+        """Take a robot out of the traffic: what it holds is free, and nobody waits for it."""
+        await self.places.call(user, map_id, "take_out", RobotOfTraffic(robot))
+
+    async def put_back(self, user: str, map_id: str, robot: str) -> None:
+        """Put a robot back into the traffic, where it now stands."""
+        await self.places.call(user, map_id, "put_back", RobotOfTraffic(robot))

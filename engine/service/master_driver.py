@@ -3,49 +3,79 @@
 import asyncio
 import contextlib
 import logging
+import secrets
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from weakref import WeakKeyDictionary
 
-from engine.leadership.mandate import Mandate
+from engine.leadership.leadership import Mandate
 from engine.master.events import (
+    ContainerLaunched,
     ContainerLost,
     ContainerReady,
     Event,
     LimitsChanged,
+    MachineJoined,
+    MachineLeft,
+    MachineMeasured,
+    MachinesExpected,
     MapChanged,
     PlaceReleased,
     PlaceRequested,
+    RemovalRequested,
+    ReturnTimedOut,
     RobotTimed,
     ShutdownBegan,
 )
 from engine.master.master import Master
-from engine.master.orders import End, Order
+from engine.master.orders import Adopt, Close, End, Leave, Order, Resize, Start, UseMap
 from engine.master.places import PlaceRequest
+from engine.master.report_validation import check_registration
 from engine.processes.background import Background
-from engine.processes.heartbeats import MISSED
-from engine.processes.liveness import watch
-from engine.protocols import robot_link
+from engine.processes.heartbeats import BEAT_PERIOD, MISSED, watch
+from engine.protocols import control_link, robot_link
 from engine.protocols.framing import FrameStream
 from engine.protocols.refusals import error_of
-from engine.service.administration import Administration
-from engine.service.containers import Containers
+from engine.service.administration import Administration, Containers
 from engine.service.links.control_server import ControlServer
 from engine.service.links.place_link import PlaceLink
 from engine.service.links.presence import RobotPresence
 from engine.service.links.robot_link_server import LinkServer
-from engine.service.listener import CloudListener
-from engine.service.machine_events import MachineEvents
-from engine.service.order_execution import OrderExecution
 from engine.service.start_times import StartTimes
 from engine.specs.checkpoints import CheckpointSelection
-from engine.specs.containers import MapVersion
-from engine.specs.robot_frames import base_frame
-from engine.specs.start_state import StartState
+from engine.specs.containers import ContainerSpec, MapVersion, base_frame
+from engine.specs.start_state import KernelProgress, StartState
 from ppaas.clock import Clock, monotonic
-from ppaas.errors import Conflict, Idle, NotFound, PPaaSError, Unavailable
+from ppaas.errors import Conflict, Idle, NotFound, PPaaSError, Starting, Unavailable
 from storage.records import Limits
 
 logger = logging.getLogger(__name__)
+
+
+# -- notifications -----------------------------------------------------------------------------------------------------
+
+
+class CloudListener:
+    """Ignores all notifications; a subclass overrides those that it handles."""
+
+    def machine_frozen(self, machine: str) -> None:
+        """Handle a machine whose agent missed its heartbeats; its link is already closed. Kill it if possible."""
+
+    def machine_removed(self, machine: str) -> None:
+        """Handle a machine that an administrator removed: do not restart its agent."""
+
+    def machines_changed(self, machines: Collection[str]) -> None:
+        """Handle a change of the set of machines, given by name."""
+
+    def place_opened(self, key: str) -> None:
+        """Handle a place that was opened, or that waits in the queue."""
+
+    def place_adopted(self, key: str) -> None:
+        """Handle a place that adopted a container of an earlier cloud process."""
+
+
+# -- driver ------------------------------------------------------------------------------------------------------------
 
 START_TIMEOUT = 10.0
 """Time within which a container must dial the robot link [s]; after that it is ended and replaced."""
@@ -328,3 +358,366 @@ class MasterDriver:
             if measured[1] is not None and measured != before:
                 self._timed[place] = measured
                 self._handle(RobotTimed(key, measured[1]))
+
+
+# -- orders ------------------------------------------------------------------------------------------------------------
+
+LEAVE_GRACE = 5.0
+"""Time that a leaving container has to store its state [s]; after that, its machine kills it."""
+
+
+class OrderExecution:
+    """Executes the master's orders.
+
+    Parameters
+    ----------
+    places : dict of str to PlaceLink
+        The open places by name; adopted places are added, closed ones are removed.
+    control : ControlServer
+        Sends the orders to machines.
+    links : LinkServer
+        Admits the containers that were started.
+    times : StartTimes
+        Start times of the containers.
+    checkpoints : CheckpointSelection
+        Selects the checkpoints that clones start from.
+    start_timeout : float
+        Time within which a container must dial the robot link [s].
+    not_come : callable
+        Called with machine, container and reason if a start failed, and for every container after its start timeout.
+    adopted : callable
+        Called with the name of a place that adopted a container of an earlier cloud process.
+    """
+
+    def __init__(
+        self,
+        places: dict[str, PlaceLink],
+        control: ControlServer,
+        links: LinkServer,
+        times: StartTimes,
+        checkpoints: CheckpointSelection,
+        *,
+        start_timeout: float,
+        not_come: Callable[[str, str, PPaaSError], None],
+        adopted: Callable[[str], None],
+    ) -> None:
+        self._places = places
+        self._control = control
+        self._links = links
+        self._times = times
+        self._checkpoints = checkpoints
+        self._start_timeout = start_timeout
+        self._not_come = not_come
+        self._notify_adopted = adopted
+        self._background = Background()
+
+    def execute(self, order: Order) -> None:
+        """Execute an order; slow steps run in the background."""
+        match order:
+            case Start():
+                self._times.order(order.spec.id)
+                self._background.run(self._start(order))
+            case Adopt():
+                self._adopt(order)
+            case End():
+                self._end(order)
+            case Leave():
+                self._let_leave(order)
+            case Resize():
+                self._resize(order)
+            case UseMap():
+                self._use_map(order)
+            case Close():
+                place = self._places.pop(order.place, None)
+                logger.error("%s is closed: %s", order.place, order.reason)
+                if place is not None:
+                    place.close(order.reason)
+
+    async def cancel(self) -> None:
+        """Cancel background tasks."""
+        await self._background.cancel()
+
+    async def _start(self, order: Start) -> None:
+        container = order.spec.id
+        try:
+            await asyncio.sleep(order.delay)
+            spec = await asyncio.to_thread(self._checkpoints.with_checkpoint, order.spec)
+            if not self._times.is_awaited(container):
+                return  # it was ended or replaced meanwhile
+            self._send_start(order.machine, spec)
+        except PPaaSError as error:
+            self._not_come(order.machine, container, error)
+        except Exception as error:
+            logger.exception("container %s could not be started", container)
+            self._not_come(order.machine, container, PPaaSError(f"internal error: {type(error).__name__}"))
+        else:
+            await self._answered(order.machine, container)
+
+    async def _answered(self, machine: str, container: str) -> None:
+        left = self._start_timeout
+        while left > 0.0:
+            await asyncio.sleep(left)
+            left = self._times.patience(container, self._start_timeout)  # more than 0 if it waits for kernels
+        self._not_come(machine, container, Unavailable(f"it did not answer within {self._start_timeout:g} s"))
+
+    def _adopt(self, order: Adopt) -> None:
+        container = order.carried.spec.id
+        logger.info("container %s of machine %s is adopted", container, order.machine)
+        if order.place not in self._places:
+            self._places[order.place] = PlaceLink(order.place, base_frame(order.carried.spec.robot))
+        self._times.order(container)
+        self._links.expect(container, order.carried.secret, order.machine)
+        self._background.run(self._answered(order.machine, container))
+        self._notify_adopted(order.place)
+
+    def _send_start(self, machine: str, spec: ContainerSpec) -> None:
+        self._times.send(spec.id)
+        secret = secrets.token_urlsafe(24)
+        # Before the order is sent, since the container dials as soon as it runs.
+        self._links.expect(spec.id, secret, machine)
+        self._control.order(machine, control_link.StartContainer(spec, secret, str(self._links.path)))
+
+    def _end(self, order: End) -> None:
+        self._links.forget(order.container)
+        self._times.forget(order.container)
+        try:
+            self._control.order(order.machine, control_link.StopContainer(order.container))
+        except Unavailable:
+            logger.info("container %s was lost with its machine", order.container)
+
+    def _let_leave(self, order: Leave) -> None:
+        logger.info("container %s leaves machine %s", order.container, order.machine)
+        place = self._places.get(order.place)
+        if place is not None:
+            place.release()
+        with contextlib.suppress(Unavailable):  # the machine has just left, which is reported on its own
+            self._control.order(order.machine, control_link.StopContainer(order.container, grace=LEAVE_GRACE))
+
+    def _resize(self, order: Resize) -> None:
+        with contextlib.suppress(Unavailable):  # the machine has left; the next container has the new size
+            self._control.order(order.machine, control_link.ResizeContainer(order.container, order.cores))
+
+    def _use_map(self, order: UseMap) -> None:
+        spec, robot = order.spec, order.spec.robot
+        masks, in_space = ({}, False) if robot is None else (robot.masks, robot.in_space)
+        logger.info("container %s goes on with version %s of map %r", spec.id, spec.map.version, spec.map.id)
+        with contextlib.suppress(Unavailable):  # the machine has left; the next container has the new version
+            self._control.order(order.machine, control_link.UseMap(spec.id, spec.map, masks, in_space))
+
+
+# -- machines ----------------------------------------------------------------------------------------------------------
+
+RETURN_TIMEOUT = (MISSED + 1) * BEAT_PERIOD
+"""Time for which robots wait for the machines of an earlier cloud process [s]. The containers of a machine that has not
+reconnected by then no longer write checkpoints."""
+
+
+class MachineEvents:
+    """Passes the events of the control links to the master.
+
+    Parameters
+    ----------
+    master : Master
+        Master that gets the events.
+    checkpoints : CheckpointSelection
+        Decides which reported containers are still the clones of their robots.
+    links : LinkServer
+        Closes the links of containers that are lost with their machine.
+    times : StartTimes
+        Start times of the containers.
+    execute : callable
+        Executes the master's orders.
+    container_lost : callable
+        Called with the machine and the id of a container that ended, and the reason.
+    alive : callable
+        Called with the machine and the id of a container that compiles a kernel, once for each heartbeat of its agent.
+    listener : CloudListener
+        Notified of machines that join and leave.
+
+    Attributes
+    ----------
+    joined : Event
+        Set once the first machine has joined.
+    """
+
+    def __init__(
+        self,
+        master: Master,
+        checkpoints: CheckpointSelection,
+        links: LinkServer,
+        times: StartTimes,
+        *,
+        execute: Callable[[list[Order]], None],
+        container_lost: Callable[[str, str, PPaaSError], None],
+        alive: Callable[[str, str], None],
+        listener: CloudListener,
+    ) -> None:
+        self._master = master
+        self._checkpoints = checkpoints
+        self._links = links
+        self._times = times
+        self._execute = execute
+        self._container_lost = container_lost
+        self._beats: Counter[str] = Counter()
+        self._background = Background()
+        self._closing = False
+        self.joined = asyncio.Event()
+        self._listener = listener
+        self._starting: dict[str, KernelProgress | None] = {}
+        self._compiling: dict[str, KernelProgress] = {}
+        self._alive = alive
+
+    def listen(self, path: Path, secret: str) -> ControlServer:
+        """Return the server of the control links, which reports its events to this object."""
+        self._control = ControlServer(path, secret, self)
+        return self._control
+
+    async def close(self) -> None:
+        """Stop waiting for machines; from now on, machines leave as expected."""
+        self._closing = True
+        await self._background.cancel()
+
+    # -- machines of an earlier cloud process --------------------------------------------------------------------------
+
+    def expect_back(self, machines: Iterable[str]) -> None:
+        """Make robots wait up to `RETURN_TIMEOUT` for these machines, which may still run their clones."""
+        self._execute(self._master.handle(MachinesExpected(tuple(machines))))
+        if self._master.returning:
+            self._background.run(self._wait())
+
+    async def _wait(self) -> None:
+        await asyncio.sleep(RETURN_TIMEOUT)
+        if self._master.returning:
+            logger.warning("machines did not reconnect: %s", ", ".join(sorted(self._master.returning)))
+            self._execute(self._master.handle(ReturnTimedOut()))
+
+    # -- machines that start, and kernels ------------------------------------------------------------------------------
+
+    def await_machine(self, machine: str) -> None:
+        """Count a machine as starting, until it has registered."""
+        self._starting[machine] = None
+
+    def machine_starting(self, machine: str, kernels: KernelProgress | None) -> None:
+        """Note how far the kernels of a machine are that has not registered yet."""
+        if machine not in self._master.machines:
+            self._starting[machine] = kernels
+
+    def machine_start_ended(self, machine: str) -> None:
+        """Note that a machine is about to register, or has failed."""
+        self._starting.pop(machine, None)
+
+    def check_started(self, machine: str) -> None:
+        """Raise ``Starting`` if a machine has not joined yet but is about to: it takes no settings until then."""
+        if machine in self._starting and machine not in self._master.machines:
+            raise Starting(f"machine {machine!r} is starting: wait until it has joined", retry_after=1.0)
+
+    def start_state(self) -> StartState:
+        """Return whether containers can start, and the kernels that machines compile."""
+        is_ready = bool(self._master.machines) or not self._starting
+        return StartState(is_ready, {**self._compiling, **self._starting})
+
+    # -- reports -------------------------------------------------------------------------------------------------------
+
+    async def machine_registered(self, register: control_link.Register) -> None:
+        """Add a machine, and adopt its containers that are still the clones of their robots.
+
+        Raises
+        ------
+        InvalidInput
+            The registration is not valid.
+        NotPermitted
+            The machine was removed, or runs another release than the cloud.
+        Unavailable
+            The store of checkpoints is unreachable.
+        """
+        check_registration(register)
+        machine = register.machine
+        clones = await asyncio.to_thread(self._clones, register.carries) if register.carries else ()
+        orders = self._master.handle(
+            MachineJoined(
+                machine, register.cores, register.memory, register.pid, register.labels, register.network, clones
+            )
+        )
+        adopted = tuple(order.carried.spec.id for order in orders if isinstance(order, Adopt))
+        epoch = self._control.mandate.epoch
+        # Before all other orders: until its welcome a machine stores no checkpoint for its containers.
+        self._control.order(machine, control_link.Welcome(self._checkpoints.instance, adopted, epoch))
+        self._beats[machine] = 0
+        self._starting.pop(machine, None)
+        logger.info("machine %s joined with %d cores and %d containers", machine, register.cores, len(adopted))
+        self.joined.set()
+        self._execute(orders)
+        self._listener.machines_changed(self._master.machines)
+
+    def _clones(self, carries: Iterable[control_link.RunningContainer]) -> tuple[control_link.RunningContainer, ...]:
+        return tuple(carried for carried in carries if self._checkpoints.runs_on(carried.spec))
+
+    def machine_said(self, machine: str, event: control_link.FromAgent) -> None:
+        """Handle a report of a machine.
+
+        Raises
+        ------
+        InvalidParameter, NotPermitted
+            A value is not possible, or the container runs on another machine; the machine is disconnected.
+        """
+        match event:
+            case control_link.AgentBeat():
+                self._beats[machine] += 1
+                self._note_kernels(machine, event)
+            case control_link.Heartbeat():
+                self._execute(self._master.handle(MachineMeasured(machine, event)))
+            case control_link.Launched():
+                self._execute(self._master.handle(ContainerLaunched(machine, event.container, event.pid)))
+            case control_link.LaunchFailed():
+                self._container_lost(machine, event.container, error_of(event.refusal))
+            case control_link.Exited():
+                self._container_lost(machine, event.container, Unavailable(f"it exited with status {event.status}"))
+
+    def _note_kernels(self, machine: str, beat: control_link.AgentBeat) -> None:
+        if beat.kernels is None:
+            self._compiling.pop(machine, None)
+        else:
+            self._compiling[machine] = beat.kernels
+        for container in beat.compiling:
+            self._alive(machine, container)
+
+    def machine_gone(self, machine: str) -> None:
+        """Replace the containers of a machine that left."""
+        self._beats.pop(machine, None)
+        self._compiling.pop(machine, None)
+        logger.log(logging.INFO if self._closing else logging.WARNING, "machine %s has left", machine)
+        self._lose(MachineLeft(machine))
+        self._listener.machines_changed(self._master.machines)
+
+    # -- frozen and removed machines -----------------------------------------------------------------------------------
+
+    def beats(self) -> Mapping[str, int]:
+        """Return the number of heartbeats of each machine."""
+        return self._beats
+
+    def give_up(self, machine: str) -> None:
+        """Disconnect a machine that missed its heartbeats."""
+        logger.error(
+            "machine %s missed %d heartbeats: its agent is frozen, and the machine is disconnected", machine, MISSED
+        )
+        self._control.hang_up(machine)
+        self._listener.machine_frozen(machine)
+
+    def cut_off(self, request: RemovalRequested) -> None:
+        """Dismiss a machine that an administrator removes; its containers are replaced."""
+        machine = request.machine
+        self._lose(request)
+        logger.warning("machine %s was removed", machine)
+        self._listener.machine_removed(machine)
+        self._background.run(self._control.dismiss(machine))
+
+    def _lose(self, event: MachineLeft | RemovalRequested) -> None:
+        machine = self._master.machines.get(event.machine)
+        lost = tuple(machine.containers) if machine is not None else ()
+        orders = self._master.handle(event)
+        for container in lost:
+            self._links.forget(container)
+            # A machine that was cut off may still run it: nothing more of it is heard.
+            self._links.hang_up(container)
+            self._times.forget(container)
+        self._execute(orders)

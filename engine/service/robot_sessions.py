@@ -1,4 +1,7 @@
-"""Robot sessions: counts the clients of each robot's place, and closes the place some time after the last has left."""
+"""Robot sessions: counts the clients of each robot's place, and closes the place some time after the last has left.
+
+Places of robots whose clients are idle are closed too, so that their containers are free for others.
+"""
 
 import asyncio
 import contextlib
@@ -11,11 +14,13 @@ from msgspec.structs import replace
 
 from engine.container.monitor.parameters import with_priorities
 from engine.master.places import LINGER, PlaceRequest, robot_key
+from engine.processes.background import repeat
 from engine.service.links.place_link import PlaceLink
 from engine.service.master_driver import MasterDriver
 from engine.specs.containers import MapVersion
 from engine.specs.robot_places import check_readable, robot_place, urdf_of
-from ppaas.errors import Conflict, NotFound, PPaaSError, Unavailable
+from ppaas.clock import Clock, monotonic
+from ppaas.errors import Conflict, Idle, NotFound, PPaaSError, Unavailable
 from ppaas.maps.new_map import new_map_id
 from storage.ports import MapStore, Store
 from storage.records import MapRecord
@@ -112,6 +117,7 @@ class RobotSessions:
             self._check_single(user, robot, as_robot=as_robot)
             self._follow(heads)
             place = await self._open(request, queue=queue)
+            # Again, since another socket of the robot may have come meanwhile.
             self._check_single(user, robot, as_robot=as_robot)
         closing = self._closing.pop(key, None)
         if closing is not None:
@@ -177,7 +183,6 @@ class RobotSessions:
         return self._service.position(place.key)
 
     def _request(self, user: str, robot: str) -> tuple[PlaceRequest, list[MapRecord]]:
-        """Return the request for the place of a robot, and the current versions of its map and masks."""
         record = self._store.robot(user, robot)
         place = robot_place(self._map_store, record, urdf_of(self._store, user, robot))
         parameters = with_priorities(place.config.parameters, self._node_priorities)
@@ -191,6 +196,7 @@ class RobotSessions:
         self._clients[key] -= 1
         if self._clients[key] <= 0:
             del self._clients[key]
+            # A place in the queue has no clone that a robot could come back to.
             waits = self._service.position(key) is not None
             self._closing[key] = asyncio.create_task(self._close_later(key, 0.0 if waits else self._linger))
 
@@ -241,3 +247,50 @@ class RobotSessions:
         for task in self._closing.values():
             task.cancel()
         await asyncio.gather(*self._closing.values(), return_exceptions=True)
+
+
+IDLE = 600.0
+"""Time without frames and without a goal after which a robot is disconnected [s]."""
+
+CHECKS = 10
+"""Number of checks of all places within that time."""
+
+
+class IdleWatch:
+    """Closes places whose clients are connected but send nothing, and whose robot has no goal.
+
+    Silence is measured per place, not per client: an operator who only watches does not disconnect a driving robot.
+
+    Parameters
+    ----------
+    robots : RobotSessions
+        Has the places, and closes them.
+    idle : float
+        Time after which a place is closed [s]; 0 disables the watch.
+    clock : callable
+        Returns monotonic time [s].
+    """
+
+    def __init__(self, robots: RobotSessions, idle: float = IDLE, clock: Clock = monotonic) -> None:
+        self._robots = robots
+        self._idle = idle
+        self._clock = clock
+        self._known: dict[PlaceLink, tuple[int, float]] = {}
+
+    async def run(self) -> None:
+        """Check all places periodically until cancelled."""
+        if self._idle:
+            await repeat(self.check, self._idle / CHECKS)
+
+    async def check(self) -> None:
+        """Close places that have been idle for too long."""
+        now = self._clock()
+        before, self._known = self._known, {}
+        for place in self._robots.held():
+            taken = place.beat.frames + place.beat.sockets
+            counted, since = before.get(place, (-1, now))
+            self._known[place] = (taken, now if place.busy or taken != counted else since)
+        for place, (_, since) in self._known.items():
+            if now - since >= self._idle:
+                text = f"no frames for {self._idle:g} s: connect again when you have something to send"
+                await self._robots.let_go(place, Idle(text))

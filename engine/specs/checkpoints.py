@@ -129,6 +129,7 @@ class CheckpointSelection:
         except NotFound:
             return False
         origin = _origin_of(checkpoint)
+        # A master that kept running has replaced what it lost, so it takes nothing back.
         if origin is None or origin.instance == self._instance or origin.container != spec.id:
             return False
         return self._is_for(checkpoint, spec) and checkpoint.nodes.get(SESSION_STATE) == spec.session.encode()
@@ -136,6 +137,7 @@ class CheckpointSelection:
     @staticmethod
     def _is_for(checkpoint: CloneCheckpoint, spec: ContainerSpec) -> bool:
         origin = _origin_of(checkpoint)
+        # Without the version: a robot that was away continues at its pose on a later version of its map.
         return origin is not None and (origin.map.id, _lasting(origin.robot)) == (spec.map.id, _lasting(spec.robot))
 
     def _was_cut_off(self, checkpoint: CloneCheckpoint) -> bool:
@@ -145,7 +147,6 @@ class CheckpointSelection:
 
 
 def _without_urdf(robot: RobotConfig | None) -> RobotConfig | None:
-    """Return a configuration without the text of the URDF, which its description stands for."""
     return None if robot is None else msgspec.structs.replace(robot, urdf_text=b"")
 
 

@@ -5,9 +5,7 @@ from typing import NamedTuple
 from msgspec.structs import replace
 
 from engine.specs.containers import MapVersion, RobotConfig
-from engine.specs.continued_maps import continued_map
-from engine.specs.filter_masks import mask_heads
-from engine.specs.joint_maps import joint_map_owner
+from engine.specs.robot_maps import continued_map, joint_map_owner, mask_heads
 from ppaas.errors import NotFound, NotPermitted
 from ppaas.maps.new_map import new_map_id
 from ppaas.nodes.map_server.costmap_filters import check_no_masks

@@ -27,9 +27,9 @@ from endpoints.services import heavy_work, plan_writer
 from endpoints.services.joint_maps import MOST_ROBOTS
 from endpoints.services.request_limits import RequestLimits
 from engine.endpoint import link_listener
-from engine.protocols import sockets, unproven_peers
+from engine.protocols import handshakes, sockets
 from engine.recorder import robot_recorder
-from engine.remote import joining, tls_listener
+from engine.remote import joining, machines
 from engine.service.endpoints import server
 from engine.service.links import carried_session
 from ppaas.fleet.lanes.placing import MOST_CELLS
@@ -223,14 +223,14 @@ ROWS = {
         f"{sockets.HANDSHAKE_TIMEOUT:g} s on the port",
     ],
     ("port of machines", "clients that join with a ticket"): [
-        f"{tls_listener.MAX_JOINING} at once",
+        f"{machines.MAX_JOINING} at once",
         size(joining.MAX_JOIN),
         f"{joining.PATIENCE:g} s",
     ],
     (
         "links of containers to an endpoint, and of endpoints to the master",
         "connections whose peer has not said who it is; time",
-    ): [f"{unproven_peers.MOST} each", f"{link_listener.HELLO_TIMEOUT:g} s", f"{server.REGISTER_TIMEOUT:g} s"],
+    ): [f"{handshakes.MOST} each", f"{link_listener.HELLO_TIMEOUT:g} s", f"{server.REGISTER_TIMEOUT:g} s"],
 }
 IN_WORDS = {
     ("connections", "number of one address (IPv6: of one /64)"),

@@ -4,10 +4,10 @@ import re
 from pathlib import Path
 
 from endpoints.rest.cluster.schemas import MachineChange
-from engine.agent.neighbours import AT_A_TIME, PERIOD
-from engine.master.draining import MOVES
+from engine.agent.host_load import AT_A_TIME, PERIOD
+from engine.master.master import MOVES
 from engine.processes.heartbeats import BEAT_PERIOD, MISSED
-from engine.service.order_execution import LEAVE_GRACE
+from engine.service.master_driver import LEAVE_GRACE
 from engine.specs.cores import MEMORY_PER_CORE
 from engine.specs.machine_settings import MOST_LABELS, MachineSettings
 from tests.support.cloud.cloud import RunningCloud

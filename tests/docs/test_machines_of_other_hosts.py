@@ -7,7 +7,7 @@ from types import ModuleType
 import pytest
 
 from endpoints.cli import machine_join, machine_ticket, up
-from engine.agent.master_lease import LEASE
+from engine.agent.master_session import LEASE
 from engine.processes.heartbeats import BEAT_PERIOD, MISSED
 from robots.cli.command_parser import CommandParser
 from tests.support.documents import blocks, text_of

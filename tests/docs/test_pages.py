@@ -16,7 +16,7 @@ from engine.master.balancers.registry import DEFAULT as BALANCER
 from engine.master.places import CRASH_LIMIT, CRASH_WINDOW, LINGER
 from engine.master.quotas import Quota
 from engine.protocols.control_link import StopContainer
-from engine.service import people_groups, traffic_groups
+from engine.service import group_places
 from engine.service.links.carried_session import MAX_KEPT, MAX_KEPT_BYTES
 from engine.service.planning_places import IDLE
 from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
@@ -55,8 +55,10 @@ def test_limits_of_places_and_machines_are_those_of_the_code() -> None:
     assert states(ARCHITECTURE, f"while a client is connected and {LINGER:g} s longer")
     assert states(ARCHITECTURE, f"until {IDLE:g} s after the last path")
     assert states(DATA_FLOW, f"until {IDLE:g} s after")
-    assert states(ARCHITECTURE, f"track people, until {people_groups.LINGER:g} s after the place of the last one")
-    assert states(ARCHITECTURE, f"take part in the traffic of the map, until {traffic_groups.LINGER:g} s after that")
+    assert states(ARCHITECTURE, f"track people, until {group_places.PEOPLE_LINGER:g} s after the place of the last one")
+    assert states(
+        ARCHITECTURE, f"take part in the traffic of the map, until {group_places.TRAFFIC_LINGER:g} s after that"
+    )
     assert states(ARCHITECTURE, f"die more than {CRASH_LIMIT} times in {CRASH_WINDOW:g} s is closed")
     assert OVERSUBSCRIPTION == 4.0 and states(ARCHITECTURE, "gives out four times the cores it has")
     assert states(ARCHITECTURE, f"It holds {MAX_CONTAINERS} at most")

@@ -19,12 +19,12 @@ from endpoints.rosbridge.robot_socket import TAKEN_OVER
 from endpoints.rosbridge.session_registry import READY_TIMEOUT
 from endpoints.services.request_limits import RequestLimits
 from endpoints.web import MAX_FRAME
-from engine.agent import shared_positions
+from engine.agent import fleet_topics
 from engine.container.fleet_bridge import SHARE_PERIOD
 from engine.links.unacknowledged import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
 from engine.master.places import LINGER
-from engine.service.idle_watch import IDLE
 from engine.service.planning.path_requests import DEFAULT_TIMEOUT
+from engine.service.robot_sessions import IDLE
 from engine.sessions.calls import CALL_TIMEOUT, MAX_CALLS
 from engine.sessions.heartbeat import PERIOD
 from engine.sessions.host import MAX_AWAY
@@ -301,7 +301,7 @@ def test_times_and_rates_are_those_of_the_code() -> None:
     assert states(f"After {move_base.transform_tolerance:g} s without `odom` or `scan`")
     assert STATUS_PERIOD == 1.0 and states("once a second, and when it changes")
     assert move_base.planner_frequency == 1.0 and states("and once a second while driving")
-    assert (1.0 / SHARE_PERIOD, 1.0 / shared_positions.PERIOD) == (5.0, 10.0) and states("five to ten times a second")
+    assert (1.0 / SHARE_PERIOD, 1.0 / fleet_topics.PERIOD) == (5.0, 10.0) and states("five to ten times a second")
     assert states(f"code {CLOSED_BY_CLOUD} and a reason")
     assert states(f"after {MAX_PATIENCE:g} s without subscribers to this topic")
     assert states(f"after `timeout` ({MIN_PATIENCE:g} to {MAX_PATIENCE:g} s) without subscribers")

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from engine.recorder import robot_recorder
-from engine.recorder.open_file import FLUSH_PERIOD
+from engine.recorder.robot_recorder import FLUSH_PERIOD
 from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Point, Pose, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion
 from ppaas.messages.nav_msgs import MapMetaData, OccupancyGrid

@@ -16,8 +16,8 @@ from endpoints.rest.robots.robot_shares import MAX_SHARES
 from endpoints.rest.users.schemas import MAX_GROUPS, MAX_LIFETIME
 from endpoints.services.services import Services
 from endpoints.sharing.told_topics import DESCRIPTION, GOALS, LOCALIZATION, PARAMETERS, TOLD
+from engine.rights.access import CONFIGURING, READING
 from engine.rights.globs import MAX_GLOBS
-from engine.rights.services import CONFIGURING, READING
 from engine.service import robot_navigation
 from ppaas.geometry import Pose2D
 from ppaas.mapping.serialization.mapping_file import pack_mapping

@@ -7,9 +7,9 @@ from types import ModuleType
 import pytest
 
 from endpoints.cli import machine_ticket, up
-from engine.agent.master_lease import LEASE
+from engine.agent.master_session import LEASE
 from engine.leadership.leadership import TIMING
-from engine.service.machine_events import RETURN_TIMEOUT
+from engine.service.master_driver import RETURN_TIMEOUT
 from robots.cli.command_parser import CommandParser
 from robots.cli.commands import machine
 from tests.support.documents import blocks, text_of

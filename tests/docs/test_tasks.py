@@ -9,7 +9,7 @@ import pytest
 
 from endpoints.rest.tasks import tasks
 from endpoints.rest.tasks.schemas import TaskFile
-from engine.service.tasks import retention, ways
+from engine.service.tasks import group, runner
 from ppaas.geometry import Pose2D
 from ppaas.maps.formats.map_files import load_map
 from ppaas.maps.grid import GridMap
@@ -37,8 +37,8 @@ def test_numbers_are_those_of_the_code() -> None:
     text = re.sub(r"\s+", " ", text_of(PAGE))
     for said in (
         f"You may have {tasks.MOST_OPEN} tasks",
-        f"kept for {retention.KEPT_FOR / 86400:g} days, at most the last {retention.MOST_ENDED}",
-        f"does not answer within {ways.TIMEOUT:g} s",
+        f"kept for {group.KEPT_FOR / 86400:g} days, at most the last {group.MOST_ENDED}",
+        f"does not answer within {runner.TIMEOUT:g} s",
         f"by a speed of {assignment.SPEED:g} m/s",
         f"worth {assignment.PRIORITY:g} s of driving. A task that has waited for {assignment.PRIORITY:g} s",
         f"in the {assignment.URGENT:g} s before its deadline",

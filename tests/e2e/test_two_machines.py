@@ -12,7 +12,7 @@ import msgspec
 import psutil
 import pytest
 
-from engine.remote.tickets import read_ticket
+from engine.remote.joining import read_ticket
 from ppaas.maps.grid import GridMap
 from ppaas.messages.actionlib_msgs import Status
 from robots.client.rest import RestClient

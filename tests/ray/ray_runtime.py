@@ -17,8 +17,7 @@ from engine.protocols.address import TlsAddress
 from engine.remote.cluster_settings import ContainerSettings
 from engine.remote.machines import RemoteMachines
 from engine.remote.ray.config import WatchConfig
-from engine.remote.ray.machines import RayMachines
-from engine.remote.ray.watcher_process import WatcherProcess
+from engine.remote.ray.watcher_process import RayMachines, WatcherProcess
 from engine.runtimes.base import Premises, Runtime
 from engine.runtimes.fork_server.server import UNKNOWN_STATUS
 from engine.service.links.control_server import ControlServer

@@ -35,7 +35,7 @@ from endpoints.sharing.shared_robots import ReachedRobot, own_robots, reach, rob
 from endpoints.sharing.told_topics import DESCRIPTION, PARAMETERS, may_hear
 from engine.rights.globs import split_address
 from engine.specs.clone_to_check import DEFAULTS
-from engine.specs.filter_masks import mask_heads, no_mask
+from engine.specs.robot_maps import mask_heads, no_mask
 from engine.specs.robot_places import urdf_of
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, InvalidParameter, NotFound

@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 import ppaas
-from engine.processes.parent_watch import end_with
+from engine.processes.helper_program import end_with
 from engine.runtimes.compilation import stamp
 
 logger = logging.getLogger(__name__)
@@ -51,7 +51,7 @@ def main() -> None:
     """Compile the kernels; exit if the parent process dies."""
     # Imported here: fork servers do not need them.
     from engine.runtimes.compilation import compile_pool  # noqa: PLC0415
-    from engine.runtimes.compilation.module_notes import ModuleNotes  # noqa: PLC0415
+    from engine.runtimes.compilation.stamp import ModuleNotes  # noqa: PLC0415
 
     parent, layer = sys.argv[1:]
     end_with(int(parent))

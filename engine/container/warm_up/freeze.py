@@ -3,12 +3,12 @@
 import gc
 
 from engine.container.warm_up import preload, restart
-from engine.runtimes.memory_tuning import allocator, heap_fill
+from engine.runtimes.memory_tuning import process_memory
 
 if preload.COMPILED.buffer:
     restart.restart_once(preload.ENVIRONMENT)
 gc.collect()
-allocator.trim()
-heap_fill.fill()
+process_memory.trim()
+process_memory.fill()
 gc.freeze()
 gc.enable()

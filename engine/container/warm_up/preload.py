@@ -17,9 +17,9 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 try:
     from engine.runtimes.compilation import threading_layer
-    from engine.runtimes.memory_tuning import allocator, stub_modules
+    from engine.runtimes.memory_tuning import process_memory, stub_modules
 
-    allocator.trim_early()
+    process_memory.trim_early()
     with stub_modules.without_extras():
         import asyncio  # noqa: F401
 

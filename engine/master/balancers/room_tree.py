@@ -94,7 +94,6 @@ class RoomTree:
         return best, found
 
     def _allocate(self, width: int) -> None:
-        """Create an empty tree for ``width`` machines, a power of two."""
         self._width = width
         self._next = 0
         self._slots: dict[str, int] = {}

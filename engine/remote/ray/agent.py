@@ -12,7 +12,7 @@ from pathlib import Path
 
 import uvloop
 
-from engine.processes.parent_watch import end_with
+from engine.processes.helper_program import end_with
 from engine.remote.agent import MachineOptions, stay
 from engine.remote.membership import join
 from engine.remote.ray.config import DONE, NodeConfig

@@ -17,7 +17,7 @@ from engine.remote.endpoint_processes import at_address
 from engine.remote.machines import make_ticket
 from engine.remote.ray.actor import AgentActor
 from engine.remote.ray.config import NodeConfig, WatchConfig
-from engine.remote.ray.nodes import ClusterNode, free_cores, read_nodes
+from engine.remote.ray.supervisor import ClusterNode, free_cores, read_nodes
 from ppaas.errors import Unavailable
 
 TICKET_VALID = 300.0
@@ -133,6 +133,7 @@ class RayCluster:
         actor: Any = ray.remote(AgentActor).options(
             name=_name(node),
             lifetime="detached",
+            # The actor itself holds the cores: a placement group would be one more object that could be left behind.
             num_cpus=cores,
             max_restarts=0,  # the supervisor starts another, on the nodes that exist then
             scheduling_strategy=NodeAffinitySchedulingStrategy(node.id, soft=False),

@@ -1,4 +1,4 @@
-"""The watcher of a Ray cluster, as a process that is restarted whenever it exits."""
+"""The watcher of a Ray cluster, as a process that is restarted whenever it exits, and the machines that it starts."""
 
 import asyncio
 import contextlib
@@ -13,6 +13,7 @@ from urllib.parse import urlsplit
 
 import msgspec
 
+from engine.fabric.router import RouterProcess
 from engine.processes.child_process import end
 from engine.protocols.refusals import error_of
 from engine.remote.ray.config import WatchAnswer, WatchConfig, WatchRefused
@@ -29,7 +30,9 @@ AUTO = "auto"
 """Address of the cluster on this host."""
 
 PROBE_TIMEOUT = 3.0
+
 CONNECT_TIMEOUT = 60.0
+
 STOP_GRACE = 20.0
 
 CONNECT_TRIES = {"RAY_NUM_REDIS_GET_RETRIES": "5"}
@@ -183,3 +186,43 @@ async def _probe(host: str, port: int) -> None:
             f"no Ray cluster answers at {host}:{port}; start one with: ray start --head --port={port}"
         ) from error
     writer.close()
+
+
+class RayMachines:
+    """Keeps an agent on each node, in place of the agent of the local machine.
+
+    Parameters
+    ----------
+    watcher : WatcherProcess
+        Watcher of the cluster.
+    router : RouterProcess
+        Router of the cloud, which the routers of the nodes connect to. There is no local agent to start it.
+    """
+
+    expected_at_start = False  # nodes may join at any time
+    was_adopted: bool = False
+    deaths: int = 0
+
+    def __init__(self, watcher: WatcherProcess, router: RouterProcess) -> None:
+        self._watcher = watcher
+        self._router = router
+
+    async def start(self) -> None:
+        """Start the watcher, which starts agents. There may be no node yet.
+
+        Raises
+        ------
+        Unavailable
+            The cluster does not exist, or refuses the connection.
+        """
+        await self._router.start()
+        await self._watcher.start()
+
+    def kill(self, machine: str) -> None:
+        """Kill the frozen agent of a machine; it is restarted."""
+        self._watcher.kill(machine)
+
+    async def stop(self) -> None:
+        """Stop all agents."""
+        await self._watcher.stop()
+        await self._router.close()

@@ -23,7 +23,7 @@ import msgspec
 
 from engine.processes.instances import name_semaphores, sweep_stale
 from engine.runtimes.compilation import stamp, threading_layer
-from engine.runtimes.compilation.module_notes import ModuleNotes
+from engine.runtimes.compilation.stamp import ModuleNotes
 
 logger = logging.getLogger(__name__)
 
@@ -109,7 +109,6 @@ def compile_all(
 
 
 def _opened(pools: dict[int, ProcessPoolExecutor], nice: int, stack: contextlib.ExitStack) -> ProcessPoolExecutor:
-    """Return the pool of a niceness, which is opened for its first module."""
     if nice not in pools:
         pools[nice] = stack.enter_context(_pool(nice))
     return pools[nice]
@@ -192,7 +191,6 @@ def _end_tracker() -> None:
 
 
 def _begin(nice: int) -> None:
-    """Prepare a process of the pool."""
     _end_with_parent_soon()
     os.nice(nice)
     threading_layer.choose()

@@ -12,7 +12,7 @@ import msgspec
 
 import ppaas
 from engine.runtimes.compilation import stamp
-from engine.runtimes.compilation.module_notes import ModuleNotes
+from engine.runtimes.compilation.stamp import ModuleNotes
 from ppaas.distribution import NAME
 from ppaas.errors import Unavailable
 from ppaas.kernel_cache.locators import KernelIndex

@@ -18,10 +18,9 @@ from typing import BinaryIO
 import msgspec
 
 import ppaas
-from engine.processes.own_output import take_standard_output
-from engine.processes.parent_watch import end_with
+from engine.processes.helper_program import end_with, take_standard_output
 from engine.runtimes.compilation import compile_pool, stamp, threading_layer
-from engine.runtimes.compilation.module_notes import ModuleNotes
+from engine.runtimes.compilation.stamp import ModuleNotes
 from ppaas.decoding import from_json
 from ppaas.kernel_cache.sources import kernel_files
 
@@ -60,8 +59,6 @@ def _read_wanted(notes: ModuleNotes) -> None:
 
 
 class _Printed:
-    """Writes reports that differ from the one before."""
-
     def __init__(self, output: BinaryIO) -> None:
         self._output = output
         self._last: compile_pool.CompileReport | None = None
@@ -74,8 +71,6 @@ class _Printed:
 
 
 class _Progress:
-    """Writes how far the compilation is, in words."""
-
     def __init__(self, output: BinaryIO) -> None:
         self._output = output
         self._last = -1

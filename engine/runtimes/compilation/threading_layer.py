@@ -1,11 +1,11 @@
-"""Threading layer of numba's parallel kernels: TBB, or none.
+"""Threading layer of numba's parallel kernels, TBB or none, and the number of their threads.
 
 Containers are forked from a process that has run kernels already, and they call kernels from several threads at once.
 Of numba's three threading layers only *tbb* supports both: *omp* dies in the child, and *workqueue* aborts the process
 as soon as two threads call kernels, even with one thread each. So where TBB cannot be loaded, ``parallel=True`` is
 removed from every kernel before it is compiled: it runs serially, with the same result, on every platform.
 
-Call ``choose`` before the first import of a kernel. ``threads`` sets the number of threads of a container.
+Call ``choose`` before the first import of a kernel: so this module imports numba nowhere else than in functions.
 """
 
 import contextlib
@@ -107,3 +107,32 @@ def _without_parallel(decorator: Callable[..., Any]) -> Callable[..., Any]:
         return decorator(*arguments, **(options | {"parallel": False} if "parallel" in options else options))
 
     return serial
+
+
+def use_threads(threads: int) -> None:
+    """Set the number of threads of the parallel kernels that the calling thread starts.
+
+    Each thread that calls kernels must set it for itself. The number is limited to the CPUs of the machine, and to one
+    where kernels run serially.
+    """
+    import numba  # noqa: PLC0415
+
+    numba.set_num_threads(min(threads, vars(numba.config)["NUMBA_NUM_THREADS"]))
+
+
+class KernelThreads:
+    """Number of threads that the kernels of this container may use; it changes with the container's size.
+
+    Parameters
+    ----------
+    count : int
+        Number at the start.
+    """
+
+    def __init__(self, count: int) -> None:
+        self.count = count
+
+    def __call__(self) -> int:
+        """Return the number, and set it for the kernels that the calling thread starts."""
+        use_threads(self.count)
+        return self.count

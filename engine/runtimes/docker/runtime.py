@@ -12,9 +12,8 @@ from collections import deque
 from engine.processes.background import Background
 from engine.runtimes.base import Premises, Runtime
 from engine.runtimes.docker import entry as entry_module
-from engine.runtimes.docker.container import ContainerFolders, DockerContainer
+from engine.runtimes.docker.container import ContainerFolders, DockerContainer, spare_limits
 from engine.runtimes.docker.engine import DockerEngine
-from engine.runtimes.docker.limits import spare_limits
 from engine.runtimes.entries import Entry
 from engine.runtimes.fork_server.server import UNKNOWN_STATUS, ForkServer
 from engine.runtimes.memory_tuning import lean_python

@@ -57,7 +57,7 @@ def set_up(launch: "Launch") -> None:
     os.environ.update(dict.fromkeys(_THREADS_OF_LIBRARIES, str(launch.threads)))
 
     # Imported already if the fork server is warm.
-    from engine.runtimes.compilation.threads import use_threads  # noqa: PLC0415
+    from engine.runtimes.compilation.threading_layer import use_threads  # noqa: PLC0415
 
     use_threads(launch.threads)
 

@@ -64,8 +64,6 @@ def stubbed(*names: str) -> Iterator[None]:
 
 
 class _Stub:
-    """A stub in ``sys.modules`` in place of the real module."""
-
     def __init__(self, name: str) -> None:
         self._module = ModuleType(name)
         vars(self._module).update(_CONTENT[name])

@@ -206,7 +206,6 @@ def _read(path: Path) -> str:
 
 
 def _sweep(parent: Path) -> None:
-    """Remove the groups of dead cloud processes."""
     for left in parent.glob(f"{PREFIX}*"):
         if is_dead(left.name.removeprefix(PREFIX).partition(".")[0]):
             _remove(left)

@@ -5,7 +5,7 @@ import logging
 from asyncio import Task
 
 from engine.processes.background import Background
-from engine.processes.orphans import OrphanReaper, adopt_orphans
+from engine.processes.child_process import OrphanReaper, adopt_orphans
 from engine.runtimes.base import Premises, Runtime
 from engine.runtimes.entries import Entry
 from engine.runtimes.fork_server import early_start

@@ -9,9 +9,8 @@ from typing import Protocol
 import msgspec
 
 from engine.calls.interface import wire_name
-from engine.protocols.endpoint_sockets import EndpointAddress
-from engine.service.news.news import NewsKind
-from engine.service.news.robot_facts import FactKind
+from engine.protocols.address import EndpointAddress
+from engine.service.news import FactKind, NewsKind
 from engine.specs.containers import MapVersion
 from engine.specs.start_state import StartState
 from ppaas.errors import PPaaSError

@@ -10,8 +10,7 @@ from functools import partial
 from engine.calls.caller import Caller
 from engine.calls.interface import method_of
 from engine.master.places import robot_key
-from engine.protocols.pending_handshakes import is_same
-from engine.protocols.place_secret import place_secret
+from engine.protocols.handshakes import is_same, place_secret
 from engine.protocols.robot_link import DialEndpoint
 from engine.service.endpoints.cloud import Cloud
 from engine.service.endpoints.interface import (
@@ -24,8 +23,7 @@ from engine.service.endpoints.interface import (
     Registration,
 )
 from engine.service.links.place_link import PlaceLink
-from engine.service.news.news import NewsKind
-from engine.service.news.robot_facts import FactKind
+from engine.service.news import FactKind, NewsKind
 from engine.service.robot_sessions import RobotSessions
 from engine.specs.containers import MapVersion
 from ppaas import __version__
@@ -149,6 +147,7 @@ class ServedEndpoint:
     async def join(self, join: Join) -> JoinedPlace:
         """Add a client to the place of a robot, and let its containers dial the endpoint."""
         if join.as_robot:
+            # First, so that a dead socket of the robot does not refuse this one.
             await self._neighbours.displace(self, join)
         place = await self._sessions.join(
             join.user, join.robot, as_robot=join.as_robot, hold=join.hold, queue=join.queue
@@ -228,6 +227,7 @@ class ServedEndpoint:
         return JoinedPlace(place.key, place.base_frame, self._driver.position(place.key), nearer)
 
     def _dial_order(self, here: Registration, place: str, container: int) -> DialEndpoint:
+        # A container of a later master outranks all of an earlier one.
         generation = self._driver.mandate.epoch << EPOCH_SHIFT | container
         secret = place_secret(here.container_secret, place, generation)
         return DialEndpoint(here.endpoint, here.at, place, generation, secret)

@@ -10,14 +10,13 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple, get_type_hints
 
-from engine.calls.caller import Caller
-from engine.calls.frames import Frame
+from engine.calls.caller import Caller, Frame
 from engine.processes.background import Background
-from engine.processes.liveness import watch
+from engine.processes.heartbeats import watch
 from engine.protocols.address import UnixAddress
 from engine.protocols.framing import FrameStream
+from engine.protocols.handshakes import UnprovenPeers
 from engine.protocols.sockets import listen
-from engine.protocols.unproven_peers import UnprovenPeers
 from engine.service.endpoints.cloud import Cloud
 from engine.service.endpoints.control_plane import MasterParts
 from engine.service.endpoints.interface import MasterCalls

@@ -10,11 +10,11 @@ from typing import Protocol
 
 import msgspec
 
-from engine.leadership.mandate import Mandate, SoleMaster
+from engine.leadership.leadership import Mandate, SoleMaster
 from engine.protocols import control_link
 from engine.protocols.address import UnixAddress
 from engine.protocols.framing import FrameStream
-from engine.protocols.pending_handshakes import is_same
+from engine.protocols.handshakes import is_same
 from engine.protocols.sockets import listen
 from engine.specs.start_state import KernelProgress
 from ppaas.errors import MalformedMessage, NotPermitted, PPaaSError, Unavailable

@@ -8,7 +8,7 @@ from pathlib import Path
 from engine.protocols import robot_link
 from engine.protocols.address import UnixAddress
 from engine.protocols.framing import FrameStream
-from engine.protocols.pending_handshakes import PendingHandshakes
+from engine.protocols.handshakes import PendingHandshakes
 from engine.protocols.sockets import listen
 from ppaas.errors import NotPermitted, PPaaSError
 

@@ -2,22 +2,48 @@
 
 import asyncio
 import logging
-from collections.abc import Awaitable, Callable, Iterable
+from collections.abc import Awaitable, Callable, Iterable, Sequence
 
 from msgspec.structs import replace
 
-from engine.service.tasks.retention import obsolete
 from engine.service.tasks.robots import TaskRobots
 from ppaas.errors import Conflict, PPaaSError
 from ppaas.tasks.assignment import Distance, straight
 from ppaas.tasks.dispatcher import Dispatcher
 from ppaas.tasks.orders import Cancel, Order, RobotNow, Send, Store
-from ppaas.tasks.records import pose_of
+from ppaas.tasks.records import Task, pose_of
 from storage.names import Group
 from storage.ports import TaskStore
 from storage.records import MapTask
 
 logger = logging.getLogger(__name__)
+
+
+# -- retention of tasks that have ended --------------------------------------------------------------------------------
+
+KEPT_FOR = 7 * 86400.0
+"""Time for which a task is kept after its end [s]."""
+
+MOST_ENDED = 1000
+"""Number of ended tasks of a user on a map that are kept; the oldest are removed first."""
+
+
+def obsolete(tasks: Sequence[Task], now: float) -> list[str]:
+    """Return the ids of the tasks that are not kept any longer.
+
+    Parameters
+    ----------
+    tasks : sequence of Task
+        Tasks of a user on a map.
+    now : float
+        Time [s since the epoch].
+    """
+    ended = sorted(((task.ended or 0.0, task.id) for task in tasks if not task.is_open), reverse=True)
+    kept = {name for at, name in ended[:MOST_ENDED] if now - at <= KEPT_FOR}
+    return [name for _, name in ended if name not in kept]
+
+
+# -- tasks of a map ----------------------------------------------------------------------------------------------------
 
 REREAD = 30.0
 """Time between two readings of records without a notice that they were changed [s]."""

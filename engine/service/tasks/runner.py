@@ -3,19 +3,73 @@
 import asyncio
 import contextlib
 import logging
+import math
+from collections.abc import Awaitable, Callable
 from functools import partial
 
 from engine.processes.background import repeat
+from engine.service.planning.path_requests import CostAnswer, CostRequest
 from engine.service.tasks.group import TaskGroup
 from engine.service.tasks.robots import TaskRobots, labels_of
-from engine.service.tasks.ways import Costs, no_ways, ways
 from engine.specs.containers import MapVersion
 from ppaas.clock import Clock, epoch
-from ppaas.errors import NotFound
+from ppaas.decoding import from_json
+from ppaas.errors import NotFound, PPaaSError
+from ppaas.tasks.assignment import Distance, straight
+from ppaas.tasks.dispatcher import Dispatcher
+from ppaas.tasks.records import Place
 from storage.names import Group
 from storage.ports import Store
 
 logger = logging.getLogger(__name__)
+
+
+# -- lengths of the ways between robots and tasks ----------------------------------------------------------------------
+
+TIMEOUT = 4.0
+"""Time to wait for the costs [s]; a decision that comes later is worse than one by distances in a straight line."""
+
+Costs = Callable[[str, MapVersion, CostRequest], Awaitable[CostAnswer]]
+"""Computes the costs for a user on a version of a map."""
+
+
+async def no_ways(_dispatcher: Dispatcher, _now: float) -> Distance:
+    """Return straight lines: without robots there is nothing to measure."""
+    return straight
+
+
+async def ways(costs: Costs, user: str, version: MapVersion, dispatcher: Dispatcher, now: float) -> Distance:
+    """Return the lengths of the ways from robots to tasks; straight lines if no planning container answers in time.
+
+    Parameters
+    ----------
+    costs : callable
+        Computes a matrix of costs.
+    user : str
+    version : MapVersion
+    dispatcher : Dispatcher
+        Has the robots and the tasks.
+    now : float
+        Time [s since the epoch].
+    """
+    starts = tuple(dict.fromkeys(candidate.place for candidate in dispatcher.candidates(now)))
+    goals = tuple(dict.fromkeys(task.target for task in dispatcher.undecided(now)))
+    try:
+        async with asyncio.timeout(TIMEOUT):
+            answer = await costs(user, version, CostRequest(starts, goals, TIMEOUT))
+    except (PPaaSError, TimeoutError) as error:
+        logger.debug("tasks on map %r are assigned by straight lines: %s", version.id, error)
+        return straight
+    rows = from_json(bytes(answer.costs), list[list[float | None]])
+    known: dict[tuple[Place, Place], float] = {
+        (start, goal): math.inf if cost is None else cost
+        for start, row in zip(starts, rows, strict=True)
+        for goal, cost in zip(goals, row, strict=True)
+    }
+    return lambda start, goal: known.get((start, goal), straight(start, goal))
+
+
+# -- all tasks ---------------------------------------------------------------------------------------------------------
 
 PERIOD = 1.0
 """Time between two looks at robots and goals [s]; changed tasks and ended goals are a reason at once."""
@@ -120,7 +174,6 @@ class TaskRunner:
         await group.step(labels, now, measure)
 
     async def _labels_of(self, user: str, robot: str, now: float) -> dict[str, str]:
-        """Return the labels of a robot: what its file has as properties."""
         read_at, labels = self._labels.get((user, robot), (float("-inf"), {}))
         if now - read_at >= LABELS:
             labels = await asyncio.to_thread(self._read_labels, user, robot)

@@ -13,13 +13,20 @@ from msgspec import Raw
 from engine.master.machine import Machine
 from engine.master.places import robot_key
 from engine.master.quotas import Quotas
-from engine.service.endpoints.control_plane import CountPaths
-from engine.service.endpoints.group_calls import PeopleCalls, TaskCalls, TrafficCalls
-from engine.service.endpoints.machine_calls import ContainerCalls, MachineCalls, NeighbourCalls
-from engine.service.endpoints.map_calls import MapCalls
-from engine.service.endpoints.robot_calls import RobotCalls
-from engine.service.endpoints.user_calls import UserCalls
-from engine.service.endpoints.user_quotas import UserQuotas
+from engine.service.administration import machine_view
+from engine.service.endpoints.cloud import UserQuotas
+from engine.service.endpoints.control_plane import (
+    ContainerCalls,
+    CountPaths,
+    MachineCalls,
+    MapCalls,
+    NeighbourCalls,
+    PeopleCalls,
+    RobotCalls,
+    TaskCalls,
+    TrafficCalls,
+    UserCalls,
+)
 from engine.service.links.place_link import PlaceLink
 from engine.service.links.presence import RobotPresence
 from engine.service.planning.fleet_requests import FleetAnswer, FleetRequest
@@ -27,7 +34,6 @@ from engine.service.planning.path_requests import CostAnswer, CostRequest, PathA
 from engine.service.planning.planning import Planning
 from engine.service.robot_navigation import RobotNavigation
 from engine.service.robot_nodes import RobotNodes
-from engine.service.view_building import machine_view
 from engine.service.views import (
     ContainerView,
     EndpointView,

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from engine.leadership.mandate import SoleMaster
+from engine.leadership.leadership import SoleMaster
 from engine.master.balancers.first_fit import FirstFit
 from engine.master.master import Master
 from engine.master.quotas import Quotas

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection
 
-from engine.service.listener import CloudListener
+from engine.service.master_driver import CloudListener
 
 
 class RememberingListener(CloudListener):

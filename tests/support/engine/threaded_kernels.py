@@ -17,7 +17,7 @@ def main() -> None:
 
     import numpy as np
 
-    from engine.runtimes.compilation.threads import use_threads
+    from engine.runtimes.compilation.threading_layer import use_threads
     from tests.support.stress.kernels import relax, warm
 
     warm()

@@ -3,8 +3,7 @@
 from pathlib import Path
 
 from engine.protocols.tls_identity import TlsIdentity
-from engine.remote.authority import Authority
-from engine.remote.certificates import key_pem, new_key, request_pem
+from engine.remote.authority import Authority, key_pem, new_key, request_pem
 
 
 def joined(authority: Authority, folder: Path, machine: str) -> TlsIdentity:

@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 import msgspec
 import pytest
 
-from engine.remote.tickets import read_ticket
+from engine.remote.joining import read_ticket
 from tests.support.cloud.joined_machine import ticket
 from tests.support.network.wire import wire_to
 

@@ -9,7 +9,7 @@ import numba
 import numpy as np
 
 from engine.fabric.zenoh_config import RouterCredentials, client_config
-from engine.runtimes.compilation.threads import use_threads
+from engine.runtimes.compilation.threading_layer import use_threads
 from engine.specs.containers import Launch
 from tests.support.engine.container_entries import report
 from tests.support.stress.kernels import relax, roll_out, warm

@@ -10,11 +10,11 @@ from endpoints.cli import up
 from endpoints.processes.keeper import COMMAND
 from endpoints.processes.leading import take_the_lead
 from endpoints.processes.server import cloud_config
-from engine.local.spare_processes import SpareProcesses
+from engine.local.kept_process import SpareProcesses
 from engine.remote.authority import STANDBY, Authority
+from engine.remote.joining import Ticket
 from engine.remote.machines import ADDRESS
 from engine.remote.replica import MACHINES
-from engine.remote.tickets import Ticket
 from ppaas.errors import InvalidInput, Unavailable
 from robots.cli.command_parser import CommandParser
 

@@ -9,13 +9,13 @@ from engine import bootstrap
 from engine.bootstrap import CloudConfig, Engine
 from engine.local.kept_process import KeptProcess
 from engine.processes.instances import folder_of
-from engine.service import start_log
+from engine.specs import start_state
 from ppaas.errors import InvalidParameter, Unavailable
 
 
 @pytest.mark.parametrize(("usual", "explained"), [(0.0, True), (600.0, False)])
 async def test_slow_start_is_explained_in_the_log(tmp_path, short_path, monkeypatch, caplog, usual, explained):
-    monkeypatch.setattr(start_log, "USUAL_START", usual)
+    monkeypatch.setattr(start_state, "USUAL_START", usual)
     caplog.set_level(logging.INFO)
     engine = Engine(CloudConfig(f"sqlite:///{tmp_path / 'store.sqlite'}", f"file:///{tmp_path / 'maps'}"))
     try:

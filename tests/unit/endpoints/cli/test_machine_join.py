@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from engine.remote.tickets import Ticket
+from engine.remote.joining import Ticket
 from robots.cli.main import main
 
 TICKET = str(Ticket("127.0.0.1", 1, "ab" * 32, "secret"))

@@ -16,7 +16,7 @@ import pytest
 from cryptography.hazmat.primitives.serialization import BestAvailableEncryption, Encoding, PrivateFormat
 
 from endpoints.http.tls import ServerTls, warn_if_open_to_others
-from engine.remote.certificates import read_key
+from engine.remote.authority import read_key
 from ppaas.errors import InvalidInput
 from tests.support.network.certificates import TestAuthority
 from tests.support.waiting import patience

@@ -6,8 +6,7 @@ from hypothesis import strategies as st
 
 from endpoints.accounts.scoped_user import ScopedUser
 from endpoints.sharing.access import access_of
-from engine.rights.access import Access
-from engine.rights.services import CONFIGURING, READING
+from engine.rights.access import CONFIGURING, READING, Access
 from ppaas.errors import NotFound, NotPermitted, PPaaSError
 from storage.records import User
 from storage.sharing_records import ALL, SHARE_ROLES, Share, ShareRole, TokenRole, TokenScope

@@ -9,8 +9,8 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from engine.agent import store_requests
 from engine.agent.container_gateway import MAX_REQUESTS, ContainerGateway
-from engine.agent.requests import clone_service
 from engine.protocols import machine_link
 from engine.protocols.framing import FrameStream
 from engine.specs.checkpoints import marks
@@ -209,7 +209,7 @@ async def test_checkpoint_is_stored_under_the_containers_own_robot(attach: Attac
 async def test_log_of_a_node_is_stored_with_the_checkpoint_and_read_in_pages(
     attach: Attach, store: SlowStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(clone_service, "LOG_BYTES", 100)
+    monkeypatch.setattr(store_requests, "LOG_BYTES", 100)
     spec = msgspec.structs.replace(robot_spec("c1", "ann", "tb1"), session="c1")
     stream = await attach(spec)
     changes = [

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from engine.agent.neighbours import Neighbours
+from engine.agent.host_load import Neighbours
 from engine.fabric.router import RouterProcess
 from engine.fabric.session import Fabric
 from tests.support.waiting import until
@@ -38,7 +38,7 @@ async def test_machines_discover_each_other_and_forget_closed_ones(router: Route
 
 
 async def test_silent_machine_has_no_round_trip(router: RouterProcess, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("engine.agent.neighbours.TIMEOUT", 0.3)
+    monkeypatch.setattr("engine.agent.host_load.TIMEOUT", 0.3)
     one, other = [await Fabric.open(router.endpoint, router.credentials) for _ in range(2)]
     asking, silent = Neighbours(one, "m1"), Neighbours(other, "m2")
     await asking.start()

@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine.calls.caller import Caller
-from engine.calls.frames import Call, Frame, Result
+from engine.calls.caller import Call, Caller, Frame, Result
 from engine.calls.interface import wire_name
 from engine.protocols.framing import FrameStream
 from ppaas.errors import (

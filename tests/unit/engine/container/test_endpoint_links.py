@@ -10,7 +10,7 @@ import pytest
 
 from engine.container import endpoint_links
 from engine.protocols import robot_link
-from engine.protocols.endpoint_sockets import EndpointAddress
+from engine.protocols.address import EndpointAddress
 from engine.protocols.framing import FrameStream
 from tests.support.engine.container_peers import ContainerPeers, say
 from tests.support.engine.engine_links import receive

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from engine.agent.requests import plan_service
+from engine.agent import store_requests
 from engine.container.entry import run
 from engine.protocols import machine_link, robot_link
 from engine.protocols.framing import FrameStream
@@ -32,7 +32,7 @@ from tests.support.waiting import patience
 def test_container_does_not_import_store_modules() -> None:
     """Otherwise all containers of a machine would have those modules in their memory."""
     code = "import sys, engine.container.entry; print(*(name for name in sys.modules if name in sys.argv[1:]))"
-    names = [module.__name__ for module in (ports, plan_entry, kernels, sqlite3, plan_service)]
+    names = [module.__name__ for module in (ports, plan_entry, kernels, sqlite3, store_requests)]
     loaded = subprocess.run([sys.executable, "-c", code, *names], check=True, capture_output=True, text=True).stdout
     assert loaded.split() == []
 

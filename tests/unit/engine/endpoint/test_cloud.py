@@ -1,23 +1,23 @@
 """An endpoint calls its master, asks it for a planning container from time to time, and goes on while there is none."""
 
+import asyncio
 from typing import Any
 
 import pytest
 
-from engine.endpoint.cloud import KEEP, EndpointCloud
-from engine.endpoint.places import EndpointPlaces
+from engine.endpoint.cloud import AHEAD, BUSY, KEEP, EndpointCloud, PathsAhead
+from engine.endpoint.sessions import EndpointPlaces
 from engine.master.quotas import Quota, Quotas
+from engine.service.endpoints.control_plane import MapCalls, RobotCalls, UserCalls
 from engine.service.endpoints.interface import JoinedPlace, MasterCalls
-from engine.service.endpoints.map_calls import MapCalls
-from engine.service.endpoints.robot_calls import RobotCalls
-from engine.service.endpoints.user_calls import UserCalls
 from engine.specs.containers import MapVersion
 from ppaas.clock import ManualClock
-from ppaas.errors import Unavailable
+from ppaas.errors import QuotaExceeded, Unavailable
 from storage.records import Limits
 from tests.support.storage import records
 
 VERSION = MapVersion("office", "v1")
+
 KEY = "planning:ann/office"
 
 
@@ -159,3 +159,85 @@ async def test_a_change_of_a_map_waits_for_no_master(cloud: EndpointCloud, maste
     await cloud.maps.changed(records.house())
     assert master.told == [(MapCalls.changed, records.house())]
     assert master.asked == []
+
+
+class CountingMaster:
+    """CountingMaster that counts paths, as long as there are some left."""
+
+    def __init__(self) -> None:
+        self.left = 10_000
+        self.calls: list[tuple[str, int, int]] = []
+
+    async def take(self, user: str, paths: int, ahead: int) -> int:
+        self.calls.append((user, paths, ahead))
+        await asyncio.sleep(0)
+        if paths > self.left:
+            raise QuotaExceeded("too many")
+        self.left -= paths
+        more = min(ahead, self.left)
+        self.left -= more
+        return more
+
+
+@pytest.fixture
+def counting_master() -> CountingMaster:
+    return CountingMaster()
+
+
+@pytest.fixture
+def paths(counting_master: CountingMaster, clock: ManualClock) -> PathsAhead:
+    return PathsAhead(counting_master.take, clock)
+
+
+async def test_users_who_request_few_paths_are_counted_exactly(
+    paths: PathsAhead, counting_master: CountingMaster, clock: ManualClock
+) -> None:
+    for _ in range(5):
+        await paths.count("ann", 2)
+        clock.advance(BUSY)
+    assert counting_master.calls == [("ann", 2, 0)] * 5
+
+
+async def test_the_master_is_asked_once_for_many_paths(paths: PathsAhead, counting_master: CountingMaster) -> None:
+    for _ in range(2 + 3 * (AHEAD + 1)):
+        await paths.count("ann", 1)
+    assert counting_master.calls == [("ann", 1, 0), *[("ann", 1, AHEAD)] * 4]
+    assert 10_000 - counting_master.left == 1 + 4 * (AHEAD + 1)
+
+
+async def test_many_clients_take_ahead_once(paths: PathsAhead, counting_master: CountingMaster) -> None:
+    await asyncio.gather(*(paths.count("ann", 1) for _ in range(20)))
+    assert [ahead for *_, ahead in counting_master.calls] == [0, AHEAD, *[0] * 18]
+    assert 10_000 - counting_master.left == 20 + AHEAD
+
+
+async def test_paths_that_were_counted_ahead_are_forgotten_in_time(
+    paths: PathsAhead, counting_master: CountingMaster, clock: ManualClock
+) -> None:
+    for _ in range(3):
+        await paths.count("ann", 1)
+    clock.advance(KEEP)
+    await paths.count("ann", 1)
+    assert [ahead for *_, ahead in counting_master.calls] == [0, AHEAD, 0]
+
+
+async def test_a_changed_quota_is_asked_for_at_once(paths: PathsAhead, counting_master: CountingMaster) -> None:
+    for _ in range(3):
+        await paths.count("ann", 1)
+    paths.forget("ann")
+    counting_master.left = 0
+    with pytest.raises(QuotaExceeded):
+        await paths.count("ann", 1)
+
+
+async def test_refused_paths_use_nothing_and_users_are_counted_alone(
+    paths: PathsAhead, counting_master: CountingMaster
+) -> None:
+    for _ in range(3):
+        await paths.count("ann", 1)
+    counting_master.left = 0
+    with pytest.raises(QuotaExceeded):
+        await paths.count("ann", AHEAD)
+    await paths.count("ann", AHEAD - 1)
+    with pytest.raises(QuotaExceeded):
+        await paths.count("bob", 1)

@@ -7,11 +7,10 @@ from typing import Protocol
 
 import pytest
 
-from engine.calls.caller import Caller
-from engine.calls.frames import Frame
+from engine.calls.caller import Caller, Frame
 from engine.endpoint import endpoint as module
 from engine.endpoint.endpoint import Endpoint, Here
-from engine.endpoint.master_access import OwnMaster
+from engine.endpoint.master_link import OwnMaster
 from engine.master.quotas import Quota
 from engine.protocols.address import UnixAddress
 from engine.protocols.framing import FrameStream

@@ -9,13 +9,13 @@ import pytest
 from msgspec.structs import replace
 
 from engine.endpoint.link_listener import LinkListener, MachineAccess
-from engine.endpoint.places import EndpointPlaces
-from engine.protocols import robot_link, unproven_peers
+from engine.endpoint.sessions import EndpointPlaces
+from engine.protocols import handshakes, robot_link
 from engine.protocols.address import TlsAddress, parse_address
 from engine.protocols.framing import FrameStream
-from engine.protocols.pinned import dial_pinned
-from engine.protocols.place_secret import place_secret
+from engine.protocols.handshakes import place_secret
 from engine.protocols.refusals import Refusal
+from engine.protocols.sockets import dial_pinned
 from engine.protocols.tls_identity import stranger_context
 from engine.remote.authority import Authority
 from engine.remote.membership import enrol
@@ -139,7 +139,7 @@ async def test_a_silent_client_is_closed_and_nobody_else_notices(
 async def test_many_silent_clients_make_room_for_a_container(
     listener: LinkListener, places: EndpointPlaces, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(unproven_peers, "MOST", 20)
+    monkeypatch.setattr(handshakes, "MOST", 20)
     monkeypatch.setattr("engine.endpoint.link_listener.HELLO_TIMEOUT", 60.0)
     served = await dial(listener, hello_of(listener, OTHER, "c2"))
     await places.link(OTHER).ready(10.0)

@@ -7,15 +7,11 @@ from typing import Protocol
 
 import pytest
 
-from engine.calls.caller import Caller
-from engine.calls.frames import Frame
+from engine.calls.caller import Caller, Frame
 from engine.endpoint import sessions as module
-from engine.endpoint.master_access import OwnMaster
-from engine.endpoint.master_link import MasterLink
-from engine.endpoint.places import EndpointPlaces
-from engine.endpoint.sessions import EndpointSessions
-from engine.protocols.address import UnixAddress
-from engine.protocols.endpoint_sockets import EndpointAddress
+from engine.endpoint.master_link import MasterLink, OwnMaster, undone_if_cancelled
+from engine.endpoint.sessions import EndpointPlaces, EndpointSessions
+from engine.protocols.address import EndpointAddress, UnixAddress
 from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import listen
 from engine.service.endpoints.interface import Join, JoinedPlace, MasterCalls, Registration
@@ -161,3 +157,34 @@ async def test_clients_of_a_robot_that_is_connected_elsewhere_now_may_connect_ag
     await until(lambda: bool(endpoint.client.reasons))
     assert isinstance(endpoint.client.reasons[0], Unavailable)
     assert "is connected already" in str(endpoint.client.reasons[0])
+
+
+async def test_the_result_of_a_caller_that_waits_is_kept() -> None:
+    undone: list[int] = []
+    assert await undone_if_cancelled(asyncio.sleep(0.0, 7), undone.append) == 7
+    assert undone == []
+
+
+async def test_the_result_is_undone_if_the_caller_is_cancelled() -> None:
+    undone, may_end = list[int](), asyncio.Event()
+
+    async def work() -> int:
+        await may_end.wait()
+        return 7
+
+    waiting = asyncio.create_task(undone_if_cancelled(work(), undone.append))
+    await asyncio.sleep(0.0)
+    waiting.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await waiting
+    assert undone == []
+    may_end.set()
+    await until(lambda: undone == [7])
+
+
+async def test_work_that_fails_has_nothing_to_undo() -> None:
+    async def work() -> int:
+        raise Unavailable("no master")
+
+    with pytest.raises(Unavailable, match="no master"):
+        await undone_if_cancelled(work(), lambda _: pytest.fail("there is no result"))

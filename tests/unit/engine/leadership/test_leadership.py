@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from engine.leadership.candidate import Timing
-from engine.leadership.holder import FILE, holder_of
-from engine.leadership.leadership import MASTER, Leadership
+from engine.leadership.leadership import FILE, MASTER, Leadership, holder_of
 from ppaas.errors import Unavailable
 from storage.memory.store import MemoryStore
 from storage.records import Lease

@@ -10,8 +10,7 @@ import pytest
 
 from engine.agent.config import AgentConfig
 from engine.local import kept_process
-from engine.local.kept_process import KeptProcess
-from engine.local.spare_processes import SpareProcesses
+from engine.local.kept_process import KeptProcess, SpareProcesses
 from tests.support.waiting import until
 
 STAND_IN = (sys.executable, "-m", "tests.support.engine.agent_stand_in")

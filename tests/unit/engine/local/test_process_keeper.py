@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 
 from engine.local.process_keeper import ProcessKeeper, left_processes
-from engine.processes.beat_file import BeatFile
+from engine.processes.heartbeats import BeatFile
 from engine.processes.instances import pid_of
 from tests.support.waiting import until
 
 BEATS = """
 import json, sys, time, pathlib
-from engine.processes.beat_file import BeatFile
+from engine.processes.heartbeats import BeatFile
 settings = json.load(sys.stdin)
 beat = BeatFile(pathlib.Path(settings["folder"]), settings["name"])
 while True:

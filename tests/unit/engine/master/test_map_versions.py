@@ -2,7 +2,7 @@
 
 import pytest
 
-from engine.master import current_versions
+from engine.master import state
 from engine.master.balancers.ppaas import SameMap
 from engine.master.events import ContainerLost, ContainerReady, MapChanged, PlaceReleased, PlaceRequested, RobotTimed
 from engine.master.master import Master
@@ -109,8 +109,8 @@ def test_a_place_opens_with_the_version_that_was_published_after_its_request_was
 
 
 def test_the_versions_of_the_maps_that_changed_last_are_remembered(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(current_versions, "MOST_KNOWN", 2)
-    versions = current_versions.CurrentVersions()
+    monkeypatch.setattr(state, "MOST_KNOWN", 2)
+    versions = state.CurrentVersions()
     for name in ("house", "depot", "house", "office"):
         assert versions.note(MapChanged(MapVersion(name, "v2"), number=1))
     found = [

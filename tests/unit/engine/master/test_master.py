@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import pytest
 
 from engine.master.balancers.first_fit import FirstFit
+from engine.master.balancers.ppaas import SameMap
 from engine.master.events import (
     ContainerLaunched,
     ContainerLost,
@@ -12,15 +13,17 @@ from engine.master.events import (
     MachineLeft,
     PlaceReleased,
     PlaceRequested,
+    ResizeRequested,
 )
 from engine.master.master import Master
-from engine.master.orders import Close, End, Start
+from engine.master.orders import Close, End, Resize, Start
 from engine.master.places import CRASH_LIMIT, CRASH_WINDOW, RESTART_DELAYS, PlaceRequest
-from engine.master.quotas import Quota, Quotas
+from engine.master.quotas import Quota, Quotas, Used
 from engine.specs.containers import MapVersion, RobotConfig
 from ppaas.clock import ManualClock
-from ppaas.errors import Conflict, InvalidMap, InvalidParameter, QuotaExceeded, Unavailable
+from ppaas.errors import Conflict, InvalidMap, InvalidParameter, NotFound, QuotaExceeded, Unavailable
 from tests.support.engine.placing import joined
+from tests.support.engine.specs import HOUSE, robot_config
 
 MAP = MapVersion("office", "v1")
 NOW = 100.0
@@ -225,3 +228,92 @@ def test_released_place_ends_its_container(master: Master) -> None:
     container = started(master.handle(PlaceRequested(robot("r1"))))[0].spec.id
     assert master.handle(PlaceReleased("robot:alice/r1")) == [End("m1", container)]
     assert master.handle(PlaceReleased("robot:alice/r1")) == []
+
+
+def request(name: str = "tb1", cores: float = 1.0) -> PlaceRequest:
+    return PlaceRequest("ann", HOUSE, cores, robot_config(name))
+
+
+@pytest.fixture
+def quotas() -> Quotas:
+    return Quotas(Quota(cores=4.0))
+
+
+@pytest.fixture
+def small_master(quotas: Quotas) -> Master:
+    made = Master(SameMap(), quotas)
+    made.handle(joined("m1", 2, memory=8 << 30))
+    return made
+
+
+def ready(small_master: Master, name: str = "tb1", cores: float = 1.0) -> str:
+    """Open a place; return its container, which is ready."""
+    [start] = small_master.handle(PlaceRequested(request(name, cores)))
+    assert isinstance(start, Start)
+    small_master.handle(ContainerReady(start.spec.id, 77))
+    return start.spec.id
+
+
+@pytest.mark.parametrize("cores", [2.0, 0.25])
+def test_resized_container_counts_with_its_new_size(small_master: Master, quotas: Quotas, cores: float) -> None:
+    container = ready(small_master)
+    assert small_master.handle(ResizeRequested(container, cores)) == [Resize("m1", container, cores)]
+    assert (small_master.machines["m1"].given, quotas.used("ann")) == (cores, Used(1, cores))
+    small_master.handle(PlaceReleased("robot:ann/tb1"))
+    assert (small_master.machines["m1"].given, quotas.used("ann")) == (0.0, Used())
+
+
+def test_replacement_has_the_new_size(small_master: Master) -> None:
+    container = ready(small_master)
+    small_master.handle(ResizeRequested(container, 1.5))
+    [start] = small_master.handle(ContainerLost(container, Unavailable("boom"), 100.0))
+    assert isinstance(start, Start) and start.spec.cores == 1.5
+
+
+def test_reopened_place_has_the_requested_size(small_master: Master) -> None:
+    small_master.handle(ResizeRequested(ready(small_master), 1.5))
+    small_master.handle(PlaceReleased("robot:ann/tb1"))
+    [start] = small_master.handle(PlaceRequested(request()))
+    assert isinstance(start, Start) and start.spec.cores == 1.0
+
+
+def test_resize_above_the_quota_is_refused(small_master: Master) -> None:
+    first, second, _ = (
+        ready(small_master, "tb1", 2.0),
+        ready(small_master, "tb2", 1.5),
+        ready(small_master, "tb3", 0.25),
+    )
+    with pytest.raises(QuotaExceeded, match=r"4 cores and has 3\.75; 0\.5 more"):
+        small_master.handle(ResizeRequested(second, 2.0))
+    small_master.handle(ResizeRequested(second, 1.75))
+    small_master.handle(ResizeRequested(first, 0.5))
+
+
+@pytest.mark.parametrize(
+    ("cores", "error"), [(0.0, InvalidParameter), (float("nan"), InvalidParameter), (3.0, QuotaExceeded)]
+)
+def test_invalid_size_is_refused_and_changes_nothing(
+    small_master: Master, quotas: Quotas, cores: float, error: type[Exception]
+) -> None:
+    container = ready(small_master)
+    with pytest.raises(error):
+        small_master.handle(ResizeRequested(container, cores))
+    assert (small_master.machines["m1"].given, quotas.used("ann").cores) == (1.0, 1.0)
+
+
+def test_resize_above_the_free_cores_is_refused_with_their_number() -> None:
+    small_master = Master(SameMap(), Quotas())
+    small_master.handle(joined("m1", 2, memory=8 << 30))
+    first, *_ = [ready(small_master, f"tb{number}", cores) for number, cores in enumerate([1.0, 2.0, 2.0, 2.0, 0.5])]
+    with pytest.raises(Unavailable, match=r"'m1' has 0\.5 free cores, but 0\.75 more are needed"):
+        small_master.handle(ResizeRequested(first, 1.75))
+    assert small_master.handle(ResizeRequested(first, 1.5))
+
+
+def test_unready_or_unknown_container_cannot_be_resized(small_master: Master) -> None:
+    [start] = small_master.handle(PlaceRequested(request()))
+    assert isinstance(start, Start)
+    with pytest.raises(Unavailable, match="when it is ready"):
+        small_master.handle(ResizeRequested(start.spec.id, 0.5))
+    with pytest.raises(NotFound):
+        small_master.handle(ResizeRequested("c99", 0.5))

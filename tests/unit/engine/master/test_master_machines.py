@@ -7,7 +7,6 @@ import pytest
 
 from engine.master.balancers.first_fit import FirstFit
 from engine.master.balancers.ppaas import SameMap
-from engine.master.draining import MOVES
 from engine.master.events import (
     ContainerLaunched,
     ContainerLost,
@@ -21,7 +20,7 @@ from engine.master.events import (
     RobotTimed,
     SettingsChanged,
 )
-from engine.master.master import Master
+from engine.master.master import MOVES, Master
 from engine.master.orders import Close, End, Leave, Order, Start
 from engine.master.places import PlaceRequest
 from engine.protocols.control_link import ContainerLoad, Heartbeat

@@ -12,7 +12,6 @@ from msgspec.structs import replace
 from engine.master.balancer import Balancer
 from engine.master.balancers.first_fit import FirstFit
 from engine.master.balancers.ppaas import SameMap
-from engine.master.draining import MOVES
 from engine.master.events import (
     ContainerLaunched,
     ContainerLost,
@@ -35,10 +34,10 @@ from engine.master.events import (
     SettingsLoaded,
     ShutdownBegan,
 )
-from engine.master.master import LOG_SIZE, Master
+from engine.master.master import LOG_SIZE, MOVES, Master
 from engine.master.orders import Order
-from engine.master.placement_diagnostics import FullMachines
 from engine.master.places import Place, PlaceRequest, people_key, robot_key, traffic_key
+from engine.master.queueing import FullMachines
 from engine.master.quotas import Quota, Quotas
 from engine.protocols.control_link import Heartbeat, RunningContainer
 from engine.specs.containers import ContainerSpec, MapVersion

@@ -1,4 +1,4 @@
-"""A folder has one owner: errors name it, and its exit frees the folder, also after SIGKILL.
+"""A folder has one owner: errors name it, and its exit frees the folder, also after SIGKILL; a note has one writer.
 
 The kind is "one folder, one cloud". Its members: the data folder of a cloud, an SQLite store outside of it, and the
 folder of a machine that joined a cloud. The files in a data folder (outbox, settings and records of machines) are of
@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pytest
 
+from engine.processes.disk_notes import exclusive
 from engine.processes.exclusive_owner import sole_owner
 from ppaas.errors import InvalidInput, Unavailable
 
@@ -103,3 +104,21 @@ def test_a_file_system_without_locks_is_a_warning(
     monkeypatch.setattr(fcntl, "flock", refuse)
     with sole_owner(tmp_path / "lock", "the folder", "take another"):
         assert "the folder cannot be locked (No locks available)" in caplog.text
+
+
+def test_two_processes_do_not_hold_the_lock_at_once(tmp_path):
+    lock, seen = tmp_path / "folder" / "a.lock", tmp_path / "seen"
+    script = (
+        "import sys, time; from pathlib import Path; from engine.processes.disk_notes import exclusive\n"
+        "with exclusive(Path(sys.argv[1])):\n"
+        "    seen = Path(sys.argv[2]); assert not seen.exists(); seen.touch(); time.sleep(0.2); seen.unlink()"
+    )
+    command = [sys.executable, "-c", script, str(lock), str(seen)]
+    processes = [subprocess.Popen(command) for _ in range(3)]
+    assert [process.wait(60) for process in processes] == [0, 0, 0]
+
+
+def test_without_a_lock_file_no_process_waits(tmp_path):
+    (tmp_path / "file").touch()
+    with exclusive(tmp_path / "file" / "a.lock"):
+        assert not (tmp_path / "file").is_dir()

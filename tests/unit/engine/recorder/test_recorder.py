@@ -8,8 +8,7 @@ import pytest
 from engine.recorder import robot_recorder
 from engine.recorder.frames import Left, Recorded, Told
 from engine.recorder.main import PAUSE, Recorder
-from engine.recorder.open_file import FLUSH_PERIOD, OpenFile
-from engine.recorder.robot_recorder import SEGMENT
+from engine.recorder.robot_recorder import FLUSH_PERIOD, SEGMENT, OpenFile
 from ppaas.recording.batches import Batch, Entry, batch_bytes
 from ppaas.recording.writer import Encoded, encoded
 from storage.disk_space.reserve import DiskReserve, DiskSpace

@@ -14,13 +14,11 @@ from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import dial
 from engine.remote.authority import STANDBY, Authority
 from engine.remote.cluster_settings import ClusterSettings
-from engine.remote.known_masters import KnownMasters
 from engine.remote.machines import RemoteMachines, make_ticket
-from engine.remote.masters import Masters
+from engine.remote.masters import FILE, MOST, KnownMasters, Masters
 from engine.remote.membership import Membership, join
 from engine.remote.replica import LAST, MACHINES, in_order, keep_only, read_files, write_file
-from engine.remote.standby_link import StandbyLink, membership_of
-from engine.remote.standbys import StandbyHello, StandbyRefused, ToStandby
+from engine.remote.standbys import StandbyHello, StandbyLink, StandbyRefused, ToStandby, membership_of
 from engine.service.links.control_server import ControlServer
 from engine.service.links.robot_link_server import LinkServer
 from ppaas import __version__
@@ -262,3 +260,35 @@ def test_files_are_written_and_removed_and_the_last_shows_that_all_are_there(tmp
     keep_only(tmp_path, names - {LAST})
     assert read_files(tmp_path).keys() == names - {LAST}
     assert (tmp_path / MACHINES / "own").exists(), "no file of a leader"
+
+
+def test_addresses_are_noted_once_the_latest_first_and_found_again(tmp_path: Path) -> None:
+    masters = KnownMasters(tmp_path)
+    assert masters.texts() == ()
+    assert masters.note(("tls://a:1",))
+    assert masters.note(("tls://b:2", "tls://[::1]:3"))
+    assert not masters.note(("tls://a:1",))
+    assert KnownMasters(tmp_path).addresses == masters.addresses == (
+        TlsAddress("b", 2), TlsAddress("::1", 3), TlsAddress("a", 1),
+    )  # fmt: skip
+    assert masters.texts() == ("tls://b:2", "tls://[::1]:3", "tls://a:1")
+
+
+def test_the_number_of_addresses_is_bounded(tmp_path: Path) -> None:
+    masters = KnownMasters(tmp_path)
+    for port in range(1, 3 * MOST):
+        masters.note((f"tls://a:{port}",))
+    assert [address.port for address in masters.addresses] == list(range(3 * MOST - 1, 2 * MOST - 1, -1))
+
+
+def test_what_is_no_address_of_a_port_is_left_out(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    masters = KnownMasters(tmp_path)
+    assert not masters.note(("unix:/run/x", "tls://", "nonsense", "tls://a:99999"))
+    assert masters.addresses == ()
+    assert "left out" in caplog.text
+
+
+@pytest.mark.parametrize("content", ["{", '["nonsense"]', "7"])
+def test_a_damaged_file_counts_as_empty(tmp_path: Path, content: str) -> None:
+    (tmp_path / FILE).write_text(content)
+    assert KnownMasters(tmp_path).addresses == ()

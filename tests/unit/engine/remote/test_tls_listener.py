@@ -13,9 +13,9 @@ import pytest
 from engine.protocols.address import TlsAddress
 from engine.protocols.sockets import dial
 from engine.protocols.tls_identity import TlsIdentity, stranger_context
-from engine.remote import certificates, tls_listener
+from engine.remote import machines
 from engine.remote.authority import Authority
-from engine.remote.tls_listener import TlsListener
+from engine.remote.machines import TlsListener
 from ppaas.errors import InvalidInput, Unavailable
 from tests.support.engine.tls_cloud import joined
 from tests.support.waiting import patience
@@ -79,7 +79,7 @@ async def test_a_client_without_a_certificate_can_only_request_to_join(
 
 
 async def test_clients_that_join_are_limited(authority: Authority, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tls_listener, "MAX_JOINING", 2)
+    monkeypatch.setattr(machines, "MAX_JOINING", 2)
     go = asyncio.Event()
 
     async def join(_: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -154,7 +154,7 @@ async def test_hosts_trust_each_other_although_the_clock_of_one_is_hours_behind(
         def now(cls, tz: datetime.tzinfo | None = None) -> datetime.datetime:
             return datetime.datetime.now(tz) + datetime.timedelta(hours=3)
 
-    monkeypatch.setattr(certificates, "datetime", SimpleNamespace(datetime=Ahead, UTC=datetime.UTC))
+    monkeypatch.setattr("engine.remote.authority.datetime", SimpleNamespace(datetime=Ahead, UTC=datetime.UTC))
     authority = Authority(tmp_path / "cloud")
     machine = joined(authority, tmp_path / "m5", "m5")
     came = asyncio.Event()

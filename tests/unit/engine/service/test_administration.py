@@ -1,5 +1,6 @@
-"""Tests of administration: settings of machines outlive the cloud process."""
+"""Settings and names of machines outlive the cloud process."""
 
+import logging
 from pathlib import Path
 
 import pytest
@@ -7,7 +8,7 @@ import pytest
 from engine.master.balancers.first_fit import FirstFit
 from engine.master.events import RemovalRequested
 from engine.master.master import Master
-from engine.service.administration import Administration
+from engine.service.administration import Administration, MachineRegistry
 from engine.specs.machine_settings import MachineSettings
 from engine.specs.start_state import READY
 from ppaas.errors import InvalidInput, NotPermitted, Unavailable
@@ -61,3 +62,22 @@ async def test_settings_that_cannot_be_saved_take_effect_with_an_error(tmp_path:
     with pytest.raises(Unavailable, match="in effect, but it was not saved"):
         await administration.configure("m1", SETTINGS)
     assert master.machines["m1"].settings == SETTINGS
+
+
+def test_registry_has_the_last_noted_machines(tmp_path: Path) -> None:
+    registry = MachineRegistry(tmp_path / "here.json")
+    assert registry.left() == []
+    registry.note(["m2", "local"])
+    assert MachineRegistry(tmp_path / "here.json").left() == ["local", "m2"]
+    registry.note([])
+    assert registry.left() == [] and list(tmp_path.iterdir()) == []
+
+
+def test_unreadable_registry_is_empty_and_unwritable_one_is_logged(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "here.json").write_text('{"m1": 1}')
+    assert MachineRegistry(tmp_path / "here.json").left() == []
+    caplog.set_level(logging.WARNING)
+    MachineRegistry(tmp_path / "here.json" / "below").note(["m1"])
+    assert "could not store the names of machines" in caplog.text

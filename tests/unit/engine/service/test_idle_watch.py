@@ -5,8 +5,8 @@ import asyncio
 import pytest
 
 from engine.protocols.robot_link import ContainerBeat
-from engine.service.idle_watch import IdleWatch
 from engine.service.links.place_link import PlaceLink
+from engine.service.robot_sessions import IdleWatch
 from ppaas.clock import ManualClock
 from ppaas.errors import PPaaSError
 

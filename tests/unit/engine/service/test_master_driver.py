@@ -13,7 +13,7 @@ from engine.master.places import CRASH_LIMIT
 from engine.master.quotas import Quota, Quotas
 from engine.protocols import control_link, robot_link
 from engine.protocols.refusals import Refusal
-from engine.service.endpoints.maps_in_use import MapsInUse
+from engine.service.endpoints.cloud import MapsInUse
 from engine.service.master_driver import MasterDriver
 from engine.service.views import LifelongRobot, MappingRobot
 from engine.specs.checkpoints import CheckpointSelection

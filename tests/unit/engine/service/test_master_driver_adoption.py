@@ -108,7 +108,7 @@ async def test_adopted_container_without_hello_is_replaced(store: MemoryStore, t
 async def test_robots_wait_briefly_for_machines_that_may_return(
     service: MasterDriver, store: MemoryStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("engine.service.machine_events.RETURN_TIMEOUT", 0.1)
+    monkeypatch.setattr("engine.service.master_driver.RETURN_TIMEOUT", 0.1)
     service.of_machines.expect_back(["m1", "m2"])
     keep(store, running())
     first = await FakeMachine.join(tmp_path, "m1")

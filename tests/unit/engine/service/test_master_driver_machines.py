@@ -90,7 +90,7 @@ async def test_robot_keeps_its_session_when_its_machine_is_drained(
 async def test_next_container_leaves_when_the_previous_is_ready(
     service: MasterDriver, machines: list[FakeMachine], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("engine.master.draining.MOVES", 1)
+    monkeypatch.setattr("engine.master.master.MOVES", 1)
     ran = []
     for robot in ("tb1", "tb2"):
         place = service.open_place(robot_request(robot))
@@ -148,7 +148,7 @@ async def test_listener_is_notified_of_a_removed_machine(tmp_path: Path) -> None
 async def test_measured_round_trips_and_network_load_are_listed(
     service: MasterDriver, machines: list[FakeMachine], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("engine.processes.liveness.BEAT_PERIOD", 0.01)
+    monkeypatch.setattr("engine.processes.heartbeats.BEAT_PERIOD", 0.01)
     place = service.open_place(robot_request())
     container = await machines[0].boot(await machines[0].started())
     await place.ready(10)

@@ -13,10 +13,8 @@ from engine.master.places import PlaceRequest
 from engine.master.quotas import Quota, Quotas
 from engine.protocols import control_link, robot_link
 from engine.protocols.refusals import Refusal
-from engine.service.group_places import LONGEST_RETRY, RETRY
-from engine.service.listener import CloudListener
-from engine.service.master_driver import MasterDriver
-from engine.service.people_groups import LINGER, PeopleGroups
+from engine.service.group_places import LONGEST_RETRY, PEOPLE_LINGER, RETRY, PeopleGroups
+from engine.service.master_driver import CloudListener, MasterDriver
 from engine.service.views import PeopleGroupView
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import MapVersion
@@ -120,9 +118,9 @@ async def test_the_first_robot_that_tracks_people_brings_a_coordinator_and_the_l
     assert at_once(groups.people.views()) == [PeopleGroupView("ann", "house", ("tb1", "tb2"), "starting")]
     for robot in ("tb1", "tb2"):
         await groups.service.close_place(f"robot:ann/{robot}", GONE)
-        await groups.after(LINGER * 0.9)
+        await groups.after(PEOPLE_LINGER * 0.9)
     assert groups.is_open(), "a robot whose file was changed comes back at once"
-    await groups.after(LINGER)
+    await groups.after(PEOPLE_LINGER)
     assert not groups.is_open() and at_once(groups.people.views()) == []
 
 
@@ -241,5 +239,5 @@ async def test_an_adopted_coordinator_without_robots_is_closed(groups: Groups) -
     groups.service.open_place(coordinator_request())
     await groups.after(0.0)
     assert groups.is_open()
-    await groups.after(LINGER)
+    await groups.after(PEOPLE_LINGER)
     assert not groups.is_open()

@@ -11,11 +11,8 @@ from engine.master.master import Master
 from engine.master.places import PlaceRequest
 from engine.master.quotas import Quota, Quotas
 from engine.protocols import robot_link
-from engine.service.group_places import LONGEST_RETRY, RETRY, STEADY
-from engine.service.listener import CloudListener
-from engine.service.master_driver import MasterDriver
-from engine.service.people_groups import PeopleGroups
-from engine.service.traffic_groups import LINGER, TrafficGroups
+from engine.service.group_places import LONGEST_RETRY, RETRY, STEADY, TRAFFIC_LINGER, PeopleGroups, TrafficGroups
+from engine.service.master_driver import CloudListener, MasterDriver
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import MapVersion
 from ppaas.clock import ManualClock
@@ -95,9 +92,9 @@ async def test_one_robot_that_takes_part_brings_a_traffic_node_and_the_last_take
     assert groups.service.request_of(KEY) == traffic_request()
     assert not groups.is_open("people:ann/house"), "nobody tracks people"
     await groups.service.close_place("robot:ann/tb1", GONE)
-    await groups.after(LINGER * 0.9)
+    await groups.after(TRAFFIC_LINGER * 0.9)
     assert groups.is_open()
-    await groups.after(LINGER)
+    await groups.after(TRAFFIC_LINGER)
     assert not groups.is_open()
 
 

@@ -1,17 +1,23 @@
+"""Files of map layers, and the layers that a robot needs."""
+
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from engine.specs.containers import ContainerSpec, MapVersion
 from engine.specs.layer_files import MAP_JSON, open_index, open_layers, write_index, write_layers
+from engine.specs.robot_layers import filters_of, layers_of
 from ppaas.costmap.costmap import Costmap
+from ppaas.costmap.global_parameters import CostParameters
 from ppaas.costmap.map_layers import MapLayers
-from ppaas.errors import Unavailable
+from ppaas.errors import InvalidParameter, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.maps.occupancy import from_message
 from ppaas.messages import decode
 from ppaas.messages.nav_msgs import OccupancyGrid
+from tests.support.engine.specs import HOUSE, planning_spec, robot_config
 
 
 @pytest.fixture
@@ -98,3 +104,32 @@ def test_index_without_a_folder_or_content_is_unavailable(tmp_path):
     (tmp_path / "p.index").touch()
     with pytest.raises(Unavailable, match="cannot be read"):
         open_index(tmp_path, "p")
+
+
+KEPT, SLOW = MapVersion("kept", "v3"), MapVersion("slow", "v1")
+
+
+def test_a_planning_container_has_no_filters() -> None:
+    layers = layers_of(planning_spec())
+    assert (layers.robot_radius, layers.masks, layers.heights) == (0.18, {}, None)
+    assert filters_of(layers) == {}
+
+
+def test_costs_of_the_global_costmap_are_those_of_the_robots_file() -> None:
+    given = {"global_costmap": {"inflation_radius": 0.3, "cost_scaling_factor": 10.0, "robot_radius": 0.2}}
+    layers = layers_of(ContainerSpec("c1", "ann", HOUSE, 1.0, robot_config(parameters=given)))
+    assert (layers.robot_radius, layers.costs) == (0.2, CostParameters(inflation_radius=0.3))
+    assert filters_of(layers) == {"global_costmap": {"inflation_radius": 0.3}}
+    with pytest.raises(InvalidParameter, match="inflation_radius must be from 0 to 100"):
+        wrong = robot_config(parameters={"global_costmap": {"inflation_radius": -1}})
+        layers_of(ContainerSpec("c1", "ann", HOUSE, 1.0, wrong))
+
+
+def test_plans_depend_on_the_keepout_filter_and_not_on_the_speed_filter() -> None:
+    masks = {"keepout_filter": KEPT, "speed_filter": SLOW}
+    robot = robot_config(model="turtlebot3_burger", masks=masks, in_space=True)
+    layers = layers_of(ContainerSpec("c1", "ann", HOUSE, 1.0, robot))
+    assert (layers.map, layers.robot_radius, layers.masks, layers.heights) == (HOUSE, 0.105, masks, (None, 0.192))
+    assert filters_of(layers) == {"keepout_filter": "kept@v3", "voxel_layer": (None, 0.192)}
+    slowed = robot_config(masks={"speed_filter": SLOW})
+    assert filters_of(layers_of(ContainerSpec("c1", "ann", HOUSE, 1.0, slowed))) == {}

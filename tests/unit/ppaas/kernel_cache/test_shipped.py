@@ -22,7 +22,7 @@ from pathlib import Path
 import ppaas
 ppaas.__path__.insert(0, {folder!r})
 from engine.runtimes.compilation import kernel_wheel, stamp
-from engine.runtimes.compilation.module_notes import ModuleNotes
+from engine.runtimes.compilation.stamp import ModuleNotes
 from ppaas.room.kernels import lower, upper
 upper.upper(1)
 notes = ModuleNotes(stamp.stamp_file(Path({folder!r}), kernel_wheel.LAYER))

@@ -11,7 +11,7 @@ from cryptography import x509
 from cryptography.hazmat.primitives import hashes
 from cryptography.hazmat.primitives.serialization import Encoding
 
-from engine.remote import certificates
+from engine.remote import authority as certificates
 from ppaas.errors import Unavailable
 from robots.bridges.vda5050.mqtt_link import _words_of
 from robots.client.connection import ConnectionOptions, open_socket

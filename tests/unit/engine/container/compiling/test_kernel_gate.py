@@ -10,7 +10,7 @@ import numba
 import pytest
 
 from engine.agent.container_gateway import ContainerGateway
-from engine.agent.requests.kernel_service import KernelService
+from engine.agent.kernel_service import KernelService
 from engine.container.compiling import kernel_gate
 from engine.container.compiling.kernel_gate import KernelGate, KernelsMissing, await_kernels
 from engine.runtimes.compilation.compile_pool import CompileReport

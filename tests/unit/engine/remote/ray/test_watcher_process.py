@@ -1,10 +1,12 @@
-"""The watcher process is kept running; a script replaces the watcher."""
+"""The loop of the watcher, and its process, which is kept running; a script replaces the watcher."""
 
 import asyncio
 import contextlib
+import os
 import signal
 import socket
 import sys
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,6 +15,7 @@ import pytest
 
 from engine.remote.ray import watcher_process
 from engine.remote.ray.config import WatchConfig
+from engine.remote.ray.watcher import serve
 from engine.remote.ray.watcher_process import WatcherProcess, read_address
 from ppaas import distribution
 from ppaas.errors import InvalidInput, Unavailable
@@ -118,3 +121,35 @@ async def test_stopping_an_unstarted_process_does_nothing(tmp_path: Path, head: 
     process = Watched(tmp_path, head).process
     process.kill("m1")
     await asyncio.wait_for(process.stop(), 1.0)
+
+
+class FakeSupervisor:
+    """Replaces the supervisor, and records its calls."""
+
+    def __init__(self) -> None:
+        self.calls: list[str] = []
+        self.looked = threading.Event()
+
+    def reconcile(self) -> None:
+        self.looked.set()
+
+    def kill_agent(self, machine: str) -> None:
+        self.calls.append(machine)
+
+    def end_all(self) -> None:
+        self.calls.append("end all")
+
+
+@pytest.mark.parametrize(("commands", "calls"), [(b"m1\nm2\n\n", ["m1", "m2", "end all"]), (b"m1\n", ["m1"])])
+def test_watcher_stops_agents_on_command_only(commands: bytes, calls: list[str]) -> None:
+    reading, writing = os.pipe()
+    supervisor = FakeSupervisor()
+    serving = threading.Thread(target=serve, args=(supervisor, reading))
+    serving.start()
+    assert supervisor.looked.wait(10.0)
+    os.write(writing, commands[:4])
+    os.write(writing, commands[4:])
+    os.close(writing)
+    serving.join(10.0)
+    os.close(reading)
+    assert supervisor.calls == calls

@@ -1,5 +1,6 @@
-"""The kernel compiler of a machine is kept running, and what it has compiled is known."""
+"""The kernel compiler of a machine is kept running, and what it has compiled is known; other kernels are called."""
 
+import subprocess
 import sys
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -8,10 +9,13 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from engine.processes.disk_notes import exclusive
 from engine.runtimes.compilation import kernel_compiler, rest_compiler
 from engine.runtimes.compilation.compile_pool import CompileReport
 from engine.runtimes.compilation.kernel_compiler import KernelCompiler
+from engine.runtimes.compilation.kernel_modules import loaded, warm_loaded
 from tests.support.engine.processes import is_gone
+from tests.support.sources import ROOT
 from tests.support.waiting import patience, until
 
 NONE, ONE = CompileReport(("one", "two"), ()), CompileReport(("one", "two"), ("one",))
@@ -122,3 +126,42 @@ async def test_nothing_is_missing_if_the_process_has_nothing_to_do(
         async with patience(30):
             await compiler.until_compiled(["one"])
         assert compiler.report is None
+
+
+PREPARE = """
+from engine.runtimes.compilation import kernel_compiler
+from engine.runtimes.compilation import kernel_modules
+
+recorder = kernel_modules.record_compilations()
+kernel_compiler.prepare()
+print(len(recorder.buffer))
+"""
+
+
+def compiled_by_another_process() -> int:
+    """Prepare in a separate process; return the number of kernels that it compiled."""
+    command = [sys.executable, "-c", PREPARE]
+    result = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True, timeout=120)
+    return int(result.stdout)
+
+
+def test_compiled_kernels_are_loaded_without_waiting_for_a_compiler() -> None:
+    compiled_by_another_process()
+    with exclusive(kernel_compiler.stamp_of_stores().with_suffix(".lock")):
+        assert compiled_by_another_process() == 0
+
+
+def dispatchers(module):
+    return [found for found in vars(module).values() if hasattr(found, "signatures") and hasattr(found, "py_func")]
+
+
+def test_imported_modules_are_warmed_and_compiled(monkeypatch):
+    import ppaas.localization.kernels
+    from ppaas.maps.kernels import distance
+
+    for module in loaded():
+        if module not in (distance, ppaas.localization.kernels):
+            monkeypatch.delitem(sys.modules, module.__name__)
+    assert loaded() == [ppaas.localization.kernels, distance]
+    warm_loaded()
+    assert any(kernel.signatures for kernel in dispatchers(distance))

@@ -14,8 +14,8 @@ import msgspec
 import psutil
 
 import ppaas
+from engine.processes.child_process import adopt_orphans
 from engine.processes.instances import SHARED_MEMORY, name_of, sweep_stale
-from engine.processes.orphans import adopt_orphans
 from engine.runtimes.compilation import rest_compiler
 from engine.runtimes.compilation.compile_pool import CompileReport
 from tests.support.engine.processes import has_ended

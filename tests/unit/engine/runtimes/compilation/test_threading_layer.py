@@ -1,9 +1,14 @@
+"""The threading layer, and the number of kernel threads when the size of a container changes."""
+
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
+import numba
 import pytest
 
+from engine.runtimes.compilation.threading_layer import KernelThreads
 from tests.support.sources import ROOT
 
 
@@ -51,3 +56,21 @@ def test_choosing_a_layer_after_numba_is_an_error():
     code = "import numba; from engine.runtimes.compilation import threading_layer as t; t.choose()"
     done = subprocess.run([sys.executable, "-c", code], check=False, cwd=ROOT, capture_output=True, text=True)
     assert "numba is imported already; choose the threading layer before" in done.stderr
+
+
+MOST = vars(numba.config)["NUMBA_NUM_THREADS"]
+
+
+def in_a_thread(threads: KernelThreads) -> tuple[int, int]:
+    found: list[tuple[int, int]] = []
+    thread = threading.Thread(target=lambda: found.append((threads(), numba.get_num_threads())))
+    thread.start()
+    thread.join()
+    return found[0]
+
+
+def test_each_call_sets_the_current_number_of_threads() -> None:
+    threads = KernelThreads(1)
+    assert in_a_thread(threads) == (1, 1)
+    threads.count = MOST + 1
+    assert in_a_thread(threads) == (MOST + 1, MOST)

@@ -191,3 +191,9 @@ async def test_runtime_reconnects_after_losing_the_engine(
     again.kill()
     assert await again.wait() == -signal.SIGKILL
     await until(lambda: container.id not in containers(premises.instance), 10.0)
+
+
+def test_numpy_is_left_to_the_preload_which_sets_its_threads() -> None:
+    code = "import sys, engine.runtimes.docker.entry; print({'numpy', 'asyncio', 'uvloop'} & sys.modules.keys())"
+    found = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert found.stdout.strip() == "set()"

@@ -1,10 +1,18 @@
-import sys
+"""The fork server, and its early start."""
 
+import subprocess
+import sys
+from multiprocessing import forkserver
+
+import psutil
 import pytest
 
-from engine.agent.entries import loaded_before
+from engine.agent.entries import ENTRIES, loaded_before
 from engine.runtimes.entries import Entry
+from engine.runtimes.fork_server import early_start
 from engine.runtimes.fork_server.server import FORK_TIMEOUT, ForkServer
+from engine.runtimes.process.runtime import ProcessRuntime
+from engine.runtimes.registry import RUNTIMES
 from engine.service.master_driver import START_TIMEOUT
 from ppaas.errors import Unavailable
 from tests.support.engine.fork_servers import stop_fork_server
@@ -57,3 +65,37 @@ async def test_ended_server_is_replaced_and_main_module_unchanged():
 
 def test_a_frozen_server_is_given_up_before_the_requested_container():
     assert FORK_TIMEOUT < START_TIMEOUT
+
+
+async def test_containers_are_forked_from_the_server_started_early() -> None:
+    stop_fork_server()
+    early_start.begin(ENTRIES.container.of_fork_server)
+    server = ForkServer(ENTRIES.container)
+    report = await server.warm(unexpected)
+    assert report.pid == forkserver._forkserver._forkserver_pid  # type: ignore[attr-defined]
+    assert any(name.startswith("ppaas.costmap.kernels.") for name in report.kernels)
+    server.close()
+    stop_fork_server()
+
+
+def test_end_waits_for_the_server_even_if_it_imports_or_is_stopped() -> None:
+    stop_fork_server()
+    early_start.end()  # there is none
+    for _ in range(2):
+        early_start.begin(ENTRIES.container.of_fork_server)
+        server = psutil.Process(forkserver._forkserver._forkserver_pid)  # type: ignore[attr-defined]
+        server.suspend()
+        early_start.end()
+        assert server.status() == psutil.STATUS_ZOMBIE
+        early_start.end()
+    stop_fork_server()
+
+
+def test_early_start_serves_the_process_runtime() -> None:
+    assert RUNTIMES.load(early_start.RUNTIME) is ProcessRuntime
+
+
+def test_agent_main_imports_no_slow_modules() -> None:
+    code = "import sys, engine.agent.main; print({'numpy', 'asyncio', 'msgspec'} & sys.modules.keys())"
+    found = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert found.stdout.strip() == "set()"

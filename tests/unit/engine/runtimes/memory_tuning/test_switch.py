@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from engine.agent.entries import WARM_UP, loaded_before
+from engine.runtimes.memory_tuning import lean_python
 from engine.runtimes.memory_tuning.switch import NAME, OFF
 from engine.runtimes.process.runtime import ProcessRuntime
 from tests.support.engine.fork_servers import stop_fork_server
@@ -52,3 +53,17 @@ def test_memory_is_tuned_by_default() -> None:
     code = "from engine.runtimes.memory_tuning.switch import LEAN; print(LEAN)"
     output = subprocess.run([sys.executable, "-c", code], env={}, check=True, capture_output=True, text=True).stdout
     assert output == "True\n"
+
+
+def test_python_runs_without_docstrings() -> None:
+    assert (sys.executable, "-OO") == lean_python.PYTHON
+
+
+def test_modules_are_compiled_into_our_own_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    given = {"PYTHONDONTWRITEBYTECODE": "1", "PATH": "/bin"}
+    assert lean_python.environment(given) == {"PATH": "/bin", "PYTHONPYCACHEPREFIX": str(tmp_path / "modules")}
+
+
+def test_a_folder_in_the_environment_is_kept() -> None:
+    assert lean_python.environment({"PYTHONPYCACHEPREFIX": "/elsewhere"}) == {"PYTHONPYCACHEPREFIX": "/elsewhere"}

@@ -10,20 +10,16 @@ from typing import Any
 
 import pytest
 
-from engine.calls.caller import Caller
-from engine.calls.frames import Frame
-from engine.calls.interface import method_of
-from engine.calls.remote import remote
-from engine.endpoint.master_access import OwnMaster
-from engine.endpoint.master_link import MasterLink
-from engine.protocols import unproven_peers
-from engine.protocols.address import UnixAddress
-from engine.protocols.endpoint_sockets import EndpointAddress
+from engine.calls.caller import Caller, Frame
+from engine.calls.interface import method_of, remote
+from engine.endpoint.master_link import MasterLink, OwnMaster
+from engine.protocols import handshakes
+from engine.protocols.address import EndpointAddress, UnixAddress
 from engine.protocols.framing import FrameStream
 from engine.protocols.sockets import dial, listen
 from engine.service.endpoints import server as module
+from engine.service.endpoints.control_plane import MachineCalls, NeighbourCalls
 from engine.service.endpoints.interface import EndpointCalls, EndpointState, MasterCalls, MasterState, Registration
-from engine.service.endpoints.machine_calls import MachineCalls, NeighbourCalls
 from engine.service.endpoints.server import EndpointServer
 from engine.service.views import EndpointView
 from engine.specs.start_state import READY, StartState
@@ -156,7 +152,7 @@ async def test_an_endpoint_may_call_nothing_before_it_has_registered(server: End
 async def test_silent_strangers_are_closed_in_time_and_make_room_before(
     server: EndpointServer, clock: ManualClock, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(unproven_peers, "MOST", 20)
+    monkeypatch.setattr(handshakes, "MOST", 20)
     monkeypatch.setattr(module, "REGISTER_TIMEOUT", 60.0)
     async with contextlib.AsyncExitStack() as stack:
         served = await stack.enter_async_context(linked(server, clock))

@@ -12,8 +12,9 @@ from msgspec import Raw
 
 from engine.master.places import robot_key
 from engine.service.links.presence import RobotPresence
-from engine.service.navigation_client import NavigationClient
 from engine.service.planning.path_requests import CostAnswer, CostRequest
+from engine.service.robot_navigation import NavigationClient
+from engine.service.tasks.group import KEPT_FOR, MOST_ENDED, obsolete
 from engine.service.tasks.robots import TaskRobots, labels_of
 from engine.service.tasks.runner import TaskNews, TaskRunner
 from engine.specs.containers import MapVersion
@@ -345,3 +346,17 @@ async def test_robots_are_not_looked_at_while_there_are_no_tasks(hall: Hall, mon
     hall.add("t", 5.0)
     await hall.after()
     looked.assert_called()
+
+
+def ended(name: str, at: float) -> Task:
+    return Task(id=name, kind="go_to", places=((0.0, 0.0, 0.0),), state="done", ended=at)
+
+
+def test_tasks_are_removed_some_days_after_their_end() -> None:
+    waiting = Task(id="w", kind="go_to", places=((0.0, 0.0, 0.0),))
+    assert obsolete([ended("old", 0.0), ended("new", 5.0), waiting], KEPT_FOR + 3.0) == ["old"]
+
+
+def test_of_many_tasks_the_oldest_are_removed() -> None:
+    tasks = [ended(f"t{number}", float(number)) for number in range(MOST_ENDED + 2)]
+    assert sorted(obsolete(tasks, 2000.0)) == ["t0", "t1"]

@@ -5,7 +5,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from engine.service.people_groups import LINGER
+from engine.service.group_places import PEOPLE_LINGER
 from ppaas.clock import ManualClock
 from ppaas.clone.people_coordination import build_coordinator
 from ppaas.costmap.build_layers import build_layers
@@ -159,7 +159,7 @@ def test_identities_stay_when_the_map_is_replaced(layers: MapLayers) -> None:
 def test_people_are_in_no_checkpoint_before_the_container_ends_for_lack_of_robots(layers: MapLayers) -> None:
     group = Group(layers)
     group.run(1.0)
-    for _ in range(round(LINGER)):
+    for _ in range(round(PEOPLE_LINGER)):
         group.clock.advance(1.0)
         group.graph.run_due()
     (checkpoint,) = group.graph.checkpoints()

@@ -1,1 +1,0 @@
-"""Requests of containers to the stores, which their machine executes for them."""
