@@ -10,7 +10,7 @@ from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.plans.planning import check_timeout
 from endpoints.rest.plans.schemas import CostFile, CostMatrixAnswer
 from endpoints.rest.strict_json import StrictRoute
-from engine.service.planning.path_requests import CostRequest
+from engine.service.planning.requests import CostRequest
 from engine.specs.containers import MapVersion
 from ppaas.decoding import converted
 

@@ -20,11 +20,12 @@ from endpoints.rest.schemas import triple
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.services.request_limits import RequestLimits
 from endpoints.services.services import Services
-from engine.service.planning.path_requests import PathAnswer, PathRequest
 from engine.specs.containers import MapVersion
 from ppaas.clock import epoch
 from ppaas.decoding import converted
 from ppaas.errors import InvalidParameter
+from ppaas.geometry import Poses
+from ppaas.plans.path_service import PathAnswer, PathRequest
 from storage.records import PlanRecord, User
 
 router = APIRouter(tags=["plans"], route_class=StrictRoute)
@@ -73,19 +74,19 @@ async def plan_and_store(
     QuotaExceeded
         Too many requests, or too many containers.
     PlanningError, Queued, Unavailable
-        As ``ControlPlane.compute_path``.
+        As ``Planning.compute_path``.
     """
     check_timeout(request.timeout, services.limits)
     await services.cloud.count_paths(user.id, 1)
     head = await readable_head(services, user, map_id)
-    answer = await services.cloud.planning.compute_path(user.id, MapVersion(head.id, head.version), request)
+    answer, poses = await services.cloud.planning.compute_path(user.id, MapVersion(head.id, head.version), request)
+    fields = msgspec.structs.asdict(answer) | {"poses": poses}
     if answer.plan_id == answer.reused:  # it is stored already
-        return PlanResponse(wanted.encode(answer), wanted.media_type, None)
+        return PlanResponse(wanted.encode(fields), wanted.media_type, None)
     if not services.plan_writer.accepts:
-        unnamed = msgspec.structs.replace(answer, plan_id="")
-        return PlanResponse(wanted.encode(unnamed), wanted.media_type, None, status=200)
-    store = partial(services.plan_writer.write, services.store, partial(_record, user, request, answer))
-    return PlanResponse(wanted.encode(answer), wanted.media_type, store)
+        return PlanResponse(wanted.encode(fields | {"plan_id": ""}), wanted.media_type, None, status=200)
+    store = partial(services.plan_writer.write, services.store, partial(_record, user, request, answer, poses))
+    return PlanResponse(wanted.encode(fields), wanted.media_type, store)
 
 
 class PlanResponse(Response):
@@ -125,7 +126,7 @@ def check_timeout(timeout: float, limits: RequestLimits) -> None:
         raise InvalidParameter(f"timeout must be at most {limits.max_plan_seconds:g} s, not {timeout:g} s")
 
 
-def _record(user: User, request: PathRequest, answer: PathAnswer) -> PlanRecord:
+def _record(user: User, request: PathRequest, answer: PathAnswer, poses: Poses) -> PlanRecord:
     return PlanRecord(
         id=answer.plan_id,
         user=user.id,
@@ -137,7 +138,7 @@ def _record(user: User, request: PathRequest, answer: PathAnswer) -> PlanRecord:
         length=answer.length,
         cost=answer.cost,
         seconds=answer.seconds,
-        poses=answer.poses.astype("<f8", copy=False).tobytes(),
+        poses=poses.astype("<f8", copy=False).tobytes(),
         created=epoch(),
         parameters=msgspec.json.decode(answer.conditions),
         origin=answer.origin,

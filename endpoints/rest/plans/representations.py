@@ -41,11 +41,11 @@ class Representation(NamedTuple):
     media_type: str = JSON
     form: PoseForm = PoseForm.ROWS
 
-    def encode(self, answer: Any) -> bytes:
-        """Return the body of an answer, a structure or a dictionary whose ``poses`` are an (n, 7) array."""
+    def encode(self, fields: Mapping[str, Any]) -> bytes:
+        """Return the body of an answer with these fields, of which ``poses`` is an (n, 7) array."""
         if self.media_type == CBOR:
-            return _cbor(answer, self.form)
-        return _ENCODERS[self.form].encode(answer)
+            return _cbor(fields, self.form)
+        return _ENCODERS[self.form].encode(fields)
 
 
 async def asked(
@@ -108,10 +108,9 @@ _ENCODERS: Mapping[PoseForm, msgspec.json.Encoder] = {
 }
 
 
-def _cbor(answer: Any, form: PoseForm) -> bytes:
+def _cbor(fields: Mapping[str, Any], form: PoseForm) -> bytes:
     import cbor2  # noqa: PLC0415
 
-    fields = answer if isinstance(answer, dict) else msgspec.structs.asdict(answer)
     plain = {name: _plain(value, form) for name, value in fields.items()}
     encoded: bytes = cbor2.dumps(plain)
     return encoded

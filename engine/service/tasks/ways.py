@@ -5,7 +5,7 @@ import logging
 import math
 from collections.abc import Awaitable, Callable
 
-from engine.service.planning.path_requests import CostAnswer, CostRequest
+from engine.service.planning.requests import CostAnswer, CostRequest
 from engine.specs.containers import MapVersion
 from ppaas.decoding import from_json
 from ppaas.errors import PPaaSError

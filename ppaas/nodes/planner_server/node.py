@@ -11,7 +11,6 @@ from ppaas.messages.base.message import Message
 from ppaas.messages.fleet.fleet_plans import ComputeFleetPlan, ComputeFleetPlanRequest
 from ppaas.messages.geometry_msgs import PoseStamped
 from ppaas.messages.nav_msgs import GetPlan, GetPlanRequest
-from ppaas.messages.paths.packed_paths import ComputePackedPath, ComputePackedPathRequest
 from ppaas.messages.ppaas_msgs import ComputeCosts, ComputeCostsRequest, ComputePath, ComputePathRequest
 from ppaas.nodes.base import Context, Node, Reply, Service
 from ppaas.nodes.frames import MAP
@@ -20,6 +19,7 @@ from ppaas.nodes.planner_server.cost_service import CostService
 from ppaas.nodes.planner_server.fleet_service import FleetService
 from ppaas.nodes.planner_server.path_services import PathServices, get_plan_response
 from ppaas.nodes.planner_server.variants import Variants
+from ppaas.plans.path_service import ComputePackedPath, PathRequest
 from ppaas.plans.reuse.processor import PlanProcessor
 from ppaas.thread_budget import Threads
 
@@ -92,7 +92,7 @@ class PlannerServerNode(Node):
         Unavailable
             Too many requests are waiting.
         """
-        if isinstance(request, ComputePackedPathRequest):
+        if isinstance(request, PathRequest):
             self._paths.compute_packed(request, reply)
         elif isinstance(request, ComputePathRequest):
             self._paths.compute(request, reply)

@@ -1,8 +1,7 @@
-"""Path services for robots and programs: ``nav_msgs/GetPlan`` and ``ppaas_msgs/ComputePath``."""
+"""Path services for robots and programs: ``nav_msgs/GetPlan``, ``ppaas_msgs/ComputePath`` and ``PathRequest``."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import msgspec
 
@@ -13,7 +12,6 @@ from ppaas.geometry import Pose2D
 from ppaas.messages.base.message import Message
 from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.nav_msgs import GetPlanResponse
-from ppaas.messages.paths.packed_paths import ComputePackedPathRequest, ComputePackedPathResponse
 from ppaas.messages.ppaas_msgs import ComputePathRequest, ComputePathResponse
 from ppaas.nodes.base import Context, Job, Reply
 from ppaas.nodes.message_checks import finite_pose
@@ -24,6 +22,7 @@ from ppaas.planners.base import Planner, PlanRequest, PlanResult
 from ppaas.planners.path_json import rows_text
 from ppaas.planners.registry import PLANNERS
 from ppaas.planners.through_poses import plan_through
+from ppaas.plans.path_service import PathAnswer, PathRequest, RequestPose
 from ppaas.plans.reuse.processor import PlanProcessor
 from ppaas.thread_budget import Threads
 
@@ -43,30 +42,21 @@ def get_plan_response(result: PlanResult) -> GetPlanResponse:
 
 def compute_path_response(result: PlanResult) -> ComputePathResponse:
     """Return the response of ``ppaas_msgs/ComputePath``."""
-    return ComputePathResponse(poses=rows_text(result.poses), **_about(result))
+    return ComputePathResponse(
+        rows_text(result.poses), result.cost, result.length, result.expanded, result.seconds, result.planner,
+        result.id, result.origin, result.reused, str(msgspec.json.encode(result.conditions), "utf-8"),
+    )  # fmt: skip
 
 
-def packed_path_response(result: PlanResult) -> ComputePackedPathResponse:
-    """Return the response of ``ppaas_msgs/ComputePackedPath``."""
+def path_answer(result: PlanResult) -> PathAnswer:
+    """Return the answer to a program."""
     # Imported here: robots do not need its kernels.
     from ppaas.plans.encoding.packed_poses import pack_poses  # noqa: PLC0415
 
-    return ComputePackedPathResponse(poses=pack_poses(result.poses), **_about(result))
-
-
-def _about(result: PlanResult) -> dict[str, Any]:
-    """Return the fields that both responses have, all but the poses."""
-    return {
-        "cost": result.cost,
-        "length": result.length,
-        "expanded": result.expanded,
-        "seconds": result.seconds,
-        "planner": result.planner,
-        "plan_id": result.id,
-        "origin": result.origin,
-        "reused": result.reused,
-        "conditions": msgspec.json.encode(result.conditions).decode(),
-    }
+    return PathAnswer(
+        pack_poses(result.poses), result.cost, result.length, result.expanded, result.seconds, result.planner,
+        result.id, result.origin, result.reused or None, msgspec.Raw(msgspec.json.encode(result.conditions)),
+    )  # fmt: skip
 
 
 class PathServices:
@@ -121,12 +111,19 @@ class PathServices:
     def compute(self, request: ComputePathRequest, reply: Reply, costmap: Costmap | None = None) -> Job:
         """Handle a ``ppaas_msgs/ComputePath``; raises as ``plan`` does, and ``InvalidInput`` for an invalid pose."""
         start, goal = finite_pose(request.start, "the start"), finite_pose(request.goal, "the goal")
-        return self.plan(start, goal, reply, compute_path_response, costmap=costmap, **_options(request))
+        return self.plan(
+            start, goal, reply, compute_path_response, costmap=costmap, planner=request.planner,
+            tolerance=request.tolerance, timeout=request.timeout, reuse=request.reuse,
+            parameters=parameters_of(request.parameters),
+        )  # fmt: skip
 
-    def compute_packed(self, request: ComputePackedPathRequest, reply: Reply) -> Job:
-        """Handle a ``ppaas_msgs/ComputePackedPath``; raises as ``compute`` does."""
+    def compute_packed(self, request: PathRequest, reply: Reply) -> Job:
+        """Handle the request of a program; raises as ``compute`` does."""
         start, goal = _pose(request.start, "the start"), _pose(request.goal, "the goal")
-        return self.plan(start, goal, reply, packed_path_response, **_options(request))
+        return self.plan(
+            start, goal, reply, path_answer, planner=request.planner, tolerance=request.tolerance,
+            timeout=request.timeout, reuse=request.reuse, parameters=request.parameters,
+        )  # fmt: skip
 
     def plan(
         self, start: Pose2D, goal: Pose2D, reply: Reply, respond: ToResponse,
@@ -189,18 +186,5 @@ class PathServices:
         return self._planners[own]
 
 
-def _options(request: ComputePathRequest | ComputePackedPathRequest) -> dict[str, Any]:
-    """Return the arguments of `PathServices.plan` that both requests have, all but the poses."""
-    return {
-        "planner": request.planner,
-        "tolerance": request.tolerance,
-        "timeout": request.timeout,
-        "reuse": request.reuse,
-        "parameters": parameters_of(request.parameters),
-    }
-
-
-def _pose(numbers: list[float], what: str) -> Pose2D:
-    if len(numbers) != len(Pose2D._fields):
-        raise InvalidInput(f"{what} must be x, y and yaw, not {len(numbers)} numbers")
+def _pose(numbers: RequestPose, what: str) -> Pose2D:
     return finite_pose(Pose.of(Pose2D(*numbers)), what)

@@ -11,11 +11,11 @@ from engine.master.quotas import Quota, Quotas
 from engine.service import planning_places
 from engine.service.endpoints.cloud import Cloud
 from engine.service.master_driver import MasterDriver
-from engine.service.planning.path_requests import PathRequest
 from engine.service.planning.planning import Planning
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import MapVersion
 from ppaas.errors import Queued, QuotaExceeded, Unavailable
+from ppaas.plans.path_service import PathRequest
 from storage.memory.store import MemoryStore
 from tests.support.engine.specs import robot_request
 from tests.support.waiting import until

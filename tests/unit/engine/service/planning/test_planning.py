@@ -1,13 +1,18 @@
 """Path requests while kernels are being compiled."""
 
+import asyncio
+import threading
+
+import numpy as np
 import pytest
 
 from engine.service.planning import planning as module
-from engine.service.planning.path_requests import PathRequest
-from engine.service.planning.planning import Planning
+from engine.service.planning.planning import Planning, PoseUnpacker
 from engine.specs.containers import MapVersion
 from engine.specs.start_state import KernelProgress, StartState
-from ppaas.errors import Queued, Starting, Unavailable
+from ppaas.errors import MalformedMessage, Queued, Starting, Unavailable
+from ppaas.plans.encoding.packed_poses import pack_poses, unpack_poses
+from ppaas.plans.path_service import PathRequest
 
 MAP = MapVersion("house", "v1")
 COMPILING = StartState(ready=False, machines={"local": KernelProgress(12, 167, ("field/tile_growth",))})
@@ -55,3 +60,44 @@ async def test_a_request_in_the_queue_of_a_starting_cloud_has_the_progress() -> 
         await asked(planning(Place(), position=3), queue=True)
     with pytest.raises(Queued, match="position 3 in the queue: repeat"):
         await asked(planning(Place(), position=3, start=module.READY), queue=True)
+
+
+POSES = np.arange(70.0).reshape(10, 7)
+
+
+async def test_poses_are_unpacked_before_and_after_the_kernels_are_loaded() -> None:
+    unpacker = PoseUnpacker()
+    for _ in range(3):
+        assert (await unpacker.unpack(pack_poses(POSES))).tobytes() == POSES.tobytes()
+    with pytest.raises(MalformedMessage):
+        await unpacker.unpack(b"x")
+
+
+async def test_a_caller_that_gives_up_does_not_end_the_loading_for_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    may_load = threading.Event()
+
+    def load() -> module.Unpack:
+        may_load.wait()
+        return unpack_poses
+
+    monkeypatch.setattr(module, "_load", load)
+    unpacker = PoseUnpacker()
+    unpacker.begin()
+    first, second = (asyncio.create_task(unpacker.unpack(pack_poses(POSES))) for _ in range(2))
+    await asyncio.sleep(0)
+    first.cancel()
+    may_load.set()
+    assert (await second).tobytes() == POSES.tobytes()
+    assert first.cancelled()
+
+
+async def test_kernels_that_could_not_be_loaded_are_loaded_at_the_next_path(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail() -> module.Unpack:
+        raise OSError("no folder")
+
+    unpacker = PoseUnpacker()
+    with monkeypatch.context() as patch:
+        patch.setattr(module, "_load", fail)
+        with pytest.raises(OSError, match="no folder"):
+            await unpacker.unpack(pack_poses(POSES))
+    assert (await unpacker.unpack(pack_poses(POSES))).tobytes() == POSES.tobytes()

@@ -13,7 +13,7 @@ from msgspec import Raw
 from engine.master.places import robot_key
 from engine.service.links.presence import RobotPresence
 from engine.service.navigation_client import NavigationClient
-from engine.service.planning.path_requests import CostAnswer, CostRequest
+from engine.service.planning.requests import CostAnswer, CostRequest
 from engine.service.tasks.robots import TaskRobots, labels_of
 from engine.service.tasks.runner import TaskNews, TaskRunner
 from engine.specs.containers import MapVersion
