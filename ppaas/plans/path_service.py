@@ -67,7 +67,7 @@ class PathAnswer(OwnMessage):
     Parameters
     ----------
     poses : bytes
-        Poses from start to goal in the frame of the map, packed (``ppaas.plans.encoding.packed_poses``).
+        Poses from start to goal in the frame of the map, packed (``ppaas.plans.encoding.codes``).
     cost : float
         Sum of the weights of the moves.
     length : float

@@ -1,4 +1,7 @@
-"""Route of path requests, and the function that executes one; `fast_path` calls the same function."""
+"""Routes of paths and of cost matrices: costs of the cheapest paths from each of many starts to each of many goals.
+
+`fast_path` calls the same function as the route of paths.
+"""
 
 import asyncio
 from collections.abc import Awaitable, Callable
@@ -15,11 +18,12 @@ from endpoints.rest.dependencies import Caller, Provided, readable_head
 from endpoints.rest.names import MapId
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
 from endpoints.rest.plans.representations import Representation, asked, described
-from endpoints.rest.plans.schemas import NewPlanAnswer, PlanFile
+from endpoints.rest.plans.schemas import CostFile, CostMatrixAnswer, NewPlanAnswer, PlanFile
 from endpoints.rest.schemas import triple
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.services.request_limits import RequestLimits
 from endpoints.services.services import Services
+from engine.service.planning.requests import CostRequest
 from engine.specs.containers import MapVersion
 from ppaas.clock import epoch
 from ppaas.decoding import converted
@@ -56,6 +60,21 @@ async def make_plan(
     """Plan a path on a map and store it. With `queue`, wait in the queue if no container is available now (202)."""
     request = converted(file.model_dump(exclude_none=True), PathRequest)
     return await plan_and_store(services, user, map_id, request, wanted)
+
+
+@router.post(
+    "/maps/{map_id}/cost_matrix",
+    response_model=CostMatrixAnswer,
+    responses=KNOWN | BODY | problems(404, 409, 429),
+)
+async def compute_costs(map_id: MapId, file: CostFile, services: Provided, user: Caller) -> Response:
+    """Return the cost of the cheapest path from each start to each goal; at most 50000 costs per request."""
+    request = converted(file.model_dump(exclude_none=True), CostRequest)
+    check_timeout(request.timeout, services.limits)
+    await services.cloud.count_paths(user.id, max(len(request.starts), 1))
+    head = await readable_head(services, user, map_id)
+    answer = await services.cloud.planning.compute_costs(user.id, MapVersion(head.id, head.version), request)
+    return Response(msgspec.json.encode(answer), media_type="application/json")
 
 
 async def plan_and_store(

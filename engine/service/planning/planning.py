@@ -203,9 +203,9 @@ class PoseUnpacker:
 
 def _load() -> Unpack:
     from ppaas.planners.kernels import pose_text  # noqa: PLC0415 - imports numba; see above
-    from ppaas.plans.encoding import packed_poses  # noqa: PLC0415
+    from ppaas.plans.encoding import codes  # noqa: PLC0415
     from ppaas.plans.encoding.kernels import chain_code  # noqa: PLC0415
 
     chain_code.warm()
     pose_text.warm()
-    return packed_poses.unpack_poses
+    return codes.unpack_poses

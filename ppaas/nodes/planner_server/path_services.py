@@ -1,7 +1,12 @@
-"""Path services for robots and programs: ``nav_msgs/GetPlan``, ``ppaas_msgs/ComputePath`` and ``PathRequest``."""
+"""Path services for robots and programs: ``nav_msgs/GetPlan``, ``ppaas_msgs/ComputePath`` and ``PathRequest``.
+
+Some computed plans are compared with the cheapest, to evaluate planners.
+"""
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import msgspec
 
@@ -15,18 +20,16 @@ from ppaas.messages.nav_msgs import GetPlanResponse
 from ppaas.messages.ppaas_msgs import ComputePathRequest, ComputePathResponse
 from ppaas.nodes.base import Context, Job, Reply
 from ppaas.nodes.message_checks import finite_pose
-from ppaas.nodes.planner_server.plan_comparison import PlanComparison
 from ppaas.nodes.planner_server.planner_queue import PlannerQueue
 from ppaas.nodes.planner_server.variants import NO_VARIANTS, Given, Variants, parameters_of
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
 from ppaas.planners.path_json import rows_text
 from ppaas.planners.registry import PLANNERS
 from ppaas.planners.through_poses import plan_through
+from ppaas.planners.traits import Optimal
 from ppaas.plans.path_service import PathAnswer, PathRequest, RequestPose
 from ppaas.plans.reuse.processor import PlanProcessor
 from ppaas.thread_budget import Threads
-
-Cancelled = Callable[[], bool]
 
 MAX_TIMEOUT = 60.0
 """Largest time limit of a plan [s]."""
@@ -51,7 +54,7 @@ def compute_path_response(result: PlanResult) -> ComputePathResponse:
 def path_answer(result: PlanResult) -> PathAnswer:
     """Return the answer to a program."""
     # Imported here: robots do not need its kernels.
-    from ppaas.plans.encoding.packed_poses import pack_poses  # noqa: PLC0415
+    from ppaas.plans.encoding.codes import pack_poses  # noqa: PLC0415
 
     return PathAnswer(
         pack_poses(result.poses), result.cost, result.length, result.expanded, result.seconds, result.planner,
@@ -188,3 +191,54 @@ class PathServices:
 
 def _pose(numbers: RequestPose, what: str) -> Pose2D:
     return finite_pose(Pose.of(Pose2D(*numbers)), what)
+
+
+# -- plan comparison: sampled plans are computed again by an optimal planner, to evaluate planners ---------------------
+
+ONE_OF = 16
+"""Sampling interval: of each planner's plans, the first of every `ONE_OF` is compared."""
+
+COMPARISON_TIMEOUT = 5.0
+"""Time limit of the second plan [s]."""
+
+
+class PlanComparison:
+    """Plans sampled requests again with an optimal planner, after the reply was sent.
+
+    Parameters
+    ----------
+    context : Context
+        Context of the node that plans.
+    processor : PlanProcessor
+        Receives the results.
+    """
+
+    def __init__(self, context: Context, processor: PlanProcessor) -> None:
+        self._context = context
+        self._processor = processor
+        self._planner: Planner | None = None
+        self._seen: Counter[str] = Counter()
+        self._running = False
+
+    def see(self, planner: Planner, costmap: Costmap, request: PlanRequest, result: PlanResult) -> None:
+        """Compare a plan if it is sampled."""
+        if result.origin != "computed" or planner.traits.optimal is Optimal.ALWAYS:
+            return  # not a new plan, or already the cheapest
+        self._seen[planner.name] += 1
+        if self._running or self._seen[planner.name] % ONE_OF != 1:
+            return
+        self._running = True
+        cheapest_of = self._planner = self._planner or planners.create("dijkstra")
+
+        def work(cancelled: Callable[[], bool]) -> PlanResult:
+            return cheapest_of.plan(costmap, replace(request, cancelled=cancelled, timeout=COMPARISON_TIMEOUT))
+
+        def done(cheapest: PlanResult | PPaaSError) -> None:
+            self._running = False
+            if isinstance(cheapest, PlanResult):  # an error means a timeout, or a stricter check of the footprint
+                self._processor.compared(planner, request, result.length, cheapest.length)
+
+        self._context.start(work, done)
+
+
+Cancelled = Callable[[], bool]

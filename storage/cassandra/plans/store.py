@@ -12,10 +12,9 @@ from ppaas.plans.encoding.index_cells import scope_of
 from storage.cassandra.connection.session import PAGE, CassandraSession
 from storage.cassandra.plans.endpoint_cells import cell_key
 from storage.cassandra.plans.entries import CassandraEntries, code_of
-from storage.cassandra.plans.lookup import KeptPlan, kept_plans
 from storage.cassandra.plans.passage_index import PassageIndex
 from storage.cassandra.plans.representatives import Representatives
-from storage.cassandra.plans.rows import PlanRow, plan_rows, unshared_in
+from storage.cassandra.plans.rows import KeptPlan, PlanRow, kept_plans, plan_rows, unshared_in
 from storage.cassandra.plans.statistics import PlanStatisticsSums, Sums, add
 from storage.cassandra.plans.writes import (
     delete_bucket,

@@ -10,7 +10,7 @@ from ppaas.clock import epoch
 from ppaas.plans.encoding.codes import unpack, waypoints_in
 from storage.cassandra.connection.session import PAGE
 from storage.cassandra.plans.entries import GRACE
-from storage.cassandra.plans.representative_sweep import mark_overfull_cells, remove_stale_representatives
+from storage.cassandra.plans.representatives import mark_overfull_cells, remove_stale_representatives
 from storage.cassandra.plans.rows import head_parts, ids_in, location_cell
 from storage.cassandra.plans.search import CassandraPlanSearch
 from storage.cassandra.plans.statistics import Sums, add

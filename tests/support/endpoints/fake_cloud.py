@@ -49,7 +49,7 @@ from ppaas.messages.people_coordination import PeopleState, ZoneCount
 from ppaas.messages.ppaas_msgs import NodeHome
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse, UseJointMapRequest, UseJointMapResponse
 from ppaas.people.settings import PeopleSettings
-from ppaas.plans.encoding.packed_poses import pack_poses
+from ppaas.plans.encoding.codes import pack_poses
 from ppaas.plans.path_service import PathAnswer, PathRequest
 from storage.records import Limits, MapRecord
 

@@ -11,7 +11,7 @@ from engine.service.planning.planning import Planning, PoseUnpacker
 from engine.specs.containers import MapVersion
 from engine.specs.start_state import KernelProgress, StartState
 from ppaas.errors import MalformedMessage, Queued, Starting, Unavailable
-from ppaas.plans.encoding.packed_poses import pack_poses, unpack_poses
+from ppaas.plans.encoding.codes import pack_poses, unpack_poses
 from ppaas.plans.path_service import PathRequest
 
 MAP = MapVersion("house", "v1")

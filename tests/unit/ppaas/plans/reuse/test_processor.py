@@ -11,8 +11,7 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.errors import GoalOccupied, PlanCancelled
 from ppaas.planners.base import PlanRequest, PlanResult
 from ppaas.plans.history import PlannerHistory
-from ppaas.plans.reuse.processor import REFUSAL_TIME, PlanProcessor
-from ppaas.plans.reuse.scope import ReuseScope
+from ppaas.plans.reuse.processor import REFUSAL_TIME, PlanProcessor, ReuseScope
 from ppaas.plans.reuse.setup import ReuseSetup
 from ppaas.plans.stored import PlanQuery, StoredPlan
 from tests.support.world.grids import centre, costmap, of
