@@ -65,7 +65,6 @@ async def _load_or_list() -> PlannerCatalogue:
 
 
 async def _list(arguments: tuple[str, ...]) -> tuple[PlannerCatalogue, bool]:
-    """Return the installed planners, and whether these are all."""
     pipe = asyncio.subprocess.PIPE
     process = await asyncio.create_subprocess_exec(sys.executable, *arguments, stdout=pipe, stderr=pipe)
     out, err = await process.communicate()

@@ -157,7 +157,6 @@ def _rows(connection: sqlite3.Connection, search: PlanStoreQuery, limit: int) ->
 
 
 def _joining(rows: list[PlanRow], search: PlanStoreQuery) -> Iterator[PlanRecord]:
-    """Yield the heads of the plans that match the query exactly."""
     intact = readable_rows(rows)
     for at, own in bodies_near([row.body for row in intact], search.start, search.goal, search.tolerance):
         if search.joins(*own.ends()) and search.matches(head := head_of(intact[at].context, own)):
@@ -192,7 +191,6 @@ class _Cells:
                 self._query_next(bucket, cell)
 
     def _query_next(self, bucket: Bucket, after: int) -> None:
-        """Add the next cells of a bucket to the heap."""
         rows = self._connection.execute(_NEXT, (after, bucket[1], CELLS_AT_ONCE))
         cells = [cell for (cell,) in rows]
         self._push(cells, [bucket] * len(cells), [cell == cells[-1] for cell in cells])

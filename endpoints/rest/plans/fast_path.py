@@ -69,6 +69,7 @@ class PlanFastPath:
         """Return the response to a request; None if FastAPI must serve it from the messages appended here."""
         try:
             user = await self._services.accounts.authenticate(token)
+            # The route refuses what the scope of its token does not allow.
             if isinstance(user, ScopedUser):
                 return None
             await self._services.cloud.set_limits(user.id, user.limits)
@@ -116,7 +117,6 @@ async def _read_request(receive: Receive, messages: list[Message]) -> PathReques
 
 
 def _replay(messages: list[Message], receive: Receive) -> Receive:
-    """Return a ``receive`` that returns these messages first."""
     pending = deque(messages)
 
     async def replay() -> Message:

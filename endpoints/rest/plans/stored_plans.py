@@ -76,6 +76,7 @@ async def visible_plan(services: Services, user: User, plan_id: str) -> PlanReco
     if not is_author(user, record):
         try:
             head = await readable_head(services, user, record.map)
+        # The same answer as for a plan that does not exist: a stranger learns no ids.
         except NotFound as error:
             raise NotFound("plan", plan_id) from error
         if not (await run_in_threadpool(plans_shown, services.store, user, head))(record):
@@ -104,7 +105,6 @@ def summary_of(record: PlanRecord) -> PlanSummary:
 
 
 def _path_of(record: PlanRecord) -> dict[str, Any]:
-    """Return the fields that every response with a path has, without its poses."""
     return {
         "plan_id": record.id,
         "length": record.length,

@@ -77,6 +77,7 @@ class Planning:
         Unavailable
             No machine has room, or the container was lost.
         """
+        # Before the container is asked for, so that both start at the same time.
         self._unpacker.begin()
         where = user, version, request.labels
         asked = await self._ask(where, "compute_packed_path", request, request.timeout, queue=request.queue)
@@ -155,7 +156,6 @@ class Planning:
 
 
 def _flat(poses: tuple[RequestPose, ...]) -> list[float]:
-    """Return x, y of poses, one after the other."""
     return [number for pose in poses for number in pose[:2]]
 
 
@@ -192,6 +192,7 @@ class PoseUnpacker:
         if self._unpack is None:
             self.begin()
             assert self._loading is not None
+            # Shielded: a caller that gives up must not end the loading for the others.
             return (await asyncio.shield(self._loading))(packed)
         return self._unpack(packed)
 

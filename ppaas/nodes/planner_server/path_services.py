@@ -157,6 +157,7 @@ class PathServices:
         if not 0.0 < timeout <= MAX_TIMEOUT:
             raise InvalidInput(f"timeout must be above 0 and at most {MAX_TIMEOUT:g} s, not {timeout}")
         chosen, used = self._planner(planner or self._default, parameters), costmap or self._costmap
+        # Those of the request, even if `use_map` replaces them while it waits in the queue.
         processor, comparison = self._processor, self._comparison
         planned: tuple[PlanRequest, PlanResult] | None = None
 
@@ -167,12 +168,14 @@ class PathServices:
                 variant = self._variants.variant(parameters)
                 return respond(variant.processor.plan(chosen, variant.costmap, request, reuse=reuse))
             result = plan_through(lambda part: processor.plan(chosen, used, part, reuse=reuse), through, request)
+            # A path through other poses cannot be compared with the cheapest one from start to goal.
             planned = None if through else (request, result)
             return respond(result)
 
         def done(result: Outcome) -> None:
             reply(result)
             if planned is not None:
+                # After the reply, so that nobody waits for the second plan.
                 comparison.see(chosen, used, *planned)
 
         return self._queue.submit(work, done)

@@ -127,7 +127,6 @@ def poses_in(packs: Sequence[bytes]) -> Poses:
 
 
 def _payload(data: bytes) -> tuple[int, bytes]:
-    """Return the number of waypoints of a packed segment, and its bytes for the kernel."""
     if data[0] == CHAIN:
         return packed_length(data), data[1:]
     width = 8 * _COLUMNS[data[0]]

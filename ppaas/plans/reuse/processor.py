@@ -248,9 +248,9 @@ class PlanProcessor:
         return known
 
     def _reused(self, planner: Planner, costmap: Costmap, request: PlanRequest, cells: float) -> PlanResult | None:
-        """Return a stored plan if a search pays off and finds a usable one."""
         computation = self._times.computation.expect(planner.name, cells)
         margin = self._parameters.margin
+        # A plan that is computed faster than any link answers needs no estimate of the link.
         quick = computation is not None and computation.lower < margin * FASTEST_RETRIEVAL.upper
         verdict = self.verdict = by_time(
             FASTEST_RETRIEVAL if quick else self._times.transmission(cells), computation, margin
@@ -269,6 +269,7 @@ class PlanProcessor:
             seconds=self._clock() - began, planner=planner.name, origin=candidate.origin, reused=candidate.source,
             conditions=conditions,
         )  # fmt: skip
+        # Unchanged, it is the same plan: another id would store it twice.
         own = candidate.source if candidate.as_kept else self._ids_of(candidate, planner).of(result)
         return msgspec.structs.replace(result, id=own)
 

@@ -86,7 +86,6 @@ class PassageIndex:
         return [row.id for rows in self._session.rows_each(_FIND, keys) for row in rows]
 
     def _start_window(self) -> None:
-        """Reset the counts if the window is over."""
         now = self._clock()
         if now - self._since > WINDOW:
             self._since = now

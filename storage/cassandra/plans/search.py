@@ -183,7 +183,6 @@ class CassandraPlanSearch(CassandraPlans):
     # -- internals -----------------------------------------------------------------------------------------------------
 
     def _fitting(self, rows: Sequence[Any], search: PlanStoreQuery, limit: int) -> Iterator[PlanRecord]:
-        """Yield the heads of the first ``limit`` plans in rows that match the query."""
         parts = [head_parts(row.head) for row in rows]
         contexts = self._entries.data(context for context, _ in parts)
         near = bodies_near([body for _, body in parts], search.start, search.goal, search.tolerance)

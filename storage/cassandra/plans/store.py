@@ -87,8 +87,10 @@ class CassandraPlans:
         check_replacement(record, None if kept is None else self._whole(kept), instead_of)
         assert kept is not None
         [row] = plan_rows([record], self._granularity)
+        # Entries first: whatever dies from here on, no plan refers to an entry that is missing.
         fresh = self._write_referenced([row])
         representatives = self._representatives.replacing(cell_key(instead_of), row)
+        # The condition names what was read, so of two writers one is refused.
         seen = kept.location, kept.head if kept.replaced else None
         if not self._session.write_if(_CHANGE, row.location, row.head, row.recipe, record.id, *seen):
             raise Conflict(f"plan {record.id!r} has been changed meanwhile: read it again and retry")
@@ -144,6 +146,7 @@ class CassandraPlans:
             self._session.write_unlogged([[delete_listed(map_id, newest, page[-1])]])
             buckets.update(cell_key(record)[0] for record in records)
             removed += len(records)
+        # One tombstone a bucket covers those of its plans.
         self._session.write_unlogged((), map(delete_bucket, buckets))
         return removed
 
@@ -157,6 +160,7 @@ class CassandraPlans:
         try:
             self._session.write_unlogged(insert_plans(rows), beside)
         except Unavailable:
+            # The sums are totals of this process, so the next write is right again.
             self._plan_sums.writes_for(change, -1)
             raise
 
@@ -213,12 +217,10 @@ class CassandraPlans:
         return head_of(self._entries.data((kept.context,))[kept.context], read_body(kept.body))
 
     def _whole(self, kept: KeptPlan) -> PlanRecord:
-        """Return a plan with its poses."""
         [whole] = self._wholes([kept])
         return whole
 
     def _wholes(self, kept: Sequence[KeptPlan]) -> Iterator[PlanRecord]:
-        """Yield plans with their poses."""
         recipes = self._entries.segment_ids(each.recipe for each in kept)
         data = self._entries.data(itertools.chain((each.context for each in kept), *recipes))
         for each, numbers in zip(kept, recipes, strict=True):
@@ -229,7 +231,6 @@ class CassandraPlans:
 
 
 def _added_statistics(rows: Sequence[PlanRow], fresh: set[bytes]) -> Sums:
-    """Return the statistics of added plans, with the segments that are new."""
     sums: Sums = {}
     left = set(fresh)
     for row in rows:

@@ -72,6 +72,7 @@ class CassandraSweep(CassandraPlanSearch):
         began = epoch()
         sums_before = self._plan_sums.by_writer()
         marked = _Marked()
+        # Replacements first, so that the index by ends is complete when its plans are marked.
         for page in self._pages(_REPLACED):
             self._finish_replacing([row for row in page if row.head is not None])
         for page in self._pages(_STORED):
@@ -119,6 +120,7 @@ class CassandraSweep(CassandraPlanSearch):
             marked.sheets.update(ids if on_sheets else ())
             marked.uses.update(set(numbers))
             marked.owners.update(dict.fromkeys(numbers, map_id))
+            # Later plans are in the sums of their writers.
             if row.written < began:
                 marked.add(map_id, own_statistics(body, row.recipe))
 
