@@ -14,17 +14,21 @@ from storage.cassandra.plans.endpoint_cells import cell_key
 from storage.cassandra.plans.entries import CassandraEntries, code_of
 from storage.cassandra.plans.passage_index import PassageIndex
 from storage.cassandra.plans.representatives import Representatives
-from storage.cassandra.plans.rows import KeptPlan, PlanRow, kept_plans, plan_rows, unshared_in
-from storage.cassandra.plans.statistics import PlanStatisticsSums, Sums, add
-from storage.cassandra.plans.writes import (
+from storage.cassandra.plans.rows import (
+    KeptPlan,
+    PlanRow,
     delete_bucket,
     delete_listed,
     index_deletions,
     index_writes,
     insert_names,
     insert_plans,
+    kept_plans,
+    plan_rows,
     remove_stored,
+    unshared_in,
 )
+from storage.cassandra.plans.statistics import PlanStatisticsSums, Sums, add
 from storage.names import check_name
 from storage.plan_checks import check_plan, check_replacement
 from storage.plan_entry import context_of, head_of, record_of

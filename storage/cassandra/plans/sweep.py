@@ -11,11 +11,10 @@ from ppaas.plans.encoding.codes import unpack, waypoints_in
 from storage.cassandra.connection.session import PAGE
 from storage.cassandra.plans.entries import GRACE
 from storage.cassandra.plans.representatives import mark_overfull_cells, remove_stale_representatives
-from storage.cassandra.plans.rows import head_parts, ids_in, location_cell
+from storage.cassandra.plans.rows import delete_plan, head_parts, ids_in, location_cell, rewrite_plan
 from storage.cassandra.plans.search import CassandraPlanSearch
 from storage.cassandra.plans.statistics import Sums, add
 from storage.cassandra.plans.store import own_statistics
-from storage.cassandra.plans.writes import delete_plan, rewrite_plan
 from storage.plan_entry import context_of
 from storage.records import PlanStatistics
 

@@ -116,7 +116,7 @@ async def test_kernels_that_could_not_be_loaded_are_loaded_at_the_next_path(monk
 
 
 QUEUED_MAP = MapVersion("house", "v")
-KEY = "planning_of_a_cloud:ann/house@v"
+KEY = "planning:ann/house@v"
 
 
 def path(*, queue: bool) -> PathRequest:

@@ -11,8 +11,7 @@ from storage.cassandra.connection.session import MAX_BATCH_BYTES, MAX_BATCH_ROWS
 from storage.cassandra.plans.endpoint_cells import cell_key
 from storage.cassandra.plans.entries import GRACE
 from storage.cassandra.plans.representatives import OVERFULL, REPRESENTATIVES_PER_CELL, Representatives
-from storage.cassandra.plans.rows import PlanRow, head_parts, location_cell, plan_rows
-from storage.cassandra.plans.writes import insert_names, insert_plans
+from storage.cassandra.plans.rows import PlanRow, head_parts, insert_names, insert_plans, location_cell, plan_rows
 from storage.records import PlanRecord
 from tests.support.storage.records import plan
 
