@@ -20,13 +20,11 @@ from endpoints.rest.maps import map_cells, map_merge, map_reviews, map_versions,
 from endpoints.rest.openapi import EVERYWHERE, TAGS, describe, operation_id
 from endpoints.rest.people import people, people_history
 from endpoints.rest.plans import (
-    cost_matrix,
     evaluation,
     fleet_plans,
     plan_database,
     planners,
     planning,
-    plans,
     stored_plans,
 )
 from endpoints.rest.plans.fast_path import PlanFastPath
@@ -63,7 +61,6 @@ Lengths are in metres, angles in radians, times in seconds. Errors are problems 
 
 RESOURCES = (
     planning,
-    cost_matrix,
     fleet_plans,
     tokens,
     scoped_tokens,
@@ -91,7 +88,6 @@ RESOURCES = (
     robot_diagnosis,
     robot_shares,
     robot_recordings,
-    plans,
     plan_database,
     stored_plans,
     machines,

@@ -135,6 +135,7 @@ def _entries(records: list[PlanRecord], granularity: int) -> Iterator[PlanEntry]
         None if is_shared or not each else each[0] for each, is_shared in zip(codes_by_plan, shared, strict=True)
     ]
     bodies, ends = write_bodies([record.id for record in records], list(map(_numbers, records)), words, stops, between)
+    # Plans of different versions share nothing, because they have different access rights.
     scopes = [scope_of(record.map, record.version) for record in records]
     index_keys = index_keys_of(scopes, ends, np.array([record.length for record in records], np.float64)).tolist()
     for record, context, scope, count, index_key, body, own, is_shared in zip(

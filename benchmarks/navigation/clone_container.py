@@ -40,7 +40,7 @@ from ppaas.errors import Unavailable
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.jobs import run_inline
 from ppaas.nodes.run_times import RunTimes
-from ppaas.plans.reuse.measured_times import Times
+from ppaas.plans.reuse.time_estimates import Times
 
 TURNS = 5
 """Turns of the event loop after which all that a frame causes is done."""

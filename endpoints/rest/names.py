@@ -35,8 +35,13 @@ def _robot_map(text: str) -> str:
     return _name(text) if new is None else text
 
 
+def is_plugin_name(text: str) -> bool:
+    """Return whether a text may be the name of a plug-in, or its ROS name: package/Class or package::Class."""
+    return all(map(is_name, re.split("/|::", text, maxsplit=1)))
+
+
 def _plugin(text: str) -> str:
-    if not all(map(is_name, re.split("/|::", text, maxsplit=1))):
+    if not is_plugin_name(text):
         raise PydanticCustomError(
             "plugin", "a plug-in must be given by its name, such as navfn, or its ROS name, package/Class"
         )

@@ -9,8 +9,8 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 from endpoints.rest.names import Name
 from endpoints.rest.nesting import MAX_NESTING, is_deeper
 from engine.rights.globs import GLOB, MAX_GLOBS, bare
-from engine.service.planning.path_requests import MAX_COORDINATE
 from engine.specs.machine_settings import MOST_LABELS
+from ppaas.plans.path_service import MAX_COORDINATE
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Pose = Annotated[

@@ -87,6 +87,7 @@ class PlanWriter:
             self._write_now.set()
         await self._slots.acquire()
         self._waiting.append((store, record))
+        # The others are written with the first.
         if len(self._waiting) == 1:
             self._background.run(self._write_soon())
 

@@ -21,9 +21,9 @@ from ppaas.nodes.map_server.node import MapServerNode
 from ppaas.nodes.move_base.node import MoveBaseNode
 from ppaas.nodes.planner_server.node import PlannerServerNode
 from ppaas.people.nodes import FOLLOW_PERSON, LEG_DETECTOR, PEOPLE_COORDINATOR
-from ppaas.plans.reuse.measured_times import Times
-from ppaas.plans.reuse.scope import Note
+from ppaas.plans.reuse.processor import Note
 from ppaas.plans.reuse.setup import ReuseSetup
+from ppaas.plans.reuse.time_estimates import Times
 from ppaas.plans.stored import PlanLibrary
 from ppaas.traffic.taking_part import TRAFFIC
 from ppaas.zones.masks import closed_zones

@@ -36,7 +36,7 @@ from ppaas.listener_faults import ListenerFaults
 from ppaas.log_lines import log_lines
 from ppaas.nodes.base import Checkpoint
 from ppaas.nodes.graph import Graph
-from ppaas.plans.reuse.measured_times import Times
+from ppaas.plans.reuse.time_estimates import Times
 from ppaas.plugins import permit_only
 
 logger = logging.getLogger(__name__)

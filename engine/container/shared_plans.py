@@ -11,7 +11,7 @@ from engine.protocols.machine_link import stored_plan
 from ppaas.clock import Clock, epoch, monotonic
 from ppaas.errors import PPaaSError
 from ppaas.plans.history import PlannerHistory
-from ppaas.plans.reuse.measured_times import Times
+from ppaas.plans.reuse.time_estimates import Times
 from ppaas.plans.stored import PlanQuery, StoredPlan
 
 logger = logging.getLogger(__name__)

@@ -47,8 +47,7 @@ from ppaas.nodes.tf.state_publisher import StatePublisherNode, StatePublisherPar
 from ppaas.nodes.tf.urdf_text import UrdfText
 from ppaas.nodes.waypoint_follower.node import WaypointFollowerNode, WaypointFollowerParameters
 from ppaas.parameters import FOOTPRINT
-from ppaas.plans.reuse.processor import PlanProcessor
-from ppaas.plans.reuse.scope import ReuseParameters
+from ppaas.plans.reuse.processor import PlanProcessor, ReuseParameters
 from ppaas.plans.reuse.setup import ReuseSetup
 from ppaas.plugins import parameters_in_use
 from ppaas.robot_model.description import RobotDescription

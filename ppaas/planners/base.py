@@ -84,7 +84,7 @@ class PlanResult(msgspec.Struct, frozen=True):
     reused : str
         Id of that kept plan.
     id : str
-        Id in the path plan database (``ppaas.plans.reuse.plan_ids``); empty if the plan is not kept.
+        Id in the path plan database (``ppaas.plans.reuse.processor``); empty if the plan is not kept.
     conditions : dict
         Conditions under which it was computed: the planner's parameters, and those that ``ppaas.plans.stored`` names.
     """

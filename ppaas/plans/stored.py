@@ -1,16 +1,13 @@
 """Stored plans, as the code that may reuse them sees them."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, Protocol, get_args
+from typing import Any, Literal, Protocol
 
 from ppaas.geometry import Pose2D, Poses
 
 Origin = Literal["computed", "reused", "stitched"]
-
-ORIGINS: Mapping[str, Origin] = {origin: origin for origin in get_args(Origin)}
-"""The valid origins, as text and as literals."""
 
 LARGEST_TOLERANCE = 0.5
 """Largest distance between an end of a stored plan and the requested end [m]. A search then reads 81 buckets of

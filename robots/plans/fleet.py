@@ -103,13 +103,11 @@ def answer_of(
 
 
 def _best_of(improve: Callable[[int], Improvement], threads: int) -> FleetPlan:
-    """Return the best of the plans that some threads improve, each with its own number."""
     with ThreadPoolExecutor(threads) as pool:
         return min(pool.map(improve, range(threads)), key=lambda found: found.cost).plan()
 
 
 def _paths(problem: FleetProblem, plan: FleetPlan) -> list[list[list[int]]]:
-    """Return row and column of each agent at each step."""
     places = problem.roadmap.cells[plan.steps]
     paths: list[list[list[int]]] = np.swapaxes(places, 0, 1).tolist()
     return paths

@@ -203,7 +203,6 @@ class MemoryPlans:
                     self._by_place[cell_number(entry.scope, cell)].discard(key)
 
     def _passing(self, scope: bytes, place: Position, tolerance: float) -> set[str]:
-        """Return the ids of plans with a shared segment near a place."""
         found: set[str] = set()
         for cell in cells_near(place, tolerance):
             for key in self._by_place.get(cell_number(scope, cell), ()):
@@ -213,6 +212,5 @@ class MemoryPlans:
 
 
 def _keys(entry: PlanEntry) -> Iterator[bytes]:
-    """Yield the ids of the shared segments of a plan."""
     for code in entry.codes:
         yield entry_id(entry.scope, code)

@@ -15,8 +15,7 @@ from pathlib import Path
 
 from ppaas.errors import Unavailable
 from storage.disk_errors import disk_errors
-from storage.sqlite.earlier_plans import move_plans
-from storage.sqlite.plan_schema import BEFORE_PLAN_TABLES, PLAN_TABLES, add_plan_checksums, renew_plans
+from storage.sqlite.plan_schema import BEFORE_PLAN_TABLES, PLAN_TABLES, add_plan_checksums, move_plans, renew_plans
 from storage.sqlite.wal_checkpoints import WalCheckpointer
 from storage.store_errors import NO_STORE, unusable
 

@@ -1,13 +1,13 @@
-"""Deferred counts of plans in an SQLite file: references to entries, sums, and times of plans.
+"""Deferred counts of plans in an SQLite file: references to entries, sums, and times of plans, by spans of plans.
 
 A plan refers to some twenty entries, which are on as many pages of the file. So the counts are not updated with each
 plan. The table ``tally`` has the last counted plan; a writer that finds more than `MAX_UNCOUNTED` later ones counts
-them together, and readers add the uncounted ones.
+them together, and readers add the uncounted ones. All plans of a map are removed span by span, a transaction each.
 """
 
 import sqlite3
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import msgspec
@@ -133,3 +133,35 @@ def _put_sample(connection: sqlite3.Connection, chunk: int, slot: int, sequence:
 def rows_of(connection: sqlite3.Connection, query: str, ids: list[int]) -> list[Any]:
     """Return the rows of a query in which ``{given}`` stands for a table of these ids."""
     return connection.execute(query.format(given="(SELECT value AS id FROM json_each(?))"), (str(ids),)).fetchall()
+
+
+def remove_span(connection: sqlite3.Connection, map_id: str, remove: Callable[[int], None]) -> int | None:
+    """Remove the plans of a map that belong to one span, and the span's row.
+
+    Parameters
+    ----------
+    connection : sqlite3.Connection
+        Connection in a write transaction.
+    map_id : str
+    remove : callable
+        Removes the plan of a sequence number in the same transaction.
+
+    Returns
+    -------
+    int or None
+        Number of removed plans. None if the map has no more spans; then its scopes are removed too.
+    """
+    count_plans(connection)  # brings `plan_spans` up to date
+    query = "SELECT scope, span FROM plan_spans JOIN scopes ON id = scope WHERE map = ? LIMIT 1"
+    row = connection.execute(query, (map_id,)).fetchone()
+    if row is None:
+        connection.execute("DELETE FROM scopes WHERE map = ?", (map_id,))
+        return None
+    scope, span = row
+    query = """SELECT sequence FROM plans JOIN contexts ON contexts.id = context
+               WHERE sequence BETWEEN ? AND ? AND scope = ?"""
+    sequences = connection.execute(query, (span * SPAN, span * SPAN + SPAN - 1, scope)).fetchall()
+    for (sequence,) in sequences:
+        remove(sequence)
+    connection.execute("DELETE FROM plan_spans WHERE scope = ? AND span = ?", row)
+    return len(sequences)

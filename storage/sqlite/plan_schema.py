@@ -1,4 +1,4 @@
-"""Tables of the path plan database in an SQLite file.
+"""Tables of the path plan database in an SQLite file, and their migrations.
 
 Rows are small and many, so each index is a separate table without other columns.
 
@@ -64,3 +64,12 @@ def add_plan_checksums(connection: sqlite3.Connection) -> None:
     for table in ("plans", "chunks"):
         if "crc" not in {name for _, name, *_ in connection.execute(f"PRAGMA table_info({table})")}:
             connection.execute(f"ALTER TABLE {table} ADD COLUMN crc INTEGER")
+
+
+def move_plans(connection: sqlite3.Connection) -> None:
+    """Move plans that an earlier release stored as whole records to the new tables."""
+    if connection.execute("SELECT 1 FROM plans_before LIMIT 1").fetchone() is not None:
+        from storage.sqlite.plan_writes import add_earlier_plans  # noqa: PLC0415 - imports numba, which few files need
+
+        add_earlier_plans(connection)
+    connection.execute("DROP TABLE plans_before")

@@ -91,5 +91,4 @@ def segment_faults(connection: sqlite3.Connection) -> Iterator[str]:
 
 
 def _places(version: bytes, code: bytes, number: int) -> list[tuple[int, int]]:
-    """Return the rows of a segment in the index of places."""
     return [(cell_number(version, cell), number) for cell in cells_touched(poses_of(code)[:, :2])]

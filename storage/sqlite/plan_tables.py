@@ -24,11 +24,9 @@ from storage.plan_query import PlanStoreQuery
 from storage.records import PlanPart, PlanPassage, PlanRecord, PlanStatistics
 from storage.sqlite.connections import SqliteConnections
 from storage.sqlite.group_commit import GroupCommit
-from storage.sqlite.plan_counts import counted_up_to, rows_of, uncounted
-from storage.sqlite.plan_removal import remove_span
-from storage.sqlite.plan_rows import COLUMNS, PlanRow, plan_faults, readable, readable_rows
+from storage.sqlite.plan_counts import counted_up_to, remove_span, rows_of, uncounted
+from storage.sqlite.plan_rows import COLUMNS, PlanRow, plan_faults, plans_between, readable, readable_rows
 from storage.sqlite.plan_schema import SPAN
-from storage.sqlite.plan_search import plans_between
 from storage.sqlite.plan_segments import intact_segments, is_intact, segment_faults
 from storage.sqlite.plan_writes import IdCache, PlanTransaction, sequence_of, sequences_of
 from storage.store_errors import damaged

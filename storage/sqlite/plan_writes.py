@@ -138,7 +138,6 @@ class PlanTransaction:
         self._counted = self._last = self._one(set_counted)
 
     def _remove_readable(self, context: int, row: PlanRow, own: PlanBody) -> None:
-        """Remove a plan from the tables, and from the sums of its context."""
         common = context_of(row.context)
         scope = scope_of(common.map, common.version)
         shared = sum(self._release(scope, chunk, refs) for chunk, refs in Counter(read_recipe(row.recipe)).items())
@@ -177,6 +176,7 @@ class PlanTransaction:
         many("INSERT INTO plan_ids VALUES (?, ?)", sorted((_hash(entry.id), number) for number, entry in numbered))
         many("INSERT INTO plan_spots VALUES (?, ?)", sorted((entry.index_key, number) for number, entry in numbered))
         self._last += len(entries)
+        # Counted together: the references of one plan are on a dozen pages.
         if self._last - self._counted > MAX_UNCOUNTED:
             count_plans(self._connection)
             self._counted = self._last
@@ -194,7 +194,6 @@ class PlanTransaction:
         return found
 
     def _context(self, data: bytes) -> tuple[int, int]:
-        """Return the ids of a context and its scope; create missing ones."""
         query = "SELECT id, scope FROM contexts WHERE record = ?"
         row = self._connection.execute(query, (data,)).fetchone()
         if row is not None:
@@ -224,7 +223,6 @@ class PlanTransaction:
         return chunk
 
     def _look_up(self, key: bytes, scopes: dict[bytes, int]) -> int:
-        """Return the id of an entry from the file; create it if it is missing."""
         return find_or_add(self._connection, key, scopes[key[:16]])
 
     def _release(self, scope: bytes, chunk: int, count: int) -> int:
@@ -283,7 +281,6 @@ def add_earlier_plans(connection: sqlite3.Connection) -> None:
 
 
 def _add_bounded(cache: dict[bytes, Value], more: dict[bytes, Value], size: int) -> None:
-    """Add items to a cache, and remove the oldest ones beyond its size."""
     cache |= more
     for oldest in list(itertools.islice(cache, max(0, len(cache) - size))):
         del cache[oldest]

@@ -10,8 +10,7 @@ import pytest
 
 from benchmarks.fleet.checking import faults_of
 from endpoints.rest.plans import fleet_plans
-from engine.service.planning.fleet_requests import DEFAULT_MARGIN, DEFAULT_SPEED
-from engine.service.planning.path_requests import DEFAULT_TIMEOUT
+from engine.service.planning.requests import DEFAULT_MARGIN, DEFAULT_SPEED
 from ppaas.costmap.build_layers import build_layers
 from ppaas.fleet.improvement import MOST_TURN
 from ppaas.fleet.lattice_roadmap import MOST_PLACES, lattice_roadmap
@@ -19,6 +18,7 @@ from ppaas.fleet.metric_problem import MOST_DISTANCES, WITHIN
 from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.robot_sizes import RobotSizes, clearance_of
 from ppaas.nodes.planner_server.fleet_service import MAX_PLACES, MAX_ROBOTS, MAX_SCHEDULE, MAX_SECONDS, MAX_TURN
+from ppaas.plans.path_service import DEFAULT_TIMEOUT
 from robots.plans.offline import read_map_file
 from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import blocks, run_shell, script, table, text_of

@@ -13,7 +13,7 @@ from endpoints.rest.plans.schemas import CostFile
 from ppaas.clone.assembly import build_clone
 from ppaas.costmap.build_layers import build_layers
 from ppaas.nodes.graph import Graph
-from ppaas.nodes.planner_server.cost_service import MAX_COSTS, MAX_ENDS
+from ppaas.nodes.planner_server.node import MAX_COSTS, MAX_ENDS
 from ppaas.planners.weights import RELATIVE_ERROR
 from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import blocks, run_shell, script, text_of

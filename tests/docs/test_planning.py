@@ -8,7 +8,6 @@ import msgspec
 import pytest
 from PIL import Image
 
-from engine.service.planning.path_requests import PathRequest
 from ppaas.clone.planning_variants import allows_unknown
 from ppaas.clone.robot_body import costmap_parameters
 from ppaas.costmap.global_parameters import GlobalCostmapParameters
@@ -16,6 +15,7 @@ from ppaas.maps.formats.map_yaml import MapYaml, Mode, Rules
 from ppaas.maps.formats.pillow_rows import MAX_PIXELS
 from ppaas.planners import create, planner_names
 from ppaas.planners.registry import PLANNERS
+from ppaas.plans.path_service import PathRequest
 from ppaas.plugins import parameters_in_use
 from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import blocks, run_shell, script, table, text_of

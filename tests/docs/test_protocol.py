@@ -23,7 +23,6 @@ from engine.agent import fleet_topics
 from engine.container.fleet_bridge import SHARE_PERIOD
 from engine.links.unacknowledged import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
 from engine.master.places import LINGER
-from engine.service.planning.path_requests import DEFAULT_TIMEOUT
 from engine.service.robot_sessions import IDLE
 from engine.sessions.calls import CALL_TIMEOUT, MAX_CALLS
 from engine.sessions.heartbeat import PERIOD
@@ -52,6 +51,7 @@ from ppaas.nodes.tf.republisher import MAX_PATIENCE, MAX_STREAMS, MIN_PATIENCE
 from ppaas.nodes.tf.stream import MAX_RATE, MAX_SOURCES, MIN_RATE
 from ppaas.nodes.topics import CMD_VEL, TOPICS
 from ppaas.nodes.waypoint_follower.node import WaypointFollowerParameters
+from ppaas.plans.path_service import DEFAULT_TIMEOUT
 from ppaas.recoveries.base import AffectedMaps
 from ppaas.recoveries.registry import RECOVERIES, recovery_names
 from ppaas.wire.actions import NAV2_UNKNOWN, actions, find_action, ros2_status

@@ -6,11 +6,11 @@ from pydantic import ConfigDict, Field, StrictBool, StrictInt
 
 from endpoints.rest.names import Name
 from endpoints.rest.schemas import Number, RequestBody, ResponseBody
-from engine.service.planning.path_requests import MAX_COORDINATE
 from engine.service.views import PeopleGroupView
 from ppaas.messages.people_coordination import FollowOrder, GroupRobot, PeopleState, TrackedPerson
 from ppaas.people.rules.registry import rule_names
 from ppaas.people.settings import LONGEST_RETENTION, MOST_CORNERS, MOST_TARGETS, MOST_ZONES, PeopleSettings, Zone
+from ppaas.plans.path_service import MAX_COORDINATE
 
 MAX_PERSON = (1 << 53) - 1
 """Largest id of a person: the largest number that JSON programs read exactly."""

@@ -9,7 +9,7 @@ from starlette.concurrency import run_in_threadpool
 from endpoints.rest.dependencies import Caller, Provided, readable_head
 from endpoints.rest.names import MapId, Version
 from endpoints.rest.openapi import KNOWN, problems
-from ppaas.plans.evaluation import as_json, evaluate
+from ppaas.plans.history import as_json, evaluate
 
 router = APIRouter(prefix="/maps/{map_id}", tags=["maps"])
 

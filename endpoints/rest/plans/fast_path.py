@@ -11,11 +11,12 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from endpoints.accounts.authentication import bearer_of
 from endpoints.accounts.scoped_user import ScopedUser
 from endpoints.http.problems import problem_response, unexpected
+from endpoints.rest.names import is_plugin_name
 from endpoints.rest.plans.planning import plan_and_store
 from endpoints.rest.plans.representations import PoseForm, Representation, preferred
 from endpoints.services.services import Services
-from engine.service.planning.path_requests import PathRequest
 from ppaas.errors import PPaaSError
+from ppaas.plans.path_service import PathRequest
 from storage.names import is_name
 
 _decoder = msgspec.json.Decoder(PathRequest)
@@ -68,6 +69,7 @@ class PlanFastPath:
         """Return the response to a request; None if FastAPI must serve it from the messages appended here."""
         try:
             user = await self._services.accounts.authenticate(token)
+            # The route refuses what the scope of its token does not allow.
             if isinstance(user, ScopedUser):
                 return None
             await self._services.cloud.set_limits(user.id, user.limits)
@@ -109,11 +111,12 @@ async def _read_request(receive: Receive, messages: list[Message]) -> PathReques
         request = _decoder.decode(body)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         return None
-    return None if request.labels or request.parameters else request  # their keys may be repeated, too
+    if request.labels or request.parameters:  # their keys may be repeated, too
+        return None
+    return request if is_plugin_name(request.planner) else None
 
 
 def _replay(messages: list[Message], receive: Receive) -> Receive:
-    """Return a ``receive`` that returns these messages first."""
     pending = deque(messages)
 
     async def replay() -> Message:

@@ -64,6 +64,7 @@ async def find_plans(search: Annotated[PlanSearch, Query()], services: Provided,
 )
 async def put_plan(plan_id: PlanId, file: PlanPut, services: Provided, user: Caller, response: Response) -> PlanSummary:
     """Store a path under an id of your choice, or replace the path with this id if you may remove it."""
+    # A path with this id may still wait to be written.
     await services.plan_writer.settled()
     try:
         before = await run_in_threadpool(services.store.plan, plan_id)

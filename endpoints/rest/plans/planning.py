@@ -1,4 +1,7 @@
-"""Route of path requests, and the function that executes one; `fast_path` calls the same function."""
+"""Routes of paths and of cost matrices: costs of the cheapest paths from each of many starts to each of many goals.
+
+`fast_path` calls the same function as the route of paths.
+"""
 
 import asyncio
 from collections.abc import Awaitable, Callable
@@ -15,16 +18,18 @@ from endpoints.rest.dependencies import Caller, Provided, readable_head
 from endpoints.rest.names import MapId
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
 from endpoints.rest.plans.representations import Representation, asked, described
-from endpoints.rest.plans.schemas import NewPlanAnswer, PlanFile
+from endpoints.rest.plans.schemas import CostFile, CostMatrixAnswer, NewPlanAnswer, PlanFile
 from endpoints.rest.schemas import triple
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.services.request_limits import RequestLimits
 from endpoints.services.services import Services
-from engine.service.planning.path_requests import PathAnswer, PathRequest
+from engine.service.planning.requests import CostRequest
 from engine.specs.containers import MapVersion
 from ppaas.clock import epoch
 from ppaas.decoding import converted
 from ppaas.errors import InvalidParameter
+from ppaas.geometry import Poses
+from ppaas.plans.path_service import PathAnswer, PathRequest
 from storage.records import PlanRecord, User
 
 router = APIRouter(tags=["plans"], route_class=StrictRoute)
@@ -57,6 +62,21 @@ async def make_plan(
     return await plan_and_store(services, user, map_id, request, wanted)
 
 
+@router.post(
+    "/maps/{map_id}/cost_matrix",
+    response_model=CostMatrixAnswer,
+    responses=KNOWN | BODY | problems(404, 409, 429),
+)
+async def compute_costs(map_id: MapId, file: CostFile, services: Provided, user: Caller) -> Response:
+    """Return the cost of the cheapest path from each start to each goal; at most 50000 costs per request."""
+    request = converted(file.model_dump(exclude_none=True), CostRequest)
+    check_timeout(request.timeout, services.limits)
+    await services.cloud.count_paths(user.id, max(len(request.starts), 1))
+    head = await readable_head(services, user, map_id)
+    answer = await services.cloud.planning.compute_costs(user.id, MapVersion(head.id, head.version), request)
+    return Response(msgspec.json.encode(answer), media_type="application/json")
+
+
 async def plan_and_store(
     services: Services, user: User, map_id: str, request: PathRequest, wanted: Representation
 ) -> "PlanResponse":
@@ -73,19 +93,19 @@ async def plan_and_store(
     QuotaExceeded
         Too many requests, or too many containers.
     PlanningError, Queued, Unavailable
-        As ``ControlPlane.compute_path``.
+        As ``Planning.compute_path``.
     """
     check_timeout(request.timeout, services.limits)
     await services.cloud.count_paths(user.id, 1)
     head = await readable_head(services, user, map_id)
-    answer = await services.cloud.planning.compute_path(user.id, MapVersion(head.id, head.version), request)
+    answer, poses = await services.cloud.planning.compute_path(user.id, MapVersion(head.id, head.version), request)
+    fields = msgspec.structs.asdict(answer) | {"poses": poses}
     if answer.plan_id == answer.reused:  # it is stored already
-        return PlanResponse(wanted.encode(answer), wanted.media_type, None)
+        return PlanResponse(wanted.encode(fields), wanted.media_type, None)
     if not services.plan_writer.accepts:
-        unnamed = msgspec.structs.replace(answer, plan_id="")
-        return PlanResponse(wanted.encode(unnamed), wanted.media_type, None, status=200)
-    store = partial(services.plan_writer.write, services.store, partial(_record, user, request, answer))
-    return PlanResponse(wanted.encode(answer), wanted.media_type, store)
+        return PlanResponse(wanted.encode(fields | {"plan_id": ""}), wanted.media_type, None, status=200)
+    store = partial(services.plan_writer.write, services.store, partial(_record, user, request, answer, poses))
+    return PlanResponse(wanted.encode(fields), wanted.media_type, store)
 
 
 class PlanResponse(Response):
@@ -125,7 +145,7 @@ def check_timeout(timeout: float, limits: RequestLimits) -> None:
         raise InvalidParameter(f"timeout must be at most {limits.max_plan_seconds:g} s, not {timeout:g} s")
 
 
-def _record(user: User, request: PathRequest, answer: PathAnswer) -> PlanRecord:
+def _record(user: User, request: PathRequest, answer: PathAnswer, poses: Poses) -> PlanRecord:
     return PlanRecord(
         id=answer.plan_id,
         user=user.id,
@@ -137,7 +157,7 @@ def _record(user: User, request: PathRequest, answer: PathAnswer) -> PlanRecord:
         length=answer.length,
         cost=answer.cost,
         seconds=answer.seconds,
-        poses=answer.poses.astype("<f8", copy=False).tobytes(),
+        poses=poses.astype("<f8", copy=False).tobytes(),
         created=epoch(),
         parameters=msgspec.json.decode(answer.conditions),
         origin=answer.origin,

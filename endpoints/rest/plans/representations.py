@@ -1,4 +1,8 @@
-"""Representations of paths: JSON or CBOR, by the header ``Accept``; their poses in full, in short, or as a polyline."""
+"""Representations of paths: JSON or CBOR, by the header ``Accept``; their poses in full, in short, or as a polyline.
+
+Source of polylines: Google Maps Platform, *Encoded Polyline Algorithm Format*. Decoders take the number of decimals as
+precision.
+"""
 
 from collections.abc import Mapping
 from enum import StrEnum
@@ -13,7 +17,6 @@ from starlette.requests import Request
 
 from endpoints.rest.openapi import Responses
 from ppaas.geometry import Poses
-from ppaas.plans.encoding.polyline import polyline_of
 
 JSON, CBOR = "application/json", "application/cbor"
 
@@ -41,11 +44,11 @@ class Representation(NamedTuple):
     media_type: str = JSON
     form: PoseForm = PoseForm.ROWS
 
-    def encode(self, answer: Any) -> bytes:
-        """Return the body of an answer, a structure or a dictionary whose ``poses`` are an (n, 7) array."""
+    def encode(self, fields: Mapping[str, Any]) -> bytes:
+        """Return the body of an answer with these fields, of which ``poses`` is an (n, 7) array."""
         if self.media_type == CBOR:
-            return _cbor(answer, self.form)
-        return _ENCODERS[self.form].encode(answer)
+            return _cbor(fields, self.form)
+        return _ENCODERS[self.form].encode(fields)
 
 
 async def asked(
@@ -108,10 +111,9 @@ _ENCODERS: Mapping[PoseForm, msgspec.json.Encoder] = {
 }
 
 
-def _cbor(answer: Any, form: PoseForm) -> bytes:
+def _cbor(fields: Mapping[str, Any], form: PoseForm) -> bytes:
     import cbor2  # noqa: PLC0415
 
-    fields = answer if isinstance(answer, dict) else msgspec.structs.asdict(answer)
     plain = {name: _plain(value, form) for name, value in fields.items()}
     encoded: bytes = cbor2.dumps(plain)
     return encoded
@@ -128,3 +130,25 @@ def _plain(value: Any, form: PoseForm) -> Any:
         return polyline_of(value[:, :2])
     rows = short(value) if form is PoseForm.XYYAW else value
     return cbor2.CBORTag(_ARRAY, [list(rows.shape), cbor2.CBORTag(_FLOATS, rows.astype("<f8", copy=False).tobytes())])
+
+
+# -- polylines as text, by the Encoded Polyline Algorithm Format: some four characters a point -------------------------
+
+DECIMALS = 3
+"""Decimals of a coordinate in metres: points are rounded to millimetres."""
+
+_BITS, _MORE, _OFFSET = 5, 0x20, 63
+
+
+def polyline_of(points: NDArray[np.float64], decimals: int = DECIMALS) -> str:
+    """Return (n, 2) points as text: x and y of the first, then the differences to the point before."""
+    rounded = np.rint(points * 10.0**decimals).astype(np.int64)
+    steps = np.diff(rounded, axis=0, prepend=np.zeros((1, 2), np.int64)).reshape(-1)
+    values = (steps << 1) ^ (steps >> 63)  # the sign is the last bit
+    widest = max(int(values.max(initial=1)).bit_length(), 1)
+    parts = values[:, None] >> np.arange(0, widest, _BITS)
+    is_used = parts != 0
+    is_used[:, 0] = True
+    characters = (parts & (_MORE - 1)) + _OFFSET
+    characters[:, :-1] += _MORE * is_used[:, 1:]
+    return str(characters[is_used].astype(np.uint8).tobytes(), "ascii")

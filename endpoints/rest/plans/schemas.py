@@ -6,7 +6,7 @@ from pydantic import AfterValidator, BaseModel, Field, StrictBool
 
 from endpoints.rest.names import MapId, PluginName
 from endpoints.rest.schemas import FreeForm, Labels, Number, Pose, RequestBody, ResponseBody, Triple
-from engine.service.planning.path_requests import MAX_COORDINATE
+from ppaas.plans.path_service import MAX_COORDINATE
 from ppaas.plans.stored import LARGEST_TOLERANCE
 from storage.records import PlanOrigin
 

@@ -1,16 +1,21 @@
-"""Routes that list and remove stored paths, and the permissions on them."""
+"""Routes that list, show and remove stored paths, and the permissions on them."""
 
-from fastapi import APIRouter
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Depends
 from starlette.concurrency import run_in_threadpool
+from starlette.responses import Response
 
 from endpoints.rest.dependencies import Caller, Paged, Provided, readable_head
 from endpoints.rest.names import MapId, PlanId
 from endpoints.rest.openapi import KNOWN, problems
 from endpoints.rest.paging import Page
-from endpoints.rest.plans.schemas import PlanSummary
+from endpoints.rest.plans.representations import Representation, asked, described
+from endpoints.rest.plans.schemas import PlanAnswer, PlanSummary
 from endpoints.services.services import Services
 from endpoints.sharing.shared_robots import is_author, plans_shown
 from ppaas.errors import NotFound, NotPermitted
+from storage.plan_checks import array_of
 from storage.ports import Store
 from storage.records import MapRecord, PlanRecord, User
 
@@ -29,6 +34,21 @@ async def list_plans(map_id: MapId, services: Provided, user: Caller, paging: Pa
     await services.plan_writer.settled()
     found = await run_in_threadpool(_page, services.store, user, head, before, paging.fetch_limit)
     return paging.page([summary_of(record) for record in found], lambda plan: (plan.created, plan.plan_id))
+
+
+@router.get("/plans/{plan_id}", response_model=PlanAnswer, responses=described(200) | KNOWN | problems(404))
+async def show_plan(
+    plan_id: PlanId, services: Provided, user: Caller, wanted: Annotated[Representation, Depends(asked)]
+) -> Response:
+    """Return a stored path: your own, or one on a map that you may read."""
+    record = await visible_plan(services, user, plan_id)
+    request = {name: getattr(record, name) for name in ("user", "robot", "start", "goal", "created")}
+    poses = array_of(record.poses)
+    # A program's own numbers are returned as they are; planners' numbers are rounded as in their first answer.
+    as_given = record.origin == "given" and wanted == Representation()
+    fields = _path_of(record) | request | {"poses": poses.tolist() if as_given else poses}
+    # Encoded here: FastAPI would validate each of thousands of numbers. In a thread: the first may load kernels.
+    return Response(await run_in_threadpool(wanted.encode, fields), media_type=wanted.media_type)
 
 
 @router.delete("/plans/{plan_id}", status_code=204, responses=KNOWN | problems(403, 404))
@@ -56,6 +76,7 @@ async def visible_plan(services: Services, user: User, plan_id: str) -> PlanReco
     if not is_author(user, record):
         try:
             head = await readable_head(services, user, record.map)
+        # The same answer as for a plan that does not exist: a stranger learns no ids.
         except NotFound as error:
             raise NotFound("plan", plan_id) from error
         if not (await run_in_threadpool(plans_shown, services.store, user, head))(record):
@@ -81,3 +102,15 @@ def summary_of(record: PlanRecord) -> PlanSummary:
     """Return a stored path without its poses."""
     fields = {name: getattr(record, name) for name in PlanSummary.model_fields if name != "plan_id"}
     return PlanSummary(plan_id=record.id, **fields)
+
+
+def _path_of(record: PlanRecord) -> dict[str, Any]:
+    return {
+        "plan_id": record.id,
+        "length": record.length,
+        "cost": record.cost,
+        "seconds": record.seconds,
+        "planner": record.planner,
+        "map": record.map,
+        "version": record.version,
+    }

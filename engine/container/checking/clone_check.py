@@ -25,7 +25,7 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.nodes.graph import Graph
 from ppaas.planners.registry import PLANNERS
-from ppaas.plans.reuse.measured_times import Times
+from ppaas.plans.reuse.time_estimates import Times
 from ppaas.plugins import PluginRegistry, permitted
 from ppaas.recoveries.registry import RECOVERIES
 from ppaas.thread_budget import one_thread

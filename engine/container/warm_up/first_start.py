@@ -73,7 +73,7 @@ def _names() -> list[str]:
 
     # Not loaded beforehand, but called by containers that plan for programs, and by endpoints that answer these.
     from ppaas.planners.kernels import pose_text  # noqa: F401, PLC0415
-    from ppaas.plans.encoding import packed_poses  # noqa: F401, PLC0415
+    from ppaas.plans.encoding import codes  # noqa: F401, PLC0415
 
     load_plugins()
     return [module.__name__ for module in kernel_modules.loaded()]

@@ -1,5 +1,6 @@
 """Path planning for programs, in planning containers: one for each user, map version and set of labels, while used."""
 
+import asyncio
 import logging
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
@@ -9,23 +10,17 @@ import msgspec
 from msgspec import Raw
 
 from engine.service.links.place_link import PlaceLink
-from engine.service.planning.fleet_requests import FleetAnswer, FleetRequest
-from engine.service.planning.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest, RequestPose
-from engine.service.planning.pose_unpacker import PoseUnpacker
+from engine.service.planning.requests import CostAnswer, CostRequest, FleetAnswer, FleetRequest
 from engine.specs.containers import MapVersion
 from engine.specs.start_state import KERNEL_PATIENCE, READY, StartState, explained
 from ppaas.errors import Queued, Starting, Unavailable
-from ppaas.geometry import Pose2D
+from ppaas.geometry import Pose2D, Poses
 from ppaas.messages import decode, encode
 from ppaas.messages.base.message import Message
 from ppaas.messages.fleet.fleet_plans import ComputeFleetPlanRequest, ComputeFleetPlanResponse
 from ppaas.messages.geometry_msgs import Pose
-from ppaas.messages.paths.packed_paths import ComputePackedPathRequest, ComputePackedPathResponse
-from ppaas.messages.ppaas_msgs import (
-    ComputeCostsRequest,
-    ComputeCostsResponse,
-)
-from ppaas.plans.stored import ORIGINS
+from ppaas.messages.ppaas_msgs import ComputeCostsRequest, ComputeCostsResponse
+from ppaas.plans.path_service import PathAnswer, PathRequest, RequestPose
 
 logger = logging.getLogger(__name__)
 
@@ -66,8 +61,8 @@ class Planning:
         self._start_of = start_of
         self._unpacker = PoseUnpacker()
 
-    async def compute_path(self, user: str, version: MapVersion, request: PathRequest) -> PathAnswer:
-        """Plan in the user's planning container for this map version.
+    async def compute_path(self, user: str, version: MapVersion, request: PathRequest) -> tuple[PathAnswer, Poses]:
+        """Plan in the user's planning container for this map version; return the answer, and its poses unpacked.
 
         Raises
         ------
@@ -82,30 +77,18 @@ class Planning:
         Unavailable
             No machine has room, or the container was lost.
         """
+        # Before the container is asked for, so that both start at the same time.
         self._unpacker.begin()
-        start, goal = ([*Pose2D(*pose)] for pose in (request.start, request.goal))
-        question = ComputePackedPathRequest(
-            start, goal, request.planner, request.tolerance, request.timeout, request.reuse, _json(request.parameters)
-        )
         where = user, version, request.labels
-        asked = await self._ask(where, "compute_packed_path", question, request.timeout, queue=request.queue)
-        response = decode(ComputePackedPathResponse, asked.answer)
-        return PathAnswer(
-            poses=await self._unpacker.unpack(response.poses),
-            cost=response.cost,
-            length=response.length,
-            expanded=response.expanded,
-            seconds=response.seconds,
-            planner=response.planner,
-            plan_id=response.plan_id,
-            origin=ORIGINS[response.origin],
-            reused=response.reused or None,
-            conditions=Raw(response.conditions),
-            container=asked.container,
-            pid=asked.pid,
-            map=version.id,
-            version=version.version,
+        asked = await self._ask(where, "compute_packed_path", request, request.timeout, queue=request.queue)
+        answer = decode(PathAnswer, asked.answer)
+        answer.container, answer.pid, answer.map, answer.version = (
+            asked.container,
+            asked.pid,
+            version.id,
+            version.version,
         )
+        return answer, await self._unpacker.unpack(answer.poses)
 
     async def compute_costs(self, user: str, version: MapVersion, request: CostRequest) -> CostAnswer:
         """Compute the costs from each start to each goal in the user's planning container for this map version.
@@ -173,9 +156,57 @@ class Planning:
 
 
 def _flat(poses: tuple[RequestPose, ...]) -> list[float]:
-    """Return x, y of poses, one after the other."""
     return [number for pose in poses for number in pose[:2]]
 
 
 def _json(parameters: dict[str, Any]) -> str:
     return msgspec.json.encode(parameters).decode() if parameters else ""
+
+
+# -- poses of paths, whose kernels are loaded at the first one ---------------------------------------------------------
+
+Unpack = Callable[[bytes], Poses]
+
+
+class PoseUnpacker:
+    """Loads the kernels in a thread, since numba takes a third of a second, while the first container starts."""
+
+    def __init__(self) -> None:
+        self._unpack: Unpack | None = None
+        self._loading: asyncio.Future[Unpack] | None = None
+
+    def begin(self) -> None:
+        """Begin to load the kernels, unless they are loaded."""
+        if self._unpack is None and self._loading is None:
+            self._loading = asyncio.get_running_loop().run_in_executor(None, _load)
+            self._loading.add_done_callback(self._loaded)
+
+    async def unpack(self, packed: bytes) -> Poses:
+        """Return (n, 7) poses; wait for the kernels if need be.
+
+        Raises
+        ------
+        MalformedMessage
+            The bytes are not packed poses.
+        """
+        if self._unpack is None:
+            self.begin()
+            assert self._loading is not None
+            # Shielded: a caller that gives up must not end the loading for the others.
+            return (await asyncio.shield(self._loading))(packed)
+        return self._unpack(packed)
+
+    def _loaded(self, loading: asyncio.Future[Unpack]) -> None:
+        if not loading.cancelled() and loading.exception() is None:
+            self._unpack = loading.result()
+        self._loading = None
+
+
+def _load() -> Unpack:
+    from ppaas.planners.kernels import pose_text  # noqa: PLC0415 - imports numba; see above
+    from ppaas.plans.encoding import codes  # noqa: PLC0415
+    from ppaas.plans.encoding.kernels import chain_code  # noqa: PLC0415
+
+    chain_code.warm()
+    pose_text.warm()
+    return codes.unpack_poses

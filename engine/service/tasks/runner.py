@@ -8,7 +8,7 @@ from collections.abc import Awaitable, Callable
 from functools import partial
 
 from engine.processes.background import repeat
-from engine.service.planning.path_requests import CostAnswer, CostRequest
+from engine.service.planning.requests import CostAnswer, CostRequest
 from engine.service.tasks.group import TaskGroup
 from engine.service.tasks.robots import TaskRobots, labels_of
 from engine.specs.containers import MapVersion

@@ -112,6 +112,7 @@ class FleetService:
             metric = roadmap_on(to_lethal, info, zones, RobotSizes(radius, margin), check)
             metric = replace(metric, roadmap=rules_on(metric, zones, radius).roadmap)
             found = MetricFloor(to_lethal, info, metric, radius, self._layers.costmap.causes)
+        # Also one that was found: the last used ones are kept.
         self._floors[key] = found
         return found
 

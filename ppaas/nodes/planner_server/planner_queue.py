@@ -74,6 +74,7 @@ class PlannerQueue:
             self._running = False
             try:
                 done(result)
+            # A reply that fails must not stop the queue.
             finally:
                 self._next()
 

@@ -114,6 +114,7 @@ class PlanBody(msgspec.Struct, frozen=True):
         between = list(shared)
         if not self.shared and self.count > 3:
             between.append(poses_in([self._remainder[size:]]))
+        # The three poses that a plan does not share are stored as first, last, last but one.
         parts = [ends[:1], *between, ends[2:], ends[1:2]]
         if self.count < 3:
             parts = [ends[:1], ends[1:2]][: self.count]
@@ -196,7 +197,6 @@ class _Numbers:
 
 
 def _write_id(plan_id: str) -> tuple[bytes, bool]:
-    """Return an id as bytes, and whether these are 16 bytes written in hexadecimal."""
     if len(plan_id) == 32:
         try:
             data = bytes.fromhex(plan_id)

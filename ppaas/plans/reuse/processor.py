@@ -1,6 +1,14 @@
-"""Path Plan Processor of a container: returns a stored plan if that is expected to be faster, else computes one."""
+"""Path Plan Processor of a container: returns a stored plan if that is expected to be faster, else computes one.
 
+Its scope is the map and robot of the container. Equal plans get equal ids, so a plan is stored once however often it is
+made.
+"""
+
+import hashlib
 import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import msgspec
@@ -10,6 +18,7 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.errors import PlanCancelled, PlanningError
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
 from ppaas.plans.history import (
+    PlannerHistory,
     bucket_of,
     compared_row,
     complexity,
@@ -17,20 +26,111 @@ from ppaas.plans.history import (
     failed_row,
     found_row,
 )
-from ppaas.plans.reuse.criteria import ReuseVerdict, by_time
-from ppaas.plans.reuse.measured_times import FASTEST_RETRIEVAL, Times
-from ppaas.plans.reuse.plan_ids import PlanIds
-from ppaas.plans.reuse.scope import DEFAULTS, Note, ReuseParameters, ReuseScope
-from ppaas.plans.reuse.stitching import LiveAndBareCostmaps, Offer, offer
+from ppaas.plans.reuse.criteria import MARGIN, ReuseVerdict, by_time
+from ppaas.plans.reuse.stitching import BOUND, LiveAndBareCostmaps, Offer, offer
+from ppaas.plans.reuse.time_estimates import FASTEST_RETRIEVAL, Times
 from ppaas.plans.stored import (
     BARE_MAP,
     ROBOT_RADIUS,
     Conditions,
+    Origin,
     PlanLibrary,
     PlanQuery,
     own_parameters,
 )
 from ppaas.plugins import parameters_in_use
+
+
+class PlanIds:
+    """Computes the ids of plans made on one map version, by one planner, under the same conditions.
+
+    Parameters
+    ----------
+    map_id, version, planner : str
+        Map, its version, and planner.
+    conditions : dict
+        Conditions under which the plans are made.
+    origin : Origin
+        Origin of the plans.
+    reused : str
+        Id of the stored plan that they were made from; empty for computed plans.
+    """
+
+    def __init__(
+        self,
+        map_id: str,
+        version: str,
+        planner: str,
+        conditions: Conditions,
+        *,
+        origin: Origin = "computed",
+        reused: str = "",
+    ) -> None:
+        made_from = map_id, version, planner, origin, reused, sorted(conditions.items())
+        self._prefix = hashlib.blake2b(msgspec.json.encode(made_from), digest_size=16)
+
+    def of(self, result: PlanResult) -> str:
+        """Return the id of a plan: a hash of its conditions, its end poses and the cells that it crosses.
+
+        The poses between follow from these. Hashing them too would take longer than making many a plan.
+        """
+        digest = self._prefix.copy()
+        digest.update(result.poses[:1].tobytes())
+        digest.update(result.poses[-1:].tobytes())
+        digest.update(result.cells.tobytes())
+        return digest.hexdigest()
+
+
+Note = Callable[[PlannerHistory], None]
+"""Called with a history row for each request."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReuseScope:
+    """The map and robot that a container plans for.
+
+    Parameters
+    ----------
+    map, version : str
+        Map and its version. Plans for a map without a version are not stored.
+    bare : Costmap
+        Costmap of the map alone.
+    robot_radius : float
+        Robot radius for which it is inflated [m].
+    filters : mapping
+        Masks that restrict the robot and other parameters of its costmap, by name. Two robots have the same costs only
+        if these are equal.
+    """
+
+    map: str
+    version: str
+    bare: Costmap
+    robot_radius: float
+    filters: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class ReuseParameters:
+    """Conditions for using a stored plan.
+
+    Parameters
+    ----------
+    tolerance : float
+        Largest distance between its ends and the requested ones [m].
+    bound : float
+        Largest excess cost, as a fraction of the cheapest cost.
+    margin : float
+        Factor by which getting it must be faster than computing.
+    """
+
+    tolerance: float = 0.25
+    bound: float = BOUND
+    margin: float = MARGIN
+
+
+DEFAULTS = ReuseParameters()
+"""Default conditions."""
+
 
 _Common = tuple[Conditions, PlanIds]
 
@@ -148,9 +248,9 @@ class PlanProcessor:
         return known
 
     def _reused(self, planner: Planner, costmap: Costmap, request: PlanRequest, cells: float) -> PlanResult | None:
-        """Return a stored plan if a search pays off and finds a usable one."""
         computation = self._times.computation.expect(planner.name, cells)
         margin = self._parameters.margin
+        # A plan that is computed faster than any link answers needs no estimate of the link.
         quick = computation is not None and computation.lower < margin * FASTEST_RETRIEVAL.upper
         verdict = self.verdict = by_time(
             FASTEST_RETRIEVAL if quick else self._times.transmission(cells), computation, margin
@@ -169,6 +269,7 @@ class PlanProcessor:
             seconds=self._clock() - began, planner=planner.name, origin=candidate.origin, reused=candidate.source,
             conditions=conditions,
         )  # fmt: skip
+        # Unchanged, it is the same plan: another id would store it twice.
         own = candidate.source if candidate.as_kept else self._ids_of(candidate, planner).of(result)
         return msgspec.structs.replace(result, id=own)
 

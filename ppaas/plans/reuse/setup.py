@@ -6,9 +6,8 @@ from typing import Any
 
 from ppaas.costmap.costmap import Costmap
 from ppaas.plans.history import PlannerHistory
-from ppaas.plans.reuse.measured_times import Times
-from ppaas.plans.reuse.processor import PlanProcessor
-from ppaas.plans.reuse.scope import DEFAULTS, Note, ReuseParameters, ReuseScope
+from ppaas.plans.reuse.processor import DEFAULTS, Note, PlanProcessor, ReuseParameters, ReuseScope
+from ppaas.plans.reuse.time_estimates import Times
 from ppaas.plans.stored import EmptyLibrary, PlanLibrary
 
 

@@ -200,6 +200,7 @@ def _is_at(pose: NDArray[np.float64], end: Pose2D) -> bool:
 
 def _with_end_headings(poses: Poses, start: Pose2D, goal: Pose2D, *, kinematic: bool) -> tuple[Poses, slice] | None:
     """Return poses with the requested headings at both ends; None for a kinematic planner if that changes a heading."""
+    # A copy, because the poses of a record are read-only.
     joined_poses = poses.copy()
     if len(joined_poses) > 1:
         joined_poses[0, 3:] = quaternion_of(start.theta)
@@ -215,6 +216,7 @@ def _with_end_headings(poses: Poses, start: Pose2D, goal: Pose2D, *, kinematic: 
 def _attachment_index(points: NDArray[np.float64], end: Pose2D, tolerance: float) -> int:
     """Return the index of the waypoint to join an end to: the one after the nearest, so that the path moves forward."""
     away = np.hypot(points[:, 0] - points[0, 0], points[:, 1] - points[0, 1]) > 2.0 * tolerance
+    # Not beyond: the path may come back near its end much later.
     near = points[: int(np.argmax(away)) or len(points)]
     nearest = int(np.argmin(np.hypot(near[:, 0] - end.x, near[:, 1] - end.y)))
     return min(nearest + 1, len(points) - 1)
@@ -235,8 +237,10 @@ def _lower_bound(
     distance = NEUTRAL * (max(rows, columns) + (SQRT2 - 1.0) * min(rows, columns))
     if kept is None:
         return CostBound(distance, "distance")
+    # Every pose is in another cell: the cost of all cells is known already.
     if kept == slice(0, len(points)) and len(cells) == len(points):
         segment, back = whole, 0.0
+    # Poses with cells between them: the stored cells are not known, only those of the straight lines.
     elif np.abs(np.diff(bare.info.to_cells(points[kept]), axis=0)).max(initial=0) > 1:
         return CostBound(distance, "distance")
     else:

@@ -9,7 +9,7 @@ an answer, the estimate returns to the prior of an unmeasured link.
 import math
 from collections import defaultdict
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from ppaas.clock import Clock, monotonic
@@ -230,3 +230,40 @@ def _line(sums: _Sums) -> tuple[float, float, float]:
     each = min(max(along / across, 0.0), mean / size) if across > 0.0 and size > 0.0 else 0.0
     variance = seconds2 / weight - mean**2 - 2.0 * each * along + each**2 * across
     return each, mean - each * size, max(variance, 0.0)
+
+
+# -- both sides of criterion (a), as a container measures them ---------------------------------------------------------
+
+BYTES_PER_CELL = 64.0
+"""Size of an answer per cell between start and goal [bytes]: a pose has 56 bytes, and no path is straight."""
+
+JSON_SECONDS_PER_CELL = 1.4e-6
+"""Time to send a plan to the client as JSON, per cell between start and goal [s]. A pose has about 110 bytes.
+
+This time is not measured here. Computed plans need it too, so reuse saves less than the time of planning."""
+
+CHECK_SECONDS = 2e-4
+"""Assumed time to check any plan, before the first measurement [s]."""
+
+CHECK_BYTES_PER_SECOND = 1e9
+"""Assumed rate at which poses are checked, before the first measurement [bytes/s]."""
+
+FASTEST_RETRIEVAL = Estimate(3e-4, 3e-4, 3e-4, 0.0)
+"""Lower limit of the time to get a stored plan [s]: a frame to the machine and back, a thread there, and a store."""
+
+
+@dataclass(slots=True)
+class Times:
+    """Measured times, for the estimates of criterion (a)."""
+
+    computation: ComputationTimes = field(default_factory=ComputationTimes)
+    link: LinkTimes = field(default_factory=LinkTimes)
+    checking: LinkTimes = field(default_factory=lambda: LinkTimes(monotonic, CHECK_SECONDS, CHECK_BYTES_PER_SECOND))
+
+    def transmission(self, cells: float) -> Estimate:
+        """Return the estimated time to find, check and send a stored plan of this complexity [cells]."""
+        size = cells * BYTES_PER_CELL
+        link, checking = self.link.expect(size), self.checking.expect(size)
+        serializing = cells * JSON_SECONDS_PER_CELL
+        lower, upper = link.lower + checking.lower + serializing, link.upper + checking.upper + serializing
+        return Estimate(link.mean + checking.mean + serializing, lower, upper, link.samples)

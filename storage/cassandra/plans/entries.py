@@ -9,7 +9,7 @@ from ppaas.clock import Clock, epoch, monotonic
 from ppaas.errors import Unavailable
 from ppaas.plans.encoding.codes import entry_id, unpack
 from storage.cassandra.connection.session import PAGE, CassandraSession
-from storage.cassandra.plans.last_written import LastWritten
+from storage.cassandra.plans.key_caches import LastWritten
 from storage.cassandra.plans.rows import ids_in, ids_on
 
 GRACE = 24 * 3600.0

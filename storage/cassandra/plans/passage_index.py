@@ -10,7 +10,7 @@ from ppaas.clock import Clock, monotonic
 from ppaas.plans.encoding.codes import poses_of
 from ppaas.plans.encoding.index_cells import Position, cells_near, cells_touched
 from storage.cassandra.connection.session import CassandraSession, Write
-from storage.cassandra.plans.bounded_counts import BoundedCounts
+from storage.cassandra.plans.key_caches import BoundedCounts
 from storage.cassandra.plans.rows import PlanRow
 from storage.plan_checks import array_of
 
@@ -86,7 +86,6 @@ class PassageIndex:
         return [row.id for rows in self._session.rows_each(_FIND, keys) for row in rows]
 
     def _start_window(self) -> None:
-        """Reset the counts if the window is over."""
         now = self._clock()
         if now - self._since > WINDOW:
             self._since = now

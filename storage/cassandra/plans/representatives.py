@@ -5,15 +5,17 @@ before the first plan that is not a representative. So in a cell without a marke
 search that finds too few plans knows which cells have more.
 """
 
+import itertools
 import threading
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from operator import attrgetter
+from typing import Any
 
 from ppaas.clock import Clock, monotonic
-from storage.cassandra.connection.session import CassandraSession, Write
-from storage.cassandra.plans.bounded_counts import BoundedCounts
+from storage.cassandra.connection.session import PAGE, CassandraSession, Write
 from storage.cassandra.plans.endpoint_cells import Cell
 from storage.cassandra.plans.entries import GRACE
-from storage.cassandra.plans.last_written import LastWritten
+from storage.cassandra.plans.key_caches import BoundedCounts, LastWritten
 from storage.cassandra.plans.rows import PlanRow
 
 REPRESENTATIVES_PER_CELL = 1
@@ -88,3 +90,63 @@ def overfull_marker(cell: Cell) -> Write:
 
 def _insertion(row: PlanRow) -> Write:
     return _PUT, (*row.key, row.head)
+
+
+# -- repair: an interrupted write may leave stale representatives, or a missing overfull marker ------------------------
+
+_IDS = "SELECT id FROM plan_fronts WHERE bucket = ? AND spot = ?"
+_ALL = "SELECT bucket, spot, id, head, WRITETIME(head) AS written FROM plan_fronts"
+_ANY_IN_CELL = "SELECT id FROM plans_at_spots WHERE bucket = ? AND spot = ? LIMIT 1"
+_PLAN = "SELECT head FROM plans_at_spots WHERE bucket = ? AND spot = ? AND id = ?"
+_DELETE_STALE = "DELETE FROM plan_fronts USING TIMESTAMP ? WHERE bucket = ? AND spot = ? AND id = ?"
+
+_cell = attrgetter("bucket", "spot")
+
+
+def mark_overfull_cells(session: CassandraSession, plans: Sequence[Any]) -> None:
+    """Mark the cells of plans as overfull where a plan is not a representative and the marker is missing.
+
+    Parameters
+    ----------
+    session : CassandraSession
+    plans : sequence
+        Rows of ``plans_at_spots``, sorted by cell.
+    """
+    ids = {cell: {row.id for row in rows} for cell, rows in itertools.groupby(plans, _cell)}
+    representatives = [{row.id for row in rows} for rows in session.rows_each(_IDS, ids)]
+    unmarked = (
+        cell
+        for cell, found in zip(ids, representatives, strict=True)
+        if OVERFULL not in found and not ids[cell] <= found
+    )
+    session.write_unlogged((), map(overfull_marker, unmarked))
+
+
+def remove_stale_representatives(session: CassandraSession, before: float) -> None:
+    """Delete rows written before a time [s since the epoch]: representatives that no longer exist, or are surplus."""
+    rows = session.rows(_ALL)
+    overfull: Cell | None = None
+    count = 0
+    while page := list(itertools.islice(rows, PAGE)):
+        stale: list[Any] = []
+        for row, exists in zip(page, _exist(session, page), strict=True):
+            if row.id == OVERFULL:  # the marker sorts before the plans of its cell
+                overfull, count = _cell(row), 0
+            elif overfull == _cell(row):
+                count += exists
+            if not exists or (row.id != OVERFULL and overfull == _cell(row) and count > REPRESENTATIVES_PER_CELL):
+                stale.append(row)
+        old = (row for row in stale if row.written < before * 1e6)
+        session.write_each(_DELETE_STALE, ((row.written, *_cell(row), row.id) for row in old))
+
+
+def _exist(session: CassandraSession, rows: Sequence[Any]) -> Iterator[bool]:
+    """Yield whether the plan of each representative exists unchanged, or any plan in the cell of a marker."""
+    marked = iter(session.rows_each(_ANY_IN_CELL, [_cell(row) for row in rows if row.id == OVERFULL]))
+    plans = iter(session.rows_each(_PLAN, [(*_cell(row), row.id) for row in rows if row.id != OVERFULL]))
+    for row in rows:
+        yield bool(next(marked)) if row.id == OVERFULL else _heads(next(plans)) == [row.head]
+
+
+def _heads(rows: Iterable[Any]) -> list[bytes]:
+    return [row.head for row in rows]

@@ -12,20 +12,23 @@ from ppaas.plans.encoding.index_cells import scope_of
 from storage.cassandra.connection.session import PAGE, CassandraSession
 from storage.cassandra.plans.endpoint_cells import cell_key
 from storage.cassandra.plans.entries import CassandraEntries, code_of
-from storage.cassandra.plans.lookup import KeptPlan, kept_plans
 from storage.cassandra.plans.passage_index import PassageIndex
 from storage.cassandra.plans.representatives import Representatives
-from storage.cassandra.plans.rows import PlanRow, plan_rows, unshared_in
-from storage.cassandra.plans.statistics import PlanStatisticsSums, Sums, add
-from storage.cassandra.plans.writes import (
+from storage.cassandra.plans.rows import (
+    KeptPlan,
+    PlanRow,
     delete_bucket,
     delete_listed,
     index_deletions,
     index_writes,
     insert_names,
     insert_plans,
+    kept_plans,
+    plan_rows,
     remove_stored,
+    unshared_in,
 )
+from storage.cassandra.plans.statistics import PlanStatisticsSums, Sums, add
 from storage.names import check_name
 from storage.plan_checks import check_plan, check_replacement
 from storage.plan_entry import context_of, head_of, record_of
@@ -88,8 +91,10 @@ class CassandraPlans:
         check_replacement(record, None if kept is None else self._whole(kept), instead_of)
         assert kept is not None
         [row] = plan_rows([record], self._granularity)
+        # Entries first: whatever dies from here on, no plan refers to an entry that is missing.
         fresh = self._write_referenced([row])
         representatives = self._representatives.replacing(cell_key(instead_of), row)
+        # The condition names what was read, so of two writers one is refused.
         seen = kept.location, kept.head if kept.replaced else None
         if not self._session.write_if(_CHANGE, row.location, row.head, row.recipe, record.id, *seen):
             raise Conflict(f"plan {record.id!r} has been changed meanwhile: read it again and retry")
@@ -145,6 +150,7 @@ class CassandraPlans:
             self._session.write_unlogged([[delete_listed(map_id, newest, page[-1])]])
             buckets.update(cell_key(record)[0] for record in records)
             removed += len(records)
+        # One tombstone a bucket covers those of its plans.
         self._session.write_unlogged((), map(delete_bucket, buckets))
         return removed
 
@@ -158,6 +164,7 @@ class CassandraPlans:
         try:
             self._session.write_unlogged(insert_plans(rows), beside)
         except Unavailable:
+            # The sums are totals of this process, so the next write is right again.
             self._plan_sums.writes_for(change, -1)
             raise
 
@@ -214,12 +221,10 @@ class CassandraPlans:
         return head_of(self._entries.data((kept.context,))[kept.context], read_body(kept.body))
 
     def _whole(self, kept: KeptPlan) -> PlanRecord:
-        """Return a plan with its poses."""
         [whole] = self._wholes([kept])
         return whole
 
     def _wholes(self, kept: Sequence[KeptPlan]) -> Iterator[PlanRecord]:
-        """Yield plans with their poses."""
         recipes = self._entries.segment_ids(each.recipe for each in kept)
         data = self._entries.data(itertools.chain((each.context for each in kept), *recipes))
         for each, numbers in zip(kept, recipes, strict=True):
@@ -230,7 +235,6 @@ class CassandraPlans:
 
 
 def _added_statistics(rows: Sequence[PlanRow], fresh: set[bytes]) -> Sums:
-    """Return the statistics of added plans, with the segments that are new."""
     sums: Sums = {}
     left = set(fresh)
     for row in rows:

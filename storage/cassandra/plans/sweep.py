@@ -10,12 +10,11 @@ from ppaas.clock import epoch
 from ppaas.plans.encoding.codes import unpack, waypoints_in
 from storage.cassandra.connection.session import PAGE
 from storage.cassandra.plans.entries import GRACE
-from storage.cassandra.plans.representative_sweep import mark_overfull_cells, remove_stale_representatives
-from storage.cassandra.plans.rows import head_parts, ids_in, location_cell
+from storage.cassandra.plans.representatives import mark_overfull_cells, remove_stale_representatives
+from storage.cassandra.plans.rows import delete_plan, head_parts, ids_in, location_cell, rewrite_plan
 from storage.cassandra.plans.search import CassandraPlanSearch
 from storage.cassandra.plans.statistics import Sums, add
 from storage.cassandra.plans.store import own_statistics
-from storage.cassandra.plans.writes import delete_plan, rewrite_plan
 from storage.plan_entry import context_of
 from storage.records import PlanStatistics
 
@@ -72,6 +71,7 @@ class CassandraSweep(CassandraPlanSearch):
         began = epoch()
         sums_before = self._plan_sums.by_writer()
         marked = _Marked()
+        # Replacements first, so that the index by ends is complete when its plans are marked.
         for page in self._pages(_REPLACED):
             self._finish_replacing([row for row in page if row.head is not None])
         for page in self._pages(_STORED):
@@ -119,6 +119,7 @@ class CassandraSweep(CassandraPlanSearch):
             marked.sheets.update(ids if on_sheets else ())
             marked.uses.update(set(numbers))
             marked.owners.update(dict.fromkeys(numbers, map_id))
+            # Later plans are in the sums of their writers.
             if row.written < began:
                 marked.add(map_id, own_statistics(body, row.recipe))
 

@@ -29,9 +29,8 @@ from engine.service.endpoints.control_plane import (
 )
 from engine.service.links.place_link import PlaceLink
 from engine.service.links.presence import RobotPresence
-from engine.service.planning.fleet_requests import FleetAnswer, FleetRequest
-from engine.service.planning.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
 from engine.service.planning.planning import Planning
+from engine.service.planning.requests import CostAnswer, CostRequest, FleetAnswer, FleetRequest
 from engine.service.robot_navigation import RobotNavigation
 from engine.service.robot_nodes import RobotNodes
 from engine.service.views import (
@@ -47,7 +46,7 @@ from engine.specs.machine_settings import MachineSettings
 from engine.specs.start_state import READY
 from ppaas.diagnosis.observations.facts import Observations
 from ppaas.errors import Conflict, NotFound, PPaaSError, Unavailable
-from ppaas.geometry import Pose2D, poses_along
+from ppaas.geometry import Pose2D, Poses, poses_along
 from ppaas.messages.base.message import Message
 from ppaas.messages.fleet.traffic import TrafficState
 from ppaas.messages.health.recorder import RecorderState
@@ -56,6 +55,8 @@ from ppaas.messages.people_coordination import PeopleState, ZoneCount
 from ppaas.messages.ppaas_msgs import NodeHome
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse, UseJointMapRequest, UseJointMapResponse
 from ppaas.people.settings import PeopleSettings
+from ppaas.plans.encoding.codes import pack_poses
+from ppaas.plans.path_service import PathAnswer, PathRequest
 from storage.records import Limits, MapRecord
 
 MAP_PAGE = 1000
@@ -249,7 +250,7 @@ class FakeNodes(FakePart, RobotNodes):
 class FakePlanning(FakePart, Planning):
     """Answers every path request with the straight line from start to goal, or with an error."""
 
-    async def compute_path(self, user: str, version: MapVersion, request: PathRequest) -> PathAnswer:
+    async def compute_path(self, user: str, version: MapVersion, request: PathRequest) -> tuple[PathAnswer, Poses]:
         self._cloud.asked.append((user, version, request))
         self._cloud.fail()
         points = np.array([request.start[:2], request.goal[:2]])
@@ -257,11 +258,12 @@ class FakePlanning(FakePart, Planning):
         length = float(np.linalg.norm(points[1] - points[0]))
         conditions = {"smooth": False, "bare_map": True, "robot_radius": 0.18}
         plan_id = hashlib.blake2b(repr((version, request)).encode(), digest_size=16).hexdigest()
-        return PathAnswer(
-            poses, 50.0, length, 2, 0.001, request.planner,
+        answer = PathAnswer(
+            pack_poses(poses), 50.0, length, 2, 0.001, request.planner,
             self._cloud.reused or plan_id, "reused" if self._cloud.reused else "computed", self._cloud.reused or None,
             Raw(json.dumps(conditions)), "c9", 4711, version.id, version.version,
         )  # fmt: skip
+        return answer, poses
 
     async def compute_costs(self, user: str, version: MapVersion, request: CostRequest) -> CostAnswer:
         """Answer with cost 50 for each goal except the first, to which there is no path."""

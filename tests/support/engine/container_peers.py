@@ -14,7 +14,7 @@ from engine.specs.containers import ContainerSpec, Launch
 from ppaas.messages import decode
 from ppaas.messages.std_srvs import TriggerResponse
 from ppaas.nodes.base import Checkpoint
-from ppaas.plans.reuse.measured_times import Times
+from ppaas.plans.reuse.time_estimates import Times
 from tests.support.engine.engine_links import pair, receive
 from tests.support.world.echo_node import EchoNode
 

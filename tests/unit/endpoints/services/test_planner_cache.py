@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from endpoints.services import planner_cache
+from endpoints.services import installed_planners
 
 
 @pytest.fixture
@@ -17,25 +17,27 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (folder / "__init__.py").write_text("raise ImportError('nobody is to import this')")
     (folder / "planner.py").write_text("class Straight: ...")
     monkeypatch.syspath_prepend(tmp_path)
-    entry = EntryPoint("straight", "straight_lines.planner:Straight", planner_cache.GROUP)
-    monkeypatch.setattr(planner_cache, "entry_points", lambda group: [entry] if group == planner_cache.GROUP else [])
+    entry = EntryPoint("straight", "straight_lines.planner:Straight", installed_planners.GROUP)
+    monkeypatch.setattr(
+        installed_planners, "entry_points", lambda group: [entry] if group == installed_planners.GROUP else []
+    )
     return folder
 
 
 def test_cache_file_depends_on_planner_files_and_question(package: Path) -> None:
-    before = planner_cache.cache_file("?")
-    assert planner_cache.cache_file("?") == before
-    assert planner_cache.cache_file("!") != before
+    before = installed_planners.cache_file("?")
+    assert installed_planners.cache_file("?") == before
+    assert installed_planners.cache_file("!") != before
     os.utime(package / "planner.py", ns=(1, 1))
-    changed = planner_cache.cache_file("?")
+    changed = installed_planners.cache_file("?")
     assert changed != before
     (package / "another.py").touch()
-    assert planner_cache.cache_file("?") not in (before, changed)
+    assert installed_planners.cache_file("?") not in (before, changed)
     assert "straight_lines" not in sys.modules
 
 
 def test_cache_file_accepts_a_planner_of_a_missing_package(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    entry = EntryPoint("gone", "no_such_package_at_all:Gone", planner_cache.GROUP)
-    before = planner_cache.cache_file("?")
-    monkeypatch.setattr(planner_cache, "entry_points", lambda group: [entry])
-    assert planner_cache.cache_file("?") != before
+    entry = EntryPoint("gone", "no_such_package_at_all:Gone", installed_planners.GROUP)
+    before = installed_planners.cache_file("?")
+    monkeypatch.setattr(installed_planners, "entry_points", lambda group: [entry])
+    assert installed_planners.cache_file("?") != before

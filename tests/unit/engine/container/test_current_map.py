@@ -20,8 +20,8 @@ from ppaas.maps.grid import OCCUPIED
 from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.ppaas_msgs import ComputePathRequest, ComputePathResponse
 from ppaas.nodes.graph import Graph
-from ppaas.plans.reuse.measured_times import Times
 from ppaas.plans.reuse.setup import discard_note
+from ppaas.plans.reuse.time_estimates import Times
 from ppaas.plans.stored import EmptyLibrary
 from ppaas.zones.schedule import Hours
 from ppaas.zones.zone import KeepOut, Zone, ZoneSet

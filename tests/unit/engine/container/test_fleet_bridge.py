@@ -32,7 +32,7 @@ from ppaas.nodes import topics
 from ppaas.nodes.base import Node, Topic
 from ppaas.nodes.graph import Graph
 from ppaas.planners.base import PlanResult
-from ppaas.plans.reuse.plan_ids import PlanIds
+from ppaas.plans.reuse.processor import PlanIds
 from tests.support.engine.engine_links import pair, receive
 from tests.support.engine.specs import HOUSE, mapping_spec, robot_spec
 from tests.support.world.echo_node import EchoNode

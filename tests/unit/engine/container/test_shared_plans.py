@@ -13,7 +13,7 @@ from engine.protocols.framing import FrameStream
 from engine.protocols.refusals import Refusal
 from ppaas.geometry import Pose2D
 from ppaas.plans.history import LinkHistory, bucket_of, computed_row, failed_row
-from ppaas.plans.reuse.measured_times import Times
+from ppaas.plans.reuse.time_estimates import Times
 from ppaas.plans.stored import PlanQuery
 from tests.support.engine.engine_links import pair, receive
 from tests.support.storage.records import plan

@@ -15,8 +15,8 @@ from endpoints.rest.plans import fast_path
 from endpoints.rest.plans.fleet_plans import FleetFile, FleetPlanAnswer
 from endpoints.rest.plans.schemas import CostFile, CostMatrixAnswer, NewPlanAnswer, PlanFile
 from endpoints.rest.strict_json import parse
-from engine.service.planning.fleet_requests import FleetAnswer, FleetRequest
-from engine.service.planning.path_requests import CostAnswer, CostRequest, PathAnswer, PathRequest
+from engine.service.planning.requests import CostAnswer, CostRequest, FleetAnswer, FleetRequest
+from ppaas.plans.path_service import PathAnswer, PathRequest
 from tests.unit.endpoints.conftest import LogIn, Publish
 
 POSE = {"start": [1.0, 2.0], "goal": [3, 4, 0.5]}
@@ -79,6 +79,9 @@ def test_openapi_describes_the_fields_of_requests_and_answers(pair: tuple[Any, A
     assert set(schema.model_fields) == set(struct.__struct_fields__)
     for field in msgspec.structs.fields(struct):
         described = schema.model_fields[field.name]
+        if struct is PathAnswer:  # a planner server leaves out what REST adds
+            assert described.is_required()
+            continue
         assert described.is_required() == field.required
         if not field.required and field.name != "timeout":  # null for the default of the service
             default = field.default if field.default is not msgspec.NODEFAULT else field.default_factory()

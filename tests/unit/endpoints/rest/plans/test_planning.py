@@ -10,9 +10,9 @@ import pytest
 from endpoints.rest.plans.schemas import NewPlanAnswer, PlanAnswer
 from endpoints.services import plan_writer
 from endpoints.services.services import Services
-from engine.service.planning.path_requests import PathRequest
 from engine.specs.containers import MapVersion
 from ppaas import errors
+from ppaas.plans.path_service import PathRequest
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.problems import problem_of
 from tests.unit.endpoints.conftest import LogIn, Publish

@@ -21,7 +21,7 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import PPaaSError
 from ppaas.nodes.graph import Graph
 from ppaas.planners.registry import PLANNERS
-from ppaas.plans.reuse.measured_times import Times
+from ppaas.plans.reuse.time_estimates import Times
 from ppaas.recoveries.registry import RECOVERIES
 from ppaas.robot_model.known_models import model_names
 from ppaas.thread_budget import one_thread

@@ -12,7 +12,7 @@ from msgspec import Raw
 
 from engine.master.places import robot_key
 from engine.service.links.presence import RobotPresence
-from engine.service.planning.path_requests import CostAnswer, CostRequest
+from engine.service.planning.requests import CostAnswer, CostRequest
 from engine.service.robot_navigation import NavigationClient
 from engine.service.tasks.group import KEPT_FOR, MOST_ENDED, obsolete
 from engine.service.tasks.robots import TaskRobots, labels_of

@@ -13,6 +13,7 @@ from ppaas.errors import (
     GoalOutsideMap,
     InvalidInput,
     InvalidPlanner,
+    MalformedMessage,
     NoValidPath,
     PlanTimeout,
     StartOutsideMap,
@@ -22,10 +23,11 @@ from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.nav_msgs import GetPlanRequest, GetPlanResponse
-from ppaas.messages.paths.packed_paths import ComputePackedPathRequest, ComputePackedPathResponse
-from ppaas.messages.ppaas_msgs import ComputePathRequest, ComputePathResponse
+from ppaas.messages.ppaas_msgs import ComputeCostsRequest, ComputeCostsResponse, ComputePathRequest, ComputePathResponse
 from ppaas.nodes.graph import Graph
-from ppaas.plans.encoding.packed_poses import unpack_poses
+from ppaas.nodes.planner_server.node import MAX_COSTS, MAX_ENDS
+from ppaas.plans.encoding.codes import unpack_poses
+from ppaas.plans.path_service import PathAnswer, PathRequest
 from ppaas.plans.reuse.setup import ReuseSetup
 from tests.support.world.planar_world import walled_map
 
@@ -67,20 +69,20 @@ def test_path_connects_start_and_goal_with_length_and_cost():
 
 
 def test_a_packed_path_is_the_same_path_with_all_digits():
-    question = ComputePackedPathRequest([*START], [*GOAL])
-    packed = decode(ComputePackedPathResponse, encode(ask("compute_packed_path", question)))
+    question = decode(PathRequest, encode(PathRequest(START, GOAL)))
+    packed = decode(PathAnswer, encode(ask("compute_packed_path", question)))
     plain = path()
     np.testing.assert_allclose(unpack_poses(packed.poses), rows_of(plain), rtol=0.0, atol=6e-10)
-    for name in ("cost", "length", "expanded", "planner", "plan_id", "origin", "reused", "conditions"):
+    for name in ("cost", "length", "expanded", "planner", "plan_id", "origin"):
         assert getattr(packed, name) == getattr(plain, name)
+    assert (packed.reused, bytes(packed.conditions).decode()) == (None, plain.conditions)
     assert len(packed.poses) < len(plain.poses) / 10
 
 
-@pytest.mark.parametrize("start", [[], [1.0, 1.0], [1.0, 1.0, math.nan], [1e12, 1.0, 0.0]])
+@pytest.mark.parametrize("start", [[], [1.0], [1.0, 1.0, 0.0, 0.0], [1.0, 1.0, None], [1e12, 1.0, 0.0]])
 def test_a_packed_path_starts_at_a_pose(start: list[float]):
-    refused = ask("compute_packed_path", ComputePackedPathRequest(start, [*GOAL]))
-    assert isinstance(refused, InvalidInput)
-    assert "the start" in str(refused)
+    with pytest.raises(MalformedMessage, match="start"):
+        decode(PathRequest, json.dumps({"start": start, "goal": GOAL}))
 
 
 def test_a_planner_may_be_named_by_its_ros_name():
@@ -177,3 +179,80 @@ def test_unreachable_goal_has_no_valid_path():
     answers: list = []
     graph.call("compute_path", ComputePathRequest(Pose.of(START), Pose.of(GOAL)), answers.append)
     assert isinstance(answers[0], NoValidPath)
+
+
+COST_LAYERS = build_layers(walled_map(6, 4, [(2.9, 0.0, 3.1, 2.5)]))
+STARTS, GOALS = [Pose2D(1.0, 1.0), Pose2D(5.0, 3.0)], [Pose2D(5.0, 1.0), Pose2D(1.0, 3.0), Pose2D(1.0, 1.0)]
+
+
+def ask_costs(service: str, request):
+    graph = Graph()
+    build_planning(graph, COST_LAYERS, threads=lambda: 2)
+    answers: list = []
+    graph.call(service, request, answers.append)
+    (answer,) = answers
+    return answer
+
+
+def costs_of(starts=STARTS, goals=GOALS, **fields):
+    return ask_costs("compute_costs", ComputeCostsRequest([*map(Pose.of, starts)], [*map(Pose.of, goals)], **fields))
+
+
+def test_costs_equal_those_of_paths():
+    answer = decode(ComputeCostsResponse, encode(costs_of()))
+    costs = json.loads(answer.costs)
+    assert np.shape(costs) == (2, 3)
+    assert costs[0][2] == 0.0
+    for i, start in enumerate(STARTS):
+        for j, goal in enumerate(GOALS):
+            path = ask_costs("compute_path", ComputePathRequest(Pose.of(start), Pose.of(goal)))
+            assert costs[i][j] == pytest.approx(path.cost, rel=2e-4)
+    assert answer.seconds >= 0.0
+
+
+def test_costs_have_the_parameters_of_the_request():
+    given = '{"inflation_radius": 1.5, "cost_scaling_factor": 1.0, "allow_unknown": false}'
+    usual, wide = json.loads(costs_of().costs), json.loads(costs_of(parameters=given).costs)
+    path = ask_costs("compute_path", ComputePathRequest(Pose.of(STARTS[0]), Pose.of(GOALS[0]), parameters=given))
+    assert wide[0][0] == pytest.approx(path.cost, rel=2e-4)
+    assert wide[0][0] > usual[0][0]
+    refused = costs_of(parameters='{"smooth": true}')
+    assert isinstance(refused, InvalidInput)
+    assert "a cost matrix has no parameter 'smooth'" in str(refused)
+
+
+def test_unreachable_goal_has_a_null_cost():
+    layers = build_layers(walled_map(6, 4, [(2.9, 0.0, 3.1, 4.0)]))
+    graph, answers = Graph(), []
+    build_planning(graph, layers)
+    graph.call("compute_costs", ComputeCostsRequest([Pose.of(STARTS[0])], [*map(Pose.of, GOALS)]), answers.append)
+    assert [cost is None for cost in json.loads(answers[0].costs)[0]] == [True, False, False]
+
+
+@pytest.mark.parametrize(
+    ("fields", "error"),
+    [
+        ({"starts": [Pose2D(float("nan"), 0.0)]}, "position and orientation of start 0 must be finite"),
+        ({"goals": [*GOALS, Pose2D(0.0, float("inf"))]}, "position and orientation of goal 3 must be finite"),
+        ({"goals": GOALS * MAX_ENDS}, f"at most {MAX_ENDS} goals"),
+        ({"starts": STARTS * 200, "goals": GOALS * 50}, f"at most {MAX_COSTS} costs"),
+        ({"timeout": 0.0}, "timeout must be above 0"),
+        ({"timeout": 1e9}, "timeout must be above 0 and at most"),
+    ],
+)
+def test_invalid_cost_request_is_refused(fields, error):
+    answer = costs_of(**fields)
+    assert isinstance(answer, InvalidInput)
+    assert error in str(answer)
+
+
+def test_goal_outside_the_map_is_refused():
+    assert isinstance(costs_of(goals=[Pose2D(50.0, 1.0)]), GoalOutsideMap)
+
+
+def test_timeout_is_obeyed():
+    assert isinstance(costs_of(timeout=1e-6), PlanTimeout)
+
+
+def test_no_starts_give_no_costs():
+    assert json.loads(costs_of(starts=[]).costs) == []

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from ppaas.errors import InvalidInput
 from ppaas.plans.encoding.chunks import cut_plans, words_of
+from ppaas.plans.encoding.granularity import GRANULARITY, inner_granularity
 from ppaas.plans.encoding.kernels.chunks import hash_waypoints
 from tests.reference.plans import plan_bytes, plan_chunks
 
@@ -75,3 +76,14 @@ def test_non_finite_pose_is_refused() -> None:
     poses[4, 6] = np.nan
     with pytest.raises(InvalidInput, match="pose 4"):
         cut_plans(words_of(poses), np.array([9]), 2)
+
+
+@pytest.mark.parametrize("granularity", [-1, 0, 1, 65537])
+def test_invalid_granularity_is_refused(granularity: int) -> None:
+    with pytest.raises(InvalidInput, match="granularity"):
+        inner_granularity(granularity)
+
+
+def test_plans_are_cut_with_half_of_the_granularity() -> None:
+    assert inner_granularity(GRANULARITY) == 8
+    assert inner_granularity(3) == 1

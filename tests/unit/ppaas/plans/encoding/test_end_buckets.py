@@ -1,5 +1,7 @@
 """Buckets miss no plan whose ends are near two positions."""
 
+import math
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
@@ -13,7 +15,7 @@ from ppaas.plans.encoding.end_buckets import (
     length_of_key,
     may_join,
 )
-from ppaas.plans.encoding.index_cells import scope_of
+from ppaas.plans.encoding.index_cells import CELL_EDGE, cells_near, cells_touched, scope_of
 from tests.reference.plans import plan_bytes, plan_chunks
 
 SCOPE = scope_of("house", "v1")
@@ -69,3 +71,19 @@ def test_map_versions_have_different_buckets() -> None:
 @given(st.tuples(*[st.integers(-(2**40), 2**40)] * 2))
 def test_cell_number_is_part_of_the_cells_hash(cell) -> None:
     assert cell_number(SCOPE, cell) == plan_bytes.mixed(SCOPE, cell) >> 33
+
+
+positions = st.tuples(*[st.floats(-1e6, 1e6) | st.integers(-40, 40).map(lambda eighth: eighth / 8)] * 2)
+
+
+@given(positions, st.floats(0, 2 * math.pi), st.floats(0, 0.5))
+def test_cells_near_a_place_include_those_of_points_in_reach(place, angle, reach) -> None:
+    point = place[0] + reach * math.cos(angle), place[1] + reach * math.sin(angle)
+    [cell] = cells_touched(np.array([point]))
+    near = cells_near(place, 0.5 + 1e-9)
+    assert cell in near
+    assert len(near) <= math.ceil(1 / CELL_EDGE + 1) ** 2
+
+
+def test_scopes_of_map_versions_differ() -> None:
+    assert len({scope_of("house", "v1"), scope_of("house", "v2"), scope_of("housev", "1")}) == 3

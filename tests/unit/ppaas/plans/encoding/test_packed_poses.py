@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from ppaas.errors import MalformedMessage
 from ppaas.geometry import poses_along
+from ppaas.plans.encoding.codes import pack_poses, unpack_poses
 from ppaas.plans.encoding.kernels.grid_moves import MOVES, QUATERNIONS
-from ppaas.plans.encoding.packed_poses import pack_poses, unpack_poses
 
 floats = st.floats(-1e6, 1e6)
 tables = st.lists(st.tuples(*[floats] * 7), max_size=12)

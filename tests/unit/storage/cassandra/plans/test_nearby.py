@@ -11,10 +11,10 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from storage.cassandra.connection.session import CassandraSession
-from storage.cassandra.plans import nearby
+from storage.cassandra.plans import search
 from storage.cassandra.plans.endpoint_cells import NearbyBuckets, cell_key, length_of_cell
-from storage.cassandra.plans.nearby import NearbyPlans
 from storage.cassandra.plans.representatives import OVERFULL
+from storage.cassandra.plans.search import NearbyPlans
 from storage.plan_query import PlanStoreQuery
 from tests.support.storage.records import plan
 
@@ -85,9 +85,9 @@ def connecting(rows: list[Row]) -> list[Row]:
 def test_all_plans_are_read_with_any_page_size(seed, count, first, then, at_once) -> None:
     tables = Tables(plan_rows_around(seed, count))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(nearby, "FIRST", first)
-        patch.setattr(nearby, "NEXT", then)
-        patch.setattr(nearby, "OVERFULL_CELLS_AT_ONCE", at_once)
+        patch.setattr(search, "FIRST", first)
+        patch.setattr(search, "NEXT", then)
+        patch.setattr(search, "OVERFULL_CELLS_AT_ONCE", at_once)
         waiting = near(tables)
         read, rows = set[str](), waiting.first()
         while rows is not None:
@@ -101,7 +101,7 @@ def test_all_plans_are_read_with_any_page_size(seed, count, first, then, at_once
 def test_once_enough_are_found_only_overfull_cells_have_shorter_ones(seed, count, first, limit) -> None:
     tables = Tables(plan_rows_around(seed, count))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(nearby, "FIRST", first)
+        patch.setattr(search, "FIRST", first)
         waiting, lengths = near(tables), dict[str, int]()
         rows = waiting.first()
         while rows is not None:

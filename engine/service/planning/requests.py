@@ -1,16 +1,69 @@
-"""Requests of programs for plans of fleets, and their results.
+"""Requests of programs for costs and for plans of fleets, and their results; `ppaas.plans.path_service` has paths.
 
-As in `path_requests`, REST decodes the body of a request into one of these structures, and encodes the result
-unchanged; ``FleetFile`` and ``FleetPlanAnswer`` describe them for OpenAPI. A container is called by the ROS service
-``ppaas_msgs/ComputeFleetPlan``.
+REST decodes the body of a request into one of these structures, and encodes the result unchanged. Its pydantic schemas
+describe the same fields for OpenAPI: ``CostFile``, ``CostMatrixAnswer``, ``FleetFile`` and ``FleetPlanAnswer``. A
+container is called by the ROS services ``ppaas_msgs/ComputeCosts`` and ``ppaas_msgs/ComputeFleetPlan``.
 """
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import msgspec
 from msgspec import Meta, Raw
 
-from engine.service.planning.path_requests import DEFAULT_TIMEOUT, RequestLabels, RequestPose, Timeout
+from engine.specs.machine_settings import MOST_LABELS
+from ppaas.plans.path_service import DEFAULT_TIMEOUT, RequestPose, Timeout
+from storage.names import PATTERN
+
+_Name = Annotated[str, Meta(pattern=rf"^{PATTERN}\Z")]
+RequestLabels = Annotated[dict[_Name, _Name], Meta(max_length=MOST_LABELS)]
+
+
+class CostRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Request for the costs of the cheapest paths from each start to each goal.
+
+    Parameters
+    ----------
+    starts, goals : tuple of poses
+        Each x, y [m] and, optionally, yaw [rad] in the frame of the map.
+    timeout : float
+        Time limit of the whole request [s].
+    labels : dict of str to str
+        Labels that the machine of the container must have.
+    parameters : dict
+        ``allow_unknown`` and parameters of the global costmap that differ from the usual ones, by name.
+    """
+
+    starts: tuple[RequestPose, ...]
+    goals: tuple[RequestPose, ...]
+    timeout: Timeout = DEFAULT_TIMEOUT
+    labels: RequestLabels = {}
+    parameters: dict[str, Any] = {}
+
+
+class CostAnswer(msgspec.Struct, frozen=True):
+    """Costs, and the container that computed them. Encoded as JSON, it is the response of REST.
+
+    Parameters
+    ----------
+    costs : Raw
+        JSON: a row for each start with a number for each goal, null if there is no path, as the container wrote it.
+    seconds : float
+        Computing time [s].
+    container : str
+        Id of the container that computed them.
+    pid : int
+        Process id of this container.
+    map, version : str
+        Map version that they were computed on.
+    """
+
+    costs: Raw
+    seconds: float
+    container: str
+    pid: int
+    map: str
+    version: str
+
 
 DEFAULT_MARGIN, DEFAULT_SPEED = 0.05, 0.5
 """Distance by which robots may stray from their paths [m], and their speed [m/s], of a request that names none."""

@@ -1,4 +1,4 @@
-"""Plans of fleets on their way to a planning container, whose nodes are real and whose link is played."""
+"""Paths, and plans of fleets, on their way to a planning container, whose nodes are real and whose link is played."""
 
 from collections.abc import Callable
 from typing import Any, cast
@@ -9,8 +9,8 @@ import pytest
 
 from benchmarks.fleet.checking import faults_of
 from engine.service.links.place_link import PlaceLink
-from engine.service.planning.fleet_requests import FleetRequest
 from engine.service.planning.planning import ANSWER_MARGIN, Planning
+from engine.service.planning.requests import FleetRequest
 from engine.specs.containers import MapVersion
 from engine.specs.start_state import KERNEL_PATIENCE
 from ppaas.clone.planning_container import build_planning
@@ -20,9 +20,10 @@ from ppaas.fleet.lattice_roadmap import lattice_roadmap
 from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.robot_sizes import RobotSizes, clearance_of
 from ppaas.fleet.timing import timing_of, turns_of
+from ppaas.geometry import quaternion_of
 from ppaas.messages import decode, encode
-from ppaas.messages.fleet.fleet_plans import ComputeFleetPlanRequest
 from ppaas.nodes.graph import Graph
+from ppaas.plans.path_service import PathRequest
 from tests.support.world.planar_world import walled_map
 
 MAP = MapVersion("house", "v")
@@ -47,7 +48,7 @@ class _Place:
         self.asked.append((service, timeout))
         graph, answers = Graph(), list[Any]()
         build_planning(graph, LAYERS)
-        graph.call(service, decode(ComputeFleetPlanRequest, request), answers.append)
+        graph.call(service, decode(graph.service(service).type.request, request), answers.append)
         if isinstance(answers[0], PPaaSError):
             raise answers[0]
         return encode(answers[0])
@@ -88,3 +89,15 @@ async def test_the_answer_is_a_valid_plan_with_map_and_container(planning: Plann
 async def test_errors_of_the_container_keep_their_class(planning: Planning) -> None:
     with pytest.raises(StartOccupied, match="the start of robot 1, 3, 1, is 0 m from an obstacle"):
         await planning.plan_fleet("ann", MAP, msgspec.structs.replace(REQUEST, starts=((1.0, 1.0), (3.0, 1.0))))
+
+
+async def test_a_path_has_the_poses_of_the_planner_and_its_container(planning: Planning, place: _Place) -> None:
+    request = PathRequest((1.0, 1.0), (5.0, 1.0, 0.5), "theta_star", parameters={"robot_radius": 0.1}, timeout=3.0)
+    answer, poses = await planning.compute_path("ann", MAP, request)
+    assert place.asked == [("compute_packed_path", 3.0 + KERNEL_PATIENCE + ANSWER_MARGIN)]
+    assert (answer.container, answer.pid, answer.map, answer.version) == ("c1", 4711, "house", "v")
+    assert (answer.planner, answer.origin, answer.reused) == ("theta_star", "computed", None)
+    assert poses[0].tolist() == [1.0, 1.0, 0.0, *poses[0, 3:].tolist()]
+    assert poses[-1] == pytest.approx([5.0, 1.0, 0.0, *quaternion_of(0.5)])
+    assert np.hypot(*np.diff(poses[:, :2], axis=0).T).sum() == pytest.approx(answer.length)
+    assert msgspec.json.decode(answer.conditions)["robot_radius"] == 0.1

@@ -4,8 +4,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppaas.plans.evaluation import as_json, evaluate
-from ppaas.plans.history import MOST_BUCKETS, bucket_of, bucket_range, compared_row, computed_row, failed_row, found_row
+from ppaas.plans.history import (
+    MOST_BUCKETS,
+    as_json,
+    bucket_of,
+    bucket_range,
+    compared_row,
+    computed_row,
+    evaluate,
+    failed_row,
+    found_row,
+)
 
 FAR, NEAR = ("house", "v1", "astar", 14), ("house", "v1", "astar", 4)
 

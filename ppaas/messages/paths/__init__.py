@@ -1,1 +1,0 @@
-"""Messages with paths that are packed as bytes."""
