@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 
 import uvloop
 
-from engine.container.clone_sessions import CloneSessions
 from engine.container.compiling.compile_notice import CompileNotice
 from engine.container.compiling.kernel_gate import KernelGate, KernelsMissing, await_kernels
+from engine.container.container import Container, sessions_of
 from engine.container.current_map import CurrentMap
 from engine.container.endpoint_link import EndpointLink, Stream, dial
 from engine.container.executor import NodeExecutor
@@ -24,11 +24,11 @@ from engine.container.graph_building import Attendants, build_graph
 from engine.container.group_bridges import GroupBridge, people_bridge, traffic_bridge
 from engine.container.machine_client import MachineClient
 from engine.container.map_follower import MapFollower
-from engine.container.robot_link_handler import Container
 from engine.container.shared_plans import PlanningNotes, SharedPlans
 from engine.protocols import machine_link, robot_link
 from engine.protocols.refusals import refusal_of
 from engine.runtimes.compilation.threads import KernelThreads, use_threads
+from engine.sessions.host import SessionHost
 from engine.specs.containers import Launch
 from engine.specs.start_state import KERNEL_PATIENCE
 from ppaas.errors import InvalidInput, PPaaSError
@@ -60,11 +60,8 @@ async def run(launch: Launch) -> None:
     plans.ask(machine)
     monitoring = None if attendants is None else attendants.monitoring
     endpoint = EndpointLink(launch.link, stream)
-    sessions = None if launch.spec.robot is None else CloneSessions(launch.spec, launch.spec.robot)
-    container = Container(
-        launch, home, endpoint, machine, notes,
-        monitoring=monitoring, sessions=None if sessions is None else sessions.host,
-    )  # fmt: skip
+    sessions = None if launch.spec.robot is None else sessions_of(launch.spec, launch.spec.robot)
+    container = Container(launch, home, endpoint, machine, notes, monitoring=monitoring, sessions=sessions)
     outside, groups = _bridges(launch, home, machine, _presence_of(sessions))
     follow = MapFollower(current, home, container, machine, outside, notes, monitoring)
     told = _connected(attendants, machine)
@@ -79,7 +76,7 @@ async def run(launch: Launch) -> None:
         endpoint.write(container.hello(os.getpid()))
         home.attend()
         works = (container.serve(), container.keep_checkpoints(), container.beat(), follow.attend_zones())
-        await _until_first(*works, _end_of(listening), *(() if sessions is None else (sessions.host.attend(),)))
+        await _until_first(*works, _end_of(listening), *(() if sessions is None else (sessions.attend(),)))
     finally:
         home.close()
         await _closed(container, endpoint, machine)
@@ -153,9 +150,9 @@ def _connected(attendants: Attendants | None, machine: MachineClient) -> Callabl
     return attendants.recording.told
 
 
-def _presence_of(sessions: CloneSessions | None) -> RobotIsHere:
+def _presence_of(sessions: SessionHost | None) -> RobotIsHere:
     """Return a callable that reports whether the robot of a container is connected: never without a robot."""
-    return lambda: sessions is not None and sessions.host.robot_is_here
+    return lambda: sessions is not None and sessions.robot_is_here
 
 
 def _bridges(

@@ -4,12 +4,12 @@ import asyncio
 import logging
 from dataclasses import dataclass
 
+from engine.container.container import Container
 from engine.container.current_map import CurrentMap
 from engine.container.executor import NodeExecutor
 from engine.container.fleet_bridge import FleetBridge
 from engine.container.machine_client import MachineClient
 from engine.container.monitor.setup import ContainerMonitor
-from engine.container.robot_link_handler import Container
 from engine.container.shared_plans import PlanningNotes
 from engine.protocols import machine_link
 from ppaas.clock import epoch

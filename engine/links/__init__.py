@@ -1,1 +1,1 @@
-"""Ends of the robot link that endpoints and containers share: open calls, unacknowledged messages."""
+"""What is the same at both ends of the robot link: clients of a place, their subscriptions and open calls."""

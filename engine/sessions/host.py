@@ -29,6 +29,7 @@ from engine.protocols.session_frames import (
     SocketReady,
 )
 from engine.rights.access import Access
+from engine.sessions.place.clone import Clone
 from engine.sessions.place.place import Place
 from engine.sessions.retained_session import RetainedSession, SessionRecord
 from engine.sessions.socket_sink import EndpointEnd, SocketSink
@@ -107,6 +108,12 @@ class SessionHost:
         return msgspec.json.encode(self._place.link_facts())
 
     # -- links ---------------------------------------------------------------------------------------------------------
+
+    def begin(self, clone: Clone, endpoint: EndpointEnd) -> None:
+        """Use a clone from now on, and serve the sockets of its first endpoint."""
+        self._place.begin(clone)
+        self.link_up(endpoint)
+        self.forget_restored()
 
     def link_up(self, link: EndpointEnd) -> None:
         """Begin to serve the sockets of an endpoint."""

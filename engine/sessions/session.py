@@ -9,7 +9,7 @@ import logging
 from collections.abc import Callable
 from typing import Any, ParamSpec
 
-from engine.links.topic_types import check_type
+from engine.links.shared_place import check_type
 from engine.protocols.session_frames import NumberedFrame
 from engine.rights.access import Access
 from engine.rights.roles import Role, check_may_publish

@@ -10,7 +10,7 @@ from engine.service.views import RobotState
 from ppaas.clock import ManualClock
 from ppaas.errors import NotFound, Unavailable
 from ppaas.geometry import Pose2D
-from tests.support.endpoints.still_place import StillPlace
+from tests.support.endpoints.still_place import StillRobot
 from tests.support.waiting import until
 
 KEY = robot_key("ann", "tb1")
@@ -20,12 +20,12 @@ class FakeDriver:
     """Has the places that the test gives it."""
 
     def __init__(self) -> None:
-        self.places = {KEY: StillPlace()}
+        self.places = {KEY: StillRobot()}
         self.places[KEY].container = "c1"
         self.presence = RobotPresence(self.place, ManualClock(1000.0))
         self.presence.came(KEY)
 
-    def place(self, key: str) -> StillPlace | None:
+    def place(self, key: str) -> StillRobot | None:
         return self.places.get(key)
 
 
@@ -84,7 +84,7 @@ async def test_goals_of_a_closed_place_are_shown_until_the_robot_connects_again(
     goal = await navigation.send_goal("ann", "tb1", Pose2D(1.0, 2.0))
     driver.places.pop(KEY).close(Unavailable("gone"))
     assert (await navigation.goal("ann", "tb1", goal.id)).state == "lost"
-    driver.places[KEY] = StillPlace()
+    driver.places[KEY] = StillRobot()
     assert (await navigation.state("ann", "tb1")).goals == ()
     assert await navigation.goals("ann", "tb1") == []
     navigation.close()

@@ -1,17 +1,26 @@
 """Messages over a place link that must arrive, also if the container is replaced."""
 
+from collections.abc import AsyncIterator
+
 import pytest
 
-from engine.links.unacknowledged import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
+from engine.links.shared_place import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
 from engine.protocols import robot_link
 from engine.protocols.refusals import Refusal
-from engine.sessions.place.place import Place
+from engine.service.links.place_link import PlaceLink
 from ppaas.errors import QuotaExceeded
-from tests.support.engine.place_peers import FakeContainer, RecordingClient
+from tests.support.engine.place_peers import FakeContainer, RecordingClient, close_links
+
+
+@pytest.fixture(autouse=True)
+async def links() -> AsyncIterator[None]:
+    """Close the links that a test left open."""
+    yield
+    await close_links()
 
 
 async def test_goal_sent_without_a_container_reaches_the_next() -> None:
-    place = Place("robot:a/r")
+    place = PlaceLink("robot:a/r")
     client = place.join(RecordingClient())
     place.deliver("goal", b'"1"', client, must_arrive=True)
     place.deliver("scan", b"{}", client, must_arrive=False)
@@ -21,7 +30,7 @@ async def test_goal_sent_without_a_container_reaches_the_next() -> None:
 
 
 async def test_unacknowledged_messages_are_resent_in_order() -> None:
-    place = Place("robot:a/r")
+    place = PlaceLink("robot:a/r")
     client = place.join(RecordingClient())
     first = await FakeContainer.ready(place, "c1")
     for number in (b"1", b"2", b"3"):
@@ -37,7 +46,7 @@ async def test_unacknowledged_messages_are_resent_in_order() -> None:
 
 
 async def test_message_in_the_checkpoint_is_not_resent() -> None:
-    place = Place("robot:a/r")
+    place = PlaceLink("robot:a/r")
     client = place.join(RecordingClient())
     await (await FakeContainer.dial(place, "c1")).die()
     place.deliver("goal", b"1", client, must_arrive=True)
@@ -49,7 +58,7 @@ async def test_message_in_the_checkpoint_is_not_resent() -> None:
 
 
 async def test_numbers_continue_those_of_an_earlier_cloud_process() -> None:
-    listening, place = RecordingClient(), Place("robot:a/r")
+    listening, place = RecordingClient(), PlaceLink("robot:a/r")
     client = place.join(listening)
     before = place.deliver("goal", b"1", client, must_arrive=True)
     container = await FakeContainer.dial(place, "c1", applied=57)
@@ -70,7 +79,7 @@ async def test_numbers_continue_those_of_an_earlier_cloud_process() -> None:
 
 
 async def test_number_of_unacknowledged_messages_is_bounded() -> None:
-    place = Place("robot:a/r")
+    place = PlaceLink("robot:a/r")
     client = place.join(RecordingClient())
     for _ in range(MAX_UNACKNOWLEDGED):
         place.deliver("goal", b"1", client, must_arrive=True)
@@ -79,7 +88,7 @@ async def test_number_of_unacknowledged_messages_is_bounded() -> None:
 
 
 async def test_bytes_of_unacknowledged_messages_are_bounded_until_acknowledged() -> None:
-    place = Place("robot:a/r")
+    place = PlaceLink("robot:a/r")
     client = place.join(RecordingClient())
     await (await FakeContainer.dial(place, "c0")).die()
     half = bytes(MAX_UNACKNOWLEDGED_BYTES // 2)

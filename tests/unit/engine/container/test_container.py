@@ -4,7 +4,7 @@ from collections.abc import AsyncIterator
 
 import pytest
 
-from engine.container.robot_link_handler import MAX_WAITING
+from engine.container.served_link import MAX_WAITING
 from engine.protocols import robot_link
 from engine.specs.containers import LINK_STATE, ContainerSpec
 from ppaas.messages import decode
