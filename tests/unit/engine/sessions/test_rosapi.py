@@ -11,9 +11,8 @@ from engine.links.open_calls import Done
 from engine.sessions.calls import ClientCalls
 from engine.sessions.outbox import Sent
 from engine.sessions.place.place import Place
-from engine.sessions.posting import Posting
 from engine.sessions.rosapi import introspect, view_of
-from engine.sessions.unsettled import UnsettledFrames
+from engine.sessions.unsettled import Posting, UnsettledFrames
 from ppaas.errors import Conflict, PPaaSError
 from ppaas.wire.operations import AdvertiseService, CallService
 from ppaas.wire.rosbridge import RosbridgeSession
