@@ -14,7 +14,7 @@ import msgspec
 
 from engine.container.container import Container, sessions_of
 from engine.container.current_map import CurrentMap
-from engine.container.endpoint_link import EndpointLink
+from engine.container.endpoint_links import EndpointLink
 from engine.container.executor import NodeExecutor
 from engine.container.fleet_bridge import FleetBridge
 from engine.container.graph_building import build_graph

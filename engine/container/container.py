@@ -11,13 +11,11 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from engine.container.endpoint_link import EndpointLink
-from engine.container.endpoint_links import EndpointLinks
+from engine.container.endpoint_links import EndpointLink, EndpointLinks, ServedLink
 from engine.container.executor import NodeExecutor
 from engine.container.machine_client import MachineClient
 from engine.container.monitor.setup import ContainerMonitor
 from engine.container.node_logs import NodeLogs
-from engine.container.served_link import ServedLink
 from engine.container.shared_plans import PlanningNotes
 from engine.links.open_calls import Outcome
 from engine.processes.heartbeats import BEAT_PERIOD

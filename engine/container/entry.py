@@ -8,22 +8,22 @@ import asyncio
 import logging
 import os
 from collections.abc import Callable, Coroutine, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
 import uvloop
 
-from engine.container.compiling.compile_notice import CompileNotice
-from engine.container.compiling.kernel_gate import KernelGate, KernelsMissing, await_kernels
 from engine.container.container import Container, sessions_of
 from engine.container.current_map import CurrentMap
-from engine.container.endpoint_link import EndpointLink, Stream, dial
+from engine.container.endpoint_links import EndpointLink, Stream, dial
 from engine.container.executor import NodeExecutor
 from engine.container.fleet_bridge import FleetBridge, RobotIsHere
 from engine.container.graph_building import Attendants, build_graph
 from engine.container.group_bridges import GroupBridge, people_bridge, traffic_bridge
+from engine.container.kernel_gate import CompileNotice, KernelGate, KernelsMissing, await_kernels
 from engine.container.machine_client import MachineClient
-from engine.container.map_follower import MapFollower
+from engine.container.monitor.setup import ContainerMonitor
 from engine.container.shared_plans import PlanningNotes, SharedPlans
 from engine.protocols import machine_link, robot_link
 from engine.protocols.refusals import refusal_of
@@ -31,6 +31,7 @@ from engine.runtimes.compilation.threads import KernelThreads, use_threads
 from engine.sessions.host import SessionHost
 from engine.specs.containers import Launch
 from engine.specs.start_state import KERNEL_PATIENCE
+from ppaas.clock import epoch
 from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.listener_faults import ListenerFaults
 from ppaas.log_lines import log_lines
@@ -40,6 +41,47 @@ from ppaas.plans.reuse.measured_times import Times
 from ppaas.plugins import permit_only
 
 logger = logging.getLogger(__name__)
+
+LOOK = 10.0
+"""Longest time between two looks at the zones of the map, which a new version may have changed [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class MapFollower:
+    """Handler of ``UseLayers`` frames: all parts of a container that know its map version change together."""
+
+    current: CurrentMap
+    home: NodeExecutor
+    container: Container
+    machine: MachineClient
+    outside: FleetBridge
+    notes: PlanningNotes
+    monitoring: ContainerMonitor | None
+
+    async def attend_zones(self) -> None:
+        """Move the nodes to other zones of the map whenever others come into force."""
+        while True:
+            await asyncio.sleep(max(min(self.current.next_change - epoch(), LOOK), 0.01))
+            try:
+                self.current.follow_zones(self.home.graph, self.monitoring)
+            except PPaaSError as error:
+                logger.error("the zones of map %r are not changed: %s", self.current.spec.map.id, error)
+            self.home.attend()
+
+    def __call__(self, frame: machine_link.UseLayers) -> None:
+        """Use the layers; what was sent before the answer is of the version before."""
+        self.notes.tell(self.machine)
+        try:
+            if self.current.use(frame, self.home.graph, self.monitoring):
+                self.container.map_replaced()
+        except PPaaSError as error:
+            self.machine.map_in_use(frame.map, error)
+        else:
+            self.outside.use_spec(self.current.spec)
+            self.machine.map_in_use(frame.map)
+        self.home.attend()
+
+
 _faults = ListenerFaults(logger)
 
 

@@ -1,1 +1,1 @@
-"""What is the same at both ends of the robot link: clients of a place, their subscriptions and open calls."""
+"""Both ends of the robot link: the clients of a place, their subscriptions and open calls."""

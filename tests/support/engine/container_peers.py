@@ -4,7 +4,7 @@ import asyncio
 from pathlib import Path
 
 from engine.container.container import Container
-from engine.container.endpoint_link import EndpointLink
+from engine.container.endpoint_links import EndpointLink
 from engine.container.executor import NodeExecutor
 from engine.container.machine_client import MachineClient
 from engine.container.shared_plans import PlanningNotes

@@ -4,7 +4,7 @@ import cbor2
 import pytest
 
 from engine.protocols.session_frames import NumberedFrame
-from engine.service.links.stream_frames import is_stream
+from engine.service.links.carried_session import is_stream
 
 SCAN = {"op": "publish", "topic": "/scan", "msg": {"ranges": [1.0]}}
 
