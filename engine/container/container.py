@@ -68,7 +68,7 @@ def sessions_of(spec: ContainerSpec, robot: RobotConfig) -> SessionHost:
     return sessions
 
 
-def _as_told(error: PPaaSError) -> PPaaSError:
+def _for_clients(error: PPaaSError) -> PPaaSError:
     """Return an error as clients may read it; a text for operators is logged here."""
     return error_of(refusal_of(error))
 
@@ -125,9 +125,9 @@ class Container:
         self._unsent: deque[tuple[str, bytes]] = deque(maxlen=MAX_UNSENT)
         self._graph.watch(self._topic_changed)
         if monitoring is not None:
-            monitoring.changed = self._tell_nodes
+            monitoring.changed = self._report_nodes
 
-    def _tell_nodes(self) -> None:
+    def _report_nodes(self) -> None:
         services, nodes = self.services(), self.nodes()
         for listener in self._listeners:
             listener.nodes_changed(services, nodes)
@@ -147,7 +147,7 @@ class Container:
         return [node_info(self._graph, node) for node in self._graph.nodes.values()]
 
     def add_listener(self, listener: CloneListener) -> None:
-        """Tell a listener what happens from now on."""
+        """Notify a listener of what happens from now on."""
         self._listeners.append(listener)
 
     def deliver(self, topic: str, payload: bytes, client: int, sequence: int) -> PPaaSError | None:
@@ -169,7 +169,7 @@ class Container:
         if sequence or any(node.has_log_change for node in self._graph.nodes_with_logs):
             self._dirty.set()
         self._home.attend()
-        return None if refusal is None else _as_told(refusal)
+        return None if refusal is None else _for_clients(refusal)
 
     def subscribe(self, listener: CloneListener, topic: str, client: int) -> None:
         """Send a listener the messages of a topic that it wants; the last one at once if the topic is latched."""
@@ -198,9 +198,9 @@ class Container:
         """Call a service; ``reply`` is called with the response as JSON or the error, now or later."""
 
         def answer(result: Payload | PPaaSError) -> None:
-            reply(_as_told(result) if isinstance(result, PPaaSError) else payload_bytes(result))
+            reply(_for_clients(result) if isinstance(result, PPaaSError) else payload_bytes(result))
 
-        if service == robot_link.LINK_FACTS and self._sessions is not None:
+        if service == robot_link.LINK_FACTS and self._sessions is not None:  # known to the sessions, not to a node
             reply(self._sessions.link_facts())
             return
         try:
@@ -217,7 +217,6 @@ class Container:
     # -- to all that listen --------------------------------------------------------------------------------------------
 
     def _topic_changed(self, node: Node, name: str, topic: Topic | None) -> None:
-        """Announce a new or removed topic; forward a new one to those that are subscribed to it."""
         if topic is None:
             self._taps.pop(name, None)
             for listener in self._listeners:
@@ -280,13 +279,11 @@ class Container:
         await self._save()
 
     def _hello_again(self) -> robot_link.Hello:
-        """Return the hello for an endpoint that the container dials after it lost one."""
         if self._sessions is not None:
             self._sessions.link_up(self._endpoint)
         return self.hello(os.getpid())
 
     def _endpoint_lost(self) -> None:
-        """Detach the sockets of the endpoint, and drop its subscriptions."""
         if self._sessions is not None:
             self._sessions.link_lost(self._endpoint)
         self._drop_subscriptions(self._remote)
@@ -356,7 +353,7 @@ class Container:
         """Send heartbeats to the master and the endpoints, and new planning times to the machine."""
         while True:
             beat = self._beat()
-            for link in self._links:
+            for link in self._links:  # the sessions in this process end with it
                 link.end.write(beat)
             self._notes.tell(self._machine)
             await asyncio.sleep(BEAT_PERIOD)
@@ -392,6 +389,7 @@ class Container:
             return
         applied, held, self._held = [(each, each.applied) for each in self._listeners], self._held, []
         nodes = {checkpoint.node: checkpoint.state for checkpoint in self._graph.checkpoints()}
+        # Only of the master's link: endpoints send nothing that must arrive, and sessions have their own checkpoint.
         nodes[LINK_STATE] = str(self._remote.applied).encode()
         if self._sessions is not None:
             nodes[SESSIONS_STATE] = self._sessions.checkpoint()

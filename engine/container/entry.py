@@ -162,7 +162,6 @@ async def _built(launch: Launch, threads: KernelThreads, gate: KernelGate, waits
 
 
 async def _refuse(stream: Stream, launch: Launch, error: PPaaSError) -> None:
-    """Report to the endpoint that the container cannot be what it was asked to be."""
     await stream.send(robot_link.ContainerFailed(launch.spec.id, launch.secret, refusal_of(error)))
     await stream.close()
 
@@ -193,14 +192,12 @@ def _connected(attendants: Attendants | None, machine: MachineClient) -> Callabl
 
 
 def _presence_of(sessions: SessionHost | None) -> RobotIsHere:
-    """Return a callable that reports whether the robot of a container is connected: never without a robot."""
     return lambda: sessions is not None and sessions.robot_is_here
 
 
 def _bridges(
     launch: Launch, home: NodeExecutor, machine: MachineClient, here: RobotIsHere
 ) -> tuple[FleetBridge, list[GroupBridge]]:
-    """Return the bridges to the other robots of the map, and to the nodes of the groups."""
     groups = [make(launch, home, machine, here) for make in (people_bridge, traffic_bridge)]
     return FleetBridge(launch, home.graph, machine, here), groups
 
@@ -223,7 +220,6 @@ async def _end_of(task: asyncio.Task[None]) -> None:
 
 
 async def _until_first(*works: Coroutine[Any, Any, None]) -> None:
-    """Run all coroutines until one returns or raises; then cancel the others."""
     tasks = [asyncio.create_task(work) for work in works]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)

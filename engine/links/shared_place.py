@@ -150,7 +150,7 @@ class SharedPlace(ABC):
     def _published(self, topic: str, payload: bytes, client: int = 0) -> None:
         """Pass a message to all that hear its topic, or a latched one to the client that has just subscribed."""
         hearers = {client} if client else self._hearers.get(topic, set())
-        self._tell(hearers, lambda listener: listener.published(topic, payload))
+        self._notify(hearers, lambda listener: listener.published(topic, payload))
 
     def _map_replaced(self) -> None:
         """Request the map again for clients that do not take its changes."""
@@ -159,18 +159,18 @@ class SharedPlace(ABC):
             self._listen(topics.MAP.name, client)
 
     def _refused(self, client: int, topic: str, error: PPaaSError, sequence: int) -> None:
-        self._tell((client,), lambda listener: listener.refused(topic, error, sequence))
+        self._notify((client,), lambda listener: listener.refused(topic, error, sequence))
 
     def _acknowledged(self, sequence: int) -> None:
         self._unacknowledged.acknowledge(sequence)
-        self._tell(self._clients, lambda listener: listener.acknowledged(sequence))
+        self._notify(self._clients, lambda listener: listener.acknowledged(sequence))
 
-    def _tell(self, clients: Iterable[int], tell: Callable[[Listener], None]) -> None:
+    def _notify(self, clients: Iterable[int], notify: Callable[[Listener], None]) -> None:
         """Call clients, each whatever becomes of the others; they may leave meanwhile."""
         for number in tuple(clients):
             listener = self._clients.get(number)
             if listener is not None:
-                self._faults.call(f"client {number}", tell, listener)
+                self._faults.call(f"client {number}", notify, listener)
 
     # -- clients -------------------------------------------------------------------------------------------------------
 
@@ -220,6 +220,14 @@ class SharedPlace(ABC):
     @abstractmethod
     def client_service_type(self, service: str) -> str | None:
         """Return the type of a service of a client, by its name in ROS 1; None if there is none."""
+
+    @abstractmethod
+    def offered_services(self) -> dict[str, str]:
+        """Return the services of clients and their types, by the names of ROS 1."""
+
+    @abstractmethod
+    def offered_actions(self) -> dict[str, str]:
+        """Return the actions of clients and their types, ``package/Name``."""
 
     def topic_type(self, topic: str) -> str | None:
         """Return the type of a topic of the clone or of a client, by its name in ROS 1; None if there is none."""

@@ -199,7 +199,6 @@ class ClientCalls:
 
 
 def _spelled(operation: CallService, service: str, outcome: Outcome) -> Outcome:
-    """Return an outcome with the names of parameters as the client expects them."""
     if service != _PARAMETER_NAMES or not is_ros2_type(operation.type) or isinstance(outcome, PPaaSError):
         return outcome
     try:

@@ -275,7 +275,6 @@ class ClientGoals:
             self._outbox.put(topic, goal_frame.frame, DEFAULT_DEPTH)
 
     def _update_subscriptions(self) -> None:
-        """Subscribe to the topics of the active goals, and unsubscribe from those no longer needed."""
         wanted = self._goals.topics()
         for topic in wanted - self._topics:
             self._place.subscribe(topic, self._client)

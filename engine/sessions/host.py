@@ -291,7 +291,6 @@ class SessionHost:
                 self._tell_offers()
 
     def _tell_presence(self) -> None:
-        """Tell the clients of the robot whether it is connected, if that has changed."""
         if self.robot_is_here != self._presence:
             self._presence = self.robot_is_here
             self._place.publish(PRESENCE, encode(Bool(self._presence)), ITSELF, must_arrive=False)
@@ -305,7 +304,7 @@ class SessionHost:
             sorted(place.heard()),
         )
         for link, told in self._links.items():
-            if told != offers:
+            if told != offers:  # a link that came back knows nothing of it
                 self._links[link] = offers
                 link.write(offers)
 
@@ -358,6 +357,7 @@ class SessionHost:
             return
         if retained is not None:
             self._displace(retained)
+        # A client that lacks frames which are not kept, or rights that its session has used, begins anew.
         if retained is not None and not self._may_resume(retained, attach):
             self._end(retained)
             retained = None
@@ -401,7 +401,6 @@ class SessionHost:
             link.write(SessionOver(attach.socket, refusal_of(retained.session.over.result())))
 
     def _displace(self, retained: RetainedSession) -> None:
-        """Detach the socket of a session that another socket takes over."""
         if retained.sink is not None:
             link, socket = retained.sink.link, retained.sink.socket
             self._sockets.pop((link, socket), None)
@@ -467,6 +466,7 @@ class SessionHost:
             return
         self._named[client] = self._named.pop(client)  # moves to the end: the order is that of detaching
         retained.expiry = asyncio.get_running_loop().call_later(retained.options.linger, self._end, retained)
+        # Bounded, since a client may name a new session each time.
         away = [other for other in self._of_user(client.user) if other.sink is None]
         for other in away[:-MAX_AWAY]:
             self._end(other)

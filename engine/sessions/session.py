@@ -168,7 +168,7 @@ class FrameTaker:
 
     def resume(self) -> None:
         """Execute the operation that waits for a permit, and the frames after it."""
-        suspended, self._suspended = self._suspended, None
+        suspended, self._suspended = self._suspended, None  # it may be suspended again, for the next permit
         if suspended is not None:
             self._execute(suspended)
         self._go_on()

@@ -259,7 +259,6 @@ class CarriedSession:
             self._check_kept()
 
     def _drop_streams(self) -> None:
-        """Drop the messages that may be lost, while no container gets them."""
         for number, frame in tuple(self._kept.items()):
             if is_stream(frame):
                 self._settle([number])

@@ -95,7 +95,7 @@ class PlaceLink(SharedPlace):
         self.begin(hello, stream)
 
         def take(frame: robot_link.FromContainer) -> bool:
-            current = self._stream is stream
+            current = self._stream is stream  # frames of a container that was replaced are old news
             if current:
                 self.take(frame)
             return current
@@ -109,8 +109,8 @@ class PlaceLink(SharedPlace):
     def begin(self, hello: robot_link.Hello, stream: Stream) -> None:
         """Begin to serve a container, which may replace another.
 
-        Subscriptions and unacknowledged messages are repeated, the sockets are attached there, and it is told to dial
-        the endpoints of the place.
+        Subscriptions and unacknowledged messages are repeated, the sockets are attached there, and it gets the order to
+        dial the endpoints of the place.
         """
         if self._stream is not None:
             self._lost()
@@ -121,13 +121,12 @@ class PlaceLink(SharedPlace):
         self._repeat(hello.applied, stream)
         self._ready.set()
         self._count += 1
-        for order in self._endpoints.values():
+        for order in self._endpoints.values():  # with the number of this container: endpoints serve no earlier one
             self.send(order(self._count))
         for session in tuple(self._carried.values()):
             self._guard(session, session.attach)
 
     def _repeat(self, applied: int, stream: Stream) -> None:
-        """Repeat subscriptions, and the messages that are not in the checkpoint with which a container has begun."""
         if self._before is None:
             self._before = applied
         self._forget(self._own(applied))
@@ -137,7 +136,6 @@ class PlaceLink(SharedPlace):
             stream.write(self._numbered(deliver))
 
     def _numbered(self, deliver: robot_link.Deliver) -> robot_link.Deliver:
-        """Return a message with its number on the link."""
         if not self._before:
             return deliver
         return msgspec.structs.replace(deliver, sequence=deliver.sequence + self._before)
@@ -153,7 +151,7 @@ class PlaceLink(SharedPlace):
 
     def _lost(self) -> None:
         self._stream = self.pid = self.container = None
-        if self._closed is None:
+        if self._closed is None:  # those who wait for a closed place are to get the reason
             self._ready.clear()
         self._calls.fail(Unavailable("the container was lost before it answered; call again"))
 
@@ -213,7 +211,7 @@ class PlaceLink(SharedPlace):
         self._ready.set()
         self.send(robot_link.Shutdown())
         self._calls.fail(reason)
-        self._tell(self._clients, lambda listener: listener.closed(reason))
+        self._notify(self._clients, lambda listener: listener.closed(reason))
         self._clients.clear()
         for session in tuple(self._carried.values()):
             session.closed(reason)

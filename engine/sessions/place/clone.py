@@ -66,7 +66,7 @@ class Clone(Protocol):
         ...
 
     def add_listener(self, listener: CloneListener) -> None:
-        """Tell a user what happens from now on."""
+        """Notify a user of what happens from now on."""
         ...
 
     def subscribe(self, listener: CloneListener, topic: str, client: int) -> None:

@@ -27,8 +27,8 @@ LIST_PERIOD = 1.0
 class Place(SharedPlace):
     """Shared by all clients of one place: its clone, subscriptions, client topics and client services.
 
-    The clone takes messages and calls at once. What it has to tell its clients waits in one queue until it is done with
-    what it does now; so a client never uses the clone in the middle of that, and hears everything in order.
+    The clone takes messages and calls at once. What it reports to clients waits in one queue until it is done with what
+    it does now; so a client never uses the clone in the middle of that, and hears everything in order.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ class Place(SharedPlace):
         self.topics = {topic.name: topic for topic in clone.topics()}
         self._nodes_changed(clone.services(), clone.nodes())
         for topic in self.topics:
-            self.client_topics.drop(topic)
+            self.client_topics.drop(topic)  # a name belongs to the clone, also if a client had it before
         clone.add_listener(self)
         for topic in self._hearers:
             clone.subscribe(self, topic, 0)
@@ -82,7 +82,7 @@ class Place(SharedPlace):
         clone = self._has_clone()
         sequence = self._unacknowledged.add(len(payload)) if must_arrive else 0
         refusal = clone.deliver(topic, payload, client, sequence)
-        if refusal is not None:
+        if refusal is not None:  # it waits, too: what nodes published before they refused it comes first
             self._later(self._refused, client, topic, refusal, sequence)
         return sequence
 
@@ -153,7 +153,7 @@ class Place(SharedPlace):
             for _ in range(len(self._news)):
                 work, args = self._news.popleft()
                 work(*args)
-        finally:
+        finally:  # also after a fault, which must not hold back the rest
             if self._news:
                 self._schedule()
 

@@ -169,6 +169,7 @@ class StillClient:
         binary = isinstance(content, bytes)
         body = content if isinstance(content, bytes) else content.encode(errors="replace")
         self.session.take(NumberedFrame(next(self._numbers), body, binary))
+        self.session.release()  # without waiting for the types of ROS
 
     def received(self) -> list[dict[str, Any]]:
         """Return the frames sent to the client since the last call."""

@@ -1,13 +1,16 @@
-"""Place links, with containers that connect and disconnect at the other end of a real socket."""
+"""Place links, with containers that connect and disconnect at a real socket; which frames of clients may be lost."""
 
 import asyncio
 from collections.abc import AsyncIterator
 
+import cbor2
 import pytest
 
 from engine.links.shared_place import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
 from engine.protocols import robot_link
 from engine.protocols.refusals import Refusal
+from engine.protocols.session_frames import NumberedFrame
+from engine.service.links.carried_session import is_stream
 from engine.service.links.place_link import PlaceLink
 from ppaas.errors import PPaaSError, QuotaExceeded, Unavailable
 from tests.support.engine.place_peers import NODES, SERVICES, TOPICS, FakeContainer, RecordingClient, close_links
@@ -314,3 +317,35 @@ async def test_bytes_of_unacknowledged_messages_are_bounded_until_acknowledged()
     assert isinstance(resent, robot_link.Deliver) and resent.sequence == 2
     place.deliver("cloud", b"1", client, must_arrive=True)
     await container.die()
+
+
+SCAN = {"op": "publish", "topic": "/scan", "msg": {"ranges": [1.0]}}
+
+
+@pytest.mark.parametrize(
+    ("content", "binary"),
+    [
+        (b'{"op": "publish", "topic": "/scan", "msg": {}}', False),
+        (b'{"msg": {"text": "T\xc3\xbcr"}, "topic": "tb1/odom", "op": "publish"}', False),
+        (b'{"op": "publish", "topic": "scan", "msg": {}}', True),
+        (cbor2.dumps(SCAN), True),
+    ],
+)
+def test_a_scan_in_any_form_is_of_a_stream(content: bytes, binary: bool) -> None:
+    assert is_stream(NumberedFrame(1, content, binary))
+
+
+@pytest.mark.parametrize(
+    ("content", "binary"),
+    [
+        (b'{"op": "subscribe", "topic": "/scan"}', False),
+        (b'{"op": "publish", "topic": "goal", "msg": {}}', False),
+        (cbor2.dumps(SCAN), False),
+        (cbor2.dumps(SCAN | {"topic": "goal"}), True),
+        (b'{"op": "publish", "topic": "\xff"}', False),
+        (b"\xff", True),
+        (b"[]", False),
+    ],
+)
+def test_any_other_frame_must_arrive(content: bytes, binary: bool) -> None:
+    assert not is_stream(NumberedFrame(1, content, binary))
