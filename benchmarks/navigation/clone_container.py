@@ -12,14 +12,13 @@ from pathlib import Path
 
 import msgspec
 
-from engine.container.clone_sessions import CloneSessions
+from engine.container.container import Container, sessions_of
 from engine.container.current_map import CurrentMap
-from engine.container.endpoint_link import EndpointLink
+from engine.container.endpoint_links import EndpointLink
 from engine.container.executor import NodeExecutor
 from engine.container.fleet_bridge import FleetBridge
 from engine.container.graph_building import build_graph
 from engine.container.machine_client import MachineClient
-from engine.container.robot_link_handler import Container
 from engine.container.shared_plans import PlanningNotes, SharedPlans
 from engine.protocols import machine_link, robot_link
 from engine.protocols.framing import FrameStream, pack
@@ -148,11 +147,11 @@ class CloneContainer:
             FrameStream(*await asyncio.open_unix_connection(sock=self._machine.near), machine_link.ToContainer)
         )
         attendants.recording.connect(machine)
-        endpoint, sessions = EndpointLink("", near), CloneSessions(self._spec, self._robot)
+        endpoint, sessions = EndpointLink("", near), sessions_of(self._spec, self._robot)
         self._container = Container(
-            self._launch, home, endpoint, machine, notes, monitoring=attendants.monitoring, sessions=sessions.host
+            self._launch, home, endpoint, machine, notes, monitoring=attendants.monitoring, sessions=sessions
         )
-        bridge = FleetBridge(self._launch, home.graph, machine, partial(getattr, sessions.host, "robot_is_here"))
+        bridge = FleetBridge(self._launch, home.graph, machine, partial(getattr, sessions, "robot_is_here"))
         sessions.begin(self._container, endpoint)
         works = (machine.serve(bridge.shared), self._container.serve(), self._container.keep_checkpoints())
         tasks = [asyncio.create_task(work) for work in works]

@@ -9,7 +9,8 @@ import itertools
 import logging
 from typing import Any, ClassVar
 
-from engine.container import entry, robot_link_handler
+from engine.container import container as container_module
+from engine.container import entry
 from engine.runtimes.base import Premises, Runtime
 from engine.specs.containers import Launch
 from ppaas.messages.geometry_msgs import Twist, Vector3
@@ -100,7 +101,7 @@ class EchoRuntime(Runtime):
     async def start(self) -> None:
         """Give the containers of this process the graph of the bench."""
         vars(entry)["build_graph"] = _build
-        vars(robot_link_handler)["CHECKPOINT_PERIOD"] = CHECKPOINTS
+        vars(container_module)["CHECKPOINT_PERIOD"] = CHECKPOINTS
 
     async def launch(self, launch: Launch) -> TaskContainer:
         """Start a container."""

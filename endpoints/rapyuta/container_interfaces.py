@@ -5,7 +5,7 @@ from typing import Protocol
 from endpoints.clients.place_client import PlaceClient
 from endpoints.rapyuta.interfaces import Answerer, Asker, Interface, Sink, Source
 from engine.links.open_calls import Done
-from engine.links.topic_types import check_type
+from engine.links.shared_place import check_type
 from ppaas.errors import Conflict
 from ppaas.wire.rapyuta.interface_types import InterfaceRole, InterfaceType
 from ppaas.wire.rapyuta.message_codec import graph_class

@@ -32,7 +32,7 @@ def main(allowed: str, parent: str, folder: str) -> None:
     names = from_json(allowed, list[str] | None)
     if names is not None:
         permit_only(names)
-    from engine.container.checking.clone_check import CloneCheck  # noqa: PLC0415 - loads plug-ins
+    from engine.container.clone_check import CloneCheck  # noqa: PLC0415 - loads plug-ins
 
     check, decoder = CloneCheck(Path(folder)), msgspec.json.Decoder(CloneToCheck)
     _write(answers, b"")

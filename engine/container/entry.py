@@ -8,29 +8,30 @@ import asyncio
 import logging
 import os
 from collections.abc import Callable, Coroutine, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
 import uvloop
 
-from engine.container.clone_sessions import CloneSessions
-from engine.container.compiling.compile_notice import CompileNotice
-from engine.container.compiling.kernel_gate import KernelGate, KernelsMissing, await_kernels
+from engine.container.container import Container, sessions_of
 from engine.container.current_map import CurrentMap
-from engine.container.endpoint_link import EndpointLink, Stream, dial
+from engine.container.endpoint_links import EndpointLink, Stream, dial
 from engine.container.executor import NodeExecutor
 from engine.container.fleet_bridge import FleetBridge, RobotIsHere
 from engine.container.graph_building import Attendants, build_graph
 from engine.container.group_bridges import GroupBridge, people_bridge, traffic_bridge
+from engine.container.kernel_gate import CompileNotice, KernelGate, KernelsMissing, await_kernels
 from engine.container.machine_client import MachineClient
-from engine.container.map_follower import MapFollower
-from engine.container.robot_link_handler import Container
+from engine.container.monitor.setup import ContainerMonitor
 from engine.container.shared_plans import PlanningNotes, SharedPlans
 from engine.protocols import machine_link, robot_link
 from engine.protocols.refusals import refusal_of
 from engine.runtimes.compilation.threading_layer import KernelThreads, use_threads
+from engine.sessions.host import SessionHost
 from engine.specs.containers import Launch
 from engine.specs.start_state import KERNEL_PATIENCE
+from ppaas.clock import epoch
 from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.listener_faults import ListenerFaults
 from ppaas.log_lines import log_lines
@@ -40,6 +41,47 @@ from ppaas.plans.reuse.time_estimates import Times
 from ppaas.plugins import permit_only
 
 logger = logging.getLogger(__name__)
+
+LOOK = 10.0
+"""Longest time between two looks at the zones of the map, which a new version may have changed [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class MapFollower:
+    """Handler of ``UseLayers`` frames: all parts of a container that know its map version change together."""
+
+    current: CurrentMap
+    home: NodeExecutor
+    container: Container
+    machine: MachineClient
+    outside: FleetBridge
+    notes: PlanningNotes
+    monitoring: ContainerMonitor | None
+
+    async def attend_zones(self) -> None:
+        """Move the nodes to other zones of the map whenever others come into force."""
+        while True:
+            await asyncio.sleep(max(min(self.current.next_change - epoch(), LOOK), 0.01))
+            try:
+                self.current.follow_zones(self.home.graph, self.monitoring)
+            except PPaaSError as error:
+                logger.error("the zones of map %r are not changed: %s", self.current.spec.map.id, error)
+            self.home.attend()
+
+    def __call__(self, frame: machine_link.UseLayers) -> None:
+        """Use the layers; what was sent before the answer is of the version before."""
+        self.notes.tell(self.machine)
+        try:
+            if self.current.use(frame, self.home.graph, self.monitoring):
+                self.container.map_replaced()
+        except PPaaSError as error:
+            self.machine.map_in_use(frame.map, error)
+        else:
+            self.outside.use_spec(self.current.spec)
+            self.machine.map_in_use(frame.map)
+        self.home.attend()
+
+
 _faults = ListenerFaults(logger)
 
 
@@ -60,11 +102,8 @@ async def run(launch: Launch) -> None:
     plans.ask(machine)
     monitoring = None if attendants is None else attendants.monitoring
     endpoint = EndpointLink(launch.link, stream)
-    sessions = None if launch.spec.robot is None else CloneSessions(launch.spec, launch.spec.robot)
-    container = Container(
-        launch, home, endpoint, machine, notes,
-        monitoring=monitoring, sessions=None if sessions is None else sessions.host,
-    )  # fmt: skip
+    sessions = None if launch.spec.robot is None else sessions_of(launch.spec, launch.spec.robot)
+    container = Container(launch, home, endpoint, machine, notes, monitoring=monitoring, sessions=sessions)
     outside, groups = _bridges(launch, home, machine, _presence_of(sessions))
     follow = MapFollower(current, home, container, machine, outside, notes, monitoring)
     told = _connected(attendants, machine)
@@ -79,7 +118,7 @@ async def run(launch: Launch) -> None:
         endpoint.write(container.hello(os.getpid()))
         home.attend()
         works = (container.serve(), container.keep_checkpoints(), container.beat(), follow.attend_zones())
-        await _until_first(*works, _end_of(listening), *(() if sessions is None else (sessions.host.attend(),)))
+        await _until_first(*works, _end_of(listening), *(() if sessions is None else (sessions.attend(),)))
     finally:
         home.close()
         await _closed(container, endpoint, machine)
@@ -123,7 +162,6 @@ async def _built(launch: Launch, threads: KernelThreads, gate: KernelGate, waits
 
 
 async def _refuse(stream: Stream, launch: Launch, error: PPaaSError) -> None:
-    """Report to the endpoint that the container cannot be what it was asked to be."""
     await stream.send(robot_link.ContainerFailed(launch.spec.id, launch.secret, refusal_of(error)))
     await stream.close()
 
@@ -153,15 +191,13 @@ def _connected(attendants: Attendants | None, machine: MachineClient) -> Callabl
     return attendants.recording.told
 
 
-def _presence_of(sessions: CloneSessions | None) -> RobotIsHere:
-    """Return a callable that reports whether the robot of a container is connected: never without a robot."""
-    return lambda: sessions is not None and sessions.host.robot_is_here
+def _presence_of(sessions: SessionHost | None) -> RobotIsHere:
+    return lambda: sessions is not None and sessions.robot_is_here
 
 
 def _bridges(
     launch: Launch, home: NodeExecutor, machine: MachineClient, here: RobotIsHere
 ) -> tuple[FleetBridge, list[GroupBridge]]:
-    """Return the bridges to the other robots of the map, and to the nodes of the groups."""
     groups = [make(launch, home, machine, here) for make in (people_bridge, traffic_bridge)]
     return FleetBridge(launch, home.graph, machine, here), groups
 
@@ -184,7 +220,6 @@ async def _end_of(task: asyncio.Task[None]) -> None:
 
 
 async def _until_first(*works: Coroutine[Any, Any, None]) -> None:
-    """Run all coroutines until one returns or raises; then cancel the others."""
     tasks = [asyncio.create_task(work) for work in works]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)

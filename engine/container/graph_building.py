@@ -100,18 +100,6 @@ def _build_group_node(graph: Graph, spec: ContainerSpec, layers: MapLayers) -> N
 
 
 def _add_diagnostics(graph: Graph, robot: RobotConfig, current: CurrentMap, traffic: Traffic) -> None:
-    """Add the node ``diagnostics`` to a graph with the clone of a robot.
-
-    Parameters
-    ----------
-    graph : Graph
-    robot : RobotConfig
-        Configuration of the robot, which the clone has accepted.
-    current : CurrentMap
-        Its map, which may be replaced later.
-    traffic : Traffic
-        Counts of the messages that the container receives.
-    """
     body = robot_body(robot.model, robot.urdf, robot.parameters)
     watched = WatchedRobot(
         id=robot.id,

@@ -87,7 +87,6 @@ class RecordingLink:
         )
 
     def _parameters(self) -> dict[str, Any]:
-        """Return the parameters in use, by node."""
         found: dict[str, Any] = {}
 
         def reply(answer: Payload | PPaaSError) -> None:

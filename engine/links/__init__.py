@@ -1,1 +1,1 @@
-"""Ends of the robot link that endpoints and containers share: open calls, unacknowledged messages."""
+"""Both ends of the robot link: the clients of a place, their subscriptions and open calls."""

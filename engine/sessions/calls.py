@@ -10,8 +10,8 @@ from engine.sessions.namespaces import namespace_hint
 from engine.sessions.outbox import Sent
 from engine.sessions.place.client_services import Provider
 from engine.sessions.place.place import Place
-from engine.sessions.posting import Posting
 from engine.sessions.rosapi import introspect
+from engine.sessions.unsettled import Posting
 from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded, UnknownType, rebuild
 from ppaas.messages import service_type
 from ppaas.messages.base.message import Message
@@ -199,7 +199,6 @@ class ClientCalls:
 
 
 def _spelled(operation: CallService, service: str, outcome: Outcome) -> Outcome:
-    """Return an outcome with the names of parameters as the client expects them."""
     if service != _PARAMETER_NAMES or not is_ros2_type(operation.type) or isinstance(outcome, PPaaSError):
         return outcome
     try:

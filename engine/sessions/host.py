@@ -1,4 +1,4 @@
-"""Session host: all sessions of the clients of a place, and the sockets at endpoints that carry their frames.
+"""Sessions of the clients of a place, retained beyond their sockets, and the sockets at endpoints that carry them.
 
 A named session outlives its sockets. Its subscriptions, waiting frames and pending requests are retained for some time
 after the socket closed or its endpoint was lost, and passed to the next socket that names the session, at whatever
@@ -18,25 +18,34 @@ from engine.protocols.session_frames import (
     Attached,
     ClientFrame,
     ClientOffers,
+    CountPlan,
     Detach,
     Inform,
+    NumberedFrame,
     PlanCounted,
     RoundTrip,
     SessionClient,
+    SessionOptions,
     SessionOver,
     SessionToContainer,
     Settled,
     SocketReady,
 )
 from engine.rights.access import Access
+from engine.sessions.namespaces import scope_of
+from engine.sessions.outbox import EndpointEnd, SocketSink
+from engine.sessions.place.clone import Clone
 from engine.sessions.place.place import Place
-from engine.sessions.retained_session import RetainedSession, SessionRecord
-from engine.sessions.socket_sink import EndpointEnd, SocketSink
-from ppaas.errors import Conflict
+from engine.sessions.session import ClientSession, PlanPermits
+from engine.sessions.unsettled import Replay, UnsettledFrames
+from ppaas.errors import Conflict, PPaaSError
 from ppaas.listener_faults import ListenerFaults
 from ppaas.messages import encode
 from ppaas.messages.base.std_msgs import Bool
+from ppaas.wire.binary.packing import Packer
 from ppaas.wire.own_topics import OWN_TOPICS, PRESENCE
+from ppaas.wire.ros.serialization import serialize
+from ppaas.wire.rosbridge import RosbridgeSession
 
 logger = logging.getLogger(__name__)
 
@@ -47,8 +56,6 @@ ATTEND_PERIOD = 0.1
 """Interval at which endpoints are told what clients offer, if that has changed, and at which outboxes are flushed whose
 link to an endpoint was slow [s]."""
 
-_decoder = msgspec.json.Decoder(list[SessionRecord])
-
 RETURN = 10.0
 """Time for which a session without a name is known after its container was replaced [s]: its endpoint attaches it."""
 
@@ -57,6 +64,146 @@ ITSELF = 0
 
 Socket = tuple[EndpointEnd, int]
 """Socket of a client: the link to its endpoint, and its number there."""
+
+
+REPORT_PERIOD = 0.1
+"""Longest time until a settled frame is reported to the endpoint that keeps it [s]."""
+
+
+class SessionRecord(msgspec.Struct, frozen=True):
+    """Session in a checkpoint: the frames that set it up, or that are not answered.
+
+    ``taken`` is the number of the last frame of the client that was executed before the checkpoint, ``sent`` the number
+    of frames that the client was sent.
+    """
+
+    id: str
+    client: SessionClient
+    options: SessionOptions
+    access: Access
+    taken: int
+    frames: list[NumberedFrame]
+    sent: int = 0
+
+
+_decoder = msgspec.json.Decoder(list[SessionRecord])
+
+
+class RetainedSession:
+    """Session that outlives its sockets.
+
+    Parameters
+    ----------
+    place : Place
+        Place of the robot.
+    attach : Attach
+        First request for it.
+
+    Attributes
+    ----------
+    taken : int
+        Number of the last frame of the client that was taken.
+    sent_before : int
+        Number of frames that the client was sent by earlier containers; those are not kept.
+    sink : SocketSink, optional
+        The current socket.
+    """
+
+    def __init__(self, place: Place, attach: Attach) -> None:
+        self.id, self.client, self.options = attach.id, attach.client, attach.options
+        self.taken = 0
+        self.sent_before = attach.sent
+        self.ended = False
+        self.sink: SocketSink | None = None
+        self.expiry: asyncio.TimerHandle | None = None
+        self._permits = PlanPermits()
+        self._reporting: asyncio.TimerHandle | None = None
+        self.unsettled = UnsettledFrames(self._report_later)
+        options = attach.options
+        packer = Packer(compact=options.compact, png=options.png, serialize=serialize)
+        wire = RosbridgeSession(options.level, scope_of(attach.client.robot, options.namespace), packer)
+        self.session = ClientSession(
+            place, attach.client.role, wire, attach.client.title, self._permits.take,
+            access=attach.access, identity=f"goal-{self.id}", unsettled=self.unsettled, ask=self.ask_permit,
+        )  # fmt: skip
+        self.session.outbox.repeats = options.counts
+        self.session.over.add_done_callback(lambda over: self._tell_over(over.result()))
+
+    def record(self) -> SessionRecord:
+        """Return the session as a checkpoint has it."""
+        waiting = self.session.waiting()
+        executed = waiting[0].number - 1 if waiting else self.taken
+        frames = {frame.number: frame for frame in (*self.unsettled.frames(), *waiting)}
+        return SessionRecord(
+            self.id, self.client, self.options, self.session.access, executed,
+            [frames[number] for number in sorted(frames)], self.session.outbox.count,
+        )  # fmt: skip
+
+    # -- frames of the client ------------------------------------------------------------------------------------------
+
+    def take(self, frame: NumberedFrame) -> None:
+        """Execute a frame, unless it was taken before."""
+        if frame.number > self.taken:
+            self.taken = frame.number
+            self.session.serve(frame)
+
+    def replay(self, frame: NumberedFrame, replay: Replay) -> None:
+        """Execute a frame that an earlier container got."""
+        self.taken = max(self.taken, frame.number)
+        self.session.serve(frame, replay)
+
+    def continue_with(self, attach: Attach) -> list[int]:
+        """Go on after the link to the endpoint was lost; return the frames that it keeps and that are settled."""
+        self.session.outbox.resume(attach.sent)
+        pending = {frame.number for frame in self.record().frames}
+        taken = [frame.number for frame in attach.kept if frame.number <= self.taken]
+        for frame in attach.kept:
+            self.take(frame)
+        return [number for number in taken if number not in pending]
+
+    # -- permits -------------------------------------------------------------------------------------------------------
+
+    def ask_permit(self) -> None:
+        """Ask the endpoint whether the path that is requested is within the quota; a later one if there is none now."""
+        if self.sink is not None:
+            self.sink.link.write(CountPlan(self.sink.socket))
+
+    def permit(self, refusal: PPaaSError | None) -> None:
+        """Take the answer."""
+        self._permits.answer(refusal)
+        self.session.resume()
+
+    # -- the socket ----------------------------------------------------------------------------------------------------
+
+    def connect(self, sink: SocketSink | None) -> None:
+        """Send through a socket from now on; with None, let all frames wait."""
+        self.sink = sink
+        self.session.outbox.connect(sink)
+        if sink is not None and self.session.awaits_permit:
+            self.ask_permit()
+
+    def _report_later(self) -> None:
+        if self._reporting is None:
+            self._reporting = asyncio.get_running_loop().call_later(REPORT_PERIOD, self._report)
+
+    def _report(self) -> None:
+        self._reporting = None
+        settled = self.unsettled.take_settled()
+        if settled and self.sink is not None:
+            self.sink.link.write(Settled(self.sink.socket, settled))
+
+    def _tell_over(self, reason: PPaaSError) -> None:
+        if self.sink is not None:
+            self.sink.link.write(SessionOver(self.sink.socket, refusal_of(reason)))
+
+    def end(self) -> None:
+        """End the session."""
+        self.ended = True
+        for timer in (self.expiry, self._reporting):
+            if timer is not None:
+                timer.cancel()
+        self.connect(None)
+        self.session.end()
 
 
 class SessionHost:
@@ -108,6 +255,12 @@ class SessionHost:
 
     # -- links ---------------------------------------------------------------------------------------------------------
 
+    def begin(self, clone: Clone, endpoint: EndpointEnd) -> None:
+        """Use a clone from now on, and serve the sockets of its first endpoint."""
+        self._place.begin(clone)
+        self.link_up(endpoint)
+        self.forget_restored()
+
     def link_up(self, link: EndpointEnd) -> None:
         """Begin to serve the sockets of an endpoint."""
         self._links[link] = None
@@ -138,7 +291,6 @@ class SessionHost:
                 self._tell_offers()
 
     def _tell_presence(self) -> None:
-        """Tell the clients of the robot whether it is connected, if that has changed."""
         if self.robot_is_here != self._presence:
             self._presence = self.robot_is_here
             self._place.publish(PRESENCE, encode(Bool(self._presence)), ITSELF, must_arrive=False)
@@ -152,7 +304,7 @@ class SessionHost:
             sorted(place.heard()),
         )
         for link, told in self._links.items():
-            if told != offers:
+            if told != offers:  # a link that came back knows nothing of it
                 self._links[link] = offers
                 link.write(offers)
 
@@ -205,6 +357,7 @@ class SessionHost:
             return
         if retained is not None:
             self._displace(retained)
+        # A client that lacks frames which are not kept, or rights that its session has used, begins anew.
         if retained is not None and not self._may_resume(retained, attach):
             self._end(retained)
             retained = None
@@ -243,16 +396,15 @@ class SessionHost:
         retained.session.access, retained.options = attach.access, attach.options
         self._sockets[link, attach.socket] = retained
         link.write(Attached(attach.socket, retained.id, resumed, retained.taken))
-        retained.connect(SocketSink(link, attach.socket, retained.unsettled))
+        retained.connect(SocketSink(link, attach.socket, retained.unsettled.take_settled))
         if retained.session.over.done():
             link.write(SessionOver(attach.socket, refusal_of(retained.session.over.result())))
 
     def _displace(self, retained: RetainedSession) -> None:
-        """Detach the socket of a session that another socket takes over."""
         if retained.sink is not None:
             link, socket = retained.sink.link, retained.sink.socket
             self._sockets.pop((link, socket), None)
-            retained.release()
+            retained.session.release()
             retained.connect(None)
             self._refuse(link, socket)
 
@@ -304,7 +456,7 @@ class SessionHost:
     def _detach(self, socket: Socket, *, for_good: bool) -> None:
         """Detach a socket; a named session is retained for a while, unless its client left for good."""
         retained = self._sockets.pop(socket)
-        retained.release()
+        retained.session.release()
         retained.connect(None)
         client = retained.client
         if not for_good and retained.id in self._nameless:
@@ -314,6 +466,7 @@ class SessionHost:
             return
         self._named[client] = self._named.pop(client)  # moves to the end: the order is that of detaching
         retained.expiry = asyncio.get_running_loop().call_later(retained.options.linger, self._end, retained)
+        # Bounded, since a client may name a new session each time.
         away = [other for other in self._of_user(client.user) if other.sink is None]
         for other in away[:-MAX_AWAY]:
             self._end(other)

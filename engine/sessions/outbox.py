@@ -1,7 +1,8 @@
 """Outbox of one client: frames waiting to be sent, bounded per topic and in total, so that a slow reader harms nobody.
 
 It outlives the socket. To a client that reconnects and reports how many frames it received, the frames that must
-arrive and did not are sent again; see ``docs/design-sessions.md``.
+arrive and did not are sent again; see ``docs/design-sessions.md``. In the container, its connection is a socket at the
+other end of the link to an endpoint.
 """
 
 import itertools
@@ -10,9 +11,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import NamedTuple, Protocol
 
+from engine.links.frame_writer import FrameWriter
+from engine.protocols.session_frames import SessionFromContainer, SocketFrame
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Unavailable
 from ppaas.nodes.topics import policy_of
+from ppaas.wire.binary.binary_frame import BinaryFrame
 from ppaas.wire.fragments import in_fragments
 
 MAX_KEEP = 1000
@@ -235,3 +239,42 @@ class FrameOutbox:
         self._entries[number] = entry
         self._entries.move_to_end(number, last=False)
         self._bytes += len(entry.frame)
+
+
+MAX_WAITING = 1 << 20
+"""Bytes that wait on the link of an endpoint above which its sockets get no further frames."""
+
+
+EndpointEnd = FrameWriter[SessionFromContainer]
+"""Link to an endpoint."""
+
+
+class SocketSink:
+    """Sends the frames of an outbox to a socket, with the frames of the client that are settled meanwhile.
+
+    Parameters
+    ----------
+    link : EndpointEnd
+        Link to the endpoint that has the socket.
+    socket : int
+        Number of the socket on the link.
+    take_settled : callable
+        Returns the numbers of the frames of the client that were settled since the last call.
+    """
+
+    def __init__(self, link: EndpointEnd, socket: int, take_settled: Callable[[], list[int]]) -> None:
+        self.link = link
+        self.socket = socket
+        self._take_settled = take_settled
+        self.reads = True
+        """Whether the client reads fast enough."""
+
+    @property
+    def ready(self) -> bool:
+        """Whether a frame can be sent now."""
+        return self.reads and self.link.waiting <= MAX_WAITING
+
+    def send_frame(self, frame: bytes) -> None:
+        """Send a frame."""
+        settled = tuple(self._take_settled())
+        self.link.write(SocketFrame(self.socket, bytes(frame), isinstance(frame, BinaryFrame), settled))

@@ -1,8 +1,6 @@
 """rosapi of a robot's place: topics, services and nodes of its clone and its clients."""
 
-from typing import Protocol
-
-from engine.protocols.robot_link import NodeInfo, ServiceInfo, TopicInfo
+from engine.links.shared_place import SharedPlace
 from ppaas.clock import epoch
 from ppaas.wire import rosapi
 from ppaas.wire.names import CLIENTS, NameScope
@@ -13,31 +11,7 @@ ITSELF = "rosapi"
 """Node that offers the services of rosapi."""
 
 
-class PlaceOffers(Protocol):
-    """Offers of a place to its clients; names without slashes around them, types by the names of ROS 1."""
-
-    topics: dict[str, TopicInfo]
-    services: dict[str, ServiceInfo]
-    nodes: dict[str, NodeInfo]
-
-    def topic_types(self) -> dict[str, str]:
-        """Return all topics of the clone and of clients, with their types."""
-        ...
-
-    def offered_services(self) -> dict[str, str]:
-        """Return the services of clients and their types."""
-        ...
-
-    def offered_actions(self) -> dict[str, str]:
-        """Return the actions of clients and their types."""
-        ...
-
-    def heard(self) -> frozenset[str]:
-        """Return the topics that clients are subscribed to, whether or not they exist."""
-        ...
-
-
-def view_of(place: PlaceOffers, names: NameScope | None = None) -> GraphView:
+def view_of(place: SharedPlace, names: NameScope | None = None) -> GraphView:
     """Return the graph of a place; ``names`` reads the names in a client's requests.
 
     A client need not advertise topics that the clone knows. Topics that the clone subscribes to and none of its nodes
@@ -62,7 +36,7 @@ def view_of(place: PlaceOffers, names: NameScope | None = None) -> GraphView:
 
 
 def introspect(
-    place: PlaceOffers, service: str, arguments: bytes, names: NameScope | None = None, *, ros2: bool = False
+    place: SharedPlace, service: str, arguments: bytes, names: NameScope | None = None, *, ros2: bool = False
 ) -> bytes | None:
     """Return the response of a rosapi service; None if the service is not one of rosapi.
 

@@ -6,46 +6,316 @@ requested ``status`` (by ``set_level`` or ``&status=1``).
 
 import asyncio
 import logging
-from collections.abc import Callable
-from typing import Any, ParamSpec
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from itertools import chain
+from typing import Any, Final, ParamSpec
 
-from engine.links.topic_types import check_type
+from engine.links.shared_place import check_type
 from engine.protocols.session_frames import NumberedFrame
 from engine.rights.access import Access
 from engine.rights.roles import Role, check_may_publish
 from engine.sessions.calls import ClientCalls
-from engine.sessions.delayed_messages import DelayedMessages
-from engine.sessions.frame_taker import FrameTaker
 from engine.sessions.goals import ClientGoals
-from engine.sessions.heartbeat import Heartbeat
 from engine.sessions.namespaces import namespace_hint, with_hint
 from engine.sessions.offered_actions import OfferedActions
 from engine.sessions.outbox import FrameOutbox, Sent
 from engine.sessions.place.place import Place
-from engine.sessions.posting import Posting, Replay
-from engine.sessions.spelling import spelling_at
-from engine.sessions.unsettled import UnsettledFrames
-from ppaas.clock import monotonic
+from engine.sessions.unsettled import Posting, Replay, UnsettledFrames
+from ppaas.clock import epoch, monotonic
 from ppaas.errors import InvalidInput, NotFound, PPaaSError, rebuild
 from ppaas.listener_faults import internal_error
+from ppaas.messages import encode
+from ppaas.messages.base.std_msgs import Header, Time
+from ppaas.messages.geometry_msgs import Twist
 from ppaas.nodes.base import DEFAULT_DEPTH
 from ppaas.nodes.nav2_actions import PATH_GOALS
 from ppaas.nodes.topics import policy_of
 from ppaas.wire import operations
 from ppaas.wire.goals import refusal
-from ppaas.wire.names import ros1_type
+from ppaas.wire.names import ros1_type, ros2_spelling
 from ppaas.wire.own_topics import HEARTBEAT, OWN_TOPICS, check_not_own
+from ppaas.wire.ros.serialization import are_types_read, read_types
 from ppaas.wire.rosbridge import RosbridgeSession
+from ppaas.wire.stamped_twists import TWIST_STAMPED, stamping
+from ppaas.wire.subscriptions import Respell
 
 logger = logging.getLogger(__name__)
 
 P = ParamSpec("P")
+
+HEARTBEAT_PERIOD = 1.0
+"""Interval of the messages on ``HEARTBEAT`` [s]."""
 
 MAX_LOGGED = 64
 """Largest number of different errors of one client that are logged as warnings."""
 
 PATH_SERVICES = frozenset({"move_base/compute_path", "move_base/make_plan"})
 """Services of the clone that plan a path and count as path requests of the user."""
+
+RAW: Final = b"cbor-raw"
+"""Compression whose name in a frame makes it wait."""
+
+MAX_SEARCHED: Final = 4096
+"""Largest frame that is searched for the name [bytes]; a subscription is far smaller."""
+
+MAX_HELD: Final = 1 << 20
+"""Largest size of all frames that wait for types of ROS [bytes]; beyond it, none waits any longer."""
+
+Execute = Callable[[operations.ClientOperation | operations.RefusedOperation], None]
+"""Executes an operation; raises ``PermitAwaited`` if it must wait for a permit."""
+
+
+class PermitAwaited(Exception):
+    """An operation requests a path, and whether it may is being asked."""
+
+
+class PlanPermits:
+    """Answers whether the paths that a client requests are within the quota of its user, each for one operation.
+
+    The quota is counted outside of the container, so an operation that requests a path waits for the answer.
+    """
+
+    def __init__(self) -> None:
+        self._answers: list[PPaaSError | None] = []
+
+    def answer(self, refusal: PPaaSError | None) -> None:
+        """Take an answer: None if the path may be requested."""
+        self._answers.append(refusal)
+
+    def take(self) -> None:
+        """Use an answer.
+
+        Raises
+        ------
+        PermitAwaited
+            There is none yet.
+        PPaaSError
+            The path may not be requested.
+        """
+        if not self._answers:
+            raise PermitAwaited
+        refusal = self._answers.pop(0)
+        if refusal is not None:
+            raise refusal
+
+
+# -- frames of the client ----------------------------------------------------------------------------------------------
+
+
+class FrameTaker:
+    """Decodes the frames of a client, and executes their operations in order, each once.
+
+    Two kinds of frames let the later ones wait. An operation that requests a path waits for a permit. A subscription in
+    bytes of ROS (``compression: cbor-raw``) waits for the types of ROS: reading them takes most of a second of CPU,
+    once in a process. So they are read in a thread; the frames of other clients are handled meanwhile.
+
+    Parameters
+    ----------
+    wire : RosbridgeSession
+        State of the rosbridge protocol.
+    execute : callable
+        Executes an operation.
+    unsettled : UnsettledFrames
+        Frames of the client.
+    ask : callable
+        Called when an operation waits for a permit; `resume` must follow.
+    release : callable
+        Called once the types of ROS are read; `release` must follow.
+    """
+
+    def __init__(
+        self,
+        wire: RosbridgeSession,
+        execute: Execute,
+        unsettled: UnsettledFrames,
+        ask: Callable[[], None],
+        release: Callable[[], None],
+    ) -> None:
+        self._wire = wire
+        self._execute_one = execute
+        self._unsettled = unsettled
+        self._ask = ask
+        self._release = release
+        self._suspended: Iterator[operations.ClientOperation | operations.RefusedOperation] | None = None
+        self._current = NumberedFrame(0, b"")
+        self._waiting: deque[NumberedFrame] = deque()
+        self._reading = False
+        self._held = 0
+
+    def waiting(self) -> list[NumberedFrame]:
+        """Return the frames that are not executed yet, in order; the first may have an operation that waits."""
+        return [self._current, *self._waiting] if self.awaits_permit else [*self._waiting]
+
+    @property
+    def awaits_permit(self) -> bool:
+        """Whether an operation waits for a permit."""
+        return self._suspended is not None
+
+    def take(self, frame: NumberedFrame) -> None:
+        """Execute a frame, after those that wait."""
+        self._waiting.append(frame)
+        if not self._reading:
+            self._go_on()
+            return
+        self._held += len(frame.content)
+        if self._held > MAX_HELD:
+            self.release()
+
+    def replay(self, frame: NumberedFrame) -> None:
+        """Execute a frame that an earlier container got, before all others; it waits for no types."""
+        self._run(frame)
+
+    def resume(self) -> None:
+        """Execute the operation that waits for a permit, and the frames after it."""
+        suspended, self._suspended = self._suspended, None  # it may be suspended again, for the next permit
+        if suspended is not None:
+            self._execute(suspended)
+        self._go_on()
+
+    def release(self) -> None:
+        """Execute the frames that wait for types of ROS."""
+        if self._reading:
+            self._reading = False
+            self._go_on(read=False)
+
+    def _go_on(self, *, read: bool = True) -> None:
+        while self._waiting and not (self.awaits_permit or self._reading):
+            if read and _asks_for_raw(self._waiting[0]) and not are_types_read():
+                self._reading, self._held = True, sum(len(frame.content) for frame in self._waiting)
+                reading = asyncio.get_running_loop().run_in_executor(None, read_types)
+                reading.add_done_callback(lambda _: self._release())
+            else:
+                self._run(self._waiting.popleft())
+
+    def _run(self, frame: NumberedFrame) -> None:
+        self._current = frame
+        self._unsettled.begin(frame)
+        receive = self._wire.receive_binary if frame.binary else self._wire.receive
+        operation = receive(frame.content)
+        self._unsettled.gather(self._wire.incomplete)
+        if isinstance(operation, operations.Fragment):
+            self._unsettled.wait_for_rest(operation.id)
+        elif isinstance(operation, operations.RefusedOperation) and operation.parts:
+            self._execute(map(self._wire.receive, operation.parts))
+        else:
+            self._execute(iter((operation,)))
+
+    def _execute(self, waiting: Iterable[operations.ClientOperation | operations.RefusedOperation]) -> None:
+        rest = iter(waiting)
+        for operation in rest:
+            try:
+                self._execute_one(operation)
+            except PermitAwaited:
+                self._suspended = chain((operation,), rest)
+                self._ask()
+                return
+        self._unsettled.end()
+
+
+def _asks_for_raw(frame: NumberedFrame) -> bool:
+    return len(frame.content) <= MAX_SEARCHED and RAW in frame.content
+
+
+# -- topics that a session sends by itself, and messages that it delays ------------------------------------------------
+
+
+class Heartbeat:
+    """Sends a client that subscribes to ``HEARTBEAT`` a message at once and then once a second.
+
+    By it a client knows that its connection is alive, whatever others publish. Pages in browsers do not see the pings
+    of a WebSocket, and a topic on which nothing is published looks like a connection that is lost.
+
+    Parameters
+    ----------
+    publish : callable
+        Called with the topic and a message as JSON.
+    """
+
+    def __init__(self, publish: Callable[[str, bytes], None]) -> None:
+        self._publish = publish
+        self._timer: asyncio.TimerHandle | None = None
+
+    def start(self) -> None:
+        """Send messages from now on."""
+        if self._timer is None:
+            self._beat()
+
+    def stop(self) -> None:
+        """Send no further messages."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _beat(self) -> None:
+        self._timer = asyncio.get_running_loop().call_later(HEARTBEAT_PERIOD, self._beat)
+        self._publish(HEARTBEAT, encode(Header(stamp=Time.of(epoch()))))
+
+
+class DelayedMessages:
+    """Sends the messages that a client's subscriptions delay by ``throttle_rate``.
+
+    Parameters
+    ----------
+    wire : RosbridgeSession
+        Has the messages.
+    put : callable
+        Called with the topic and the frame of each message that is due.
+    guard : callable
+        Calls a function, and ends the session if it fails.
+    """
+
+    def __init__(
+        self,
+        wire: RosbridgeSession,
+        put: Callable[[str, bytes], None],
+        guard: Callable[[Callable[[], None]], None],
+    ) -> None:
+        self._wire = wire
+        self._put = put
+        self._guard = guard
+        # A loop returns a handle without a time for a timer that is due within half a millisecond (uvloop).
+        self._at = float("inf")
+        self._timer: asyncio.Handle | None = None
+
+    def schedule(self) -> None:
+        """Set the timer for the next message, if one waits."""
+        due = self._wire.next_due()
+        if due is None:
+            return
+        loop = asyncio.get_running_loop()
+        at = loop.time() + max(due - monotonic(), 0.0)
+        if at < self._at:
+            self.stop()
+            self._at, self._timer = at, loop.call_at(at, self._guard, self._send)
+
+    def stop(self) -> None:
+        """Stop the timer."""
+        if self._timer is not None:
+            self._timer.cancel()
+        self._at, self._timer = float("inf"), None
+
+    def _send(self) -> None:
+        self.stop()
+        for topic, frame in self._wire.due(monotonic()):
+            self._put(topic, frame)
+        self.schedule()
+
+
+def spelling_at(place: Place) -> Callable[[str, str | None], Respell | None]:
+    """Return the function that returns, for a topic of a place and a type, what spells its messages for a client.
+
+    Velocities of the clone get a header for a client that names them ``geometry_msgs/TwistStamped``.
+    """
+
+    def spelling_of(topic: str, kind: str | None) -> Respell | None:
+        respell = ros2_spelling(kind)
+        if policy_of(topic).type is not Twist or (kind or "").replace("/msg/", "/", 1) != TWIST_STAMPED:
+            return respell
+        stamp = stamping(place.base_frame, epoch)
+        return stamp if respell is None else lambda twist: respell(stamp(twist))
+
+    return spelling_of
 
 
 class ClientSession:
@@ -111,7 +381,7 @@ class ClientSession:
         place.health.joined(self._client, role, self.outbox)
         self.unsettled = unsettled or UnsettledFrames()
         self._posting = Posting(place, self._client, self.unsettled, count_plan)
-        self._taker = FrameTaker(wire, self._execute, self.unsettled, ask)
+        self._taker = FrameTaker(wire, self._execute, self.unsettled, ask, self.release)
         identity = identity or f"goal-{self._client}"
         self._goals = ClientGoals(
             place, self._client, wire, self.outbox, self._answer, posting=self._posting, identity=identity
@@ -155,7 +425,7 @@ class ClientSession:
         self._posting.replay = replay
         try:
             with self.outbox.corked():  # answers go out together with what they settle
-                self._taker.take(frame)
+                (self._taker.replay if replay else self._taker.take)(frame)
         finally:
             self._posting.replay = ""
 
@@ -173,13 +443,23 @@ class ClientSession:
             self.closed(internal_error(error))
 
     def waiting(self) -> list[NumberedFrame]:
-        """Return the frames that wait for a permit, in order."""
+        """Return the frames that are not executed yet, in order."""
         return self._taker.waiting()
+
+    @property
+    def awaits_permit(self) -> bool:
+        """Whether an operation waits for a permit."""
+        return self._taker.awaits_permit
 
     def resume(self) -> None:
         """Execute the operation that waits for a permit, and the frames after it."""
         with self.outbox.corked():
             self.guard(self._taker.resume)
+
+    def release(self) -> None:
+        """Execute the frames that wait for types of ROS."""
+        with self.outbox.corked():
+            self.guard(self._taker.release)
 
     def acknowledged(self, sequence: int) -> None:
         """Handle that all messages up to a sequence number are in a checkpoint."""

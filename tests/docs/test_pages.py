@@ -9,14 +9,15 @@ from engine.agent.fleet_topics import SHARED_TOPICS, scope_of
 from engine.agent.map_cache import SPARE
 from engine.bootstrap import CloudConfig
 from engine.container import fleet_bridge
-from engine.container.robot_link_handler import CHECKPOINT_PERIOD
+from engine.container.container import CHECKPOINT_PERIOD
 from engine.fabric.keys import addressed_key, shared_key
-from engine.links import container_link, unacknowledged
+from engine.links import shared_place
 from engine.master.balancers.registry import DEFAULT as BALANCER
 from engine.master.places import CRASH_LIMIT, CRASH_WINDOW, LINGER
 from engine.master.quotas import Quota
 from engine.protocols.control_link import StopContainer
 from engine.service import group_places
+from engine.service.links import place_link
 from engine.service.links.carried_session import MAX_KEPT, MAX_KEPT_BYTES
 from engine.service.planning_places import IDLE
 from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
@@ -92,10 +93,10 @@ def test_limits_of_queues_and_periods_are_those_of_the_code() -> None:
     assert states(DATA_FLOW, f"position every {fleet_bridge.SHARE_PERIOD:g} s")
     assert states(DATA_FLOW, f"the next comes {fleet_bridge.SHARE_PERIOD:g} s later")
     assert states(DATA_FLOW, f"a position expires after {fleet_bridge.FRESH:g} s without a new one")
-    assert states(DATA_FLOW, f"at most {unacknowledged.MAX_UNACKNOWLEDGED} and")
-    assert states(DATA_FLOW, f"and {unacknowledged.MAX_UNACKNOWLEDGED_BYTES >> 20} MiB wait, then the client")
+    assert states(DATA_FLOW, f"at most {shared_place.MAX_UNACKNOWLEDGED} and")
+    assert states(DATA_FLOW, f"and {shared_place.MAX_UNACKNOWLEDGED_BYTES >> 20} MiB wait, then the client")
     assert states(DATA_FLOW, f"at most {MAX_KEPT} frames and {MAX_KEPT_BYTES >> 20} MiB of a client")
-    assert container_link.MAX_WAITING == 1 << 20 and states(DATA_FLOW, "1 MiB waits for a slow one")
+    assert place_link.MAX_WAITING == 1 << 20 and states(DATA_FLOW, "1 MiB waits for a slow one")
     assert states(DATA_FLOW, f"waited {CMD_VEL.expiry:g} s in its session")
     assert states(DATA_FLOW, f"none has come for {BaseLimits().timeout:g} s")
 

@@ -21,16 +21,16 @@ from endpoints.services.request_limits import RequestLimits
 from endpoints.web import MAX_FRAME
 from engine.agent import fleet_topics
 from engine.container.fleet_bridge import SHARE_PERIOD
-from engine.links.unacknowledged import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
+from engine.links.shared_place import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
 from engine.master.places import LINGER
 from engine.service.robot_sessions import IDLE
 from engine.sessions.calls import CALL_TIMEOUT, MAX_CALLS
-from engine.sessions.heartbeat import PERIOD
 from engine.sessions.host import MAX_AWAY
 from engine.sessions.outbox import MAX_BYTES, MAX_KEEP, MAX_SENT, MAX_SENT_BYTES
 from engine.sessions.place.client_actions import MAX_ACTIONS
 from engine.sessions.place.client_services import MAX_SERVICES
 from engine.sessions.place.client_topics import MAX_LATCHED_BYTES, MAX_TOPICS
+from engine.sessions.session import HEARTBEAT_PERIOD
 from ppaas.clone.assembly import build_clone
 from ppaas.costmap.build_layers import build_layers
 from ppaas.localization.beams import MAX_RANGES
@@ -315,7 +315,7 @@ def test_times_and_limits_of_sessions_are_those_of_the_code() -> None:
     assert options.idle == IDLE and states(f"say nothing for {IDLE:g} s (`ppaas up --idle`")
     assert states(f"dead within {options.dead:g} s (`ppaas up --dead`)")
     assert states(f"every {options.dead / 3.0:g} s (a third of `--dead`)")
-    assert states(f"`/{HEARTBEAT}` (`{OWN_TOPICS[HEARTBEAT]}`)") and PERIOD == 1.0
+    assert states(f"`/{HEARTBEAT}` (`{OWN_TOPICS[HEARTBEAT]}`)") and HEARTBEAT_PERIOD == 1.0
     assert states(f"`/{PRESENCE}` (`{OWN_TOPICS[PRESENCE]}`, latched)")
     assert states(f"silent for {PROBE_TIMEOUT:g} s")
     assert states(f"closed with code {TAKEN_OVER}")

@@ -36,7 +36,7 @@ from storage.sharing_records import Share
 from tests.support.documents import table, text_of
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.fuzzed_rest import operations
-from tests.support.endpoints.still_place import StillPlace
+from tests.support.endpoints.still_place import StillRobot
 from tests.support.endpoints.traffic import add_traffic
 from tests.support.recordings.kept import RECORDING, kept_recordings
 from tests.support.storage import records
@@ -143,7 +143,7 @@ async def seeded(passwords: Passwords) -> Seeded:
         add_traffic(cloud, user, "house")
         store.put_task(MapTask(user, "house", Task(id="t1", kind="go_to", places=((0.2, 0.1, 0.0),))))
     cloud.map_file = b"".join(pack_mapping(room_mapping(2)))
-    cloud.connect("ann", "tb1", StillPlace())
+    cloud.connect("ann", "tb1", StillRobot())
     goal = await cloud.robots.send_goal("ann", "tb1", Pose2D(0.2, 0.1, 0.0))
     names = {
         "map_id": "house", "version": records.house().version, "robot_id": "tb1", "user_id": "ann", "plan_id": "p1",

@@ -30,7 +30,7 @@ from storage.sharing_records import ALL, SHARE_ROLES, Share, TokenRole, TokenSco
 from tests.docs.test_security import BODIES, OPERATIONS, POSES, QUERIES, Operation
 from tests.support.documents import table, text_of
 from tests.support.endpoints.fake_cloud import FakeCloud, container
-from tests.support.endpoints.still_place import StillPlace
+from tests.support.endpoints.still_place import StillRobot
 from tests.support.engine.at_once import at_once
 from tests.support.recordings.kept import RECORDING, kept_recordings
 from tests.support.storage import records
@@ -80,7 +80,7 @@ def world() -> tuple[Services, dict[str, str]]:
     store.put_task(MapTask("ann", "house", Task(id="t1", kind="go_to", places=((0.2, 0.1, 0.0),))))
     store.add_plan(records.plan("p1", poses=POSES.tobytes(), version=records.house().version))
     cloud.running, cloud.map_file = [container(robot="tb2")], FILE
-    cloud.connect("ann", "tb1", StillPlace())
+    cloud.connect("ann", "tb1", StillRobot())
     goal = at_once(cloud.robots.send_goal("ann", "tb1", Pose2D(0.2, 0.1, 0.0)))
     names = {
         "map_id": "house", "version": records.house().version, "robot_id": "ann:tb1", "user_id": "ann", "plan_id": "p1",

@@ -1,10 +1,43 @@
-"""Leases of nodes that the robot runs, and the node monitor's record of each node."""
+"""Leases of nodes that the robot runs, with the messages that they lack, and the node monitor's record of each node."""
+
+from collections.abc import Collection
 
 import msgspec
 
 from engine.container.monitor.facts import Home
 from engine.container.monitor.measurements import History
-from engine.container.monitor.unacknowledged import UnacknowledgedMessages
+from ppaas.messages import encode
+from ppaas.messages.base.message import Message
+from ppaas.messages.ppaas_msgs import TopicMessage
+from ppaas.nodes.base import Payload
+from ppaas.nodes.message_fingerprint import fingerprint
+
+MOST = 100
+"""Largest number of messages kept for one node; beyond it the oldest are dropped."""
+
+
+class UnacknowledgedMessages(msgspec.Struct):
+    """Unacknowledged messages for one node by their fingerprints, oldest first."""
+
+    messages: dict[str, TopicMessage] = {}
+
+    def note(self, topic: str, payload: Payload) -> None:
+        """Keep a message for the node."""
+        message = payload if isinstance(payload, Message) else payload.to_message()
+        mark = fingerprint(topic, message)
+        self.messages.pop(mark, None)  # sent again: now the newest
+        self.messages[mark] = TopicMessage(topic, encode(message).decode())
+        while len(self.messages) > MOST:
+            del self.messages[next(iter(self.messages))]
+
+    def heard(self, fingerprints: Collection[str]) -> None:
+        """Drop the messages that the robot's last checkpoint includes."""
+        for mark in fingerprints:
+            self.messages.pop(mark, None)
+
+    def all(self) -> list[TopicMessage]:
+        """Return the kept messages, oldest first."""
+        return list(self.messages.values())
 
 
 class NodeLease(msgspec.Struct):

@@ -8,11 +8,10 @@ import msgspec
 
 from engine.container.monitor.facts import Link, NodeFacts, Robot
 from engine.container.monitor.leased_logs import MOST_BYTES, LeasedLogs, change_of, parts_of
-from engine.container.monitor.leases import HomeRecord, NodeLease
+from engine.container.monitor.leases import HomeRecord, NodeLease, UnacknowledgedMessages
 from engine.container.monitor.measurements import History, TopicRates
 from engine.container.monitor.node_switch import NodeSwitch
 from engine.container.monitor.parameters import NAME, NodeMonitorParameters
-from engine.container.monitor.unacknowledged import UnacknowledgedMessages
 from engine.container.monitor.verdict import asked, judge
 from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput, InvalidParameter, NotFound, PPaaSError, Unavailable

@@ -10,6 +10,8 @@ from collections import deque
 from collections.abc import Awaitable, Callable
 from typing import Any, Protocol
 
+import msgspec
+
 from engine.processes.background import Background
 from engine.protocols.refusals import error_of, refusal_of
 from engine.protocols.session_frames import (
@@ -31,12 +33,35 @@ from engine.protocols.session_frames import (
     SocketReady,
 )
 from engine.rights.access import Access
-from engine.service.links.stream_frames import is_stream
 from engine.sessions.outbox import Sink
 from ppaas.errors import PPaaSError, QuotaExceeded, Unavailable, rebuild
+from ppaas.nodes.topics import policy_of
 from ppaas.wire.binary.binary_frame import BinaryFrame
+from ppaas.wire.binary.packing import operation_of
 from ppaas.wire.resumption import ResumptionPoint
 from ppaas.wire.rosbridge import RosbridgeSession
+
+
+class _Publish(msgspec.Struct):
+    op: str = ""
+    topic: str = ""
+
+
+_decoder = msgspec.json.Decoder(_Publish)
+
+
+def is_stream(frame: NumberedFrame) -> bool:
+    """Return whether a frame of a client publishes a message that may be lost.
+
+    The topic may be below a namespace of the robot.
+    """
+    try:
+        read = _decoder.decode(operation_of(frame.content) if frame.binary else frame.content)
+    except (PPaaSError, msgspec.DecodeError, UnicodeError):
+        return False
+    name = read.topic.strip("/")
+    return read.op == "publish" and any(policy_of(topic).stream for topic in (name, name.rpartition("/")[2]))
+
 
 MAX_KEPT = 4000
 MAX_KEPT_BYTES = 64 << 20
@@ -234,7 +259,6 @@ class CarriedSession:
             self._check_kept()
 
     def _drop_streams(self) -> None:
-        """Drop the messages that may be lost, while no container gets them."""
         for number, frame in tuple(self._kept.items()):
             if is_stream(frame):
                 self._settle([number])

@@ -6,7 +6,7 @@ the container.
 
 from dataclasses import dataclass, field
 
-from engine.links.topic_types import check_type
+from engine.links.shared_place import check_type
 from engine.sessions.place.message_completion import Complete, completion_of
 from ppaas.errors import MalformedMessage, NotFound, QuotaExceeded
 from ppaas.wire.own_topics import OWN_TOPICS

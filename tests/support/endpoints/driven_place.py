@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from engine.container.robot_link_handler import topic_info
+from engine.container.container import topic_info
 from engine.protocols import robot_link
 from engine.protocols.refusals import Refusal
 from ppaas.errors import PPaaSError

@@ -24,7 +24,7 @@ from storage.sharing_records import Share
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.people import add_group, person
 from tests.support.endpoints.serving import serve
-from tests.support.endpoints.still_place import StillPlace
+from tests.support.endpoints.still_place import StillRobot
 from tests.support.endpoints.traffic import add_traffic
 from tests.support.recordings.kept import RECORDING, kept_recordings
 from tests.support.storage.records import house, pgm, plan, propose, put_map, robot
@@ -80,7 +80,7 @@ class FuzzedService:
             store.add_plan(plan(PLAN, user="root", map=MAP))
         self._refill_map()
         self.cloud.running = [container("c1", user="root", robot="tb2")]
-        self.cloud.connect("root", ROBOT, StillPlace())
+        self.cloud.connect("root", ROBOT, StillRobot())
         self.cloud.groups.clear()
         add_group(self.cloud, "root", MAP, person(1))
         add_traffic(self.cloud, "root", MAP)

@@ -2,6 +2,7 @@
 
 import msgspec
 
+from engine.protocols import robot_link
 from engine.protocols.session_frames import ClientOffers
 from engine.service.links.place_link import PlaceLink
 from engine.sessions.host import SessionHost
@@ -26,7 +27,8 @@ class _ToContainer:
         self._end = end
 
     def write(self, frame: msgspec.Struct) -> None:
-        self._host.take(self._end, frame)  # type: ignore[arg-type]
+        if not isinstance(frame, robot_link.Shutdown):  # there is no container to end
+            self._host.take(self._end, frame)  # type: ignore[arg-type]
 
 
 class StillLink(PlaceLink):

@@ -1,4 +1,4 @@
-"""Place without sockets whose container is played by the test."""
+"""Places without sockets, with sessions or as an endpoint sees them, whose clone is played by the test."""
 
 import itertools
 import json
@@ -8,12 +8,16 @@ from typing import Any
 import cbor2
 import msgspec
 
-from engine.protocols import robot_link
+from engine.links.open_calls import Outcome
+from engine.protocols import refusals, robot_link
 from engine.protocols.session_frames import NumberedFrame
 from engine.rights.access import Access
 from engine.rights.roles import Role
+from engine.service.links.place_link import PlaceLink
+from engine.sessions.place.clone import CloneListener
 from engine.sessions.place.place import Place
 from engine.sessions.session import ClientSession
+from ppaas.errors import PPaaSError
 from ppaas.wire.binary.packing import Packer
 from ppaas.wire.names import NameScope
 from ppaas.wire.ros.serialization import serialize
@@ -38,7 +42,7 @@ POSE = {
 
 
 class StillStream:
-    """Near end of a robot link: records written frames, and delivers frames that the test sends for the container."""
+    """Near end of a robot link: records written frames."""
 
     waiting = 0
 
@@ -55,16 +59,82 @@ class StillStream:
         return found
 
 
-class StillPlace(Place):
-    """Place that has a container from the start."""
+class StillClone(StillStream):
+    """Clone that records what it is given, as frames of the robot link; the test answers by them, too."""
 
     def __init__(self) -> None:
-        super().__init__("robot:ann/tb1")
+        super().__init__()
+        self.replies: dict[int, Callable[[Outcome], None]] = {}
+
+    def topics(self) -> list[robot_link.TopicInfo]:
+        return [*TOPICS]
+
+    def services(self) -> list[robot_link.ServiceInfo]:
+        return [*HELLO_SERVICES]
+
+    def nodes(self) -> list[robot_link.NodeInfo]:
+        return [*HELLO_NODES]
+
+    def add_listener(self, listener: CloneListener) -> None:
+        """Tell nobody by itself: the test does, by the place."""
+
+    def subscribe(self, listener: CloneListener, topic: str, client: int) -> None:
+        self.write(robot_link.Subscribe(topic, client))
+
+    def unsubscribe(self, topic: str) -> None:
+        self.write(robot_link.Unsubscribe(topic))
+
+    def deliver(self, topic: str, payload: bytes, client: int, sequence: int) -> PPaaSError | None:
+        self.write(robot_link.Deliver(topic, payload, client, sequence))
+        return None
+
+    def call(self, service: str, payload: bytes, reply: Callable[[Outcome], None]) -> None:
+        number = len(self.replies) + 1
+        self.replies[number] = reply
+        self.write(robot_link.ServiceCall(number, service, payload))
+
+
+class StillPlace(Place):
+    """Place that has a clone from the start, without a queue: its clients hear at once what the test says."""
+
+    def __init__(self, clone: StillClone | None = None, key: str = "robot:ann/tb1") -> None:
+        super().__init__(key)
+        self.far = clone or StillClone()
+        self.begin(self.far)
+
+    def say(self, frame: robot_link.FromContainer) -> None:
+        """Pass on at once what the clone says, as the frame that it would be on a robot link."""
+        match frame:
+            case robot_link.Published():
+                self._published(frame.topic, frame.payload, frame.client or 0)
+            case robot_link.TopicAdded():
+                self._topic_added(frame.topic, frame.node)
+            case robot_link.TopicRemoved():
+                self._topic_removed(frame.name)
+            case robot_link.NodesChanged():
+                self._nodes_changed(frame.services, frame.nodes)
+            case robot_link.MapReplaced():
+                self._map_replaced()
+            case robot_link.Ack():
+                self._acknowledged(frame.sequence)
+            case robot_link.MessageRefused():
+                self._refused(frame.client, frame.topic, refusals.error_of(frame.refusal), frame.sequence)
+            case robot_link.ServiceAnswer() if frame.call in self.far.replies:
+                self.far.replies[frame.call](refusals.error_of(frame.refusal) if frame.refusal else frame.payload)
+                self._pass_on()
+
+    def publish_json(self, topic: str, message: Any) -> None:
+        """Deliver a message published by the clone."""
+        self.say(robot_link.Published(topic, json.dumps(message).encode()))
+
+
+class StillRobot(PlaceLink):
+    """Place as an endpoint or the master sees it, whose container is played by the test."""
+
+    def __init__(self, key: str = "robot:ann/tb1") -> None:
+        super().__init__(key)
         self.far = StillStream()
-        self._stream = self.far
-        self.topics = {topic.name: topic for topic in TOPICS}
-        self.services = {service.name: service for service in HELLO_SERVICES}
-        self.nodes = {node.name: node for node in HELLO_NODES}
+        self.begin(robot_link.Hello("c1", "", 7, 0, TOPICS, HELLO_SERVICES, HELLO_NODES), self.far)
 
     def say(self, frame: robot_link.FromContainer) -> None:
         """Deliver a frame of the container."""
@@ -99,6 +169,7 @@ class StillClient:
         binary = isinstance(content, bytes)
         body = content if isinstance(content, bytes) else content.encode(errors="replace")
         self.session.take(NumberedFrame(next(self._numbers), body, binary))
+        self.session.release()  # without waiting for the types of ROS
 
     def received(self) -> list[dict[str, Any]]:
         """Return the frames sent to the client since the last call."""
@@ -131,6 +202,6 @@ def error_of(frames: list[dict[str, Any]], slug: str = "malformed-message") -> d
     return frame
 
 
-def delivered(place: StillPlace) -> list[tuple[str, Any]]:
+def delivered(place: StillPlace | StillRobot) -> list[tuple[str, Any]]:
     """Return the messages sent to the container since the last call: topics, and messages as values of JSON."""
     return [(message.topic, json.loads(message.payload)) for message in place.far.take(robot_link.Deliver)]

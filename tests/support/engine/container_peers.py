@@ -3,10 +3,10 @@
 import asyncio
 from pathlib import Path
 
-from engine.container.endpoint_link import EndpointLink
+from engine.container.container import Container
+from engine.container.endpoint_links import EndpointLink
 from engine.container.executor import NodeExecutor
 from engine.container.machine_client import MachineClient
-from engine.container.robot_link_handler import Container
 from engine.container.shared_plans import PlanningNotes
 from engine.protocols import machine_link, robot_link
 from engine.protocols.refusals import Refusal

@@ -4,9 +4,9 @@ import asyncio
 import socket
 from typing import Any
 
-from engine.links.container_link import ContainerLink
 from engine.protocols import robot_link
 from engine.protocols.framing import FrameStream
+from engine.service.links.place_link import PlaceLink
 from ppaas.errors import PPaaSError
 from tests.support.waiting import patience
 
@@ -66,7 +66,7 @@ class FakeContainer:
         self.serving = serving
 
     @classmethod
-    async def dial(cls, place: ContainerLink, name: str, applied: int = 0) -> "FakeContainer":
+    async def dial(cls, place: PlaceLink, name: str, applied: int = 0) -> "FakeContainer":
         """Connect a container to a place link; ``applied`` is the last message in its checkpoint."""
         ours, theirs = socket.socketpair()
         near: FrameStream[robot_link.FromContainer] = FrameStream(
@@ -80,7 +80,7 @@ class FakeContainer:
         return cls(far, asyncio.create_task(place.serve(hello, near)))
 
     @classmethod
-    async def ready(cls, place: ContainerLink, name: str) -> "FakeContainer":
+    async def ready(cls, place: PlaceLink, name: str) -> "FakeContainer":
         """Connect a container to a place link, and wait until the place is ready."""
         container = await cls.dial(place, name)
         await place.ready(5)

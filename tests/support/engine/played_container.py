@@ -7,21 +7,23 @@ from engine.protocols import control_link, robot_link
 from engine.protocols.framing import FrameStream
 from engine.protocols.session_frames import SessionToContainer
 from engine.sessions.host import SessionHost
-from engine.sessions.place.place import Place
-from tests.support.engine.engine_links import dial_link, hello
+from tests.support.endpoints.still_place import StillClone, StillPlace
+from tests.support.engine.engine_links import HELLO_TOPICS, dial_link, hello
 from tests.support.engine.fake_machine import FakeMachine
 from tests.support.waiting import patience
 
 SESSION_FRAMES = SessionToContainer.__args__  # type: ignore[attr-defined]
 
 
-class _Clone:
-    """Clone's end of the link within the container: what sessions send it, the test receives."""
-
-    waiting = 0
+class _Clone(StillClone):
+    """Clone within the container: what sessions give it, the test receives."""
 
     def __init__(self, received: "asyncio.Queue[robot_link.ToContainer | None]") -> None:
+        super().__init__()
         self._received = received
+
+    def topics(self) -> list[robot_link.TopicInfo]:
+        return [*HELLO_TOPICS]
 
     def write(self, frame: robot_link.ToContainer) -> None:
         self._received.put_nowait(frame)
@@ -30,13 +32,13 @@ class _Clone:
 class PlayedStream:
     """Writes frames of the clone to the sessions and to the endpoint."""
 
-    def __init__(self, place: Place, stream: FrameStream[robot_link.ToContainer]) -> None:
+    def __init__(self, place: StillPlace, stream: FrameStream[robot_link.ToContainer]) -> None:
         self._place = place
         self._stream = stream
 
     def write(self, frame: robot_link.FromContainer) -> None:
         """Say something as the clone."""
-        self._place.take(frame)
+        self._place.say(frame)
         self._stream.write(frame)
 
     async def close(self) -> None:
@@ -60,16 +62,14 @@ class PlayedContainer:
         sessions: bytes = b"",
     ) -> None:
         self.spec = order.spec
-        self.place = Place(order.spec.id)
+        self._received: asyncio.Queue[robot_link.ToContainer | None] = asyncio.Queue()
+        self.place = StillPlace(_Clone(self._received), order.spec.id)
         self.host = SessionHost(self.place)
         if sessions:
             self.host.restore(sessions)
         self.stream = PlayedStream(self.place, stream)
-        self._received: asyncio.Queue[robot_link.ToContainer | None] = asyncio.Queue()
-        first = hello(order.spec.id, order.secret, pid, applied)
-        self.place.begin(first, _Clone(self._received))
         self.host.link_up(stream)
-        stream.write(first)
+        stream.write(hello(order.spec.id, order.secret, pid, applied))
         self._serving = asyncio.create_task(self._serve(stream))
         self._attending = asyncio.create_task(self.host.attend())
 

@@ -103,7 +103,7 @@ async def test_robots_come_and_go(
     viewer: StillViewer, sessions: StillSessions, services: Services, cloud: FakeCloud, place: ClonePlace
 ) -> None:
     viewer.subscribe("/tb1/scan")
-    place.close(Unavailable("its container is gone"))
+    sessions.link.close(Unavailable("its container is gone"))
     await viewer.read_soon()
     assert not viewer.channels
     assert not sessions.attached

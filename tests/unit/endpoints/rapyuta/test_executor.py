@@ -92,7 +92,7 @@ async def test_a_revoked_token_creates_no_container(robot: StillRobot, services:
 
 async def test_containers_end_with_their_place(created: StillRobot, place: ClonePlace, sessions: StillSessions) -> None:
     await created.joined("in", "Subscriber", STRING, "/goal")
-    place.close(Idle("no frames for 600 s"))
+    sessions.link.close(Idle("no frames for 600 s"))
     await until(lambda: not sessions.attached)
     kinds = {message["type"]: message["data"] for message in created.received()}
     assert kinds["ST"] == {"topic": "iu", "iTag": "in", "status": False}

@@ -11,7 +11,7 @@ from engine.agent import map_cache
 from engine.agent.layer_builder import LayerBuilder
 from engine.agent.layer_jobs import GridFiles, build_here
 from engine.agent.map_cache import Builder, MapCache
-from engine.container.shared_indexes import SharedIndexes
+from engine.container.current_map import SharedIndexes
 from engine.specs.containers import LayerSpec, MapVersion
 from engine.specs.layer_files import open_layers
 from ppaas.costmap.build_layers import build_layers, recosted

@@ -1,5 +1,6 @@
-"""Current map of a container: zones that are closed at times only are closed for its nodes, too."""
+"""The map of a container is replaced while the robot drives; planners use indexes that the machine prepared."""
 
+import asyncio
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -8,18 +9,19 @@ import numpy as np
 import pytest
 
 from engine.container import current_map
-from engine.container.current_map import CurrentMap
+from engine.container.current_map import CurrentMap, SharedIndexes
 from engine.protocols import machine_link
 from engine.specs.containers import ContainerSpec, Launch, MapVersion
-from engine.specs.layer_files import open_layers, write_layers
+from engine.specs.layer_files import open_layers, write_index, write_layers
 from ppaas.clone.planning_container import build_planning
 from ppaas.costmap.build_layers import build_layers
-from ppaas.errors import NoValidPath
+from ppaas.errors import InvalidPlanner, NoValidPath, PlanCancelled, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import OCCUPIED
 from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.ppaas_msgs import ComputePathRequest, ComputePathResponse
 from ppaas.nodes.graph import Graph
+from ppaas.planners.watch import proceed
 from ppaas.plans.reuse.setup import discard_note
 from ppaas.plans.reuse.time_estimates import Times
 from ppaas.plans.stored import EmptyLibrary
@@ -104,3 +106,68 @@ def test_zones_without_times_are_part_of_the_layers(tmp_path: Path) -> None:
     rows, columns = np.nonzero(layers.keepout.data == OCCUPIED)
     assert (rows.min(), rows.max(), columns.min(), columns.max()) == (0, 79, 57, 62)
     assert (layers.to_lethal <= layers.distance).all() and (layers.to_lethal < layers.distance).any()
+
+
+class Machine:
+    """Machine that makes the index when the test allows it."""
+
+    def __init__(self, folder: Path, failure: Exception | None = None) -> None:
+        self.folder = folder
+        self.failure = failure
+        self.go = asyncio.Event()
+        self.go.set()
+        self.requested: list[str] = []
+
+    async def prepare_index(self, planner: str) -> None:
+        self.requested.append(planner)
+        await self.go.wait()
+        if self.failure is not None:
+            raise self.failure
+        write_index(self.folder, planner, memoryview(b"made"))
+
+
+async def call(machine, check=proceed):
+    indexes = SharedIndexes(machine.folder)
+    indexes.ask(machine, asyncio.get_running_loop())
+    return await asyncio.to_thread(indexes, "p", check)
+
+
+async def test_existing_index_is_opened_without_a_request(tmp_path):
+    machine = Machine(tmp_path)
+    write_index(tmp_path, "p", memoryview(b"there"))
+    assert bytes(await call(machine)) == b"there"
+    assert machine.requested == []
+
+
+async def test_missing_index_is_requested_and_awaited(tmp_path):
+    machine = Machine(tmp_path)
+    machine.go.clear()
+    asyncio.get_running_loop().call_later(0.02, machine.go.set)
+    assert bytes(await call(machine)) == b"made"
+    assert machine.requested == ["p"]
+
+
+async def test_unavailable_index_is_none(tmp_path):
+    assert await call(Machine(tmp_path, Unavailable("full"))) is None
+
+
+async def test_map_that_the_planner_cannot_prepare_is_reported(tmp_path):
+    with pytest.raises(InvalidPlanner, match="cluttered"):
+        await call(Machine(tmp_path, InvalidPlanner("too cluttered")))
+
+
+async def test_cancelled_planner_stops_waiting_for_the_index(tmp_path):
+    machine = Machine(tmp_path)
+    machine.go.clear()
+    calls = iter(range(3))
+
+    def check() -> None:
+        if next(calls, None) is None:
+            raise PlanCancelled("no time")
+
+    with pytest.raises(PlanCancelled):
+        await call(machine, check)
+
+
+def test_index_is_none_without_a_machine(tmp_path):
+    assert SharedIndexes(tmp_path)("p", proceed) is None

@@ -17,7 +17,7 @@ from ppaas.errors import Conflict, NotFound, QuotaExceeded, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.navigation.goal_watch import MIN_LISTS, SETTLED
-from tests.support.endpoints.still_place import StillPlace
+from tests.support.endpoints.still_place import StillRobot
 from tests.support.waiting import until
 
 KEY = robot_key("ann", "tb1")
@@ -27,12 +27,12 @@ class FakeDriver:
     """Has the places that the test gives it."""
 
     def __init__(self) -> None:
-        self.places = {KEY: StillPlace()}
+        self.places = {KEY: StillRobot()}
         self.places[KEY].container = "c1"
         self.presence = RobotPresence(self.place, ManualClock(1000.0))
         self.presence.came(KEY)
 
-    def place(self, key: str) -> StillPlace | None:
+    def place(self, key: str) -> StillRobot | None:
         return self.places.get(key)
 
 
@@ -91,7 +91,7 @@ async def test_goals_of_a_closed_place_are_shown_until_the_robot_connects_again(
     goal = await navigation.send_goal("ann", "tb1", Pose2D(1.0, 2.0))
     driver.places.pop(KEY).close(Unavailable("gone"))
     assert (await navigation.goal("ann", "tb1", goal.id)).state == "lost"
-    driver.places[KEY] = StillPlace()
+    driver.places[KEY] = StillRobot()
     assert (await navigation.state("ann", "tb1")).goals == ()
     assert await navigation.goals("ann", "tb1") == []
     navigation.close()
@@ -122,12 +122,12 @@ def clock() -> ManualClock:
 
 
 @pytest.fixture
-def place() -> StillPlace:
-    return StillPlace()
+def place() -> StillRobot:
+    return StillRobot()
 
 
 @pytest.fixture
-async def client(place: StillPlace, clock: ManualClock) -> NavigationClient:
+async def client(place: StillRobot, clock: ManualClock) -> NavigationClient:
     return NavigationClient(place, clock, monotonic=clock)
 
 
@@ -135,17 +135,17 @@ def status(goal: str, state: Status, text: str = "") -> dict[str, Any]:
     return {"goal_id": {"stamp": {"secs": 0, "nsecs": 0}, "id": goal}, "status": int(state), "text": text}
 
 
-def report(place: StillPlace, *statuses: dict[str, Any]) -> None:
+def report(place: StillRobot, *statuses: dict[str, Any]) -> None:
     place.publish_json("move_base/status", {"header": HEADER, "status_list": list(statuses)})
 
 
-def delivered(place: StillPlace, topic: str) -> list[dict[str, Any]]:
+def delivered(place: StillRobot, topic: str) -> list[dict[str, Any]]:
     frames = place.far.take(robot_link.Deliver)
     return [json.loads(frame.payload) for frame in frames if frame.topic == topic]
 
 
 async def test_a_goal_reaches_move_base_and_is_followed_to_its_end(
-    place: StillPlace, client: NavigationClient, clock: ManualClock
+    place: StillRobot, client: NavigationClient, clock: ManualClock
 ) -> None:
     goal = client.send(Pose2D(4.0, 1.5, 0.0))
     assert (goal.state, goal.pose, goal.sent, goal.ended) == ("pending", (4.0, 1.5, 0.0), 1000.0, None)
@@ -173,7 +173,7 @@ async def test_a_goal_reaches_move_base_and_is_followed_to_its_end(
     ],
 )
 async def test_a_status_ends_a_goal_whose_result_is_missing(
-    place: StillPlace, client: NavigationClient, final: Status, state: str
+    place: StillRobot, client: NavigationClient, final: Status, state: str
 ) -> None:
     goal = client.send(Pose2D(4.0, 1.5))
     report(place, status(goal.id, final, "why"))
@@ -183,7 +183,7 @@ async def test_a_status_ends_a_goal_whose_result_is_missing(
 
 
 async def test_a_goal_that_move_base_does_not_list_is_lost_after_a_while(
-    place: StillPlace, client: NavigationClient, clock: ManualClock
+    place: StillRobot, client: NavigationClient, clock: ManualClock
 ) -> None:
     goal = client.send(Pose2D(4.0, 1.5))
     for _ in range(MIN_LISTS - 1):
@@ -195,7 +195,7 @@ async def test_a_goal_that_move_base_does_not_list_is_lost_after_a_while(
 
 
 async def test_a_goal_is_not_lost_by_one_list_after_a_pause(
-    place: StillPlace, client: NavigationClient, clock: ManualClock
+    place: StillRobot, client: NavigationClient, clock: ManualClock
 ) -> None:
     goal = client.send(Pose2D(4.0, 1.5))
     report(place, status(goal.id, Status.ACTIVE))
@@ -204,7 +204,7 @@ async def test_a_goal_is_not_lost_by_one_list_after_a_pause(
     assert client.goal(goal.id).state == "active"
 
 
-async def test_a_clock_that_is_set_loses_no_goal(place: StillPlace) -> None:
+async def test_a_clock_that_is_set_loses_no_goal(place: StillRobot) -> None:
     wall, elapsed = ManualClock(1000.0), ManualClock(0.0)
     client = NavigationClient(place, wall, monotonic=elapsed)
     goal = client.send(Pose2D(4.0, 1.5))
@@ -215,7 +215,7 @@ async def test_a_clock_that_is_set_loses_no_goal(place: StillPlace) -> None:
 
 
 async def test_a_goal_that_the_clone_refuses_is_rejected_with_its_reason(
-    place: StillPlace, client: NavigationClient
+    place: StillRobot, client: NavigationClient
 ) -> None:
     goal = client.send(Pose2D(4.0, 1.5))
     [deliver] = place.far.take(robot_link.Deliver)
@@ -224,7 +224,7 @@ async def test_a_goal_that_the_clone_refuses_is_rejected_with_its_reason(
     assert (client.goal(goal.id).state, client.goal(goal.id).text) == ("rejected", "the goal is outside the map")
 
 
-async def test_cancelling_names_the_goal_or_all_of_them(place: StillPlace, client: NavigationClient) -> None:
+async def test_cancelling_names_the_goal_or_all_of_them(place: StillRobot, client: NavigationClient) -> None:
     goal = client.send(Pose2D(4.0, 1.5))
     assert client.cancel(goal.id).state == "pending"
     client.cancel_all()
@@ -236,7 +236,7 @@ async def test_cancelling_names_the_goal_or_all_of_them(place: StillPlace, clien
         client.cancel(goal.id)
 
 
-async def test_goals_are_bounded(place: StillPlace, client: NavigationClient) -> None:
+async def test_goals_are_bounded(place: StillRobot, client: NavigationClient) -> None:
     for _ in range(MAX_ENDED + 10):
         report(place, status(client.send(Pose2D(4.0, 1.5)).id, Status.PREEMPTED))
     for _ in range(MAX_ACTIVE):
@@ -247,7 +247,7 @@ async def test_goals_are_bounded(place: StillPlace, client: NavigationClient) ->
 
 
 async def test_the_state_has_the_last_pose_and_why_there_is_none(
-    place: StillPlace, client: NavigationClient, clock: ManualClock
+    place: StillRobot, client: NavigationClient, clock: ManualClock
 ) -> None:
     place.publish_json("amcl/status", {"data": "no odometry"})
     state = client.state(HERE)
@@ -264,7 +264,7 @@ async def test_the_state_has_the_last_pose_and_why_there_is_none(
 
 
 async def test_a_pose_that_is_not_renewed_is_not_where_the_robot_is(
-    place: StillPlace, client: NavigationClient, clock: ManualClock
+    place: StillRobot, client: NavigationClient, clock: ManualClock
 ) -> None:
     assert client.place_now is None and client.localization == ""
     place.publish_json("amcl_pose", {"header": HEADER, "pose": {"pose": POSE}})
@@ -280,13 +280,13 @@ async def test_a_pose_that_is_not_renewed_is_not_where_the_robot_is(
     assert client.state(HERE).localization == ""
 
 
-async def test_a_closed_place_ends_its_goals(place: StillPlace, client: NavigationClient) -> None:
+async def test_a_closed_place_ends_its_goals(place: StillRobot, client: NavigationClient) -> None:
     goal = client.send(Pose2D(4.0, 1.5))
     place.close(Unavailable("no client was connected for 30 s"))
     assert (client.goal(goal.id).state, client.goal(goal.id).text) == ("lost", "no client was connected for 30 s")
 
 
-async def test_a_client_that_left_hears_nothing(place: StillPlace, client: NavigationClient) -> None:
+async def test_a_client_that_left_hears_nothing(place: StillRobot, client: NavigationClient) -> None:
     client.leave()
     place.publish_json("amcl_pose", {"header": HEADER, "pose": {"pose": POSE}})
     assert client.state(HERE).pose is None and place.heard() == frozenset()

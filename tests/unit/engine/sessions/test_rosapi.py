@@ -8,17 +8,15 @@ import msgspec
 import pytest
 
 from engine.links.open_calls import Done
-from engine.protocols import robot_link
 from engine.sessions.calls import ClientCalls
 from engine.sessions.outbox import Sent
 from engine.sessions.place.place import Place
-from engine.sessions.posting import Posting
 from engine.sessions.rosapi import introspect, view_of
-from engine.sessions.unsettled import UnsettledFrames
+from engine.sessions.unsettled import Posting, UnsettledFrames
 from ppaas.errors import Conflict, PPaaSError
 from ppaas.wire.operations import AdvertiseService, CallService
 from ppaas.wire.rosbridge import RosbridgeSession
-from tests.support.engine.engine_links import hello, pair
+from tests.support.endpoints.still_place import StillPlace
 
 
 class Client:
@@ -34,15 +32,8 @@ class Client:
 
 
 @pytest.fixture
-async def place():
-    """Return a place whose container has sent its hello."""
-    made = Place("robot:ann/tb1")
-    near, far = await pair(robot_link.FromContainer, robot_link.ToContainer)
-    serving = asyncio.create_task(made.serve(hello("c1", ""), near))
-    await made.ready(5)
-    yield made
-    await far.close()
-    await serving
+async def place() -> StillPlace:
+    return StillPlace()
 
 
 def _calls(place: Place, send: Callable[[bytes, int, Sent | None], None]) -> ClientCalls:

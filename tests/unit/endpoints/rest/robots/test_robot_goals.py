@@ -8,7 +8,7 @@ from engine.master.places import robot_key
 from engine.service import robot_navigation
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.problems import problem_of
-from tests.support.endpoints.still_place import StillPlace
+from tests.support.endpoints.still_place import StillRobot
 from tests.support.storage import records
 from tests.unit.endpoints.conftest import LogIn
 
@@ -25,17 +25,17 @@ async def ann(log_in: LogIn, services: Services, cloud: FakeCloud, monkeypatch: 
 
 
 @pytest.fixture
-def place(cloud: FakeCloud) -> StillPlace:
+def place(cloud: FakeCloud) -> StillRobot:
     """Return the place of the robot, which is connected."""
     key = robot_key("ann", "tb1")
-    made = cloud.places[key] = StillPlace()
+    made = cloud.places[key] = StillRobot()
     made.container = "c1"
     cloud.presence.came(key)
     return made
 
 
 async def test_a_goal_is_sent_shown_listed_and_cancelled(
-    client: httpx.AsyncClient, ann: dict[str, str], place: StillPlace, cloud: FakeCloud
+    client: httpx.AsyncClient, ann: dict[str, str], place: StillRobot, cloud: FakeCloud
 ) -> None:
     sent = await client.post(f"{PATH}/goals", headers=ann, json={"pose": [4.0, 1.5]})
     assert sent.status_code == 201
@@ -51,7 +51,7 @@ async def test_a_goal_is_sent_shown_listed_and_cancelled(
     cloud.robots.close()
 
 
-async def test_goals_are_listed_in_pages(client: httpx.AsyncClient, ann: dict[str, str], place: StillPlace) -> None:
+async def test_goals_are_listed_in_pages(client: httpx.AsyncClient, ann: dict[str, str], place: StillRobot) -> None:
     for x in range(3):
         await client.post(f"{PATH}/goals", headers=ann, json={"pose": [x, 0.0, 0.0]})
     first = (await client.get(f"{PATH}/goals", headers=ann, params={"limit": 2})).json()
@@ -66,7 +66,7 @@ async def test_a_robot_that_is_not_connected_takes_no_goal(client: httpx.AsyncCl
 
 
 async def test_a_robot_that_left_is_not_connected_while_its_container_waits(
-    client: httpx.AsyncClient, ann: dict[str, str], place: StillPlace, cloud: FakeCloud
+    client: httpx.AsyncClient, ann: dict[str, str], place: StillRobot, cloud: FakeCloud
 ) -> None:
     assert (await client.get("/v1/robots", headers=ann)).json()["items"][0]["connected"] is True
     cloud.presence.left(robot_key("ann", "tb1"))
@@ -78,7 +78,7 @@ async def test_a_robot_that_left_is_not_connected_while_its_container_waits(
 
 
 async def test_robots_of_others_and_unknown_goals_are_not_found(
-    client: httpx.AsyncClient, ann: dict[str, str], log_in: LogIn, place: StillPlace
+    client: httpx.AsyncClient, ann: dict[str, str], log_in: LogIn, place: StillRobot
 ) -> None:
     bob = await log_in("bob")
     for method, path in (("GET", "/state"), ("GET", "/goals"), ("DELETE", "/goals"), ("GET", "/goals/rest-1")):
@@ -90,6 +90,6 @@ async def test_robots_of_others_and_unknown_goals_are_not_found(
 
 @pytest.mark.parametrize("body", [{}, {"pose": [1.0]}, {"pose": [1.0, "x"]}, {"pose": [1, 2, 3, 4]}, {"x": 1}, []])
 async def test_an_invalid_goal_is_refused(
-    client: httpx.AsyncClient, ann: dict[str, str], place: StillPlace, body: object
+    client: httpx.AsyncClient, ann: dict[str, str], place: StillRobot, body: object
 ) -> None:
     problem_of(await client.post(f"{PATH}/goals", headers=ann, json=body), 422, "invalid-request")

@@ -14,7 +14,7 @@ from ppaas.geometry import poses_along
 from storage.sharing_records import Share
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.problems import problem_of
-from tests.support.endpoints.still_place import StillPlace
+from tests.support.endpoints.still_place import StillRobot
 from tests.support.storage import records
 from tests.unit.endpoints.conftest import LogIn, Publish
 
@@ -143,7 +143,7 @@ async def test_an_error_names_the_right_that_is_missing(client: httpx.AsyncClien
 async def test_a_driver_sends_goals_only_if_goals_are_shared(
     client: httpx.AsyncClient, ann: Header, bob: Header, cloud: FakeCloud
 ) -> None:
-    cloud.connect("ann", "tb1", StillPlace())
+    cloud.connect("ann", "tb1", StillRobot())
     goals = "/v1/robots/ann:tb1/goals"
     await share(client, ann, role="drive", publish=["cmd_vel"], subscribe=["odom"])
     problem_of(await client.post(goals, headers=bob, json={"pose": [1, 1]}), 403, "not-permitted")

@@ -5,10 +5,10 @@ from collections.abc import Mapping, Sequence
 import pytest
 
 from engine.container.monitor import node as monitor
+from engine.container.monitor.leases import MOST
 from engine.container.monitor.measurements import TopicRates
 from engine.container.monitor.node import MAX_PROBE, MAX_STATE, NodeMonitorNode
 from engine.container.monitor.parameters import NodeMonitorParameters
-from engine.container.monitor.unacknowledged import MOST
 from ppaas.change_log import LogChange, LogEntry
 from ppaas.clock import ManualClock
 from ppaas.errors import InvalidInput, NotFound, PPaaSError, Unavailable

@@ -1,16 +1,22 @@
-"""Kernels that every container uses are compiled once, before a fork server loads them."""
+"""The fork server's first start, its restart after it has compiled, and the session by which it warms up."""
 
 import os
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import msgspec
 import pytest
 
 import ppaas
-from engine.container.warm_up import first_start
+from engine.agent.entries import WARM_UP, loaded_before
+from engine.container.warm_up import first_start, scripted_session
 from engine.runtimes.compilation import stamp
+from engine.runtimes.process.runtime import ProcessRuntime
+from ppaas.errors import NotFound
+from tests.support.engine.launches import Reports
+from tests.support.sources import ROOT
 
 LAYER = "tbb"
 
@@ -100,3 +106,62 @@ def test_a_compiler_that_is_killed_is_started_again(
     first_start.compile_missing(LAYER)
     assert (starts.read_text(), caplog.text.count("killed by signal 9")) == ("xxx", 2)
     assert "status" not in caplog.text
+
+
+def run(code: str, **environment: str) -> str:
+    done = subprocess.run(
+        [sys.executable, "-c", code], check=True, cwd=ROOT, env=environment, capture_output=True, text=True
+    )
+    return done.stdout
+
+
+@pytest.mark.parametrize(("begun", "starts"), [({}, "first\nsecond\n"), ({"PPAAS_BEGUN_ANEW": "1"}, "second\n")])
+def test_program_is_restarted_once_with_its_environment(begun, starts):
+    code = """
+import os
+from engine.container.warm_up import restart
+environment = dict(os.environ)
+os.environ["KIND"] = "changed"
+print("first" if "PPAAS_BEGUN_ANEW" not in environment else "second", flush=True)
+assert environment["KIND"] == "given"
+restart.restart_once(environment)
+"""
+    assert run(code, KIND="given", **begun) == starts
+
+
+def test_warm_up_receives_all_topics_and_leaves_nothing_behind(short_path):
+    threads = set(threading.enumerate())
+    topics = scripted_session.warm_up()
+    assert {"tf", "tf_static", "map", "amcl_pose", "particlecloud", "plan", "cmd_vel"} <= topics
+    assert {"move_base/status", "move_base/feedback", "move_base/result", "robots"} <= topics
+    assert set(threading.enumerate()) == threads
+    assert not list(short_path.iterdir())
+
+
+def test_refusal_of_the_container_ends_the_warm_up(monkeypatch):
+    robot = scripted_session.RobotConfig("r", "no such model", (0.0, 0.0, 0.0), "dijkstra", "dwa")
+    monkeypatch.setattr(scripted_session, "ROBOT", robot)
+    with pytest.raises(NotFound, match="no such model"):
+        scripted_session.warm_up()
+
+
+def test_robot_that_never_arrives_ends_the_warm_up(monkeypatch):
+    monkeypatch.setattr(scripted_session, "HASTE", 0.0)
+    monkeypatch.setattr(scripted_session, "TIMEOUT", 0.5)
+    with pytest.raises(TimeoutError):
+        scripted_session.warm_up()
+
+
+@pytest.fixture
+async def runtime():
+    started = ProcessRuntime(loaded_before("tests.support.engine.container_entries:live_again", WARM_UP))
+    await started.start()
+    yield started
+    await started.close()
+
+
+async def test_container_imports_no_module_after_the_warm_up(runtime, tmp_path):
+    async with Reports(tmp_path) as reports:
+        container = await runtime.launch(reports.launch())
+        assert (await reports.next()).text == "loaded: []"
+        assert await container.wait() == 0

@@ -25,7 +25,7 @@ from ppaas.tasks.dispatcher import GONE_AFTER
 from ppaas.tasks.records import Task
 from storage.memory.store import MemoryStore
 from storage.records import MapTask
-from tests.support.endpoints.still_place import StillPlace, delivered
+from tests.support.endpoints.still_place import StillRobot, delivered
 from tests.support.engine.at_once import at_once
 from tests.support.engine.specs import robot_request
 from tests.support.storage.records import robot
@@ -39,7 +39,7 @@ class Hall:
     def __init__(self) -> None:
         self.clock = ManualClock(1000.0)
         self.store = MemoryStore()
-        self.places: dict[str, StillPlace] = {}
+        self.places: dict[str, StillRobot] = {}
         self.costs: list[list[float | None]] | None = None
         self.asked: list[CostRequest] = []
         self.start()
@@ -66,9 +66,9 @@ class Hall:
             raise Unavailable("no machine has room")
         return CostAnswer(Raw(json.dumps(self.costs).encode()), 0.1, "c9", 9, version.id, version.version)
 
-    def connect(self, name: str, **properties: Any) -> StillPlace:
+    def connect(self, name: str, **properties: Any) -> StillRobot:
         key = robot_key("ann", name)
-        place = self.places[key] = StillPlace()
+        place = self.places[key] = StillRobot()
         place.container = "c"
         self.store.put_robot(robot(name, properties=properties))
         self.robots.place_opened(key)
@@ -88,7 +88,7 @@ class Hall:
         await self.runner.step()
 
 
-def tell(place: StillPlace, x: float, *goals: tuple[str, Status]) -> None:
+def tell(place: StillRobot, x: float, *goals: tuple[str, Status]) -> None:
     """Let a robot tell where it is, and its goals."""
     pose = {"position": {"x": x, "y": 0.0}, "orientation": {"w": 1.0}}
     place.publish_json("amcl_pose", {"header": {"frame_id": "map"}, "pose": {"pose": pose}})
@@ -96,11 +96,11 @@ def tell(place: StillPlace, x: float, *goals: tuple[str, Status]) -> None:
     place.publish_json("move_base/status", {"status_list": statuses})
 
 
-def ends(place: StillPlace, goal: str, status: Status, text: str = "") -> None:
+def ends(place: StillRobot, goal: str, status: Status, text: str = "") -> None:
     place.publish_json("move_base/result", {"status": {"goal_id": {"id": goal}, "status": int(status), "text": text}})
 
 
-def goals(place: StillPlace) -> list[tuple[str, str]]:
+def goals(place: StillRobot) -> list[tuple[str, str]]:
     """Return the goals and cancellations that a robot has got since the last call."""
     found = []
     for topic, message in delivered(place):

@@ -1,195 +1,153 @@
-"""Place links, with containers that connect and disconnect at the other end of a real socket."""
+"""A place at a real clone: what clients give it arrives at once, what it says in one order and in the next turn."""
 
 import asyncio
+from collections.abc import AsyncIterator
+from typing import NoReturn
 
 import pytest
 
+from engine.links.shared_place import MAX_UNACKNOWLEDGED, MAX_UNACKNOWLEDGED_BYTES
 from engine.protocols import robot_link
-from engine.protocols.refusals import Refusal
 from engine.sessions.place.place import Place
-from ppaas.errors import PPaaSError, Unavailable
-from tests.support.engine.place_peers import NODES, SERVICES, TOPICS, FakeContainer, RecordingClient
-from tests.support.waiting import patience
+from ppaas.errors import PPaaSError, QuotaExceeded, Unavailable
+from ppaas.messages import decode
+from ppaas.messages.base.std_msgs import String
+from ppaas.messages.std_srvs import TriggerResponse
+from ppaas.nodes.base import Topic
+from tests.support.endpoints.still_place import StillPlace
+from tests.support.engine.container_peers import ContainerPeers
+from tests.support.engine.place_peers import RecordingClient
+from tests.support.engine.specs import robot_spec
+from tests.support.waiting import until
 
 
-async def test_place_is_ready_after_the_hello_of_a_container() -> None:
-    place = Place("robot:a/r")
-    with pytest.raises(Unavailable):
-        await place.ready(0.01)
-    container = await FakeContainer.ready(place, "c1")
-    assert (place.container, place.pid) == ("c1", 42)
-    await container.die()
-    assert place.container is None
+@pytest.fixture
+async def peers() -> AsyncIterator[ContainerPeers]:
+    made = await ContainerPeers(robot_spec()).start()
+    yield made
+    await made.close()
 
 
-async def test_offers_of_the_container_are_known_also_those_of_run_time() -> None:
-    place = Place("robot:a/r")
-    container = await FakeContainer.ready(place, "c1")
-    assert (list(place.topics.values()), list(place.services.values())) == (TOPICS, SERVICES)
-    client = RecordingClient()
-    number = place.join(client)
-    fleeting = robot_link.TopicInfo("fleeting", "std_msgs/String", False)
-    container.stream.write(robot_link.TopicAdded(fleeting, "planner"))
-    container.stream.write(robot_link.MessageRefused(number, "x", Refusal("invalid-input", "so far")))
-    await client.notified()
-    assert place.topics["fleeting"] == fleeting
-    assert place.nodes["planner"].publishes == ("map", "fleeting")
-    container.stream.write(robot_link.TopicRemoved("fleeting"))
-    container.stream.write(robot_link.MessageRefused(number, "x", Refusal("invalid-input", "so far")))
-    await client.notified()
-    assert "fleeting" not in place.topics
-    assert list(place.nodes.values()) == NODES
-    await container.die()
+@pytest.fixture
+async def place(peers: ContainerPeers) -> Place:
+    made = Place("robot:ann/tb1")
+    made.begin(peers.container)
+    return made
 
 
-async def test_subscriptions_are_repeated_for_the_next_container() -> None:
-    place = Place("robot:a/r")
+def message(word: str) -> bytes:
+    return b'{"data":"%s"}' % word.encode()
+
+
+async def test_a_place_knows_what_its_clone_has(place: Place, peers: ContainerPeers) -> None:
+    assert {*place.topics} == {*peers.home.graph.topics} and "heard" in place.services and "echo" in place.nodes
+
+
+async def test_a_message_is_taken_at_once_and_its_reaction_heard_in_the_next_turn(place: Place) -> None:
     listener = RecordingClient()
     client = place.join(listener)
-    first = await FakeContainer.ready(place, "c1")
-    place.hear("map", client)
-    assert await first.next() == robot_link.Subscribe("map", client)
-    await first.die()
-    second = await FakeContainer.dial(place, "c2")
-    assert await second.next() == robot_link.Subscribe("map", 0)
-    second.stream.write(robot_link.Published("map", b"{}"))
-    await listener.notified()
-    assert listener.heard == [("map", b"{}")]
-    await second.die()
+    place.hear("echo", client)
+    assert place.publish("say", message("hi"), client, must_arrive=False) == 0
+    assert listener.heard == []
+    await asyncio.sleep(0)
+    assert listener.heard == [("echo", message("hi"))]
 
 
-async def test_latched_message_for_one_client_does_not_reach_others() -> None:
-    place = Place("robot:a/r")
-    listeners = [RecordingClient(), RecordingClient()]
-    numbers = [place.join(listener) for listener in listeners]
-    container = await FakeContainer.ready(place, "c1")
-    for number in numbers:
-        place.hear("map", number)
-    container.stream.write(robot_link.Published("map", b"{}", numbers[1]))
-    await listeners[1].notified()
-    assert listeners[0].heard == []
-    await container.die()
+async def test_news_keep_their_order(place: Place, peers: ContainerPeers) -> None:
+    listener = RecordingClient()
+    client, topic = place.join(listener), Topic("fleeting", String)
+    for name in ("echo", "fleeting"):
+        place.hear(name, client)
+    place.publish("say", message("first"), client, must_arrive=True)
+    place.publish("say", message("refuse"), client, must_arrive=True)
+    peers.home.graph.declare(peers.node, topic)
+    peers.home.graph.publish("fleeting", String("once"))
+    peers.home.graph.undeclare(peers.node, "fleeting")
+    place.publish("say", message("last"), client, must_arrive=True)
+    assert (listener.heard, listener.refused_numbers, "fleeting" in place.topics) == ([], [], False)
+    await asyncio.sleep(0)
+    assert listener.heard == [("echo", message("first")), ("fleeting", message("once")), ("echo", message("last"))]
+    assert listener.refused_numbers == [2] and [error.slug for error in listener.errors] == ["invalid-input"]
+    assert "fleeting" not in place.topics and "fleeting" not in place.nodes["echo"].publishes
 
 
-async def test_only_clients_without_the_changes_of_a_map_get_the_whole_map_again() -> None:
-    place = Place("robot:a/r")
-    container = await FakeContainer.ready(place, "c1")
-    both, whole = (place.join(RecordingClient()) for _ in range(2))
-    for topic, client in (("map", both), ("map_updates", both), ("map", whole)):
-        place.hear(topic, client)
-        assert await container.next() == robot_link.Subscribe(topic, client)
-    container.stream.write(robot_link.MapReplaced())
-    assert await container.next() == robot_link.Subscribe("map", whole)
-    await container.die()
+async def test_a_latched_message_is_sent_to_the_new_subscriber_only(place: Place, peers: ContainerPeers) -> None:
+    one, two = RecordingClient(), RecordingClient()
+    place.hear("last", place.join(one))
+    peers.home.graph.publish("last", String("old"))
+    await asyncio.sleep(0)
+    place.hear("last", place.join(two))
+    await asyncio.sleep(0)
+    assert one.heard == two.heard == [("last", message("old"))]
 
 
-async def test_subscription_ends_with_its_last_client() -> None:
-    place = Place("robot:a/r")
-    one, two = place.join(RecordingClient()), place.join(RecordingClient())
-    container = await FakeContainer.ready(place, "c1")
-    place.hear("map", one)
-    place.hear("map", two)
-    place.leave(one)
-    place.leave(two)
-    frames = [await container.next() for _ in range(3)]
-    assert frames == [robot_link.Subscribe("map", one), robot_link.Subscribe("map", two), robot_link.Unsubscribe("map")]
-    await container.die()
-
-
-async def test_call_is_answered_or_fails_with_its_container() -> None:
-    place = Place("robot:a/r")
-    with pytest.raises(Unavailable):
-        await place.call("make_plan", b"{}", 1.0)
-    container = await FakeContainer.ready(place, "c1")
-    answered = asyncio.create_task(place.call("make_plan", b"{}", 5.0))
-    refused = asyncio.create_task(place.call("make_plan", b"{}", 5.0))
-    lost = asyncio.create_task(place.call("make_plan", b"{}", 5.0))
-    calls = [await container.next() for _ in range(3)]
-    numbers = [call.call for call in calls if isinstance(call, robot_link.ServiceCall)]
-    container.stream.write(robot_link.ServiceAnswer(numbers[0], b'{"plan":1}'))
-    container.stream.write(robot_link.ServiceAnswer(numbers[1], refusal=Refusal("no-valid-path", "none")))
-    assert await answered == b'{"plan":1}'
-    with pytest.raises(PPaaSError) as error:
-        await refused
-    assert error.value.slug == "no-valid-path"
-    await container.die()
-    with pytest.raises(Unavailable, match="lost"):
-        await lost
-
-
-async def test_ended_subscription_is_not_repeated_for_the_next_container() -> None:
-    place = Place("robot:a/r")
-    client = place.join(RecordingClient())
-    first = await FakeContainer.ready(place, "c1")
-    place.hear("map", client)
-    place.unsubscribe("map", client)
-    first.stream.write(robot_link.Published("map", b"{}"))  # sent before the unsubscription arrived
-    first.stream.write(robot_link.Published("goal", b"{}"))
-    await first.die()
-    place.hear("goal", client)
-    second = await FakeContainer.ready(place, "c2")
-    place.unsubscribe("goal", client)
-    assert [await second.next(), await second.next()] == [
-        robot_link.Subscribe("goal", 0),
-        robot_link.Unsubscribe("goal"),
-    ]
-    await second.die()
-
-
-async def test_frames_of_a_replaced_container_are_ignored() -> None:
-    place = Place("robot:a/r")
+async def test_an_ended_subscription_hears_nothing(place: Place, peers: ContainerPeers) -> None:
     listener = RecordingClient()
     client = place.join(listener)
-    first = await FakeContainer.ready(place, "c1")
-    place.hear("goal", client)
-    place.deliver("goal", b"1", client, must_arrive=True)
-    call = asyncio.create_task(place.call("make_plan", b"{}", 5.0))
-    assert [type(await first.next()) for _ in range(3)] == [
-        robot_link.Subscribe,
-        robot_link.Deliver,
-        robot_link.ServiceCall,
-    ]
-    second = await FakeContainer.dial(place, "c2")
-    assert [type(await second.next()) for _ in range(2)] == [robot_link.Subscribe, robot_link.Deliver]
-    with pytest.raises(Unavailable, match="lost"):
-        await call
-    first.stream.write(robot_link.Ack(1))
-    first.stream.write(robot_link.Published("goal", b"old"))
-    async with patience(5):
-        await first.serving  # its frames are ignored, and its link is closed
-    second.stream.write(robot_link.Published("goal", b"new"))
-    await listener.notified()
-    assert listener.heard == [("goal", b"new")]
-    assert place.container == "c2"
-    await second.die()
-    third = await FakeContainer.dial(place, "c3")
-    assert [type(await third.next()) for _ in range(2)] == [robot_link.Subscribe, robot_link.Deliver]
-    await third.die()
+    place.hear("echo", client)
+    place.publish("say", message("late"), client, must_arrive=False)
+    place.leave(client)
+    assert not peers.home.graph.has_taps("echo")
+    await asyncio.sleep(0)
+    assert listener.heard == []
 
 
-async def test_closed_place_states_the_reason_after_its_container_exited() -> None:
-    place = Place("robot:a/r")
-    container = await FakeContainer.ready(place, "c1")
-    place.close(Unavailable("over"))
-    assert await container.next() == robot_link.Shutdown()
-    await container.die()
-    with pytest.raises(Unavailable, match="over"):
-        await place.ready(5)
+async def test_calls_are_answered_also_those_that_fail(place: Place) -> None:
+    place.publish("say", message("hi"), 1, must_arrive=False)
+    assert decode(TriggerResponse, await place.call("heard", b"{}", 5.0)).message == "hi"
+    for service, slug in (("refuse", "invalid-input"), ("break", "error"), ("nowhere", "not-found")):
+        with pytest.raises(PPaaSError) as failed:
+            await place.call(service, b"{}", 5.0)
+        assert failed.value.slug == slug
 
 
-async def test_client_that_joins_a_closed_place_gets_the_reason_at_once() -> None:
-    place = Place("robot:a/r")
-    place.close(Unavailable("over"))
-    late = RecordingClient()
-    place.leave(place.join(late))
-    assert [str(reason) for reason in late.reasons] == ["over"]
-
-
-async def test_closing_reports_the_reason_to_every_client() -> None:
-    place = Place("robot:a/r")
+async def test_messages_are_acknowledged_once_a_checkpoint_has_them(place: Place, peers: ContainerPeers) -> None:
     listener = RecordingClient()
-    place.join(listener)
-    place.close(Unavailable("over"))
-    assert [str(reason) for reason in listener.reasons] == ["over"]
-    with pytest.raises(Unavailable, match="over"):
-        await place.ready(1)
+    client = place.join(listener)
+    keeping = asyncio.create_task(peers.container.keep_checkpoints())
+    assert [place.publish("say", message("a"), client, must_arrive=True) for _ in range(2)] == [1, 2]
+    while (await peers.checkpoint())["echo"] != b"a,a":
+        assert not {1, 2} & {*listener.acknowledgements}
+    await until(lambda: 2 in listener.acknowledgements)
+    keeping.cancel()
+
+
+async def test_unacknowledged_messages_are_bounded_in_number_and_bytes() -> None:
+    place = StillPlace()
+    for _ in range(MAX_UNACKNOWLEDGED):
+        place.publish("goal", b"1", 1, must_arrive=True)
+    with pytest.raises(QuotaExceeded):
+        place.publish("goal", b"1", 1, must_arrive=True)
+    place.say(robot_link.Ack(MAX_UNACKNOWLEDGED))
+    half = bytes(MAX_UNACKNOWLEDGED_BYTES // 2)
+    for _ in range(2):
+        place.publish("goal", half, 1, must_arrive=True)
+    with pytest.raises(QuotaExceeded):
+        place.publish("goal", b"1", 1, must_arrive=True)
+    place.say(robot_link.Ack(MAX_UNACKNOWLEDGED + 1))
+    assert place.publish("goal", b"1", 1, must_arrive=True) == MAX_UNACKNOWLEDGED + 3
+
+
+async def test_news_that_cannot_be_passed_on_keep_no_other_back(
+    place: Place, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def fail() -> NoReturn:
+        raise RuntimeError("a fault of the place")
+
+    monkeypatch.setattr(place, "_map_replaced", fail)
+    listener = RecordingClient()
+    place.hear("echo", place.join(listener))
+    place.map_replaced()
+    place.published("echo", message("hi"))
+    await until(lambda: bool(listener.heard))
+    assert "a fault of the place" in caplog.text
+
+
+async def test_a_place_without_a_clone_takes_neither_messages_nor_calls() -> None:
+    place = Place("robot:ann/tb1")
+    with pytest.raises(Unavailable):
+        place.publish("say", b"{}", 1, must_arrive=True)
+    with pytest.raises(Unavailable):
+        place.begin_call("heard", b"{}", 1.0, lambda _: None)
+    with pytest.raises(Unavailable):
+        await place.call("heard", b"{}", 1.0)

@@ -10,7 +10,7 @@ from engine.protocols import robot_link
 from engine.service import robot_navigation
 from robots.cli.verbs import robot_goals
 from tests.support.cloud.command_line import CommandLine
-from tests.support.endpoints.still_place import StillPlace
+from tests.support.endpoints.still_place import StillRobot
 from tests.support.storage import records
 
 
@@ -21,15 +21,15 @@ def _short_waits(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def place(ppaas: CommandLine) -> StillPlace:
+def place(ppaas: CommandLine) -> StillRobot:
     """Return the place of ann's robot."""
     ppaas.services.store.put_robot(records.robot("tb1", user="ann"))
-    made = StillPlace()
+    made = StillRobot()
     ppaas.services.cloud.connect("ann", "tb1", made)  # type: ignore[attr-defined]
     return made
 
 
-class EndingPlace(StillPlace):
+class EndingPlace(StillRobot):
     """Place whose Move Base ends each goal at once."""
 
     def __init__(self, status: int, text: str) -> None:
@@ -48,7 +48,7 @@ class EndingPlace(StillPlace):
         asyncio.get_running_loop().call_soon(self.publish_json, "move_base/result", result)
 
 
-async def test_a_goal_is_sent_and_the_state_shows_it(ppaas: CommandLine, place: StillPlace) -> None:
+async def test_a_goal_is_sent_and_the_state_shows_it(ppaas: CommandLine, place: StillRobot) -> None:
     sent = json.loads((await ppaas("robot", "go", "tb1", "4.0", "1.5", "--json")).out)
     assert (sent["pose"], sent["state"]) == ([4.0, 1.5, 0.0], "pending")
     assert (await ppaas("robot", "state", "tb1")).rows[1][-1] == sent["id"]
@@ -58,7 +58,7 @@ async def test_a_goal_is_sent_and_the_state_shows_it(ppaas: CommandLine, place: 
 
 
 async def test_the_state_says_that_a_robot_left_and_that_its_container_waits(
-    ppaas: CommandLine, place: StillPlace
+    ppaas: CommandLine, place: StillRobot
 ) -> None:
     ppaas.services.cloud.presence.left(robot_key("ann", "tb1"))  # type: ignore[attr-defined]
     heading, row = (await ppaas("robot", "state", "tb1")).rows

@@ -9,7 +9,7 @@ import pytest
 from numba.core import event
 
 from engine.agent.container_gateway import ContainerGateway
-from engine.container.compiling.compile_notice import CompileNotice
+from engine.container.kernel_gate import CompileNotice
 from engine.specs.containers import Launch
 from storage.memory.store import MemoryStore
 from tests.support.engine.attached_container import attach_container

@@ -1,14 +1,21 @@
-"""Messages that ``throttle_rate`` delays, on the loop that containers run on and on that of asyncio."""
+"""Messages that a session sends by a timer: delayed by ``throttle_rate``, and the heartbeat.
+
+The kind: silence that may mean two things. Its members are subscriptions to topics that are silent, or that do not
+exist yet, while the connection may be lost.
+"""
 
 import asyncio
 import json
+from collections.abc import Iterator
 
 import pytest
 
-from engine.sessions import delayed_messages
-from engine.sessions.delayed_messages import DelayedMessages
+from engine.protocols import robot_link
+from engine.sessions import session
+from engine.sessions.session import DelayedMessages
+from ppaas.wire.own_topics import HEARTBEAT
 from ppaas.wire.rosbridge import RosbridgeSession
-from tests.support.endpoints.still_place import StillClient, StillPlace
+from tests.support.endpoints.still_place import StillClient, StillPlace, answers, error_of, says
 from tests.support.waiting import until
 
 
@@ -17,7 +24,7 @@ class Delays:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, rate: float = 1000) -> None:
         self.now = 100.0
-        monkeypatch.setattr(delayed_messages, "monotonic", lambda: self.now)
+        monkeypatch.setattr(session, "monotonic", lambda: self.now)
         self.wire = RosbridgeSession()
         self.wire.receive(json.dumps({"op": "subscribe", "topic": "a", "throttle_rate": rate, "queue_length": 9}))
         self.sent: list[bytes] = []
@@ -102,3 +109,62 @@ async def test_clients_that_throttle_take_nothing_from_clients_that_do_not(place
 
         await until(last_came)
         assert heard == sorted(set(heard)) and not client.session.over.done()
+
+
+@pytest.fixture(autouse=True)
+def fast(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    monkeypatch.setattr(session, "HEARTBEAT_PERIOD", 0.01)
+    yield
+
+
+async def test_a_client_that_subscribes_hears_the_heartbeat_at_once_and_again(
+    client: StillClient, other: StillClient, place: StillPlace
+) -> None:
+    [first] = says(client, op="subscribe", topic="/ppaas/heartbeat", type="std_msgs/msg/Header")
+    assert (first["op"], first["topic"]) == ("publish", "/ppaas/heartbeat")
+    assert set(first["msg"]["stamp"]) == {"sec", "nanosec"}
+    later = await answers(client, 2)
+    assert later[0]["msg"]["stamp"] != first["msg"]["stamp"]
+    assert other.received() == []
+    assert place.far.take(robot_link.Subscribe) == []
+
+
+async def test_it_ends_with_the_last_subscription(client: StillClient) -> None:
+    for identity in ("a", "b"):
+        client.say(op="subscribe", topic=HEARTBEAT, id=identity)
+    client.say(op="unsubscribe", topic=HEARTBEAT, id="a")
+    assert await answers(client, 3)
+    client.say(op="unsubscribe", topic=HEARTBEAT, id="b")
+    client.received()
+    assert client.session._heartbeat._timer is None
+    client.say(op="subscribe", topic=HEARTBEAT)
+    assert await answers(client, 2)
+
+
+async def test_it_ends_with_the_session(place: StillPlace) -> None:
+    client = StillClient(place)
+    client.say(op="subscribe", topic=HEARTBEAT)
+    client.session.end()
+    assert client.session._heartbeat._timer is None
+
+
+async def test_it_may_be_throttled(client: StillClient) -> None:
+    client.say(op="subscribe", topic=HEARTBEAT, throttle_rate=60_000)
+    assert len(client.received()) == 1
+
+
+async def test_it_has_one_type(client: StillClient) -> None:
+    error_of(says(client, op="subscribe", topic=HEARTBEAT, type="std_msgs/String"), "conflict")
+    assert client.session._heartbeat._timer is None
+
+
+async def test_no_client_publishes_it(client: StillClient) -> None:
+    error_of(says(client, op="publish", topic=HEARTBEAT, msg={}), "not-permitted")
+    error_of(says(client, op="advertise", topic=HEARTBEAT, type="std_msgs/Header"), "not-permitted")
+
+
+async def test_rosapi_lists_it(client: StillClient) -> None:
+    [answer] = says(client, op="call_service", service="/rosapi/topic_type", args={"topic": "/ppaas/heartbeat"})
+    assert answer["values"] == {"type": "std_msgs/Header"}
+    [answer] = says(client, op="call_service", service="/rosapi/publishers", args={"topic": "/ppaas/heartbeat"})
+    assert answer["values"] == {"publishers": ["/rosapi"]}

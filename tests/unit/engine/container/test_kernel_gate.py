@@ -11,8 +11,8 @@ import pytest
 
 from engine.agent.container_gateway import ContainerGateway
 from engine.agent.kernel_service import KernelService
-from engine.container.compiling import kernel_gate
-from engine.container.compiling.kernel_gate import KernelGate, KernelsMissing, await_kernels
+from engine.container import kernel_gate
+from engine.container.kernel_gate import KernelGate, KernelsMissing, await_kernels
 from engine.runtimes.compilation.compile_pool import CompileReport
 from engine.runtimes.compilation.kernel_compiler import KernelCompiler
 from engine.specs.containers import Launch

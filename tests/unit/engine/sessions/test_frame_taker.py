@@ -1,4 +1,4 @@
-"""Frames of a client that wait while types of ROS are read."""
+"""Frames of a client that wait: while types of ROS are read, or an operation awaits a permit."""
 
 import asyncio
 import threading
@@ -6,25 +6,54 @@ import threading
 import pytest
 
 from engine.protocols.session_frames import NumberedFrame
-from engine.sessions import held_frames
-from engine.sessions.held_frames import MAX_HELD, HeldFrames
+from engine.sessions import session
+from engine.sessions.session import MAX_HELD, FrameTaker, PermitAwaited
+from engine.sessions.unsettled import UnsettledFrames
 from tests.support.waiting import patience
 
 SUBSCRIBE = '{"op": "subscribe", "topic": "/map", "compression": "cbor-raw"}'
+PLAN = "a path, please"
+
+
+class Wire:
+    """Wire whose operations are the texts of the frames."""
+
+    incomplete = ()
+
+    def receive(self, content: bytes) -> str:
+        return content.decode()
 
 
 class Types:
-    """Types that are read when the test allows it, and the frames that were passed on."""
+    """Types that are read when the test allows it, and the frames that were executed."""
 
     def __init__(self) -> None:
         self.may_end = threading.Event()
         self.read = False
         self.threads: list[int] = []
         self.taken: list[str] = []
-        self.frames = HeldFrames(lambda frame: self.taken.append(frame.content.decode()))
+        self.asked = 0
+        self.permitted = False
+        self.frames = FrameTaker(Wire(), self.execute, UnsettledFrames(), self.ask, self.release)  # type: ignore[arg-type]
+
+    def release(self) -> None:
+        self.frames.release()
+
+    def execute(self, operation: str) -> None:
+        if operation == PLAN and not self.permitted:
+            raise PermitAwaited
+        self.taken.append(operation)
+
+    def ask(self) -> None:
+        self.asked += 1
 
     def take(self, content: str) -> None:
         self.frames.take(NumberedFrame(1, content.encode()))
+
+    @property
+    def waiting(self) -> list[str]:
+        """Frames that are not executed yet."""
+        return [frame.content.decode() for frame in self.frames.waiting()]
 
     def read_types(self) -> None:
         self.threads.append(threading.get_ident())
@@ -35,8 +64,8 @@ class Types:
 @pytest.fixture
 def types(monkeypatch: pytest.MonkeyPatch) -> Types:
     types = Types()
-    monkeypatch.setattr(held_frames, "read_types", types.read_types)
-    monkeypatch.setattr(held_frames, "are_types_read", lambda: types.read)
+    monkeypatch.setattr(session, "read_types", types.read_types)
+    monkeypatch.setattr(session, "are_types_read", lambda: types.read)
     return types
 
 
@@ -84,3 +113,20 @@ async def test_frames_of_a_client_that_leaves_are_passed_on_at_once(types: Types
     types.frames.release()
     assert types.taken == [SUBSCRIBE, "goal"]
     types.may_end.set()
+
+
+async def test_frames_wait_for_a_permit_and_after_it_for_types(types: Types) -> None:
+    for frame in (PLAN, "between", SUBSCRIBE, "after"):
+        types.take(frame)
+    assert (types.taken, types.waiting, types.asked) == ([], [PLAN, "between", SUBSCRIBE, "after"], 1)
+    types.permitted = True
+    types.frames.resume()
+    assert (types.taken, types.waiting) == ([PLAN, "between"], [SUBSCRIBE, "after"])
+    types.taken.clear()
+    await until_released(types)
+    assert types.taken == [SUBSCRIBE, "after"] and types.waiting == []
+
+
+async def test_a_frame_that_an_earlier_container_got_waits_for_no_types(types: Types) -> None:
+    types.frames.replay(NumberedFrame(1, SUBSCRIBE.encode()))
+    assert types.taken == [SUBSCRIBE] and not types.threads

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from engine.container.checking.clone_check import CloneCheck, write_empty_map
+from engine.container.clone_check import CloneCheck, write_empty_map
 from engine.container.current_map import CurrentMap
 from engine.container.graph_building import build_graph
 from engine.container.shared_plans import PlanningNotes, SharedPlans

@@ -1,1 +1,0 @@
-"""Check of robot files: builds clones as containers do, without running them."""
