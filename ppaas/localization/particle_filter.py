@@ -18,7 +18,7 @@ from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.pose_estimate import PoseEstimate, estimate
 from ppaas.localization.pose_search import PoseCandidates, PoseSearch
 from ppaas.localization.relocalization import Relocalizer
-from ppaas.localization.sensor_model_choice import sensor_model
+from ppaas.localization.sensor_model import sensor_model
 from ppaas.thread_budget import Threads, one_thread
 
 BLUR = np.array((0.05, 0.05, 0.02))

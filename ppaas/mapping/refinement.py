@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.mapping.edge_information import forgetting, weakest_information
-from ppaas.mapping.graph.joint_step import JointSystem, LinearisedPairs
+from ppaas.mapping.graph.normal_equations import JointSystem, LinearisedPairs
 from ppaas.mapping.graph.pose_graph import Edges
 from ppaas.mapping.kernels import alignment as kernels
+from ppaas.mapping.key_frame_graph import forgetting, weakest_information
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.near_poses import nearest_poses
 from ppaas.planar_poses import PoseArray, differences, relative, rotated, symmetric, upper_triangle, wrap_angles

@@ -8,13 +8,11 @@ from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D, wrap_angle
-from ppaas.mapping.alignment import TRACKING, Aligned, Prior, align
-from ppaas.mapping.correlative_search import CorrelationGrid, Window
+from ppaas.mapping.alignment import TRACKING, Aligned, CorrelationGrid, Prior, Window, align
 from ppaas.mapping.key_frames import KeyFrames, NearFrames
 from ppaas.mapping.laser_geometry import LaserGeometry
-from ppaas.mapping.laser_motion import laser_step
+from ppaas.mapping.laser_motion import laser_step, odometry_deviations
 from ppaas.mapping.near_poses import nearest_poses
-from ppaas.mapping.odometry_noise import odometry_deviations
 from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.scan_points import ScanPoints
 from ppaas.mapping.tracking_doubt import CONTRADICTED, TrackingDoubt

@@ -14,13 +14,12 @@ from ppaas.mapping.graph.pose_graph import PoseGraph, join_edges
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.lifelong.marginalisation import without_nodes
 from ppaas.mapping.lifelong.neighbourhood import NEAR, Neighbourhoods
-from ppaas.mapping.lifelong.outdated import outdated_beams, without_beams
 from ppaas.mapping.lifelong.parameters import LifelongParameters
-from ppaas.mapping.lifelong.redundancy import Redundancy
+from ppaas.mapping.lifelong.redundancy import Redundancy, outdated_beams, without_beams
 from ppaas.mapping.near_poses import nearest_poses
 from ppaas.mapping.scan_points import ScanPoints
 from ppaas.mapping.serialization.mapping_log import Rewritten
-from ppaas.mapping.serialization.row_selection import divided_edges, packed_rows
+from ppaas.mapping.serialization.rows import divided_edges, packed_rows
 
 MOST_BYTES = 12 << 20
 """Largest map that is thinned [bytes]: it is one entry of a log, and Cassandra takes at most 16 MiB at once."""

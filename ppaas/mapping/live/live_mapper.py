@@ -15,11 +15,9 @@ from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.lifelong.parameters import LifelongParameters
 from ppaas.mapping.lifelong.thinning import Chosen, Thinned, is_due, renumbered_closures
-from ppaas.mapping.live.closing_work import Closed, ClosingWork
-from ppaas.mapping.live.joining_work import JoinedMap, JoiningWork
+from ppaas.mapping.live.background_work import Closed, ClosingWork, JoinedMap, JoiningWork, ThinnedMap, ThinningWork
 from ppaas.mapping.live.map_canvas import MapCanvas
 from ppaas.mapping.live.refining_work import RefiningWork
-from ppaas.mapping.live.thinning_work import ThinnedMap, ThinningWork
 from ppaas.mapping.map_drawing import DEFAULTS, DrawingSettings
 from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.parts.joining import JoiningSchedule

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ppaas.geometry import Pose2D
-from ppaas.mapping.volume.blocks import VoxelBlocks
-from ppaas.mapping.volume.clearing import clear_box
+from ppaas.mapping.volume.blocks import VoxelBlocks, clear_box
 from ppaas.mapping.volume.key_frame_poses import Anchor, KeyFramePoses
 from ppaas.mapping.volume.parameters import VolumeParameters
 from ppaas.mapping.volume.submap import LEAST_MOTION, Submap, add_log_odds

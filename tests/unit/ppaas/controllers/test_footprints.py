@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from ppaas.controllers.footprints import body_of, check_footprint
+from ppaas.controllers.drive_parameters import body_of, check_footprint
 from ppaas.errors import InvalidParameter
 
 BOX = ((0.3, 0.2), (-0.3, 0.2), (-0.3, -0.2), (0.3, -0.2))

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.costmap.build_layers import build_layers
-from ppaas.costmap.height_mask import height_mask
+from ppaas.costmap.filter_masks import height_mask
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.maps.octomap import parse_octomap

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppaas.costmap.costmap import Costmap
-from ppaas.costmap.occupancy import MAX_CELLS, occupancy_of
+from ppaas.costmap.costmap import MAX_CELLS, Costmap, occupancy_of
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo
 from ppaas.maps.occupancy import to_message

@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 
 from benchmarks.fleet.checking import faults_of
 from ppaas.errors import InvalidInput, PlanningError
-from ppaas.fleet import metric_problem
+from ppaas.fleet import metric_roadmap
 from ppaas.fleet.first_plan import first_plan
 from ppaas.fleet.improvement import Improvement
 from ppaas.fleet.lattice_roadmap import lattice_roadmap
-from ppaas.fleet.metric_problem import WITHIN, MetricFloor
+from ppaas.fleet.metric_roadmap import WITHIN, MetricFloor
 from ppaas.fleet.robot_sizes import RobotSizes
 from tests.support.fleet.floors import Floor, floor_of, floors
 
@@ -51,7 +51,7 @@ def test_plans_between_places_beside_the_cells_are_valid(floor: Floor, radius: f
 
 def test_robots_times_cells_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
     made = floor_for(floor_of(np.zeros((20, 30), np.bool_)), 0.2)
-    monkeypatch.setattr(metric_problem, "MOST_DISTANCES", 2 * len(made.metric.roadmap) - 1)
+    monkeypatch.setattr(metric_roadmap, "MOST_DISTANCES", 2 * len(made.metric.roadmap) - 1)
     places = made.metric.centres[:2]
     with pytest.raises(InvalidInput, match=r"2 robots on \d+ cells are too many: .*; plan for fewer robots"):
         made.problem(places, places)

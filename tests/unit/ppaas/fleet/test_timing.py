@@ -7,10 +7,9 @@ from hypothesis import strategies as st
 
 from ppaas.errors import NoValidPath
 from ppaas.fleet.first_plan import first_plan
-from ppaas.fleet.plan import FleetPlan
+from ppaas.fleet.plan import FleetPlan, timing_of, turns_of
 from ppaas.fleet.problem import FleetProblem
 from ppaas.fleet.roadmap import Roadmap
-from ppaas.fleet.timing import timing_of, turns_of
 from tests.reference.fleet import timing, turns
 from tests.support.fleet.halls import Hall, halls, ruled_halls
 from tests.support.fleet.walks import walks

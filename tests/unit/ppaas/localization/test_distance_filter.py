@@ -7,9 +7,9 @@ import pytest
 
 from ppaas.costmap.build_layers import build_layers
 from ppaas.geometry import Pose2D
-from ppaas.localization.distance_filter import MANY, NEAR, ends_at_people
 from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.particle_filter import ParticleFilter
+from ppaas.localization.sensor_model import MANY, NEAR, ends_at_people
 from tests.support.world.planar_world import walled_map
 
 GRID = walled_map(12, 9, [])

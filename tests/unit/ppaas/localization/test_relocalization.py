@@ -7,8 +7,7 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.geometry import Pose2D
 from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.pose_search import PoseCandidates, PoseSearch
-from ppaas.localization.relocalization import AMISS, LEAST_SHARE, MOST_SHARE, FitAverages, Relocalizer
-from ppaas.localization.scan_history import SCANS, SPACING
+from ppaas.localization.relocalization import AMISS, LEAST_SHARE, MOST_SHARE, SCANS, SPACING, FitAverages, Relocalizer
 from tests.support.world.planar_world import walled_map
 
 LAYERS = build_layers(walled_map(6, 5, []))

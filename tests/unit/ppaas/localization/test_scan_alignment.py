@@ -9,8 +9,7 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.geometry import Pose2D
 from ppaas.localization.beams import choose_beams, scan_points
 from ppaas.localization.parameters import AmclParameters
-from ppaas.localization.scan_alignment import align
-from ppaas.localization.scan_match import ScanMatch
+from ppaas.localization.scan_match import ScanMatch, align
 from ppaas.maps.grid import GridMap
 from tests.support.world.planar_world import World, error_of, walled_map
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.geometry import Pose2D
-from ppaas.localization.scan_history import SCANS, SPACING, SPACING_TURN, ScanHistory
+from ppaas.localization.relocalization import SCANS, SPACING, SPACING_TURN, ScanHistory
 
 POINT = np.array([[1.0, 0.0]])
 numbers = st.floats(-3.0, 3.0)

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
-from ppaas.localization.scan_plausibility import check_plausible
+from ppaas.localization.scan_match import check_plausible
 from ppaas.messages.sensor_msgs import LaserScan
 from tests.support.world.planar_world import World, walled_map
 

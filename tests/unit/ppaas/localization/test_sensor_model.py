@@ -6,7 +6,7 @@ import pytest
 from ppaas.costmap.build_layers import build_layers
 from ppaas.geometry import Pose2D
 from ppaas.localization.parameters import AmclParameters
-from ppaas.localization.sensor_model_choice import sensor_model
+from ppaas.localization.sensor_model import sensor_model
 from ppaas.thread_budget import one_thread
 from tests.support.world.planar_world import World, walled_map
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from ppaas.geometry import Pose2D
-from ppaas.mapping.correlative_search import CorrelationGrid, Window
+from ppaas.mapping.alignment import CorrelationGrid, Window
 from ppaas.mapping.key_frames import KeyFrames
 from tests.support.world.room_scans import CORRIDOR, LASER, scan_at
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from ppaas.mapping.edge_information import (
+from ppaas.mapping.key_frame_graph import (
     CLOSURE_FLOOR,
     STEP_FLOOR,
     determines_position,

@@ -3,9 +3,8 @@
 import numpy as np
 
 from ppaas.geometry import Pose2D
-from ppaas.mapping.edge_information import STEP_FLOOR, edge_information
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
-from ppaas.mapping.key_frame_graph import append_key_frame
+from ppaas.mapping.key_frame_graph import STEP_FLOOR, append_key_frame, edge_information
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.planar_poses import compose
 from tests.support.world.room_scans import LASER, scan_at

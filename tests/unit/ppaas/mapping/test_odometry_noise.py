@@ -1,7 +1,7 @@
 import pytest
 
 from ppaas.geometry import Pose2D
-from ppaas.mapping.odometry_noise import odometry_deviations
+from ppaas.mapping.laser_motion import odometry_deviations
 from ppaas.mapping.parameters import SlamParameters
 
 

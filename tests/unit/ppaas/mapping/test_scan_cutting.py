@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.geometry import Pose2D
-from ppaas.mapping.scan_cutting import without_discs
+from ppaas.mapping.scan_points import without_discs
 from ppaas.planar_poses import compose
 from tests.support.world.room_scans import scan_at
 

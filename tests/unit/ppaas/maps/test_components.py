@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import InvalidInput, InvalidMap
-from ppaas.maps.components import reachable
+from ppaas.maps.free_space import reachable
 from ppaas.maps.kernels import components as kernels
 from tests.reference.maps import maps as twin
 from tests.support.world.maps import occupied_arrays, real_map

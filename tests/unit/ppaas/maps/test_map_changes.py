@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from ppaas.maps.cell_rectangle import Rectangle
-from ppaas.maps.map_changes import SIDE, changed_rectangles
+from ppaas.maps.cell_rectangle import SIDE, Rectangle, changed_rectangles
 
 
 def test_equal_grids_have_no_changes():

@@ -3,8 +3,7 @@ import pytest
 from ppaas import planners
 from ppaas.errors import InvalidParameter, NotFound
 from ppaas.planners import volume
-from ppaas.planners.volume.astar3d import AStar3D
-from ppaas.planners.volume.dijkstra3d import Dijkstra3D
+from ppaas.planners.volume.voxel_planner import AStar3D, Dijkstra3D
 
 
 @pytest.mark.parametrize("create", [planners.create, volume.create])

@@ -2,9 +2,8 @@
 
 from datetime import UTC, datetime
 
-from ppaas.zones.in_force import ZonesInForce
 from ppaas.zones.schedule import Hours
-from ppaas.zones.zone import NO_ZONES, KeepOut, NoStop, ZoneSet
+from ppaas.zones.zone import NO_ZONES, KeepOut, NoStop, ZoneSet, ZonesInForce
 from tests.support.zones import rectangle
 
 BOX = (0.0, 0.0, 1.0, 1.0)

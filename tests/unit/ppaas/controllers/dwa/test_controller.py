@@ -5,7 +5,7 @@ import pytest
 from scipy.ndimage import distance_transform_edt
 
 from ppaas.controllers.base import ControlRequest, NoValidControl, Velocity
-from ppaas.controllers.dwa.controller import DynamicWindow
+from ppaas.controllers.dwa import DynamicWindow
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.planners.base import PlanRequest
 from ppaas.planners.grid.dijkstra import Dijkstra

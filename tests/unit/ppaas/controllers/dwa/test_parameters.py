@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from ppaas.controllers.dwa.parameters import DwaParameters
+from ppaas.controllers.dwa import DwaParameters
 from ppaas.errors import InvalidParameter
 from ppaas.parameters import read_parameters
 

@@ -4,10 +4,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.controllers.base import ControlRequest, Velocity
-from ppaas.controllers.dwa.parameters import DwaParameters
-from ppaas.controllers.dwa.rollouts import Rollouts, window
+from ppaas.controllers.drive_parameters import body_of
+from ppaas.controllers.dwa import DwaParameters, Rollouts, window
 from ppaas.controllers.followed_path import FollowedPath
-from ppaas.controllers.footprints import body_of
 from ppaas.geometry import Pose2D, poses_along
 from tests.support.world import grids
 

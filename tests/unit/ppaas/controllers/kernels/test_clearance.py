@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from ppaas.controllers.footprints import body_of
+from ppaas.controllers.drive_parameters import body_of
 from ppaas.controllers.kernels.clearance import REACH, clearance, clearance_along, warm
 from ppaas.maps.kernels.distance import distance_serial
 from tests.reference.driving import outline as twin

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppaas.controllers.footprints import body_of
+from ppaas.controllers.drive_parameters import body_of
 from ppaas.controllers.kernels import mppi
 from ppaas.controllers.kernels.clearance import RobotOutline
 from ppaas.controllers.kernels.mppi import Base, Critics, Terrain, fill_blocked

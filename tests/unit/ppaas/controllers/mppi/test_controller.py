@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ppaas.controllers.base import ControlRequest, NoValidControl, Velocity
-from ppaas.controllers.mppi.controller import PathIntegral
+from ppaas.controllers.mppi import PathIntegral
 from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.geometry import Pose2D
 from ppaas.planners.base import PlanRequest

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from ppaas.controllers.mppi.noise import draw
-from ppaas.controllers.mppi.parameters import MppiParameters
+from ppaas.controllers.mppi import draw
+from ppaas.controllers.mppi_parameters import MppiParameters
 
 
 @pytest.mark.parametrize("batch_size", [8, 9, 600])

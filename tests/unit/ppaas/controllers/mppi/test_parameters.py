@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from ppaas.controllers.mppi.parameters import MppiParameters
+from ppaas.controllers.mppi_parameters import MppiParameters
 from ppaas.errors import InvalidParameter
 from ppaas.parameters import read_parameters
 

@@ -5,8 +5,8 @@ import pytest
 
 from ppaas.controllers.base import ControlRequest, NoValidControl, Velocity
 from ppaas.controllers.followed_path import FollowedPath
-from ppaas.controllers.mppi.parameters import MppiParameters
-from ppaas.controllers.mppi.terrain import FAR, terrain_of
+from ppaas.controllers.mppi import FAR, terrain_of
+from ppaas.controllers.mppi_parameters import MppiParameters
 from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.geometry import Pose2D, poses_along

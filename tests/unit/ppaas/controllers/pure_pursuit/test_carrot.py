@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppaas.controllers.pure_pursuit.carrot import carrot_at, curvature_to, legs_of
+from ppaas.controllers.pure_pursuit import carrot_at, curvature_to, legs_of
 from ppaas.geometry import Pose2D, poses_along
 from tests.reference.driving import pursuit as twin
 

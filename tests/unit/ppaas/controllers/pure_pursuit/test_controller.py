@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.controllers.base import ControlRequest, NoValidControl, Velocity
-from ppaas.controllers.pure_pursuit.controller import PurePursuit, regulated_speed
-from ppaas.controllers.pure_pursuit.parameters import PurePursuitParameters
+from ppaas.controllers.pure_pursuit import PurePursuit, PurePursuitParameters, regulated_speed
 from ppaas.cost_values import FREE_SPACE, INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
 from ppaas.geometry import Pose2D, poses_along
 from tests.support.world import driving, grids

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from ppaas.controllers.pure_pursuit.parameters import PurePursuitParameters
+from ppaas.controllers.pure_pursuit import PurePursuitParameters
 from ppaas.errors import InvalidParameter
 from ppaas.parameters import read_parameters
 

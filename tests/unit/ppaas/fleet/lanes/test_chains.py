@@ -2,8 +2,8 @@
 
 from itertools import pairwise
 
-from ppaas.fleet.lanes.chains import chains_of
-from ppaas.fleet.lanes.drawing import network_of
+from ppaas.fleet.lane_drawing import network_of
+from ppaas.fleet.lane_placing import chains_of
 from tests.support.fleet.lanes import SITE, line, ring
 
 

@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ppaas.errors import InvalidInput
-from ppaas.fleet.lanes.distances import check_apart
-from ppaas.fleet.lanes.drawing import Line, network_of
-from ppaas.fleet.lanes.placing import Placed, placed_on
+from ppaas.fleet.lane_drawing import Line, network_of
+from ppaas.fleet.lane_placing import Placed, placed_on
+from ppaas.fleet.lane_roadmap import check_apart
 from tests.support.budget import examples
 from tests.support.fleet.lanes import SITE, SPACING, line
 

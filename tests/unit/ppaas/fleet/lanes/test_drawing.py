@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ppaas.fleet.lanes.drawing import JOINS, STRAIGHT, Line, Network, lines_in, network_of
+from ppaas.fleet.lane_drawing import JOINS, STRAIGHT, Line, Network, lines_in, network_of
 from ppaas.zones.shapes import LineString, MultiLineString, Polygon
 from ppaas.zones.zone import KeepOut, Lane, Zone
 from tests.support.fleet.lanes import line, ring

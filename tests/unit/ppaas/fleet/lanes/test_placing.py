@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import InvalidInput
-from ppaas.fleet.lanes.drawing import Line, network_of
-from ppaas.fleet.lanes.placing import SHARPEST, Placed, placed_on
+from ppaas.fleet.lane_drawing import Line, network_of
+from ppaas.fleet.lane_placing import SHARPEST, Placed, placed_on
 from tests.support.fleet.lanes import SITE, line, ring
 
 

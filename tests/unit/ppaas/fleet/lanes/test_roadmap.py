@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from ppaas.errors import GoalOccupied, InvalidInput
-from ppaas.fleet.lanes.roadmap import LaneRoadmap, lane_roadmap
+from ppaas.fleet.lane_roadmap import LaneRoadmap, lane_roadmap
 from ppaas.fleet.robot_sizes import RobotSizes
 from tests.support.fleet.floors import floor_of
 from tests.support.fleet.lanes import SITE, SIZES, SPACING, hall, line

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from ppaas.geometry import Pose2D
-from ppaas.mapping.closures.branch_and_bound import Excluded, Window, search
+from ppaas.mapping.closures.branch_and_bound import Blur, Excluded, Window, build_pyramid, search
 from ppaas.mapping.closures.closing import Rivalry, rival_match
-from ppaas.mapping.closures.pyramid import Blur, build_pyramid
 
 WINDOW = Window(1.0, 0.6, 0.3, 0.02)
 BLUR = Blur(0.05, 0.08)

@@ -3,8 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from ppaas.mapping.closures.candidates import find_candidates, search_window
-from ppaas.mapping.closures.drift import path_covariances
+from ppaas.mapping.closures.candidates import find_candidates, path_covariances, search_window
 from ppaas.mapping.closures.parameters import ClosureParameters, DriftModel
 from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph

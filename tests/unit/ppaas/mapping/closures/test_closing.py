@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from ppaas.geometry import Pose2D
-from ppaas.mapping.closures.closing import ClosureSearch
+from ppaas.mapping.closures.closing import ClosureSearch, Contradictions
 from ppaas.mapping.closures.closure import Closure, Reason, Refusal
-from ppaas.mapping.closures.contradictions import Contradictions
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.submaps import Submap, Submaps
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph

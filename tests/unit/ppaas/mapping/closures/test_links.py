@@ -4,7 +4,7 @@ import pytest
 from ppaas.geometry import Pose2D
 from ppaas.mapping.closures.branch_and_bound import Window
 from ppaas.mapping.closures.candidates import Candidate
-from ppaas.mapping.closures.links import Links
+from ppaas.mapping.closures.closure import Links
 from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
 

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from ppaas.mapping.graph.any_start import solve_any_start
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
-from ppaas.mapping.graph.solver import GraphSolver, Robust, SolverOptions
+from ppaas.mapping.graph.solver import GraphSolver, Robust, SolverOptions, solve_any_start
 from ppaas.planar_poses import compose, relative
 
 SIDE, ROUNDS = 10, 3

@@ -2,8 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppaas.mapping.graph.components import components
-from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
+from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph, components
 
 COUNT = 9
 ENDS = st.tuples(st.integers(0, COUNT - 1), st.integers(0, COUNT - 1)).filter(lambda ends: ends[0] != ends[1])

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from ppaas.mapping.graph.counterweights import balance, measured_odometry
-from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
+from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph, balance, measured_odometry
 from ppaas.mapping.graph.solver import GraphSolver, Robust, SolverOptions
 from ppaas.planar_poses import relative
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from ppaas.errors import InvalidGraph
-from ppaas.mapping.graph.joint_step import JointSystem, LinearisedPairs
+from ppaas.mapping.graph.normal_equations import JointSystem, LinearisedPairs
 from ppaas.mapping.graph.solver import GraphSolver, Robust, SolverOptions
 from ppaas.planar_poses import relative, wrap_angles
 from tests.support.world.pose_graphs import walk

@@ -2,8 +2,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppaas.mapping.graph import largest_clique as module
-from ppaas.mapping.graph.largest_clique import largest_clique
+from ppaas.mapping.graph import consistency as module
+from ppaas.mapping.graph.consistency import largest_clique
 from tests.reference.mapping import pose_graph as twin
 
 

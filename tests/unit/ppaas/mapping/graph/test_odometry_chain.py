@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from ppaas.mapping.graph.odometry_chain import OdometryChain, adjoints
+from ppaas.mapping.graph.consistency import OdometryChain, adjoints
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
 from ppaas.planar_poses import compose, inverse, relative
 from tests.support.world.pose_graphs import ODOMETRY_NOISE, walk

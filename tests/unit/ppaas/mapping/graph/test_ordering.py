@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from ppaas.mapping.graph import ordering
-from ppaas.mapping.graph.ordering import plan_elimination
+from ppaas.mapping.graph import block_cholesky
+from ppaas.mapping.graph.block_cholesky import plan_elimination
 
 
 def grid_pairs(side):
@@ -14,8 +14,8 @@ def grid_pairs(side):
 
 @pytest.fixture(params=[(0, 0.0), (4, 0.25), (1000, 1.0)], ids=["exact", "relaxed", "dense"])
 def plan(request, monkeypatch):
-    monkeypatch.setattr(ordering, "SMALL_FRONT", request.param[0])
-    monkeypatch.setattr(ordering, "ZERO_SHARE", request.param[1])
+    monkeypatch.setattr(block_cholesky, "SMALL_FRONT", request.param[0])
+    monkeypatch.setattr(block_cholesky, "ZERO_SHARE", request.param[1])
     return plan_elimination(144, *grid_pairs(12))
 
 

@@ -6,7 +6,7 @@ import pytest
 from ppaas.geometry import Pose2D
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.laser_geometry import LaserGeometry
-from ppaas.mapping.lifelong.scan_views import ScanViews, View
+from ppaas.mapping.lifelong.neighbourhood import ScanViews, View
 from tests.support.world.room_scans import ALL_ROUND, LASER, ROOM, scan_at, segments
 
 BOX = segments([(1.0, -0.5), (1.6, -0.5), (1.6, 0.1), (1.0, 0.1)])

@@ -5,10 +5,9 @@ from ppaas.errors import InvalidParameter, MapsNotMerged
 from ppaas.geometry import Pose2D
 from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.graph.pose_graph import Edges, PoseGraph
-from ppaas.mapping.merging.acceptance import accepted
-from ppaas.mapping.merging.hypothesis import Hypothesis
+from ppaas.mapping.merging.hypothesis import Hypothesis, Overlap
 from ppaas.mapping.merging.matches import PlaceMatch
-from ppaas.mapping.merging.overlap import Overlap
+from ppaas.mapping.merging.merge import accepted
 from ppaas.mapping.merging.parameters import MergeParameters
 
 PARAMETERS = MergeParameters()

@@ -4,8 +4,7 @@ from ppaas.geometry import Pose2D
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph
-from ppaas.mapping.merging.agreement import agreeing_sets, pairwise_chi2
-from ppaas.mapping.merging.matches import PlaceMatch
+from ppaas.mapping.merging.matches import PlaceMatch, agreeing_sets, pairwise_chi2
 from ppaas.planar_poses import compose, relative
 
 DRIFT = ClosureParameters().drift

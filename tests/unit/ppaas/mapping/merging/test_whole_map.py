@@ -5,8 +5,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from ppaas.geometry import Pose2D
+from ppaas.mapping.merging.matches import WholeMap
 from ppaas.mapping.merging.parameters import MergeParameters
-from ppaas.mapping.merging.whole_map import WholeMap
 from tests.support.budget import examples
 from tests.support.world.room_scans import ALL_ROUND, ROOM, ranges_at
 

@@ -3,7 +3,7 @@ import pytest
 
 from ppaas.errors import Unavailable
 from ppaas.mapping.closures.submaps import Submap
-from ppaas.mapping.graph.components import components
+from ppaas.mapping.graph.pose_graph import components
 from ppaas.mapping.graph.solver import GraphSolver
 from ppaas.mapping.parts.map_parts import WHOLE, MapParts, check_is_main, current_part, extract
 from ppaas.mapping.serialization.mapping import Mapping

@@ -7,7 +7,7 @@ from ppaas.geometry import Pose2D
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
 from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.mapping.parameters import SlamParameters
-from ppaas.mapping.pipeline.finishing import finish_mapping
+from ppaas.mapping.pipeline.graph_mapper import finish_mapping
 from ppaas.mapping.scan_points import prepare
 from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping

@@ -13,8 +13,7 @@ from ppaas.mapping.serialization.mapping import Mapping, pack_laser
 from ppaas.mapping.serialization.mapping_file import MAGIC, is_mapping, pack_mapping, unpack_mapping
 from ppaas.mapping.serialization.rebuilding import BEAM_MEMORY, FRAME_MEMORY, ROW_MEMORY, Rebuilding
 from ppaas.mapping.serialization.records import Record, RecordKind, pack_record, unpack_records
-from ppaas.mapping.serialization.row_selection import divided_edges, frame_rows
-from ppaas.mapping.serialization.rows import pack_edges, pack_frames, pack_waiting
+from ppaas.mapping.serialization.rows import divided_edges, frame_rows, pack_edges, pack_frames, pack_waiting
 from tests.support.world.mappings import room_mapping
 
 START = 20

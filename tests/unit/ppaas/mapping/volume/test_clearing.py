@@ -7,7 +7,7 @@ import pytest
 
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
-from ppaas.mapping.volume.clearing import clear_box
+from ppaas.mapping.volume.blocks import clear_box
 from ppaas.mapping.volume.parameters import VolumeParameters
 from ppaas.mapping.volume.voxel_volume import VoxelVolume
 from tests.reference.mapping.volume import MIDDLE

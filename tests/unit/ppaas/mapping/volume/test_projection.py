@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from ppaas.errors import InvalidMap
+from ppaas.mapping.volume.exports import project_volume
 from ppaas.mapping.volume.parameters import VolumeParameters
-from ppaas.mapping.volume.projection import project_volume
 from ppaas.mapping.volume.voxel_volume import VoxelVolume
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN
 from tests.reference.mapping.volume import MIDDLE, projected

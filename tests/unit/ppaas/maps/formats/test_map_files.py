@@ -11,7 +11,7 @@ from ppaas.errors import InvalidMap
 from ppaas.geometry import Pose2D
 from ppaas.maps.formats.map_files import load_map, save_map
 from ppaas.maps.formats.map_yaml import Mode, Rules, parse_yaml
-from ppaas.maps.formats.pgm import open_pgm, write_pgm
+from ppaas.maps.formats.netpbm import open_pgm, write_pgm
 from tests.support.world.maps import YAML, grid_maps, real_map
 from tests.support.world.png import png
 

@@ -8,7 +8,7 @@ from hypothesis.extra import numpy as hnp
 
 from ppaas.errors import InvalidMap
 from ppaas.maps.formats import netpbm
-from ppaas.maps.formats.pbm import open_pbm
+from ppaas.maps.formats.netpbm import open_pbm
 from tests.support.world.maps import sides
 
 

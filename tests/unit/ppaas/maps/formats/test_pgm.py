@@ -8,7 +8,7 @@ from hypothesis.extra import numpy as hnp
 
 from ppaas.errors import InvalidMap
 from ppaas.maps.formats import netpbm
-from ppaas.maps.formats.pgm import open_pgm, write_pgm
+from ppaas.maps.formats.netpbm import open_pgm, write_pgm
 from tests.support.world.maps import sides
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from ppaas.errors import InvalidMap
-from ppaas.maps.formats import pictures, pillow_rows
+from ppaas.maps.formats import pictures
 from ppaas.maps.formats.pictures import open_picture
 
 GREYS = np.array([[0, 205, 254], [255, 90, 0]], np.uint8)
@@ -113,7 +113,7 @@ def test_a_jpeg_of_many_scans_is_refused_before_decoding(monkeypatch):
 
 @pytest.mark.parametrize("name", ["BMP", "JPEG", "TIFF"])
 def test_the_size_is_checked_before_decoding(name, monkeypatch):
-    monkeypatch.setattr(pillow_rows, "MAX_PIXELS", 5)
+    monkeypatch.setattr(pictures, "MAX_PIXELS", 5)
     with pytest.raises(InvalidMap, match=rf"the {name} has 3×2 pixels; a map's {name} must have from 1 to 5 pixels"):
         parse(written(name, "L"), name)
 

@@ -11,8 +11,7 @@ from hypothesis.extra import numpy as hnp
 from PIL import Image
 
 from ppaas.errors import InvalidMap
-from ppaas.maps.formats.pillow_rows import MAX_PIXELS
-from ppaas.maps.formats.png import MAX_CHUNKS, MAX_OTHERS, open_png, png_size
+from ppaas.maps.formats.pictures import MAX_CHUNKS, MAX_OTHERS, MAX_PIXELS, open_png, png_size
 from tests.support.world.maps import sides
 from tests.support.world.png import GREY_ALPHA, PALETTE, RGB, RGBA, SIGNATURE, chunk, header, png
 

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from ppaas.maps.formats.image import MapImage
+from ppaas.maps.formats.map_files import occupancy
 from ppaas.maps.formats.map_yaml import MapYaml, Mode, Rules
-from ppaas.maps.formats.thresholds import occupancy
 from tests.reference.maps import map_image as twin
 
 THRESHOLDS = st.one_of(st.sampled_from([0.0, 0.196, 0.25, 0.65, 1.0, 51 / 255, 204 / 255]), st.floats(0.0, 1.0))

@@ -1,5 +1,5 @@
-from ppaas.planners.grid import reusable_values as module
-from ppaas.planners.grid.reusable_values import ReusableValues
+from ppaas.planners.grid import search_memory as module
+from ppaas.planners.grid.search_memory import ReusableValues
 
 
 def test_the_values_of_a_search_are_below_those_of_earlier_searches():

@@ -4,8 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.kernel_cache.decorators import bare
-from ppaas.planners.grid.bucket_ring import BucketRing
 from ppaas.planners.grid.kernels.bucket_ring import BUCKET, FREE, SIZE, SLOTS, USED, empty, pop, push
+from ppaas.planners.grid.search_memory import BucketRing
 from ppaas.planners.watch import proceed
 
 # Distances of keys: small ones, and ones that leave whole words of marks empty, up to the largest allowed.

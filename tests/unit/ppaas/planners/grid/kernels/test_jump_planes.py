@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from ppaas.planners.grid.jump_map import JumpMap
+from ppaas.planners.grid.jps import JumpMap
 from ppaas.planners.grid.kernels import jump_planes
 from ppaas.planners.grid.kernels.jump_planes import AHEAD, BACK, FREE, MIXED, SQUARE
 from tests.reference.planners import jumps as twin

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from ppaas.planners.hub_labels.building import assembly
 from ppaas.planners.hub_labels.building.assembly import build_index
-from ppaas.planners.hub_labels.index import HubIndex
 from ppaas.planners.hub_labels.kernels.layout import CORNERS, LABELLED
+from ppaas.planners.hub_labels.planner import HubIndex
 from ppaas.planners.watch import proceed
 from tests.unit.ppaas.planners.hub_labels.kernels.test_scan import maps
 from tests.unit.ppaas.planners.hub_labels.test_planner import assert_all_paths_are_shortest

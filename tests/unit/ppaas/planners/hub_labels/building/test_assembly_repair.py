@@ -10,8 +10,7 @@ from ppaas.planners.base import PlanRequest
 from ppaas.planners.ends import Ends
 from ppaas.planners.hub_labels.building.assembly import build_index
 from ppaas.planners.hub_labels.building.graph import build_corner_map, repair_corner_map
-from ppaas.planners.hub_labels.index import HubIndex
-from ppaas.planners.hub_labels.planner import HubLabels, differing
+from ppaas.planners.hub_labels.planner import HubIndex, HubLabels, differing
 from ppaas.planners.watch import proceed
 from tests.reference.planners import hub_labels as twin
 from tests.support.world import grids

@@ -1,21 +1,70 @@
-"""Lane roadmap: cells along lanes that were drawn by hand."""
+"""Lane roadmap: cells along lanes that were drawn by hand; and the choice of the roadmap of a map."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from ppaas.errors import InvalidInput
-from ppaas.fleet.lanes.distances import check_apart
-from ppaas.fleet.lanes.drawing import Line, network_of
-from ppaas.fleet.lanes.placing import placed_on
+from ppaas.fleet.lane_drawing import Line, lines_in, network_of
+from ppaas.fleet.lane_placing import Placed, placed_on
+from ppaas.fleet.lattice_roadmap import lattice_roadmap
 from ppaas.fleet.metric_roadmap import Cells, MetricRoadmap
 from ppaas.fleet.roadmap import BLOCKED, Roadmap
 from ppaas.fleet.robot_sizes import RobotSizes
 from ppaas.maps.grid import GridInfo
-from ppaas.polygons import Points
+from ppaas.planners.watch import proceed
+from ppaas.polygons import Points, distances_between, distances_to_edges
+from ppaas.zones.zone import Zone
+
+ROUNDING = 1e-6
+"""Distance by which moves may be too near, since numbers are rounded [m]."""
+
+
+def check_apart(placed: Placed, spacing: float) -> None:
+    """Check that all that does not share a cell is at least a spacing apart: moves, and cells beside moves.
+
+    Raises
+    ------
+    InvalidInput
+        Two lanes are too near to each other; the text names them, and where.
+    """
+    moves = np.array(sorted({(min(move), max(move)) for move in placed.names}), np.int64)
+    begins, ends = placed.centres[moves[:, 0]], placed.centres[moves[:, 1]]
+    longest = float(np.hypot(*(ends - begins).T).max())
+    pairs = cKDTree((begins + ends) / 2.0).query_pairs(longest + spacing, output_type="ndarray")
+    one, other = pairs[:, 0], pairs[:, 1]
+    apart = distances_between(begins[one], ends[one], begins[other], ends[other])
+    shared = (moves[one][:, :, np.newaxis] == moves[other][:, np.newaxis]).any(axis=(1, 2))
+    apart[shared] = _apart_beside(moves[one[shared]], moves[other[shared]], placed.centres)
+    for worst in np.argsort(apart)[:1]:
+        if apart[worst] < spacing - ROUNDING:
+            names = sorted({_name(placed, moves[one[worst]]), _name(placed, moves[other[worst]])})
+            x, y = (begins[one[worst]] + ends[one[worst]] + begins[other[worst]] + ends[other[worst]]) / 4.0
+            what = f"lanes {names[0]!r} and {names[1]!r}" if len(names) > 1 else f"parts of lane {names[0]!r}"
+            raise InvalidInput(
+                f"{what} are {apart[worst]:.2f} m apart near {x:.2f}, {y:.2f}, and "
+                f"robots of this size need {spacing:.2f} m: draw them farther apart, or join them"
+            )
+
+
+def _apart_beside(moves: NDArray[np.int64], others: NDArray[np.int64], centres: Points) -> NDArray[np.float64]:
+    """Return how near the far end of each of two moves that share a cell is to the other move, row by row [m]."""
+    swapped = (moves[:, 0, np.newaxis] == others).any(axis=1)
+    own = np.where(swapped, moves[:, 1], moves[:, 0])
+    shared = np.where(swapped, moves[:, 0], moves[:, 1])
+    far = np.where(others[:, 0] == shared, others[:, 1], others[:, 0])
+    a, b, c = centres[own], centres[shared], centres[far]
+    return np.asarray(np.minimum(distances_to_edges(a, b, c), distances_to_edges(b, c, a)))
+
+
+def _name(placed: Placed, move: NDArray[np.int64]) -> str:
+    one, other = move.tolist()
+    return placed.names.get((one, other)) or placed.names[other, one]
+
 
 SAMPLES = 2
 """Number of places on a move that are checked for each edge of a map cell."""
@@ -179,3 +228,35 @@ class _Room:
         for part in parts:
             free &= self.at(begins + part * (ends - begins))
         return free
+
+
+def roadmap_on(
+    to_lethal: NDArray[np.float32],
+    info: GridInfo,
+    zones: Iterable[Zone],
+    sizes: RobotSizes,
+    check: Callable[[], None] = proceed,
+) -> MetricRoadmap:
+    """Return the roadmap along the lanes among the zones of a map, or over all of the map if there are none.
+
+    Parameters
+    ----------
+    to_lethal : (h, w) float32 array
+        Distance from each map cell to the nearest lethal cell [m], 0 in unknown cells (`clearance_of`).
+    info : GridInfo
+        Geometry of the map.
+    zones : iterable of Zone
+        Rules of others are not applied (`rules_on`).
+    sizes : RobotSizes
+    check : callable
+        Called every now and then; ends the work by raising.
+
+    Raises
+    ------
+    InvalidInput
+        No robot of that size fits on the map or on a lane, or lanes are too near to each other.
+    """
+    lines = lines_in(zones)
+    if lines:
+        return lane_roadmap(lines, to_lethal, info, sizes)
+    return lattice_roadmap(to_lethal, info, sizes, check)

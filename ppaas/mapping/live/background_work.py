@@ -1,7 +1,8 @@
-"""Closing work: the search for the loop closures of a submap and the solve, on copies, in another thread."""
+"""Work of a live mapper that another thread may run on copies: loop closures, places of other parts, and thinning."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from ppaas.mapping.closures.agreement import CLOSING, GRADUATED, add_closure, divide
 from ppaas.mapping.closures.closing import ClosureSearch
@@ -10,9 +11,13 @@ from ppaas.mapping.closures.submaps import Submap
 from ppaas.mapping.graph.pose_graph import PoseGraph
 from ppaas.mapping.graph.solver import GraphSolver
 from ppaas.mapping.key_frames import KeyFrames
+from ppaas.mapping.lifelong.parameters import LifelongParameters
+from ppaas.mapping.lifelong.thinning import Chosen, Thinned, thin
 from ppaas.mapping.live.map_canvas import MapCanvas, drawn
 from ppaas.mapping.map_drawing import DrawingSettings
+from ppaas.mapping.parts.joining import Joined, join
 from ppaas.mapping.parts.map_parts import WHOLE, MapParts
+from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.planar_poses import PoseArray
 
@@ -98,3 +103,96 @@ class ClosingWork:
         # Where a wide window was needed, the robot was far from its place.
         far = any(closure.wide for closure in trusted)
         return self.solver.solve(graph, GRADUATED if far else CLOSING).poses
+
+
+@dataclass(frozen=True, slots=True)
+class JoinedMap:
+    """Result of a search.
+
+    Parameters
+    ----------
+    joined : Joined
+    canvas : MapCanvas, optional
+        Map of the part that the two have become; None if it would be too large.
+    """
+
+    joined: Joined
+    canvas: MapCanvas | None
+
+
+@dataclass(frozen=True, slots=True)
+class JoiningWork:
+    """Search for places of the other parts in the current one. It changes nothing that is given, and may be run again.
+
+    Parameters
+    ----------
+    mapping : Mapping
+        Snapshot of the key frames, and a copy of their graph.
+    parts : MapParts
+    drawing : DrawingSettings
+    """
+
+    mapping: Mapping
+    parts: MapParts
+    drawing: DrawingSettings
+
+    def __call__(self, cancelled: Callable[[], bool]) -> JoinedMap | None:
+        """Return the joined parts; None if no other part is recognized, or the work was cancelled.
+
+        Raises
+        ------
+        InvalidGraph
+            The joined graph cannot be solved.
+        """
+        joined = join(self.mapping, self.parts, cancelled)
+        if joined is None:
+            return None
+        frames = self.mapping.frames.at(joined.poses)
+        return JoinedMap(joined, drawn(frames, self.drawing, parts=self.parts.join(*joined.numbers)))
+
+
+class ThinnedMap(NamedTuple):
+    """Result of a thinning.
+
+    Parameters
+    ----------
+    thinned : Thinned
+    canvas : MapCanvas, optional
+        Map of the key frames that are left; None if nothing has changed, or if it would be too large.
+    """
+
+    thinned: Thinned
+    canvas: MapCanvas | None
+
+
+@dataclass(frozen=True, slots=True)
+class ThinningWork:
+    """Search for outdated beams and redundant key frames. It changes nothing that is given, and may be run again.
+
+    Parameters
+    ----------
+    frames : KeyFrames
+        Snapshot.
+    graph : PoseGraph
+        Copy of the graph, one node per key frame.
+    chosen : Chosen
+        Key frames that are judged.
+    parameters : LifelongParameters
+    drawing : DrawingSettings
+    extent : Rectangle or None
+        Extent of the map, which is kept.
+    """
+
+    frames: KeyFrames
+    graph: PoseGraph
+    chosen: Chosen
+    parameters: LifelongParameters
+    drawing: DrawingSettings
+    extent: Rectangle | None
+
+    def __call__(self, cancelled: Callable[[], bool]) -> ThinnedMap | None:
+        """Return what is left; None if the work was cancelled."""
+        thinned = thin(self.frames, self.graph, self.chosen, self.parameters, cancelled)
+        if thinned is None:
+            return None
+        return ThinnedMap(thinned, drawn(thinned.frames, self.drawing, self.extent) if thinned.changes else None)

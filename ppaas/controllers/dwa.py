@@ -1,19 +1,84 @@
-"""Rollouts of one control cycle: samples the dynamic window, and scores the samples with the kernel."""
+"""Dynamic window approach: rolls out the velocities reachable within a cycle, and takes the best.
+
+Fox, Burgard, Thrun, *The Dynamic Window Approach to Collision Avoidance* (1997), as in ROS's ``dwa_local_planner``.
+"""
 
 import math
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.controllers.base import ControlRequest, Velocity
-from ppaas.controllers.dwa.parameters import DwaParameters
+from ppaas.controllers.arrival import turn_by
+from ppaas.controllers.base import ControlRequest, NoValidControl, Velocity
+from ppaas.controllers.drive_parameters import DriveParameters
 from ppaas.controllers.followed_path import FollowedPath
 from ppaas.controllers.kernels.clearance import RobotOutline
 from ppaas.controllers.kernels.dwa import BLOCKED, Frame, OutlineCheck, Scoring, score_velocities
-from ppaas.controllers.motion import advance
+from ppaas.controllers.motion import advance, in_force
 from ppaas.controllers.obstacles import Room
+from ppaas.controllers.path_follower import PathFollower
 from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
 from ppaas.costmap.costmap import Costmap
+from ppaas.errors import InvalidParameter
+from ppaas.geometry import wrap_angle
+from ppaas.parameters import read_parameters
+
+
+class DwaParameters(DriveParameters, frozen=True, kw_only=True):
+    """Parameters in addition to the ones that all local planners have.
+
+    Parameters
+    ----------
+    sim_time : float
+        Duration of rollouts [s].
+    sim_granularity : float
+        Step of a rollout [m].
+    vx_samples, vth_samples : int
+        Number of forward and turning speeds tried.
+    path_distance_bias, goal_distance_bias : float
+        Weights of the distance to the path, and of the remaining distance along it [1/m].
+    occdist_scale : float
+        Weight of the highest cost on the rollout.
+    forward_point_distance : float
+        Distance in front of the robot of a second point that should be on the path [m].
+    cost_slowdown : float
+        Part by which the speed is reduced where the cost is highest, from 0 to below 1.
+    rotate_threshold : float
+        Angle to the path above which the robot turns in place [rad].
+    robot_radius : float
+        Radius of the robot [m]. Without a footprint, collisions are read from the inflated costmap; the radius then
+        sets how far ahead the direction of the path is taken, and how far the robot may drive to leave an inscribed
+        cell.
+
+    Raises
+    ------
+    InvalidParameter
+        A value is not a number, not finite or out of range; the text names the parameter.
+    """
+
+    POSITIVE: ClassVar[frozenset[str]] = DriveParameters.POSITIVE | {
+        "min_vel_trans", "sim_time", "sim_granularity", "vx_samples", "vth_samples",
+    }  # fmt: skip
+
+    sim_time: float = 1.7
+    sim_granularity: float = 0.025
+    vx_samples: int = 8
+    vth_samples: int = 20
+    path_distance_bias: float = 32.0
+    goal_distance_bias: float = 24.0
+    occdist_scale: float = 0.1
+    forward_point_distance: float = 0.2
+    cost_slowdown: float = 0.5
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        super().__post_init__()
+        if self.cost_slowdown >= 1.0:
+            raise InvalidParameter(
+                f"cost_slowdown must be below 1, not {self.cost_slowdown}: the robot would stop near obstacles"
+            )
+
 
 NOTHING = np.ones((1, 1), np.float32)
 """Placeholder of the distance field for a disc, which is checked against the inflated costmap."""
@@ -172,3 +237,79 @@ def window(velocity: Velocity, fastest: float, limits: DwaParameters, period: fl
     samples[:, :, 0] = forward[:, None]
     samples[:, :, 1] = turning
     return samples.reshape(-1, 2)
+
+
+ALIGNED = 0.2
+"""Angle to the path at which a turn in place ends [rad]."""
+
+
+class DynamicWindow(PathFollower):
+    """Drives a differential drive of any outline along a plan.
+
+    If the path leads in another direction, it turns in place. Otherwise it rolls out the velocities that can be
+    reached within a cycle, and takes the best. At the goal it stops, then turns to the requested heading; see
+    `ppaas.controllers.arrival.Arrival`.
+
+    Parameters
+    ----------
+    **parameters
+        The fields of `DwaParameters`.
+    """
+
+    name: ClassVar[str] = "dwa"
+    purpose: ClassVar[str] = "Dynamic window: drives around obstacles near the plan, within acceleration limits."
+
+    def __init__(self, **parameters: Any) -> None:
+        self.parameters = read_parameters(DwaParameters, self.name, parameters)
+        super().__init__(self.parameters)
+        self._commanded = Velocity()
+        self._turning = False
+
+    def compute_velocity(self, request: ControlRequest) -> Velocity:
+        """Return the velocity for this cycle.
+
+        Raises
+        ------
+        NoValidControl
+            Every velocity would collide: the caller must stop.
+        InvalidInput
+            No plan was set, or the pose, the velocity or the period is not finite.
+        """
+        path = self._plan()
+        request.check()
+        # The odometry is one cycle late: the last command counts as the velocity if it explains the odometry.
+        velocity = in_force(self._commanded, request.velocity, self.parameters, 2.0 * request.period)
+        try:
+            self._commanded = self._choose(path, request, velocity)
+        except NoValidControl:
+            self._commanded = Velocity()
+            raise
+        return self._commanded
+
+    def _on_new_goal(self) -> None:
+        self._turning = False
+
+    def _choose(self, path: FollowedPath, request: ControlRequest, velocity: Velocity) -> Velocity:
+        p, pose = self.parameters, request.pose
+        if self._arrival.arrive(pose, path.end):
+            return self._arrival.settle(request, path.end, velocity)
+        path.locate(pose)
+        x, y = path.point_ahead(max(2.0 * p.robot_radius, p.forward_point_distance))
+        off = wrap_angle(math.atan2(y - pose.y, x - pose.x) - pose.theta)
+        self._turning = abs(off) > (ALIGNED if self._turning else p.rotate_threshold)
+        rollouts = Rollouts(p, self._body, path, request, velocity)
+        if self._turning:
+            command = turn_by(off, velocity, p, request.period)
+            if rollouts.can_turn(command.angular):
+                return command
+        best = rollouts.best()
+        if best is not None:
+            return best
+        free = rollouts.turn_to_free(off)
+        if free is not None and abs(free) > p.min_vel_theta * request.period:
+            command = turn_by(free, velocity, p, request.period)
+            if rollouts.can_turn(command.angular):
+                return command
+        raise NoValidControl(
+            f"every velocity from x={pose.x:.3f} y={pose.y:.3f} leads to a collision; stop, then plan again or recover"
+        )
