@@ -5,12 +5,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from ppaas import planners
+from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.costmap import Costmap
+from ppaas.errors import GoalOutsideMap, PlanTimeout
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo
+from ppaas.planners.base import PlanRequest
 from ppaas.planners.kernels.path_poses import BLOCK
 from ppaas.planners.path import FEW, path_cost, path_length, path_poses, poses_through
+from ppaas.planners.through_poses import plan_through
 from tests.reference.planners.path import slow_cost, slow_poses
+from tests.support.world.planar_world import walled_map
 
 SIDE = 64
 MOVES = np.array([(row, column) for row in (-1, 0, 1) for column in (-1, 0, 1) if row or column])
@@ -78,3 +84,41 @@ def test_a_path_through_centres_has_the_same_poses_by_points():
     poses, through = path_poses(costmap, cells, *ends), poses_through(costmap, cells.astype(np.float64), *ends)
     assert through[:, :2] == pytest.approx(poses[:, :2])
     assert path_length(through) == pytest.approx(path_length(poses))
+
+
+A, B, C = Pose2D(1.0, 1.0, 0.0), Pose2D(4.0, 3.0, 1.0), Pose2D(1.0, 3.0, 2.0)
+COSTMAP = build_layers(walled_map(6, 4, [])).costmap
+
+
+def plan(request: PlanRequest):
+    return planners.create("dijkstra").plan(COSTMAP, request)
+
+
+def test_without_poses_between_it_is_the_plan_to_the_goal():
+    assert plan_through(plan, (), PlanRequest(A, B)).cost == plan(PlanRequest(A, B)).cost
+
+
+def test_parts_are_joined_without_repeating_the_poses_between_them():
+    joined = plan_through(plan, (B,), PlanRequest(A, C))
+    first, second = plan(PlanRequest(A, B)), plan(PlanRequest(B, C))
+    assert len(joined.poses) == len(first.poses) + len(second.poses) - 1 == len(joined.cells)
+    assert (joined.cost, joined.length) == pytest.approx((first.cost + second.cost, first.length + second.length))
+    assert np.abs(np.diff(joined.cells, axis=0)).max() == 1
+    assert joined.id == joined.reused == ""
+
+
+def test_an_error_names_the_pose_that_is_not_reached():
+    with pytest.raises(GoalOutsideMap, match=r"^pose 2 of 3: "):
+        plan_through(plan, (B, Pose2D(40.0, 0.0, 0.0)), PlanRequest(A, C))
+
+
+def test_the_time_limit_is_that_of_all_parts_together():
+    now = [0.0]
+
+    def slow(request: PlanRequest):
+        assert request.timeout == pytest.approx(5.0 - now[0])
+        now[0] += 3.0
+        return plan(request)
+
+    with pytest.raises(PlanTimeout, match=r"pose 3 of 3: no path within 5 s"):
+        plan_through(slow, (B, A), PlanRequest(A, C, timeout=5.0, clock=lambda: now[0]))
