@@ -24,6 +24,8 @@ from ppaas.errors import InvalidParameter
 from ppaas.geometry import wrap_angle
 from ppaas.parameters import read_parameters
 
+# -- parameters --------------------------------------------------------------------------------------------------------
+
 
 class DwaParameters(DriveParameters, frozen=True, kw_only=True):
     """Parameters in addition to the ones that all local planners have.
@@ -79,6 +81,8 @@ class DwaParameters(DriveParameters, frozen=True, kw_only=True):
                 f"cost_slowdown must be below 1, not {self.cost_slowdown}: the robot would stop near obstacles"
             )
 
+
+# -- rollouts of one control cycle -------------------------------------------------------------------------------------
 
 NOTHING = np.ones((1, 1), np.float32)
 """Placeholder of the distance field for a disc, which is checked against the inflated costmap."""
@@ -238,6 +242,8 @@ def window(velocity: Velocity, fastest: float, limits: DwaParameters, period: fl
     samples[:, :, 1] = turning
     return samples.reshape(-1, 2)
 
+
+# -- the controller ----------------------------------------------------------------------------------------------------
 
 ALIGNED = 0.2
 """Angle to the path at which a turn in place ends [rad]."""

@@ -27,6 +27,8 @@ from ppaas.parameters import read_parameters
 from ppaas.planners.field.cost_field import CostField
 from ppaas.planners.weights import FACTOR, NEUTRAL, passable
 
+# -- random deviations of the command sequences ------------------------------------------------------------------------
+
 MEMORY = 0.8
 """Correlation of successive deviations, since motors cannot follow white noise."""
 
@@ -49,6 +51,8 @@ def draw(parameters: MppiParameters) -> NDArray[np.float64]:
     both[0] = 0.0
     return both[: p.batch_size]
 
+
+# -- terrain of the rollouts -------------------------------------------------------------------------------------------
 
 HIGHEST = INSCRIBED_INFLATED_OBSTACLE - 1
 """Highest cost of a cell that a robot may enter."""
@@ -117,6 +121,8 @@ def _end(costmap: Costmap, path: FollowedPath, parameters: MppiParameters) -> ND
         raise NoValidControl("no point of the plan is free within the local costmap; plan again or recover")
     return cells[free][-1:]
 
+
+# -- the controller ----------------------------------------------------------------------------------------------------
 
 Floats = NDArray[np.float64]
 

@@ -26,6 +26,8 @@ from ppaas.errors import InvalidParameter
 from ppaas.geometry import Pose2D, Poses, wrap_angle
 from ppaas.parameters import read_parameters
 
+# -- parameters --------------------------------------------------------------------------------------------------------
+
 
 class PurePursuitParameters(DriveParameters, frozen=True, kw_only=True):
     """Parameters in addition to all local planners' parameters; ``max_vel_x`` is the desired speed in free space.
@@ -113,6 +115,8 @@ class PurePursuitParameters(DriveParameters, frozen=True, kw_only=True):
             raise InvalidParameter("allow_reversing requires min_vel_x below 0, the fastest speed in reverse")
 
 
+# -- the point that the robot steers towards, and the legs of a path ---------------------------------------------------
+
 Floats = NDArray[np.float64]
 
 STANDING = 1e-6
@@ -164,6 +168,8 @@ def legs_of(poses: Poses) -> list[Poses]:
     cuts = [0, *moves[1:][back].tolist(), len(poses) - 1]
     return [poses[first : last + 1] for first, last in itertools.pairwise(cuts)]
 
+
+# -- the controller ----------------------------------------------------------------------------------------------------
 
 SHORTER = 0.75
 """Factor of the lookahead distance for the next try, if the arc to a point is not free."""
@@ -241,7 +247,6 @@ class PurePursuit(PathFollower):
             lookahead = max(SHORTER * lookahead, p.min_lookahead_dist)
 
     def _leg(self, pose: Pose2D) -> FollowedPath:
-        """Return the leg of the plan that the robot is on."""
         while len(self._legs) > 1 and self._is_done(self._legs[0], pose):
             self._legs.popleft()
         self._legs[0].locate(pose)

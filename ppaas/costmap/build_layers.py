@@ -138,6 +138,9 @@ def without_unknown(layers: MapLayers, robot_radius: float, costs: CostParameter
     return replace(layers, grid=grid, costmap=replace(layers.costmap, data=data))
 
 
+# -- layers while keep-out zones with times are in force ---------------------------------------------------------------
+
+
 def with_closed(layers: MapLayers, closed: list[Zone], robot_radius: float, costs: CostParameters) -> MapLayers:
     """Return layers in which robots keep out of some more zones.
 

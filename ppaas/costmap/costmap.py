@@ -110,6 +110,8 @@ class Costmap:
         return replace(self, data=self.data.copy(), changes=changes)
 
 
+# -- occupancy grids, as `Costmap2DPublisher` of costmap_2d and nav2_costmap_2d makes them -----------------------------
+
 MAX_CELLS = 1 << 20
 """Largest grid that `occupancy_of` returns; as JSON it has at most 4 MiB [cells]."""
 

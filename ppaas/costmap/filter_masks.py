@@ -102,6 +102,8 @@ def _cells_of(info: GridInfo, other: GridInfo) -> Iterator[tuple[slice, NDArray[
         yield block, rows, columns
 
 
+# -- obstacles of a map in space at the heights of a robot -------------------------------------------------------------
+
 _SLACK = 1e-6
 """Tolerance for rounded heights, so that touching does not count as overlap [voxels]."""
 

@@ -13,6 +13,8 @@ from ppaas.fleet.problem import FleetProblem
 from ppaas.planners.array_growth import doubled
 from ppaas.planners.watch import proceed
 
+# -- search in the configurations of all robots, which grows its memory and can be ended -------------------------------
+
 DECISIONS = 2_000_000
 """Number of decisions of robots between two checks: some 10 ms."""
 
@@ -96,11 +98,15 @@ class ConfigurationSearch:
         self._search = search
 
 
+# -- first plan --------------------------------------------------------------------------------------------------------
+
 DENSE = 0.1
 """Robots for each cell from which guides shorten the plan."""
 
 AGAINST, CROWD = 5, 1
 """Costs of traffic (`ppaas.fleet.kernels.guides`)."""
+
+# -- first plan --------------------------------------------------------------------------------------------------------
 
 CELLS = 2_000_000
 """Number of cells that searches of ways may visit between two checks: some 10 ms."""

@@ -13,6 +13,8 @@ from ppaas.fleet.lane_drawing import Network
 from ppaas.fleet.robot_sizes import TINY
 from ppaas.polygons import Points
 
+# -- chains: the parts of a network between its ends and junctions -----------------------------------------------------
+
 
 class Chain(NamedTuple):
     """Places one after the other, of which only the first and the last may be ends or junctions.
@@ -75,6 +77,8 @@ def _chain(network: Network, places: tuple[int, ...]) -> Chain:
     name = network.names[one, other] if forth else network.names[other, one]
     return Chain(places, name, forth, back)
 
+
+# -- cells along chains ------------------------------------------------------------------------------------------------
 
 SHARPEST = math.radians(15.0)
 """Smallest angle between two lanes that meet [rad]."""

@@ -20,6 +20,8 @@ from ppaas.planners.watch import proceed
 from ppaas.polygons import Points, distances_between, distances_to_edges
 from ppaas.zones.zone import Zone
 
+# -- distances between moves: robots on two of them must not touch -----------------------------------------------------
+
 ROUNDING = 1e-6
 """Distance by which moves may be too near, since numbers are rounded [m]."""
 
@@ -65,6 +67,8 @@ def _name(placed: Placed, move: NDArray[np.int64]) -> str:
     one, other = move.tolist()
     return placed.names.get((one, other)) or placed.names[other, one]
 
+
+# -- the roadmap -------------------------------------------------------------------------------------------------------
 
 SAMPLES = 2
 """Number of places on a move that are checked for each edge of a map cell."""
@@ -228,6 +232,9 @@ class _Room:
         for part in parts:
             free &= self.at(begins + part * (ends - begins))
         return free
+
+
+# -- choice between lanes and the whole map ----------------------------------------------------------------------------
 
 
 def roadmap_on(

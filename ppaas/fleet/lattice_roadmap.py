@@ -15,6 +15,8 @@ from ppaas.fleet.robot_sizes import RobotSizes
 from ppaas.maps.grid import GridInfo
 from ppaas.planners.watch import proceed
 
+# -- lattices of places, and the one whose largest connected part has the most -----------------------------------------
+
 PHASES = 4
 """Number of offsets along x, and along y, of which all pairs are tried."""
 
@@ -172,6 +174,8 @@ def largest_part(moves: Moves) -> int:
         one, other = one[apart], other[apart]
     return int(np.bincount(root).max())
 
+
+# -- the roadmap -------------------------------------------------------------------------------------------------------
 
 MOST_PLACES = 1 << 20
 """Largest number of cells, free or not, of a lattice."""

@@ -176,6 +176,8 @@ class MetricRoadmap(ABC):
             raise InvalidInput(f"places and distances must be finite numbers of metres, not {values}")
 
 
+# -- problems whose starts and goals are in metres ---------------------------------------------------------------------
+
 WITHIN = 0.75
 """Largest distance of a start or a goal from the centre of its cell [spacings]: a half of a diagonal, and a little."""
 

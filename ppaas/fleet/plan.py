@@ -44,6 +44,9 @@ class FleetPlan:
         return int(self.arrivals.max(initial=0))
 
 
+# -- times of a plan ---------------------------------------------------------------------------------------------------
+
+
 class Timing(NamedTuple):
     """Times of a plan.
 

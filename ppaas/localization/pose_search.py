@@ -19,6 +19,8 @@ from ppaas.localization.kernels.free_cells import count_free, find_free
 from ppaas.localization.scan_match import ScanMatch
 from ppaas.maps.grid import GridMap
 
+# -- uniform samples of free poses -------------------------------------------------------------------------------------
+
 
 class FreePoses:
     """Draws poses uniformly from the free cells of a map.
@@ -64,6 +66,8 @@ class FreePoses:
             raise InvalidMap("the map has no free cell, so no robot can be in it; publish a map with free cells")
         return self._counted
 
+
+# -- the search --------------------------------------------------------------------------------------------------------
 
 TRIES_PER_AREA = 250.0
 """Random poses per square metre of free space: one in 0.4 m by 0.4 m by 10°."""

@@ -167,6 +167,7 @@ class PoseTracker:
         """
         self._tried = odom, now
         expected, spread = self._expected(believed, odom, now)
+        # Beams that end at people do not determine the pose.
         seen = points[~ends_at_people(expected, points, self._layers)]
         fewest = max(FEWEST_POINTS, FEWEST_SEEN * len(points))
         if (self._fix is None and believed.share < ONE_PLACE) or len(seen) < fewest:

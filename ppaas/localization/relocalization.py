@@ -14,6 +14,8 @@ from ppaas.localization.pose_estimate import PoseEstimate, weight_around
 from ppaas.localization.pose_search import FreePoses, PoseCandidates, PoseSearch
 from ppaas.localization.scan_match import ScanMatch
 
+# -- scans of the last metres: one fits many places of a map, several together fit few ---------------------------------
+
 SPACING, SPACING_TURN = 0.4, 0.6
 """Distance or turn from the scan before at which a scan is kept [m, rad]."""
 
@@ -83,6 +85,8 @@ def _rays(points: NDArray[np.float64], pose: Pose2D) -> NDArray[np.float64]:
     rays[:, :2] = points @ np.array(((c, s), (-s, c))) + rays[:, 2:]
     return rays
 
+
+# -- the decision ------------------------------------------------------------------------------------------------------
 
 FOUND = 0.8
 """Part of the weight near one pose, both of particles and of candidates, at which the robot counts as found."""
@@ -199,6 +203,7 @@ class Relocalizer:
             Estimated pose of the robot in the map frame.
         """
         self._averages.note(fit)
+        # A history from before would contain scans of the place that the robot has left.
         if not self.searching and self._averages.amiss != self._suspected:
             self._suspected = self._averages.amiss
             self._restart_history()

@@ -1,4 +1,4 @@
-"""Scan matching: rates how well beams fit the map, independent of the sensor model that weights the particles."""
+"""Scan matching: how well beams fit the map, independent of the sensor model, and where near a pose they fit best."""
 
 import math
 from collections.abc import Callable
@@ -104,6 +104,8 @@ class ScanMatch:
         )
         return sums / len(rays)
 
+
+# -- alignment near an expected pose -----------------------------------------------------------------------------------
 
 EVIDENCE = 0.5
 """Part of the points that count as independent: neighbouring points lie on one wall."""
@@ -234,6 +236,8 @@ def _log_gauss(away: NDArray[np.float64], spread: NDArray[np.float64]) -> NDArra
     found: NDArray[np.float64] = -0.5 * ((away / spread) ** 2).sum(axis=1) - np.log(spread).sum()
     return found
 
+
+# -- plausibility: a laser that is covered, broken or switched off -----------------------------------------------------
 
 MOST_RAYS = 36
 """Largest number of beams of a scan that are compared with the map."""

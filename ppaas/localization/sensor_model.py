@@ -1,4 +1,4 @@
-"""Interface of sensor models: how well a scan fits the map as seen from each particle.
+"""Sensor models: how well a scan fits the map as seen from each particle, by its beams or by a likelihood field.
 
 *Probabilistic Robotics*, chapter 6, as in amcl (``amcl_laser.cpp``). The beams of a scan are not independent: instead
 of multiplying their likelihoods, ``likelihood_field`` and ``beam`` sum up the cubes.
@@ -148,6 +148,9 @@ class SensorModel(ABC):
     ) -> NDArray[np.float64]: ...
 
 
+# -- beam model (*Probabilistic Robotics*, 6.3): each range against the range cast in the map --------------------------
+
+
 class BeamModel(SensorModel):
     """Sensor model ``beam``, several times as slow as a likelihood field."""
 
@@ -172,6 +175,8 @@ class BeamModel(SensorModel):
         score = beam_model.score_parallel if parallel else beam_model.score_serial
         return score(particles, beams, self._distance, self._resolution, self._origin, self._shares, range_max)
 
+
+# -- beams that end at people: distance filter (Fox, Burgard, Thrun, 1999) ---------------------------------------------
 
 NEAR, BEYOND = 2.0, 0.2
 """A beam ends at a person if it is shorter than `NEAR` and at least `BEYOND` shorter than in the map [m]."""
@@ -206,6 +211,8 @@ def ends_at_people(pose: Pose2D, points: NDArray[np.float64], layers: MapLayers)
             people[near] = short
     return people
 
+
+# -- likelihood fields (*Probabilistic Robotics*, 6.4): the distance from a beam's end to an obstacle ------------------
 
 _LEAST = 1e-300
 """Smallest likelihood, so that its logarithm is finite."""
@@ -255,7 +262,6 @@ class LikelihoodField(SensorModel):
         return self._table[1]
 
     def _terms(self, likelihoods: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the terms that beams of these likelihoods add to the sum of a particle."""
         return likelihoods**3
 
 
@@ -269,6 +275,8 @@ class LikelihoodFieldProb(LikelihoodField):
     def _fit(self, sums: NDArray[np.float64], beams: int) -> Fit:
         return Fit(np.exp(sums - sums.max()), np.exp(sums / beams))
 
+
+# -- choice by name ----------------------------------------------------------------------------------------------------
 
 _FIELDS: dict[str, type[SensorModel]] = {
     "likelihood_field": LikelihoodField,

@@ -131,6 +131,8 @@ def align(
     return Aligned(Pose2D(*pose.tolist()), information, ratio, pairs)
 
 
+# -- correlative search (Olson, ICRA 2009), without its coarse level, as the windows are small -------------------------
+
 REACH = 25.0
 """Distance from the middle of the grid to its edges [m]."""
 

@@ -7,6 +7,8 @@ from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.planar_poses import PoseArray, relative, rotated, symmetric, upper_triangle
 
+# -- information of edges ----------------------------------------------------------------------------------------------
+
 STEP_FLOOR = (0.005, 0.005, 0.002)
 """Least standard deviations of an edge between successive key frames [m, m, rad]."""
 
@@ -82,6 +84,9 @@ def determines_position(information: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return whether edges (m,) with an information (m, 3, 3) determine the position, not only beside a corridor."""
     determined: NDArray[np.bool_] = weakest_information(upper_triangle(information)) >= DETERMINED
     return determined
+
+
+# -- key frames as nodes -----------------------------------------------------------------------------------------------
 
 
 def append_key_frame(graph: PoseGraph, frames: KeyFrames) -> PoseArray:

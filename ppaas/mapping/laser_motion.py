@@ -76,6 +76,8 @@ def velocities(times: ArrayLike, odometry: ArrayLike, mount: Pose2D) -> NDArray[
     return found
 
 
+# -- noise of an odometry step, with gmapping's parameters -------------------------------------------------------------
+
 SLACK, FASTEST = 1.0, 5.0
 """Odometry was reset if it jumped by more than `SLACK` [m] plus what `FASTEST` [m/s] allows."""
 

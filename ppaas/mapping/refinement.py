@@ -124,6 +124,7 @@ def refine(
     """
     work = _Refinement(key_frames, odometry, settings, cancelled)
     moved, count = poses.copy(), 0
+    # One key frame has nothing to be aligned with.
     if len(poses) < 2:
         return Refined(moved, 0, 0, 0.0)
     with suppress(_Cancelled):
@@ -152,6 +153,7 @@ class _Refinement:
     def steps(self, poses: PoseArray) -> Iterator[PoseArray]:
         """Yield changes of poses, which the caller adds to them, until these are small."""
         for count, gate in enumerate(self._settings.gates):
+            # Not before each step: finding pairs linearises all of them, which costs as much as a step.
             if count in self._settings.pair_again:
                 self.find_pairs(poses)
             step = self.step(poses, gate)

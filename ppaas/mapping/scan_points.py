@@ -101,6 +101,9 @@ def with_open_beams(
     return scan._replace(points=points)
 
 
+# -- scans without the points on known robots --------------------------------------------------------------------------
+
+
 def without_discs(scan: ScanPoints, laser: Pose2D, discs: NDArray[np.float64]) -> ScanPoints:
     """Return a scan in which beams that end on discs have no reading.
 

@@ -81,7 +81,6 @@ def _cropped(piece: Rectangle, old: NDArray[np.int8], new: NDArray[np.int8]) -> 
 
 
 def _of_band(differs: NDArray[np.bool_], row: int) -> list[Rectangle]:
-    """Return the runs of squares in a band of rows that have a cell that differs."""
     if not differs.any():
         return []
     columns: NDArray[np.bool_] = np.logical_or.reduce(differs, axis=0)

@@ -81,6 +81,8 @@ class VolumePlanner(ABC):
         """
 
 
+# -- registry ----------------------------------------------------------------------------------------------------------
+
 VOLUME_PLANNERS: PluginRegistry[VolumePlanner] = PluginRegistry(
     "ppaas.planners3d",
     "planner in space",

@@ -26,6 +26,8 @@ from ppaas.robot_model.urdf import (
 from ppaas.robot_model.xml_document import MAX_BYTES, read_document
 from ppaas.transforms.spatial import Rigid
 
+# -- speed limits by the velocity limits of the wheels -----------------------------------------------------------------
+
 _ALONG = 0.9
 """Least cosine between directions that count as parallel, since wheels may have some camber."""
 
@@ -81,7 +83,6 @@ def _radius(urdf: Urdf, joint: UrdfJoint) -> float | None:
 
 
 def _is_held(above: Mapping[str, UrdfJoint], link: str) -> bool:
-    """Return whether all joints between a link and the root are fixed."""
     while link in above:
         if above[link].type != "fixed":
             return False
@@ -97,6 +98,8 @@ def _direction(pose: Rigid, axis: tuple[float, float, float]) -> tuple[float, fl
 def _dot(a: Sequence[float], b: Sequence[float]) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
+
+# -- the description ---------------------------------------------------------------------------------------------------
 
 __all__ = ["MAX_BYTES", "MAX_RADIUS", "describe"]
 

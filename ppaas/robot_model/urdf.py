@@ -1,4 +1,4 @@
-"""Parts of a URDF that navigation uses: links with their shapes, and joints. http://wiki.ros.org/urdf/XML"""
+"""Parts of a URDF that navigation uses: links with their shapes and poses, and joints. http://wiki.ros.org/urdf/XML"""
 
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element
@@ -143,6 +143,8 @@ def _mimic(joint: Element, where: str) -> Mimic | None:
     follows = number(mimic, "multiplier", where, "1"), number(mimic, "offset", where, "0")
     return Mimic(name_of(mimic, "joint"), *follows)
 
+
+# -- poses of links with all joints at zero ----------------------------------------------------------------------------
 
 BASE_FRAMES = ("base_footprint", "base_link")
 """Names of the base frame (REP 105 and 120): the first one that exists is used, or else the root link."""

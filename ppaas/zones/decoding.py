@@ -10,6 +10,8 @@ import msgspec
 from ppaas.errors import InvalidZones
 from ppaas.zones.faults import Notes
 
+# -- files that are no zones, such as graphs of routes -----------------------------------------------------------------
+
 LANES = (
     "a lane is a feature with the geometry LineString and the properties "
     '{"name": "…", "kind": "lane"}, and "one_way": true where no edge leads back; nodes are not needed'
@@ -81,6 +83,9 @@ def _route_graph(features: Sequence[Any]) -> str:
 def _members(feature: Any, key: str) -> Mapping[str, Any]:
     found = feature.get(key) if isinstance(feature, Mapping) else None
     return found if isinstance(found, Mapping) else {}
+
+
+# -- JSON --------------------------------------------------------------------------------------------------------------
 
 
 def decoded(text: str | bytes, notes: Notes) -> dict[str, Any]:

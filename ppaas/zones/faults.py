@@ -42,6 +42,8 @@ def place_text(place: tuple[float, float]) -> str:
     return f"({place[0]:.6g}, {place[1]:.6g})"
 
 
+# -- notes: one sentence for all zones that it concerns ----------------------------------------------------------------
+
 NAMED = 3
 """Number of zones that a sentence names; the others are counted."""
 

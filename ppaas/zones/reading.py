@@ -12,6 +12,8 @@ from ppaas.zones.faults import Faults, Notes, place_text
 from ppaas.zones.shapes import Geometry, first_place
 from ppaas.zones.zone import KINDS, AnyRule, Zone, ZoneSet, check_zone
 
+# -- properties of features, also after the tables of a GIS ------------------------------------------------------------
+
 _SWITCHES = {"one_way", "strict"}
 """Properties that are true or false."""
 
@@ -78,7 +80,6 @@ def _as_it_was(key: str, value: Any) -> Any:
 
 
 def _in_words(text: str) -> str:
-    """Return an error of msgspec with what may be given."""
     text = _PATTERN.sub("a time of day such as '08:30' or '24:00'", text)
     if text.endswith("`$.kind`") or "field `kind`" in text:
         return f"{text}; its kind is one of {', '.join(KINDS)}"
@@ -86,6 +87,8 @@ def _in_words(text: str) -> str:
         return f"{text}; give a moment such as '2026-05-01T08:00:00'"
     return text
 
+
+# -- features ----------------------------------------------------------------------------------------------------------
 
 EDITORS = {"title", "description", "layer", "path", "tessellate", "extrude", "visibility"}
 """Properties that editors of GeoJSON, QGIS and KML add, which are ignored."""
@@ -213,7 +216,6 @@ def _is_of_an_editor(key: str) -> bool:
 
 
 def _check_names(zones: list[Zone], faults: Faults) -> None:
-    """Add a fault for each zone that has the name of one before it."""
     first: dict[str, Zone] = {}
     for zone in zones:
         if (other := first.setdefault(zone.name, zone)) is not zone:

@@ -236,6 +236,9 @@ def _check_lane(name: str, rule: Lane, *, is_line: bool) -> None:
         raise InvalidZones(f"zone {name!r}: a lane is always in force; draw a keep_out zone with 'times' over it")
 
 
+# -- zones in force ----------------------------------------------------------------------------------------------------
+
+
 class ZonesInForce:
     """Zones of a map that are in force at a time that goes on.
 

@@ -11,6 +11,8 @@ from ppaas.geometry import Pose2D
 from ppaas.mapping.closures.kernels import pyramid as kernels
 from ppaas.mapping.closures.kernels.branch_and_bound import best_motion
 
+# -- likelihood pyramid: maxima bound the scores of many motions -------------------------------------------------------
+
 BLUR_REACH = 2.2
 """Standard deviations beyond which the blur of a point is cut off."""
 
@@ -93,6 +95,8 @@ def build_pyramid(
     values, sizes = kernels.build_levels(grid, levels)
     return LikelihoodPyramid(values, sizes, low, blur.resolution)
 
+
+# -- the search --------------------------------------------------------------------------------------------------------
 
 MOST_LEVELS = 7
 """Largest number of levels of a pyramid: squares of 64 cells."""
@@ -212,7 +216,6 @@ def search(
 
 
 def _excluded_cells(excluded: Excluded | None, half: NDArray[np.int64], resolution: float) -> NDArray[np.float64]:
-    """Return excluded motions as the kernel takes them."""
     if excluded is None:
         return np.zeros(5)
     motion = excluded.motion

@@ -1,4 +1,10 @@
-"""Candidates: the older submaps that the latest one may overlap, each with a window shaped by the covariance."""
+"""Candidates: the older submaps that the latest one may overlap, each with a window shaped by the covariance.
+
+That is the drift along the shortest path of the pose graph. The covariance along one path bounds the true one from
+above, as other paths only add information (Bosse et al., *SLAM in Large-scale Cyclic Environments using the Atlas
+Framework*, IJRR 2004). Errors of the heading move all that lies beyond, so the covariance is long across the path and
+narrow along it.
+"""
 
 import math
 from typing import NamedTuple
@@ -13,6 +19,8 @@ from ppaas.mapping.closures.parameters import ClosureParameters, DriftModel
 from ppaas.mapping.closures.submaps import Submap, travelled
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges
 from ppaas.mapping.key_frame_graph import determines_position
+
+# -- drift: uncertainty of older key frames relative to the latest -----------------------------------------------------
 
 CLOSURE_LENGTH = 0.2
 """Distance travelled that has the uncertainty of a closure [m]."""
@@ -93,6 +101,8 @@ def _covariances(moments: NDArray[np.float64], at: NDArray[np.float64], model: D
     covariances[:, 1, 1] += own
     return covariances
 
+
+# -- candidates --------------------------------------------------------------------------------------------------------
 
 OVERLAP = 2.0
 """Distance between key frames within which two submaps are expected to show the same place [m]."""

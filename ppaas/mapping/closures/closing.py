@@ -1,4 +1,4 @@
-"""Search for the loop closures of a submap."""
+"""Search for the loop closures of a submap, and what contradicts itself among them."""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -28,6 +28,8 @@ from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph
 from ppaas.mapping.key_frame_graph import CLOSURE_FLOOR, edge_information
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.planar_poses import compose
+
+# -- closures that put a submap at different places, as in corridors with equal doors ----------------------------------
 
 Found = Closure | Refusal
 
@@ -79,12 +81,13 @@ class Contradictions:
         return Pose2D(two.x - one.x, two.y - one.y, wrap_angle(two.theta - one.theta))
 
     def _explains(self, covariance: NDArray[np.float64], apart: Pose2D) -> bool:
-        """Return whether a difference of poses is within the window of a covariance."""
         (x, y, turn), angle = search_window(covariance, self._parameters)
         c, s = math.cos(angle), math.sin(angle)
         along, across = c * apart.x + s * apart.y, c * apart.y - s * apart.x
         return abs(along) <= x and abs(across) <= y and abs(apart.theta) <= turn
 
+
+# -- the search --------------------------------------------------------------------------------------------------------
 
 REACH = 20.0
 """Points of the latest submap farther than this from its middle are left out, along each axis [m]."""
@@ -198,6 +201,7 @@ class ClosureSearch:
             return searched
         best = max(searched.closures, key=lambda closure: closure.score)
         rivals = list(contradictions.with_best(best, [*searched.closures, *searched.refusals]))
+        # A match elsewhere that is nearly as good means that the place looks like another: trust neither.
         if any(rival.score > self._parameters.ambiguous_share * best.score for rival in rivals):
             refused = [closure.refused(Reason.AMBIGUOUS) for closure in searched.closures]
             return Searched([], searched.refusals + refused)
@@ -215,6 +219,7 @@ class ClosureSearch:
         if links is not None:
             candidates = links.unlinked(of, candidates)
         elif sum(candidate.wide for candidate in candidates) > len(candidates) / 2:
+            # Wide windows are matched for every third target only, so more candidates take as long.
             most *= MORE_WIDE
         pairs = (self._pair(candidate, submaps, of, again=links is not None) for candidate in candidates[:most])
         return [pair for pair in pairs if pair is not None]
@@ -246,6 +251,7 @@ class ClosureSearch:
         if pair.candidate.wide and self._is_ambiguous(pyramid, points, pair, best):
             return Refusal(pair.source, pair.target, Reason.AMBIGUOUS, best.score, motion)
         moved = compose(np.array(motion), poses[pair.source.first : pair.source.end])
+        # A narrow window bounds the position along a corridor, so scans may leave it open.
         slides = not pair.candidate.wide
         passed = ScanCheck(frames, poses, parameters).run(pair.source, pair.target, moved, slides=slides)
         if len(passed) < parameters.loop_match_minimum_chain_size:

@@ -88,6 +88,8 @@ class Searched:
     refusals: list[Refusal] = field(default_factory=list)
 
 
+# -- submaps that closures join, and passes that are not joined yet ----------------------------------------------------
+
 BESIDE_SOURCE, BESIDE_TARGET = 1, 2
 """Distances up to which a link counts for the neighbours of the later and of the older submap [submaps]."""
 

@@ -1,4 +1,4 @@
-"""Sparse Cholesky factorisation of symmetric positive definite matrices with blocks of 3 × 3."""
+"""Sparse Cholesky factorisation of symmetric positive definite matrices with blocks of 3 × 3, by a plan of fronts."""
 
 from dataclasses import dataclass
 
@@ -9,6 +9,8 @@ from ppaas.mapping.graph.kernels import fronts
 from ppaas.mapping.graph.kernels.elimination_tree import elimination_tree, front_rows, postorder, supernodes
 from ppaas.mapping.graph.kernels.fronts import stack_size
 from ppaas.mapping.graph.kernels.minimum_degree import minimum_degree
+
+# -- elimination plan: a fill-reducing order and the dense fronts ------------------------------------------------------
 
 SMALL_FRONT = 4
 """Fronts of at most so many block columns are always joined with their parents'."""
@@ -100,6 +102,8 @@ def _entries(count: int, first: Ints, second: Ints) -> tuple[Ints, Ints, Ints]:
     starts = np.concatenate(([0], np.cumsum(np.bincount(columns, minlength=count))))
     return starts, np.maximum(first, second)[order], slots[order]
 
+
+# -- the factorisation -------------------------------------------------------------------------------------------------
 
 Floats = NDArray[np.float64]
 

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph
 from ppaas.planar_poses import PoseArray, compose, inverse, relative, rotated
 
+# -- largest clique of a graph -----------------------------------------------------------------------------------------
+
 _EXPANSIONS = 20_000
 """Nodes of the search tree to expand before the largest clique found so far is returned."""
 
@@ -77,6 +79,8 @@ class _CliqueSearch:
                 free &= ~(1 << node) & ~self._neighbours[node]
         return coloured
 
+
+# -- covariances of relative poses along the trajectory ----------------------------------------------------------------
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -150,6 +154,8 @@ def _accumulated(steps: PoseArray) -> PoseArray:
         reach *= 2
     return poses
 
+
+# -- consistent sets ---------------------------------------------------------------------------------------------------
 
 CHI2 = 11.34
 """99 % quantile of the squared Mahalanobis distance with three degrees of freedom."""

@@ -18,6 +18,8 @@ from ppaas.geometry import wrap_angle
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
 from ppaas.planar_poses import rotated, symmetric, upper_triangle, wrap_angles
 
+# -- elements of g2o and of TORO (Grisetti et al., 2007); one that is not in the plane is left out ---------------------
+
 Number = TypeVar("Number", int, float)
 
 VERTEX, EDGE, FIX = "VERTEX_SE2", "EDGE_SE2", "FIX"
@@ -99,7 +101,6 @@ def read_elements(lines: Iterable[str]) -> Elements:
 
 
 def _read(elements: Elements, number: int, words: list[str]) -> None:
-    """Add the element of a line."""
     tag = _TORO.get(words[0], words[0])
     if tag == FIX:
         for vertex in _numbers(int, words[1:], number, FIX):
@@ -116,7 +117,6 @@ def _read(elements: Elements, number: int, words: list[str]) -> None:
 
 
 def _add(elements: Elements, number: int, words: list[str]) -> None:
-    """Add a vertex or an edge."""
     tag, (id_count, number_count) = words[0], _NUMBERS[_TORO.get(words[0], words[0])]
     if len(words) != 1 + id_count + number_count:
         raise InvalidGraph(f"line {number}: {tag} takes {id_count + number_count} values, got {len(words) - 1}")
@@ -140,6 +140,8 @@ def _numbers(kind: type[Number], words: list[str], line: int, tag: str) -> tuple
         what = "integer ids" if tag == FIX else "integer ids, then numbers"
         raise InvalidGraph(f"line {line}: {tag} takes {what}") from error
 
+
+# -- files -------------------------------------------------------------------------------------------------------------
 
 ROUNDED = 1e-5
 """Share of its largest number by which an information matrix may be short of positive semidefinite: many programs write

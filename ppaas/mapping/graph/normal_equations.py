@@ -1,4 +1,4 @@
-"""Normal equations of the poses of a graph, with at least one fixed node in each connected part."""
+"""Normal equations of the poses of a graph, with a fixed node in each connected part, and joint steps by them."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -103,6 +103,9 @@ def _held(parts: Ints, fixed: Ints) -> NDArray[np.bool_]:
     held: NDArray[np.bool_] = (parts == nodes) & ~np.isin(parts, parts[fixed])
     held[fixed] = True
     return held
+
+
+# -- joint steps of poses from linearised relative constraints ---------------------------------------------------------
 
 
 class LinearisedPairs(NamedTuple):

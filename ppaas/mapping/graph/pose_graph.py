@@ -1,4 +1,9 @@
-"""Pose graph: poses of key frames, and measured relative poses between them."""
+"""Pose graph: poses of key frames, and measured relative poses between them.
+
+A refinement of the scans leads to other poses than the edges of the odometry. These have to stay as they were measured,
+since joint maps know key frames by them. So each gets a *counterweight*, a second edge of the same two nodes and the
+same information, that is off by as much to the other side: the solved graph is where the refinement left it.
+"""
 
 from collections.abc import Callable
 from enum import IntEnum
@@ -192,7 +197,6 @@ class PoseGraph:
 
 
 def _of_each(edges: Edges, change: Callable[[NDArray[Any]], NDArray[Any]]) -> Edges:
-    """Return edges whose arrays are results of a function of the arrays of others."""
     return Edges(*[change(array) for array in edges])
 
 
@@ -209,6 +213,9 @@ def _read_only(array: NDArray[Any]) -> NDArray[Any]:
     view = array.view()
     view.flags.writeable = False
     return view
+
+
+# -- components --------------------------------------------------------------------------------------------------------
 
 
 def components(graph: PoseGraph) -> NDArray[np.int64]:
@@ -234,6 +241,9 @@ def _root(roots: list[int], chain: int) -> int:
     while roots[chain] != chain:
         roots[chain] = chain = roots[roots[chain]]
     return chain
+
+
+# -- counterweights ----------------------------------------------------------------------------------------------------
 
 
 def measured_odometry(edges: Edges) -> Edges:

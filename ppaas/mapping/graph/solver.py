@@ -16,6 +16,8 @@ from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph, component
 from ppaas.mapping.graph.robust_weights import TRUSTED, CovarianceScaling, FixedWeights, WeightRule, truncated_weights
 from ppaas.planar_poses import PoseArray, wrap_angles
 
+# -- Levenberg-Marquardt steps with reweighted edges -------------------------------------------------------------------
+
 _LEAST_DAMPING, _MOST_DAMPING = 1e-6, 1e6
 """Bounds of the share of the diagonal that is added to it; below, none is added, above, no step is tried."""
 
@@ -127,6 +129,8 @@ class Minimisation:
         self._equations.linearise(state.poses, turns, turns[:, :, 2] * state.errors[:, 2:], weights)
         return self._moved(state, 0.0) or state
 
+
+# -- the solver --------------------------------------------------------------------------------------------------------
 
 _CONTROL_FACTOR, _LAST_CONTROL = 10.0, 1.0
 """Factor of the control parameter of graduated non-convexity after a step, and its value at which scaling takes over.
@@ -260,6 +264,8 @@ def _graduate(search: Minimisation, closures: NDArray[np.bool_], options: Solver
     final = CovarianceScaling(closures, limit)
     return final, search.run(final, max(1, options.iterations - search.solves), options.tolerance)
 
+
+# -- graphs of other programs, whose poses may be far from the solution ------------------------------------------------
 
 _SURE = 3.09
 """Quantile of the standard normal distribution, 99.9 %, up to which the errors of all edges count as noise."""

@@ -146,7 +146,6 @@ def _around(one: GridInfo, other: GridInfo) -> GridInfo:
 
 
 def _extended(grid: GridMap, info: GridInfo) -> NDArray[np.int8]:
-    """Return the cells of a grid in a larger one."""
     cells = np.full(info.shape, UNKNOWN, np.int8)
     shift = grid.info.shift_to(info)
     assert shift is not None

@@ -1,4 +1,4 @@
-"""Neighbourhoods: each key frame compared with those that show the same place."""
+"""Neighbourhoods: each key frame compared with those that show the same place, by views of its points."""
 
 from collections.abc import Iterator
 from enum import IntEnum
@@ -11,6 +11,8 @@ from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.lifelong.passes import divided_passes, mileage
 from ppaas.mapping.near_poses import nearest_poses
 from ppaas.planar_poses import PoseArray, relative
+
+# -- views: what a laser saw at the points of another scan -------------------------------------------------------------
 
 AGREEING, THROUGH = 0.1, 0.2
 """Difference of ranges up to which two scans agree, and from which a laser looked through a place [m]."""
@@ -109,6 +111,8 @@ def _nearest_beside(ranges: NDArray[np.float32], side: int) -> NDArray[np.float3
             np.minimum(inner, ranges[:, begin : beams - 2 * side + begin], out=inner)
     return nearest
 
+
+# -- neighbourhoods ----------------------------------------------------------------------------------------------------
 
 NEAR, MOST = 2.0, 40
 """Largest distance between two key frames that are compared, see `nearest_poses` [m], and their largest number."""

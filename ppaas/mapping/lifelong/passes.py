@@ -33,6 +33,8 @@ def divided_passes(mileages: NDArray[np.float64], apart: float) -> NDArray[np.in
     return np.concatenate(([0], np.cumsum(np.diff(mileages) >= apart))).astype(np.int64)
 
 
+# -- what the robot saw of each cell -----------------------------------------------------------------------------------
+
 STAYING = 1.5
 """Factor of the distance after which points in a cell count as another pass: people stand for some time."""
 

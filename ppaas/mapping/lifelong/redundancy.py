@@ -70,6 +70,8 @@ def apart(pose: PoseArray, others: PoseArray) -> NDArray[np.float64]:
     return distances
 
 
+# -- outdated beams, as two later passes agree -------------------------------------------------------------------------
+
 CONTRADICTING_PASSES = 2
 """Number of later passes that have to contradict a beam, one after the other."""
 

@@ -97,6 +97,7 @@ class Thinned:
         count, edges = len(self.kept), graph.edges.since(self.edge_count)
         kept = np.concatenate((self.kept, np.ones(graph.node_count - count, np.bool_)))
         if not (kept[edges.first].all() and kept[edges.second].all()):
+            # A closure found meanwhile needs a node that is gone: the caller thins again later.
             return None
         number = np.cumsum(kept) - 1
         later = edges._replace(first=number[edges.first], second=number[edges.second])
@@ -195,6 +196,7 @@ def kept_frames(frames: KeyFrames, scans: ScanPoints, kept: NDArray[np.bool_]) -
     kept : (k,) bool array
         The key frames that are returned.
     """
+    # New arrays: the mapper goes on with the old ones while this runs in another thread.
     left = KeyFrames(frames.geometry)
     chosen = ScanPoints(scans.points[kept], scans.normals[kept], scans.valid[kept])
     left.extend(frames.poses[kept], frames.information[kept], frames.scans[kept], chosen)

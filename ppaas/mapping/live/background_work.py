@@ -21,6 +21,8 @@ from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.planar_poses import PoseArray
 
+# -- loop closures of a submap, and the solve --------------------------------------------------------------------------
+
 
 @dataclass(frozen=True, slots=True)
 class Closed:
@@ -105,6 +107,9 @@ class ClosingWork:
         return self.solver.solve(graph, GRADUATED if far else CLOSING).poses
 
 
+# -- places of other parts of the map ----------------------------------------------------------------------------------
+
+
 @dataclass(frozen=True, slots=True)
 class JoinedMap:
     """Result of a search.
@@ -149,6 +154,9 @@ class JoiningWork:
             return None
         frames = self.mapping.frames.at(joined.poses)
         return JoinedMap(joined, drawn(frames, self.drawing, parts=self.parts.join(*joined.numbers)))
+
+
+# -- outdated beams and redundant key frames ---------------------------------------------------------------------------
 
 
 class ThinnedMap(NamedTuple):

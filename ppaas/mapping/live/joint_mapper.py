@@ -21,6 +21,8 @@ from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.mapping.serialization.mapping_file import unpack_mapping
 from ppaas.planar_poses import compose
 
+# -- adoption of a joint map -------------------------------------------------------------------------------------------
+
 
 @dataclass(frozen=True, slots=True)
 class Adopted:
@@ -132,6 +134,9 @@ def _ordered(mapping: Mapping, order: NDArray[np.int64], moved: NDArray[np.int64
     frames.extend(of.poses[order], of.information[order], of.scans, scans)
     graph = PoseGraph.of(of.poses[order], edges._replace(first=moved[edges.first], second=moved[edges.second]))
     return Mapping(frames, graph, own.laser_frame)
+
+
+# -- the mapper --------------------------------------------------------------------------------------------------------
 
 
 class Adoption(NamedTuple):

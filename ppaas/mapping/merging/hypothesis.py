@@ -21,6 +21,8 @@ from ppaas.mapping.near_poses import nearest_poses
 from ppaas.mapping.visible_points import confirmed_share
 from ppaas.planar_poses import PoseArray, compose, relative
 
+# -- overlap at given poses --------------------------------------------------------------------------------------------
+
 NEAR = 1.5
 """Largest distance between a scan and the key frames that it is compared with; see `nearest_poses` [m]."""
 
@@ -94,6 +96,8 @@ def _checked(
     measurement = relative(near.poses[0], np.array(found.pose))
     return CheckedScan(node, int(others[0]), measurement, found.information, found.ratio, confirmed)
 
+
+# -- hypotheses --------------------------------------------------------------------------------------------------------
 
 ROUNDS = 2
 """Number of times that scans are compared and the graph is solved with the edges found."""
@@ -182,7 +186,6 @@ def hypothesis(
 
 
 def _solved(solver: GraphSolver, graph: PoseGraph, closures: Edges, options: SolverOptions) -> PoseGraph:
-    """Return a solved copy of a graph with more closures."""
     joined = graph.copy()
     for first, second, measurement, information in zip(*closures[:4], strict=True):
         joined.add_edge(int(first), int(second), measurement, information, EdgeKind.CLOSURE)

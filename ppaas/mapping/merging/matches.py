@@ -21,6 +21,8 @@ from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.merging.parameters import MergeParameters
 from ppaas.planar_poses import PoseArray, compose, relative, rotated
 
+# -- search of a whole map: coarse first, then fine --------------------------------------------------------------------
+
 BEYOND = 5.0
 """Distance around the key frames of the map up to which places are searched [m]."""
 
@@ -97,6 +99,8 @@ class WholeMap:
         return build_pyramid(points - self._middle, reach, Blur(resolution, resolution), levels)
 
 
+# -- matches -----------------------------------------------------------------------------------------------------------
+
 REACH = 20.0
 """Points of a part farther than this from its middle are left out, along each axis [m]."""
 
@@ -168,6 +172,8 @@ class PartSearch:
                 found.append(PlaceMatch(part, motion, score, edges_of(passed)))
         return found
 
+
+# -- sets of matches that the drift along both mappings explains -------------------------------------------------------
 
 FLOOR = (0.15, 0.15, 0.03)
 """Standard deviations of the difference of two matches without any drift [m, m, rad]."""

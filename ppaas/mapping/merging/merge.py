@@ -1,4 +1,4 @@
-"""Merge of two mappings of one place that were made without a common start."""
+"""Merge of two mappings of one place that were made without a common start, if one hypothesis alone fits."""
 
 from collections.abc import Callable, Sequence
 from itertools import islice
@@ -16,6 +16,8 @@ from ppaas.mapping.merging.parameters import MergeParameters
 from ppaas.mapping.refinement import RefinementSettings, refine
 from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.planar_poses import relative
+
+# -- acceptance: one hypothesis fits, and no other about as well -------------------------------------------------------
 
 FEWEST_COMPARED = 10
 """Fewest scans of the second mapping that have to be near key frames of the first."""
@@ -93,6 +95,8 @@ def _place(one: Hypothesis) -> str:
     x, y, turn = max(one.matches, key=lambda match: match.score).motion
     return f"({x:.1f} m, {y:.1f} m, {turn:.2f} rad)"
 
+
+# -- the merge ---------------------------------------------------------------------------------------------------------
 
 DEFAULTS = MergeParameters()
 

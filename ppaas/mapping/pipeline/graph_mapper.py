@@ -129,9 +129,11 @@ class GraphMapper:
         closures : ClosureParameters
         """
         frames, graph = mapping.frames, mapping.graph
+        # A map that was made with a higher limit can be finished too.
         most = max(FRONT_END.max_key_frames, len(frames))
         mapper = cls(frames.geometry, replace(FRONT_END, max_key_frames=most), closures)
         pose = Pose2D(*frames.poses[-1].tolist())
+        # The odometry of the robot is not stored; no scan follows that would need it.
         mapper._tracker.resume(frames, pose, pose @ frames.geometry.mount.inverse())
         mapper.graph, mapper._waiting = graph, list(mapping.waiting)
         mapper._submaps, _ = divided_submaps(graph, closures.submap_travel)
@@ -187,6 +189,7 @@ class GraphMapper:
         """
         if self._submaps.finish() is not None:
             self._close_loops()
+        # Parts first: closures are only searched for within a part.
         self._join_parts()
         for number in range(PASSES):
             if not self._close_again(done, number):
@@ -271,6 +274,9 @@ class GraphMapper:
         result = work()
         self.seconds[part] += monotonic() - begin
         return result
+
+
+# -- finish of a mapping that a robot made while it drove --------------------------------------------------------------
 
 
 def finish_mapping(

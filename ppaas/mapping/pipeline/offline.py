@@ -1,4 +1,4 @@
-"""Offline mapping: a map and the poses of all scans, of a recorded drive."""
+"""Offline mapping: a map and the poses of all scans, polished by the key frames around, of a recorded drive."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -24,6 +24,8 @@ from ppaas.mapping.scan_log import ScanLog
 from ppaas.mapping.scan_points import ScanPoints, prepare
 from ppaas.maps.grid import GridMap
 from ppaas.planar_poses import PoseArray, compose, inverse
+
+# -- pose of every scan from the key frames around it ------------------------------------------------------------------
 
 POLISHING = AlignmentSettings(gates=(0.15, 0.1, 0.1, 0.1), deviation=0.06)
 """Settings of the alignment: the pose is nearly right, and several key frames repeat one error."""
@@ -74,6 +76,9 @@ class ScanPolisher:
         frames = NearFrames(near, self._key_poses[near])
         aligned = align(scan, pose, self._frames, frames, POLISHING, prior=Prior(pose, DEVIATIONS))
         return aligned.pose if aligned.ratio > LEAST_RATIO else pose
+
+
+# -- the drive ---------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)

@@ -231,6 +231,8 @@ def _not_rows(what: str) -> InvalidGraph:
     return InvalidGraph(f"the pose graph has a record of {what} that cannot be read: save it again")
 
 
+# -- rows of which a mapping consists ----------------------------------------------------------------------------------
+
 CHUNK = 256
 """Number of key frames of a record."""
 

@@ -135,10 +135,11 @@ def codes_of(blocks: Words) -> Words:
 
 
 def _table(entries: int) -> tuple[Words, Words]:
-    """Return the arrays of an empty table with at least this number of entries."""
     size = 1 << (entries - 1).bit_length()
     return np.full(size, kernels.EMPTY, np.int64), np.zeros(size, np.int64)
 
+
+# -- clearing of a box, as octomap_server's ``clear_bbx`` --------------------------------------------------------------
 
 _VOXELS = np.arange(VOXELS)
 _CENTRES = np.stack([_VOXELS % EDGE, _VOXELS // EDGE % EDGE, _VOXELS // EDGE**2], axis=1) + 0.5
@@ -189,7 +190,6 @@ def clear_box(
 
 
 def _near(begins: np.ndarray, least: np.ndarray, most: np.ndarray, resolution: float, motion: Pose2D) -> np.ndarray:
-    """Return the slots of the blocks that may reach into the box."""
     centres = _in_map((begins + 0.5 * EDGE) * resolution, motion)
     margin = 0.5 * _DIAGONAL * resolution
     return np.flatnonzero(((centres >= least - margin) & (centres <= most + margin)).all(axis=1))

@@ -17,6 +17,8 @@ from ppaas.maps.grid import UNKNOWN, GridInfo, GridMap
 from ppaas.maps.octomap import binary_octomap, full_octomap
 from ppaas.maps.octree import OcTree, morton_codes
 
+# -- octrees and OctoMap files -----------------------------------------------------------------------------------------
+
 
 def octree_of_volume(volume: VoxelVolume) -> OcTree:
     """Return the octree of a volume, in which a voxel is occupied or free; eight equal siblings are merged."""
@@ -47,6 +49,9 @@ def _leaves(
     corners, depths, values = np.empty((most, 3), np.uint16), np.empty(most, np.uint8), np.empty(most, np.float32)
     count = leaves.merge_leaves(begins[slots], slots, order, blocks.log_odds, by_occupancy, corners, depths, values)
     return corners[:count].copy(), depths[:count].copy(), values[:count].copy()
+
+
+# -- projected map -----------------------------------------------------------------------------------------------------
 
 
 def project_volume(volume: VoxelVolume) -> GridMap:

@@ -207,7 +207,6 @@ class SubmapVolume:
             self.submaps, self.fixed = [], True
 
     def _join_smallest(self) -> None:
-        """Join the two successive submaps that have the fewest blocks."""
         own, sizes = self.volume.parameters, [len(submap.blocks) for submap in self.submaps]
         first = min(range(len(sizes) - 1), key=lambda index: sizes[index] + sizes[index + 1])
         if first == len(sizes) - 2:
@@ -218,7 +217,6 @@ class SubmapVolume:
         self.joined += 1
 
     def _assemble(self) -> None:
-        """Put the volume together from the submaps."""
         own = self.volume.parameters
         blocks, model = VoxelBlocks(own.max_blocks), own.model()
         for submap in self.submaps:

@@ -20,6 +20,8 @@ from ppaas.mapping.volume.kernels.ends import MIDDLE
 from ppaas.mapping.volume.parameters import VolumeParameters
 from ppaas.thread_budget import Threads, one_thread
 
+# -- bits of one scan, within the box around its rays ------------------------------------------------------------------
+
 MOST_VOXELS = 1 << 29
 """Largest box around the rays of a scan [voxels]: 40 m wide and high at 0.05 m. It takes two bits per thread."""
 
@@ -108,6 +110,8 @@ def _box(low: NDArray[np.int64], high: NDArray[np.int64]) -> Box:
     size[0] = -(-size[0] // _WORD) * _WORD
     return np.concatenate((first, size))
 
+
+# -- the volume --------------------------------------------------------------------------------------------------------
 
 PARALLEL_FROM = 2_000
 """Least number of points that are worth several threads."""

@@ -1,4 +1,10 @@
-"""Map files of map_server and Nav2, a YAML record and an image: reading and writing of grids."""
+"""Map files of map_server and Nav2, a YAML record and an image: reading and writing of grids.
+
+Sources: ``image_loader.cpp`` of map_server (ros-planning/navigation) and ``map_io.cpp`` of Nav2
+(ros-navigation/navigation2). Three apparent errors of map_server are not reproduced: it takes palette indices as greys,
+it takes the blue of an RGB image as alpha, and its raw mode produces values that an occupancy grid cannot hold (they
+are unknown here, as in Nav2).
+"""
 
 from collections.abc import Iterator
 
@@ -11,6 +17,8 @@ from ppaas.maps.formats.image import ImageRows, MapImage, image_size, open_image
 from ppaas.maps.formats.map_yaml import MapYaml, Mode, Rules, dump_yaml, parse_yaml
 from ppaas.maps.formats.netpbm import write_pgm
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridInfo, GridMap
+
+# -- occupancy of pixels -----------------------------------------------------------------------------------------------
 
 Cells = NDArray[np.int8]
 
@@ -102,6 +110,8 @@ def _raw(grey: NDArray[np.float64]) -> Cells:
     """Return the occupancy of greys in raw mode: the integer part of the grey, or unknown above 100."""
     return np.where(np.floor(grey) <= OCCUPIED, np.floor(grey), UNKNOWN).astype(np.int8)
 
+
+# -- files -------------------------------------------------------------------------------------------------------------
 
 _BLOCK = 1 << 20
 """Number of cells that are read at once."""

@@ -1,4 +1,4 @@
-"""Parts that the image formats of netpbm share: header, binary pixels, and pixels in text.
+"""Images of netpbm: PBM, PGM and PPM, whose header and pixels, binary or in text, are read alike.
 
 Source: the format pages ``pbm``, ``pgm`` and ``ppm`` of netpbm. Headers with line ends of Windows are read as they were
 meant: one white space ends a header, but two bytes do in such a file.
@@ -213,6 +213,8 @@ def _check_count(header: Header, found: int, *, at_most: bool = False) -> None:
         )
 
 
+# -- PBM: one bit a pixel, 1 is black ----------------------------------------------------------------------------------
+
 MAX_BITS = 1 << 28
 """Largest number of pixels, of which each becomes a byte: about as many as the largest upload of a PGM has."""
 
@@ -279,6 +281,8 @@ def _bits(text: bytes) -> NDArray[np.uint8]:
         raise InvalidMap(f"{wrong[0]!r} among the pixels of the PBM: pixels must be 0 or 1")
     return np.frombuffer(b"".join(text.split()), np.uint8) - np.uint8(ord("0"))
 
+
+# -- PGM and, with colours, PPM: both are read, and binary PGM is written ----------------------------------------------
 
 Pixels = NDArray[np.uint8]
 """(height, width) grey values, 0 black to 255 white, or (height, width, 3) of red, green, blue; row 0 is the top."""

@@ -1,6 +1,7 @@
 """Images that Pillow decodes, a widely reviewed library: PNG with verified checksums, BMP, JPEG, uncompressed TIFF.
 
-Compressed TIFF would be decoded by libtiff, which writes what it finds to the process's stderr.
+Of images with 16 bits per sample, the upper 8 bits are used, as SDL_image passes them to map_server. Compressed TIFF is
+refused: it would be decoded by libtiff, which writes what it finds to the process's stderr.
 """
 
 import io
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from PIL.ImageFile import ImageFile
     from PIL.PngImagePlugin import PngImageFile
 
+
+# -- rows of an image --------------------------------------------------------------------------------------------------
 
 MAX_PIXELS = 1 << 26
 """Limit of the number of pixels, since a small file can decompress to any number of them."""
@@ -120,6 +123,8 @@ def _pixels(image: "Image", transparent: object) -> NDArray[np.uint8]:
     return np.asarray(image.convert("RGB" if opaque else "RGBA"))
 
 
+# -- BMP, JPEG and TIFF ------------------------------------------------------------------------------------------------
+
 MAX_SCANS = 64
 """Largest number of scans of a progressive JPEG; each is decoded over the whole image."""
 
@@ -178,6 +183,8 @@ def _reader(name: str) -> "type[ImageFile]":
 
     return {"BMP": BmpImageFile, "JPEG": JpegImageFile, "TIFF": TiffImageFile}[name]
 
+
+# -- PNG ---------------------------------------------------------------------------------------------------------------
 
 MAGIC = b"\x89PNG\r\n\x1a\n"
 

@@ -16,6 +16,8 @@ from ppaas.planners.traits import Optimal, Traits
 from ppaas.planners.units import CARDINAL, DIAGONAL
 from ppaas.planners.watch import proceed
 
+# -- search on a map that is prepared once -----------------------------------------------------------------------------
+
 SLICE_CELLS = 20_000
 """Cells settled between two checks: about 2 ms."""
 
@@ -85,6 +87,9 @@ class AStarSearch(Prepared):
                 cells, count, min(SLICE_WALKED, most - count),
             )  # fmt: skip
         return cells[:count].copy()
+
+
+# -- the planner -------------------------------------------------------------------------------------------------------
 
 
 class AStar(PreparedPlanner):

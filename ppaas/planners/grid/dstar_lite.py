@@ -28,6 +28,8 @@ from ppaas.planners.traits import Optimal, Traits
 from ppaas.planners.watch import proceed
 from ppaas.planners.weights import NEUTRAL, SCALE, blocking_weights, fixed_weights, neighbour_offsets, padded
 
+# -- the cost field, which is repaired ---------------------------------------------------------------------------------
+
 SLICE_CELLS = 1_500
 """Cells expanded or changed between two checks: about 1 ms, or 3 ms if the memory is newly allocated."""
 SLICE_WALKED = 50_000
@@ -141,7 +143,6 @@ class DStarLiteField:
         return cells[:count].copy()
 
     def _kernel_arguments(self) -> State:
-        """Return the leading arguments that all kernels share."""
         return (
             self._field, self._ahead, self._costs, self._stride, self._weights, self._offsets, self._least,
             self._keys, self._cells, self._places, self._state,
@@ -150,6 +151,8 @@ class DStarLiteField:
     def _flat(self, cell: Cell) -> int:
         return (cell[0] + 1) * self._stride + cell[1] + 1
 
+
+# -- the planner -------------------------------------------------------------------------------------------------------
 
 MAX_CHANGED = 1 / 16
 """Fraction of changed cells beyond which growing a new field is faster than updating the old one."""

@@ -21,6 +21,8 @@ from ppaas.planners.prepared import Prepared, PreparedPlanner
 from ppaas.planners.traits import Optimal, Traits
 from ppaas.planners.watch import proceed
 
+# -- preparation of a map ----------------------------------------------------------------------------------------------
+
 PLANES = 5
 """Number of bit planes; see `ppaas.planners.grid.kernels.jump_planes`."""
 
@@ -90,6 +92,8 @@ def _slices(lines: int, length: int) -> list[tuple[int, int]]:
     at_once = max(1, SLICE_MARKED // length)
     return [(first, min(first + at_once, lines)) for first in range(0, lines, at_once)]
 
+
+# -- search on a prepared map ------------------------------------------------------------------------------------------
 
 SLICE_WORK = 20_000
 """Words of the bit planes scanned between two checks: 0.5 ms, or a few if the memory is newly allocated."""
@@ -205,6 +209,9 @@ class JumpSearch(Prepared):
             budget = min(SLICE_UNWOUND, len(self._cells) - count - side)
             node, count = unwind(self._nodes.values, self._map.padded.shape[1], node, self._cells, count, budget)
         return self._cells[:count].copy()
+
+
+# -- the planner -------------------------------------------------------------------------------------------------------
 
 
 class JumpPointSearch(PreparedPlanner):

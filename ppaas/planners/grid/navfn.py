@@ -30,6 +30,8 @@ from ppaas.planners.traits import Traits
 from ppaas.planners.watch import proceed
 from ppaas.planners.weights import exact_weights, passable
 
+# -- potentials that rise from a goal, and the descent along them ------------------------------------------------------
+
 SLICE_CELLS = 50_000
 """Cells expanded between two checks: about 2 ms."""
 SLICE_SETUP = 1 << 19
@@ -171,6 +173,9 @@ class NavigationFunction:
 
     def _flat(self, cell: Cell) -> int:
         return (cell[0] + 1) * self._shape[1] + cell[1] + 1
+
+
+# -- the planner -------------------------------------------------------------------------------------------------------
 
 
 class NavFn(GridPlanner):

@@ -18,6 +18,8 @@ from ppaas.planners.traits import Traits
 from ppaas.planners.watch import proceed
 from ppaas.planners.weights import NEUTRAL, SCALE, blocking_weights, neighbour_offsets, padded
 
+# -- the search, with a cost field as the heuristic --------------------------------------------------------------------
+
 SLICE_CELLS = 1_000
 """Cells popped between two checks, where long lines count as several: about 1 ms, or 3 ms if the memory is newly
 allocated."""
@@ -128,6 +130,9 @@ def crossed(
         points[count:ahead] += corner
         count = ahead
     return cells[:count].copy(), points[:count].copy()
+
+
+# -- the planner -------------------------------------------------------------------------------------------------------
 
 
 class ThetaStar(GridPlanner):

@@ -25,6 +25,8 @@ from ppaas.planners.prepared import Prepared, PreparedPlanner
 from ppaas.planners.traits import Optimal, Traits
 from ppaas.planners.watch import proceed
 
+# -- the index of a map, and queries on it -----------------------------------------------------------------------------
+
 
 class HubIndex(Prepared):
     """An index, together with the scratch memory of its queries.
@@ -94,6 +96,8 @@ class HubIndex(Prepared):
         """Return an index for another thread: the same words with its own scratch memory."""
         return HubIndex(self.words)
 
+
+# -- the planner -------------------------------------------------------------------------------------------------------
 
 Free = NDArray[np.bool_]
 

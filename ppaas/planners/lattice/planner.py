@@ -1,4 +1,4 @@
-"""Planner for robots that cannot turn on the spot."""
+"""Planner for robots that cannot turn on the spot, with smoothing of its paths."""
 
 import math
 from collections.abc import Callable
@@ -31,6 +31,11 @@ from ppaas.planners.lattice.search import HybridAStarSearch, car_of, motions_of,
 from ppaas.planners.path import path_cost, path_length
 from ppaas.planners.traits import Traits
 from ppaas.planners.watch import Watch
+
+# -- shortcuts by curves that cost less --------------------------------------------------------------------------------
+
+# -- the planner -------------------------------------------------------------------------------------------------------
+
 
 Floats = NDArray[np.float64]
 
@@ -72,7 +77,6 @@ def smooth(surface: DrivingSurface, car: Car, legs: Floats, check: Callable[[], 
 
 
 def _shortened(surface: DrivingSurface, car: Car, legs: Floats, number: int, check: Callable[[], None]) -> Floats:
-    """Return the legs after one pass."""
     check()
     total = float(np.abs(legs[:, 4]).sum())
     spacing = max(1.0, total / MAX_POSES / 2.0)

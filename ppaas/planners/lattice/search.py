@@ -32,6 +32,8 @@ from ppaas.planners.lattice.kernels.steering import LEG, Car, curve, drive_curve
 from ppaas.planners.lattice.parameters import REEDS_SHEPP, LatticeParameters
 from ppaas.planners.weights import FACTOR, NEUTRAL, passable
 
+# -- the search --------------------------------------------------------------------------------------------------------
+
 Floats = NDArray[np.float64]
 
 SLICE_NODES = 100
@@ -202,6 +204,8 @@ def _empty_tree(nodes: int) -> PoseTree:
         places=np.zeros(nodes, np.int32),
     )
 
+
+# -- driving surface: the costmap with its own weights, prepared for footprint checks ----------------------------------
 
 SLICE_SETUP = 1 << 20
 """Cells prepared between two checks."""

@@ -27,6 +27,8 @@ from ppaas.planners.volume.field import VoxelField
 from ppaas.planners.watch import Watch
 from ppaas.planners.weights import exact_weights, passable
 
+# -- ends of a plan: from poses to free voxels -------------------------------------------------------------------------
+
 
 @dataclass(frozen=True, slots=True)
 class VoxelEnds:
@@ -116,6 +118,9 @@ def _end(costmap: VoxelCostmap) -> NDArray[np.float64]:
 
 def _format_xyz(pose: Pose3D) -> str:
     return f"x={pose.x:.3f} y={pose.y:.3f} z={pose.z:.3f}"
+
+
+# -- base of the planners ----------------------------------------------------------------------------------------------
 
 
 class VoxelPlanner(VolumePlanner):
@@ -222,6 +227,9 @@ def _path_length(poses: Poses) -> float:
     return float(np.sum(np.linalg.norm(np.diff(poses[:, :3], axis=0), axis=1)))
 
 
+# -- A*, with fewer expanded voxels ------------------------------------------------------------------------------------
+
+
 class AStar3D(VoxelPlanner):
     """Grows the field from the goal towards the start, guided by the least cost of the remaining distance."""
 
@@ -232,6 +240,9 @@ class AStar3D(VoxelPlanner):
         """Return a field that grows towards the start."""
         goal = np.array([ends.goal])
         return VoxelField(costmap, goal, target=ends.start, allow_unknown=self.allow_unknown, check=check)
+
+
+# -- Dijkstra's algorithm ----------------------------------------------------------------------------------------------
 
 
 class Dijkstra3D(VoxelPlanner):

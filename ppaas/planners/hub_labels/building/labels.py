@@ -16,6 +16,8 @@ from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.layout import FAR
 from ppaas.planners.hub_labels.kernels.scan import STRAIGHT, Integers
 
+# -- memory for the labels under construction --------------------------------------------------------------------------
+
 FEW = 256
 """Nodes below which waking threads takes longer than labelling them."""
 
@@ -81,6 +83,8 @@ def too_long(longest: int) -> InvalidPlanner:
         "choose another planner, such as jps or dijkstra"
     )
 
+
+# -- labels of the core: nodes that were not contracted ----------------------------------------------------------------
 
 LEAST_BATCH, MOST_BATCH, NODES_A_SEARCH = 4, 64, 16
 """Limits of the number of nodes searched in one batch, and the number of earlier nodes for each node of a batch. Larger
@@ -164,6 +168,8 @@ class CoreLabels:
             if not done and (self._state == before).all():
                 pool.extend(pool.capacity, check)
 
+
+# -- labels of all corners ---------------------------------------------------------------------------------------------
 
 WINDOW = 1 << 16
 """Minimum number of entries that a slot gets space for at once."""
