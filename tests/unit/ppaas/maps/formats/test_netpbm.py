@@ -146,13 +146,13 @@ def test_single_rows_equal_rows_of_the_whole_image(black, data):
         (b"P4 16384 16385 ", "at most 268435456 pixels"),
     ],
 )
-def test_an_invalid_image_is_refused_with_the_reason(image, reason):
+def test_an_invalid_pbm_is_refused_with_the_reason(image, reason):
     with pytest.raises(InvalidMap, match=reason):
         parse(image)
 
 
 @given(st.binary(max_size=60))
-def test_arbitrary_bytes_are_read_or_raise_invalid_map(rubbish):
+def test_arbitrary_bytes_after_a_pbm_header_are_read_or_raise_invalid_map(rubbish):
     for image in (b"P4 " + rubbish, b"P4 2 2 " + rubbish, b"P1 2 2 " + rubbish):
         try:
             assert parse(image).dtype == np.uint8
