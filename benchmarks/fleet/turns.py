@@ -12,9 +12,8 @@ from benchmarks.harness.figures import Figure
 from ppaas.fleet.first_plan import first_plan
 from ppaas.fleet.improvement import improved
 from ppaas.fleet.kernels import neighbourhood
-from ppaas.fleet.plan import FleetPlan
+from ppaas.fleet.plan import FleetPlan, timing_of, turns_of
 from ppaas.fleet.problem import FleetProblem
-from ppaas.fleet.timing import timing_of, turns_of
 
 PART = "turns"
 UNTIL, QUICK_UNTIL = 2.0, 0.2

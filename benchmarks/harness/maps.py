@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidMap
-from ppaas.maps.formats.pgm import open_pgm
+from ppaas.maps.formats.netpbm import open_pgm
 from ppaas.maps.generate import office, warehouse
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridInfo, GridMap
 from robots.client.map_files import read_map_file, yaml_of

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from benchmarks.mapping.volume import PARAMETERS, Cloud, depth_clouds
 from ppaas.geometry import Pose2D
+from ppaas.mapping.volume.exports import binary_file
 from ppaas.mapping.volume.key_frame_poses import KeyFramePoses
-from ppaas.mapping.volume.octree_export import binary_file
 from ppaas.mapping.volume.registration import CloudRegistration, apply
 from ppaas.mapping.volume.submap_volume import SubmapVolume
 from ppaas.mapping.volume.voxel_volume import VoxelVolume

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ppaas.costmap.costmap import FREE_SPACE, INSCRIBED_INFLATED_OBSTACLE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from ppaas.errors import GoalOccupied, GoalOutsideMap, InvalidMap, InvalidParameter, NotFound
-from ppaas.maps.formats.pgm import open_pgm
+from ppaas.maps.formats.netpbm import open_pgm
 from ppaas.maps.grid import OCCUPIED_THRESHOLD, GridInfo
 from ppaas.planners.ends import Cell
 from ppaas.planners.weights import FACTOR, NEUTRAL, passable

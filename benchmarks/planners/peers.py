@@ -19,7 +19,7 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.distribution import NAME, install_hint
 from ppaas.errors import NotFound
 from ppaas.planners.ends import Cell
-from ppaas.planners.grid import navigation_function
+from ppaas.planners.grid import navfn
 from ppaas.planners.weights import exact_weights, passable
 
 Field = NDArray[np.float64]
@@ -196,7 +196,7 @@ def _navfn_field(navfn: Any, problem: PeerProblem) -> Callable[[], Any]:
     return call
 
 
-NAVFN = Peer("navfn", NAME, navigation_function.__name__,
+NAVFN = Peer("navfn", NAME, navfn.__name__,
              "ROS's planner, compiled by numba like ours; interpolates potentials between cells, on one thread",
              _navfn_field, lambda function, problem: _as_field(function.potentials(), problem))  # fmt: skip
 """ROS's planner as implemented in ``ppaas``, the baseline of the paper; its setup is timed, as ours is."""

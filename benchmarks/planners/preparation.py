@@ -13,7 +13,7 @@ from rich.progress import Progress
 from benchmarks.harness.figures import Figure
 from benchmarks.planners.planning import QUICK, best, grids
 from ppaas.costmap.inflation_layer import inflate
-from ppaas.maps.distance import distance_to_occupied
+from ppaas.maps.free_space import distance_to_occupied
 from ppaas.maps.grid import GridMap
 from ppaas.perception.depth_scan import DepthScanner, DepthScanParameters, PinholeCamera
 

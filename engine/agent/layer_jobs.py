@@ -82,7 +82,7 @@ def build_here(spec: LayerSpec, files: GridFiles, masks: Mapping[str, GridFiles]
 def _overhead(files: GridFiles, info: "GridInfo", heights: Heights | None) -> "GridMap | None":
     if heights is None or not files.octomap:
         return None
-    from ppaas.costmap.height_mask import height_mask  # noqa: PLC0415  # as above
+    from ppaas.costmap.filter_masks import height_mask  # noqa: PLC0415  # as above
     from ppaas.maps.octomap import parse_octomap  # noqa: PLC0415
 
     octomap = Path(files.octomap)

@@ -262,7 +262,7 @@ def _with_closed(layers: MapLayers, closed: list[Zone], spec: ContainerSpec) -> 
     if not closed:
         return layers
     # Imported only here: most containers make no layers.
-    from ppaas.costmap.closed_layers import with_closed  # noqa: PLC0415
+    from ppaas.costmap.build_layers import with_closed  # noqa: PLC0415
 
     needed = layers_of(spec)
     return with_closed(layers, closed, needed.robot_radius, needed.costs)

@@ -14,9 +14,8 @@ from ppaas.costmap.map_layers import MapLayers, with_causes
 from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput, Unavailable
 from ppaas.geometry import Pose2D
-from ppaas.maps.cell_rectangle import Rectangle
+from ppaas.maps.cell_rectangle import Rectangle, changed_rectangles
 from ppaas.maps.grid import GridInfo, GridMap
-from ppaas.maps.map_changes import changed_rectangles
 from ppaas.maps.occupancy import to_message
 from ppaas.messages import encode
 from ppaas.messages.base.std_msgs import Time

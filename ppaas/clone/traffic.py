@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import partial
 
 from ppaas.costmap.map_layers import MapLayers
-from ppaas.fleet.lanes.choice import roadmap_on
+from ppaas.fleet.lane_roadmap import roadmap_on
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.fleet.robot_sizes import RobotSizes, clearance_of
 from ppaas.nodes.graph import Graph

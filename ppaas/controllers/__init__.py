@@ -1,4 +1,4 @@
-"""Local planners: the interface, the registry and shared parts; each algorithm has a package below."""
+"""Local planners: the interface, the registry and shared parts; one module for each algorithm."""
 
 from ppaas.controllers.base import Controller, ControlRequest, Velocity, VelocityLimits
 from ppaas.controllers.registry import controller_names, create

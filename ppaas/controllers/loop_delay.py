@@ -56,6 +56,7 @@ class LoopDelay:
     """
 
     def __init__(self) -> None:
+        # Before its first command the robot stands.
         self._commands: deque[tuple[float, Velocity]] = deque([(-math.inf, Velocity())])
         self._errors = [0.0] * (round(MOST / STEP) + 1)
         self._chosen = 0
@@ -69,6 +70,7 @@ class LoopDelay:
 
     def command(self, now: float, velocity: Velocity) -> None:
         """Take a command that is published at ``now`` [s]."""
+        # Only changes of commands show the delay.
         if velocity != self._commands[-1][1]:
             self._commands.append((now, velocity))
 
@@ -76,6 +78,7 @@ class LoopDelay:
         """Take a velocity by odometry that arrives at ``now``, and was measured at ``stamp`` [s], 0 if unknown."""
         at = self._measured_at = self._without_jitter(now, stamp)
         commands = self._commands
+        # One command older than the longest delay stays: it is in force until the next one.
         while len(commands) > 1 and commands[1][0] <= at - MOST:
             commands.popleft()
         if len(commands) > 1:

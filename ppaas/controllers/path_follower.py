@@ -2,9 +2,8 @@
 
 from ppaas.controllers.arrival import Arrival
 from ppaas.controllers.base import Controller, Velocity
-from ppaas.controllers.drive_parameters import DriveParameters
+from ppaas.controllers.drive_parameters import DriveParameters, body_of
 from ppaas.controllers.followed_path import FollowedPath
-from ppaas.controllers.footprints import body_of
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D, Poses
 

@@ -1,4 +1,4 @@
-"""Construction of a map's layers, once per map version and robot radius."""
+"""Construction of a map's layers: once per map version and robot radius, and while keep-out zones with times close."""
 
 from collections.abc import Sequence
 from contextlib import nullcontext
@@ -13,10 +13,10 @@ from ppaas.costmap.global_parameters import CostParameters
 from ppaas.costmap.inflation_layer import COST_SCALING_FACTOR, INFLATION_RADIUS, ROBOT_RADIUS, inflate
 from ppaas.costmap.map_layers import MapLayers, with_causes
 from ppaas.kernel_threads import limit_threads
-from ppaas.maps.distance import distance_to_occupied
+from ppaas.maps.free_space import distance_to_occupied
 from ppaas.maps.grid import FREE, OCCUPIED, OCCUPIED_THRESHOLD, UNKNOWN, GridInfo, GridMap
 from ppaas.zones.masks import kept_out
-from ppaas.zones.zone import NO_ZONES, ZoneSet
+from ppaas.zones.zone import NO_ZONES, Zone, ZoneSet
 
 
 def build_layers(
@@ -55,7 +55,7 @@ def build_layers(
         Keep-out mask of `height_mask`, for a map in space; treated like ``keepout``.
     zones : ZoneSet
         Zones of the map. Robots keep out of zones of the kind ``keep_out`` that have no times, as of the masks; for
-        zones with times see ``ppaas.costmap.closed_layers``.
+        zones with times see ``ppaas.costmap.build_layers``.
     distance : (h, w) float32 array, optional
         Distances to the nearest occupied cell [m], if they are known; computed by default.
     threads : int, optional
@@ -136,3 +136,39 @@ def without_unknown(layers: MapLayers, robot_radius: float, costs: CostParameter
     if layers.keepout is not None:
         raise_costs(data, layers.keepout.data)
     return replace(layers, grid=grid, costmap=replace(layers.costmap, data=data))
+
+
+# -- layers while keep-out zones with times are in force ---------------------------------------------------------------
+
+
+def with_closed(layers: MapLayers, closed: list[Zone], robot_radius: float, costs: CostParameters) -> MapLayers:
+    """Return layers in which robots keep out of some more zones.
+
+    Parameters
+    ----------
+    layers : MapLayers
+        Layers of the map, without these zones.
+    closed : list of Zone
+        Zones of the kind ``keep_out``.
+    robot_radius : float
+        Radius of the robot [m].
+    costs : CostParameters
+        Parameters of its costs, with which the layers were made.
+    """
+    info = layers.grid.info
+    mask = kept_out(info, closed)
+    if mask is None:
+        return layers
+    keepout = np.where(mask, np.int8(OCCUPIED), np.int8(FREE))
+    if layers.keepout is not None:
+        keepout = np.maximum(keepout, layers.keepout.data)
+    made = build_layers(
+        layers.grid,
+        robot_radius=robot_radius,
+        inflation_radius=costs.inflation_radius,
+        cost_scaling_factor=costs.cost_scaling_factor,
+        lethal_cost_threshold=costs.lethal_cost_threshold,
+        keepout=GridMap(keepout, info),
+        distance=layers.distance,
+    )
+    return with_causes(replace(made, speed=layers.speed, zones=layers.zones, overhead=layers.overhead))

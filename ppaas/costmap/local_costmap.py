@@ -114,7 +114,6 @@ class LocalCostmap:
         self._begin()
 
     def _begin(self) -> None:
-        """Start with a window in which nothing was seen."""
         resolution = self._layers.grid.info.resolution
         self._obstacles = self._sensing(*_cells_of(*self._size, resolution), resolution)
         self._costs = self._obstacles.cells.copy()
@@ -160,6 +159,7 @@ class LocalCostmap:
         self._leaving.use_layers(layers)
         self._use(layers)
         if shift is None:
+            # The cells of the maps do not coincide, so what was seen cannot be kept.
             self._begin()
         else:
             self._obstacles.row += shift[0]
@@ -255,6 +255,7 @@ class LocalCostmap:
         """
         if not pose.is_finite():
             raise InvalidInput(f"the robot's pose must be finite, not {tuple(pose)}")
+        # Zones may open for a robot that is in one, so that it finds its way out.
         if self._leaving.look(pose):
             self._use(self._leaving.layers)
         frame = self._layers.grid.info.origin.inverse()
@@ -281,6 +282,7 @@ class LocalCostmap:
             return costmap
         current = costmap.copied(outer)
         part = current.data[outer]
+        # What the laser has not seen yet must not hide what the map knows.
         known = np.where(local == NO_INFORMATION, 0, local)
         blocked = known >= INSCRIBED_INFLATED_OBSTACLE
         part[:] = np.where((part == NO_INFORMATION) & blocked, known, np.maximum(part, known))
@@ -337,6 +339,7 @@ class LocalCostmap:
             occupied |= self._window(self._layers.keepout.data, np.int8(FREE)) == OCCUPIED
         new = lethal.view(np.bool_) & ~occupied
         self._newly_lethal = bool(new.any())
+        # In a window within the map the distances of the map are right but near the few obstacles that are new.
         if self._layers.keepout is None and to_static[self._overlap()[0]].size == to_static.size:
             reach = reach_in_cells(self._exact_to, resolution)
             if are_few(new, reach):

@@ -84,6 +84,7 @@ class ObstacleMemory:
         marked = self._new(np.argwhere(seen.marked) + corner, others)
         kept = self._cells
         if len(kept):
+            # Cells outside the window are not refuted: the local costmap has forgotten them.
             inside = self._within(kept - corner, seen.cells.shape)
             refuted = np.zeros(len(kept), np.bool_)
             refuted[inside] = seen.seen[tuple((kept[inside] - corner).T)]
@@ -102,6 +103,7 @@ class ObstacleMemory:
         costs = self._inflate(distance_serial(lethal, costmap.info.resolution))
         current = costmap.copied(window)
         part = current.data[window]
+        # As by the local costmap, unknown cells change only if they are blocked.
         unknown = (part == NO_INFORMATION) & (costs < INSCRIBED_INFLATED_OBSTACLE)
         np.copyto(part, np.where(part == NO_INFORMATION, costs, np.maximum(part, costs)), where=~unknown)
         return current

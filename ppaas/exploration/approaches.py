@@ -106,7 +106,6 @@ class Reach:
         return clear
 
     def _to_middle(self, frontier: Frontier, usable: NDArray[np.bool_], costs: NDArray[np.float64]) -> Approach:
-        """Return the approach to the middle of the usable cells of a frontier."""
         cells = frontier.cells[usable]
         best = self._middle(cells)
         return self._to(frontier, cells[best], cells[best], float(costs[usable][best]))
@@ -135,14 +134,12 @@ class Reach:
         return None
 
     def _window(self, cells: Cells, margin: int) -> Cells:
-        """Return the cells of the map within a margin of a rectangle around cells."""
         low = np.maximum(cells.min(axis=0) - margin, 0)
         high = np.minimum(cells.max(axis=0) + margin + 1, self._costmap.info.shape)
         within: Cells = np.argwhere(np.ones(high - low, np.bool_)) + low
         return within
 
     def _sees(self, cell: Cells, target: Cells) -> bool:
-        """Return whether all cells on the line between two are known to be free."""
         steps = 2 * int(np.abs(target - cell).max()) + 1
         line = np.rint(np.linspace(cell, target, steps)).astype(np.int64)
         values = self._grid.data[line[:, 0], line[:, 1]]

@@ -9,9 +9,8 @@ from ppaas.fleet.kernels.board import seeded
 from ppaas.fleet.kernels.neighbourhood import improve_some, memory_of
 from ppaas.fleet.kernels.timed_search import Schedule, mark
 from ppaas.fleet.kernels.turning_search import Prices
-from ppaas.fleet.plan import FleetPlan
+from ppaas.fleet.plan import FleetPlan, turns_of
 from ppaas.fleet.problem import FleetProblem
-from ppaas.fleet.timing import turns_of
 
 GROUP = 4
 """Largest number of robots that are replanned together. Larger groups are worse where robots are dense."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import NoValidPath, PlanTimeout
-from ppaas.fleet.configuration_search import ConfigurationSearch
+from ppaas.fleet.first_plan import ConfigurationSearch
 from ppaas.fleet.kernels.board import NO_GUIDE, NOBODY, UNREACHABLE, step_of
 from ppaas.fleet.kernels.pibt import decide
 from ppaas.fleet.problem import board_of, check_distinct, distances_from

@@ -18,7 +18,7 @@ from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.pose_estimate import PoseEstimate, estimate
 from ppaas.localization.pose_search import PoseCandidates, PoseSearch
 from ppaas.localization.relocalization import Relocalizer
-from ppaas.localization.sensor_model_choice import sensor_model
+from ppaas.localization.sensor_model import sensor_model
 from ppaas.thread_budget import Threads, one_thread
 
 BLUR = np.array((0.05, 0.05, 0.02))
@@ -186,6 +186,7 @@ class ParticleFilter:
         """Weight the particles, which are near ``about`` unless the robot is lost; return how well the scan fits."""
         fit = self.sensor.fit(self.particles, beams, range_max)
         mean_fit = float((self.weights * fit.fits).sum())
+        # As long as the robot may be anywhere, there is no pose from which beams could be judged.
         informative = beams if self.searching else self.sensor.informative(beams, about)
         if not len(informative):
             return mean_fit
@@ -225,9 +226,11 @@ class ParticleFilter:
         share = self._relocalizer.redraw_share(found)
         if not share:
             return False
+        # The robot drove on while the search ran.
         moved = found.search.odom.inverse() @ self._odom
         poses = np.array([Pose2D(*pose) @ moved for pose in found.poses.tolist()])
         count = self._parameters.max_particles
+        # Particles in all free cells are no hypothesis that is worth keeping.
         redrawn = count if self._scattered else round(count * share)
         drawn = poses[self._drawn(found.weights, redrawn)] + BLUR * self._random.standard_normal((redrawn, 3))
         self._set(np.concatenate((self.particles[self._drawn(self.weights, count - redrawn)], drawn)))

@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.geometry import Pose2D, wrap_angle
-from ppaas.localization.distance_filter import ends_at_people
 from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.pose_estimate import PoseEstimate
-from ppaas.localization.scan_alignment import Alignment, align
-from ppaas.localization.scan_match import ScanMatch
+from ppaas.localization.scan_match import Alignment, ScanMatch, align
+from ppaas.localization.sensor_model import ends_at_people
 
 POINTS, FEWEST_POINTS = 120, 10
 """Largest and smallest number of points of a scan that are aligned."""
@@ -168,6 +167,7 @@ class PoseTracker:
         """
         self._tried = odom, now
         expected, spread = self._expected(believed, odom, now)
+        # Beams that end at people do not determine the pose.
         seen = points[~ends_at_people(expected, points, self._layers)]
         fewest = max(FEWEST_POINTS, FEWEST_SEEN * len(points))
         if (self._fix is None and believed.share < ONE_PLACE) or len(seen) < fewest:

@@ -1,10 +1,13 @@
-"""Motion of a laser from the odometry of the robot that carries it."""
+"""Motion of a laser from the odometry of the robot that carries it, and the noise of the odometry."""
+
+import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ppaas.geometry import Pose2D
-from ppaas.planar_poses import compose, relative
+from ppaas.mapping.parameters import SlamParameters
+from ppaas.planar_poses import PoseArray, compose, relative
 
 MOST = np.array((3.0, 3.0, 4.0))
 """Largest velocities that the odometry is believed: x, y [m/s], theta [rad/s]; odometry jumps exceed them."""
@@ -71,3 +74,40 @@ def velocities(times: ArrayLike, odometry: ArrayLike, mount: Pose2D) -> NDArray[
         steps = relative(laser[1:-1], laser[2:]) - relative(laser[1:-1], laser[:-2])
         found[order[1:-1]] = np.clip(steps / seconds[:, np.newaxis], -MOST, MOST)
     return found
+
+
+# -- noise of an odometry step, with gmapping's parameters -------------------------------------------------------------
+
+SLACK, FASTEST = 1.0, 5.0
+"""Odometry was reset if it jumped by more than `SLACK` [m] plus what `FASTEST` [m/s] allows."""
+
+
+def resets(stamps: NDArray[np.float64], odometry: PoseArray) -> NDArray[np.bool_]:
+    """Return whether the odometry was reset before each scan (n,), because no robot moves that far in that time.
+
+    Parameters
+    ----------
+    stamps : (n,) array
+        Times of the scans [s].
+    odometry : (n, 3) array
+    """
+    found = np.zeros(len(stamps), np.bool_)
+    apart = np.hypot(*np.diff(odometry[:, :2], axis=0).T)
+    found[1:] = apart > SLACK + FASTEST * np.maximum(np.diff(stamps), 0.0)
+    return found
+
+
+def odometry_deviations(step: Pose2D, parameters: SlamParameters) -> tuple[float, float, float]:
+    """Return the standard deviations of x, y [m] and theta [rad] of an odometry step, in its own frame.
+
+    Parameters
+    ----------
+    step : Pose2D
+        Motion of the robot.
+    parameters : SlamParameters
+        ``srr``, ``srt``, ``str``, ``stt``, ``odometry_deviation`` and ``odometry_heading_deviation``.
+    """
+    distance, turn = math.hypot(step.x, step.y), abs(step.theta)
+    place = parameters.odometry_deviation + parameters.srr * distance + parameters.srt * turn
+    heading = parameters.odometry_heading_deviation + parameters.str * distance + parameters.stt * turn
+    return place, place, heading

@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.mapping.edge_information import forgetting, weakest_information
-from ppaas.mapping.graph.joint_step import JointSystem, LinearisedPairs
+from ppaas.mapping.graph.normal_equations import JointSystem, LinearisedPairs
 from ppaas.mapping.graph.pose_graph import Edges
 from ppaas.mapping.kernels import alignment as kernels
+from ppaas.mapping.key_frame_graph import forgetting, weakest_information
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.near_poses import nearest_poses
 from ppaas.planar_poses import PoseArray, differences, relative, rotated, symmetric, upper_triangle, wrap_angles
@@ -124,6 +124,7 @@ def refine(
     """
     work = _Refinement(key_frames, odometry, settings, cancelled)
     moved, count = poses.copy(), 0
+    # One key frame has nothing to be aligned with.
     if len(poses) < 2:
         return Refined(moved, 0, 0, 0.0)
     with suppress(_Cancelled):
@@ -152,6 +153,7 @@ class _Refinement:
     def steps(self, poses: PoseArray) -> Iterator[PoseArray]:
         """Yield changes of poses, which the caller adds to them, until these are small."""
         for count, gate in enumerate(self._settings.gates):
+            # Not before each step: finding pairs linearises all of them, which costs as much as a step.
             if count in self._settings.pair_again:
                 self.find_pairs(poses)
             step = self.step(poses, gate)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ppaas.errors import InvalidInput
+from ppaas.geometry import Pose2D
 from ppaas.mapping.kernels import points as kernels
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.parameters import SlamParameters
@@ -98,3 +99,36 @@ def with_open_beams(
     points = scan.points.copy()
     points[free] = reach * np.column_stack((np.cos(angles), np.sin(angles))) + apart[:, np.newaxis] * motion[:2]
     return scan._replace(points=points)
+
+
+# -- scans without the points on known robots --------------------------------------------------------------------------
+
+
+def without_discs(scan: ScanPoints, laser: Pose2D, discs: NDArray[np.float64]) -> ScanPoints:
+    """Return a scan in which beams that end on discs have no reading.
+
+    Parameters
+    ----------
+    scan : ScanPoints
+        Returned unchanged if no beam ends on a disc.
+    laser : Pose2D
+        Pose of the laser in the map frame.
+    discs : (m, 3) array
+        Centres in the map frame and radii [m].
+    """
+    if not len(discs):
+        return scan
+    centres = [laser.inverse() @ Pose2D(x, y, 0.0) for x, y in discs[:, :2].tolist()]
+    seen = np.array([(centre.x, centre.y) for centre in centres])
+    away = np.square(scan.points[:, None, :] - seen).sum(axis=2)
+    cut = scan.valid & (away <= np.square(discs[:, 2])).any(axis=1)
+    if not cut.any():
+        return scan
+    # Lines were fitted to neighbouring points, too: normals beside a cut lean on the points cut.
+    beside = cut.copy()
+    beside[:-1] |= cut[1:]
+    beside[1:] |= cut[:-1]
+    points, normals = scan.points.copy(), scan.normals.copy()
+    points[cut] = 0.0
+    normals[beside] = 0.0
+    return ScanPoints(points, normals, scan.valid & ~cut)

@@ -8,13 +8,11 @@ from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D, wrap_angle
-from ppaas.mapping.alignment import TRACKING, Aligned, Prior, align
-from ppaas.mapping.correlative_search import CorrelationGrid, Window
+from ppaas.mapping.alignment import TRACKING, Aligned, CorrelationGrid, Prior, Window, align
 from ppaas.mapping.key_frames import KeyFrames, NearFrames
 from ppaas.mapping.laser_geometry import LaserGeometry
-from ppaas.mapping.laser_motion import laser_step
+from ppaas.mapping.laser_motion import laser_step, odometry_deviations
 from ppaas.mapping.near_poses import nearest_poses
-from ppaas.mapping.odometry_noise import odometry_deviations
 from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.scan_points import ScanPoints
 from ppaas.mapping.tracking_doubt import CONTRADICTED, TrackingDoubt
@@ -149,6 +147,7 @@ class ScanTracker:
         QuotaExceeded
             There are more key frames than allowed.
         """
+        # In a fixed map the latest scans come on top, for as long as they are aligned with.
         frames.limit(self._parameters.max_key_frames + self._parameters.scan_buffer_size * (not keeps))
         self.key_frames, self._loaded, self._keeps = frames, len(frames), keeps
         self._scans = int(frames.scans[-1]) + 1
@@ -187,6 +186,7 @@ class ScanTracker:
     def place(self, robot: Pose2D) -> None:
         """Search the next scan around a pose of the **robot** in the map frame."""
         if self._keeps:
+            # The robot may be anywhere now: the nearest key frames count, instead of the latest.
             self._loaded = len(self.key_frames)
         self._doubt.clear()
         self._start = self._pose = robot @ self._mount
@@ -217,8 +217,10 @@ class ScanTracker:
         else:
             pose, information, ratio = odometry @ self._mount, np.zeros(6), 1.0
         lost = self._doubt.is_lost
+        # A doubtful scan must not become a key frame, which would confirm the next ones at a wrong place.
         is_key = placed or lost or not self._scans or (not self._doubt.is_raised and self._is_far(pose))
         if lost:
+            # Where the new part of the map lies is unknown.
             information, ratio = np.zeros(6), 1.0
         if is_key:
             self.key_frames.add(scan, self._scans, pose, information)
@@ -257,6 +259,7 @@ class ScanTracker:
         """
         count, stored = len(poses), self.key_frames.poses
         last = Pose2D(*stored[count - 1].tolist())
+        # Taken before the key frames move, since later ones hang from the last that was corrected.
         later = relative(stored[count - 1], stored[count:])
         stored[:count] = poses
         stored[count:] = compose(stored[count - 1], later)
@@ -265,6 +268,7 @@ class ScanTracker:
 
     def _align(self, scan: ScanPoints, odometry: Pose2D) -> Aligned:
         moved = self._odometry.inverse() @ odometry
+        # A robot without odometry reports one pose for ever.
         self._has_odometry |= odometry != self._odometry
         prior = Prior(self._pose @ laser_step(self._odometry, odometry, self._mount), self._deviations(moved))
         start = prior.pose
@@ -275,6 +279,7 @@ class ScanTracker:
             aligned = self._recover(scan, prior, aligned)
         confirmed = self._confirmed(scan, aligned)
         if aligned.ratio >= LOST and confirmed < CONTRADICTED:
+            # After a slip a scan may fit at a wrong place: look around before it counts as a contradiction.
             again = self._searched(scan, prior)
             if (better := self._confirmed(scan, again)) >= CONTRADICTED:
                 aligned, confirmed = again, better
@@ -305,7 +310,6 @@ class ScanTracker:
         return self._doubt.confirmation(scan, aligned, self.key_frames, self._near) if self._keeps else 1.0
 
     def _placed(self, scan: ScanPoints, near: Pose2D) -> Aligned:
-        """Return the pose of a scan around a pose that was given."""
         start, _ = self._grid.search(scan, near, SLIP)
         aligned = align(scan, start, self.key_frames, self._near, TRACKING, prior=Prior(start, SLIP_DEVIATIONS))
         if aligned.ratio < LOST:

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap
-from ppaas.maps.distance import distance_to_occupied
+from ppaas.maps.free_space import distance_to_occupied
 from ppaas.maps.grid import FREE, OCCUPIED, GridMap
 
 Array = NDArray[np.float64]

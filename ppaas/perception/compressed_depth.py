@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput, InvalidMap
-from ppaas.maps.formats.pillow_rows import BROKEN
-from ppaas.maps.formats.png import MAGIC as PNG_MAGIC
-from ppaas.maps.formats.png import check_chunks
+from ppaas.maps.formats.pictures import BROKEN, check_chunks
+from ppaas.maps.formats.pictures import MAGIC as PNG_MAGIC
 from ppaas.perception.depth_scan import MOST_PIXELS
 from ppaas.perception.kernels.depth import Depths
 from ppaas.perception.kernels.rvl import expand_rvl

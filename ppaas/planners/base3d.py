@@ -1,16 +1,17 @@
-"""Interface of planners in space: like the interface of planners in the plane, with heights and layers."""
+"""Planners in space: their interface, which adds heights and layers to the one in the plane, and their registry."""
 
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from ppaas.clock import Clock, monotonic
 from ppaas.costmap.voxels import VoxelCostmap
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.planners.base import PlanRequest, PlanResult, never
+from ppaas.plugins import PluginRegistry
 
 
 class Pose3D(NamedTuple):
@@ -78,3 +79,31 @@ class VolumePlanner(ABC):
         PlanningError
             One of its subclasses, with the code of Nav2's ``ComputePathToPose``.
         """
+
+
+# -- registry ----------------------------------------------------------------------------------------------------------
+
+VOLUME_PLANNERS: PluginRegistry[VolumePlanner] = PluginRegistry(
+    "ppaas.planners3d",
+    "planner in space",
+    VolumePlanner,  # type: ignore[type-abstract]
+    aliases={},
+)
+
+
+def create(name: str, **parameters: Any) -> VolumePlanner:
+    """Create a planner in space by its name.
+
+    Raises
+    ------
+    NotFound
+        No planner of that name is installed.
+    InvalidParameter
+        The planner has no such parameter, or the value is invalid.
+    """
+    return VOLUME_PLANNERS.create(name, parameters)
+
+
+def planner_names() -> tuple[str, ...]:
+    """Return the names of all installed planners in space."""
+    return VOLUME_PLANNERS.names()

@@ -123,6 +123,7 @@ def escape(
         distance, cell = heapq.heappop(queue)
         if open_costs[costmap.data[cell]]:
             return _path_to(parents, cell)
+        # A shorter way was found after this entry was queued.
         if distance > best[cell]:
             continue
         check()
@@ -178,6 +179,7 @@ def _cell_of_start(costmap: Costmap, start: Pose2D) -> Cell:
 def _free_cell_near(costmap: Costmap, request: PlanRequest, open_costs: NDArray[np.bool_]) -> Cell:
     """Return the free cell whose centre is nearest to the goal, within the tolerance."""
     info = costmap.info
+    # A tolerance may be far larger than the map.
     reach = min(request.tolerance, (info.width + info.height) * info.resolution)
     row, column = (int(v) for v in info.to_cells((request.goal.x, request.goal.y)))
     margin = math.ceil(reach / info.resolution) + 1

@@ -39,7 +39,7 @@ def create(name: str, **parameters: Any) -> "Planner | VolumePlanner":
         The planner has no such parameter, or the value is invalid.
     """
     if PLANNERS.own_name(name) not in PLANNERS.names():
-        from ppaas.planners.registry3d import VOLUME_PLANNERS  # noqa: PLC0415 - heavy, and few robots fly
+        from ppaas.planners.base3d import VOLUME_PLANNERS  # noqa: PLC0415 - heavy, and few robots fly
 
         if name in VOLUME_PLANNERS.names():
             return VOLUME_PLANNERS.create(name, parameters)

@@ -86,6 +86,7 @@ def _relaxed(
     """Return the (n, 2) smooth points; data weights are raised around collisions until there are none."""
     w_data, w_smooth = weights
     near = np.full(len(points), w_data)
+    # Both ends are fixed.
     near[[0, -1]] = np.inf
     found, tries = np.empty_like(points), 0
     raster = 2.0 ** math.floor(math.log2(costmap.info.resolution / PER_CELL))

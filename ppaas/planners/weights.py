@@ -1,15 +1,7 @@
-"""Weights of entering a cell: navfn's weights, in float64 and in the fixed point of the kernels.
-
-The weight of a cell is 50 + 0.8·cost (navfn's ``COST_NEUTRAL`` and ``COST_FACTOR``); a diagonal move weighs √2 times as
-much. A cost of 253 or more is blocked. An unknown cell, if it may be entered, weighs 253 (navfn's ``COST_OBS − 1``): a
-little more than the most expensive known cell.
-
-One unit of weight is 85 units of fixed point. As 85·50 and 85·0.8 are integers, cardinal weights are exact; only
-diagonal ones are rounded, to the nearest unit. The relative error of a path's cost is below `RELATIVE_ERROR`, and the
-cheapest path in fixed point exceeds the true optimum by at most twice that.
-"""
+"""Weights of entering a cell, navfn's in float64 and in the fixed point of the kernels; and padded maps of them."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,3 +45,30 @@ def passable(allow_unknown: bool) -> NDArray[np.bool_]:
     open_costs = np.arange(256) < INSCRIBED_INFLATED_OBSTACLE
     open_costs[NO_INFORMATION] = allow_unknown
     return open_costs
+
+
+SLICE_BYTES = 1 << 20
+"""Cells copied between two checks: about 1 ms if the memory is newly allocated."""
+
+
+def padded(data: NDArray[np.uint8], check: Callable[[], None]) -> NDArray[np.uint8]:
+    """Return (height + 2, width + 2) costs with a blocked cell on each side (see `field.kernels.layout`)."""
+    height, width = data.shape
+    costs = np.empty((height + 2, width + 2), np.uint8)
+    costs[[0, -1]] = LETHAL_OBSTACLE
+    costs[:, [0, -1]] = LETHAL_OBSTACLE
+    rows = max(1, SLICE_BYTES // width)
+    for first in range(0, height, rows):
+        check()
+        costs[first + 1 : min(first + rows, height) + 1, 1:-1] = data[first : first + rows]
+    return costs
+
+
+def blocking_weights(allow_unknown: bool) -> NDArray[np.int64]:
+    """Return the (2, 256) weights of cardinal and diagonal moves in fixed point; 0 for blocked costs."""
+    return np.where(passable(allow_unknown), fixed_weights(), 0)
+
+
+def neighbour_offsets(stride: int) -> NDArray[np.int64]:
+    """Return the (8,) index offsets of the neighbours of a cell: left, right, down, up, then the diagonals."""
+    return np.array((-1, 1, -stride, stride, -stride - 1, -stride + 1, stride - 1, stride + 1))

@@ -94,7 +94,6 @@ def _obj(data: bytes) -> Points:
 
 
 def _vertices(data: bytes, word: bytes) -> Points:
-    """Return the points in the lines that begin with a word."""
     rows = [line.split()[1:4] for line in data.splitlines() if line.split()[:1] == [word]]
     if any(len(row) < 3 for row in rows):
         raise ValueError(f"a line {word.decode()!r} has fewer than three numbers")

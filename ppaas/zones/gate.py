@@ -5,8 +5,7 @@ from typing import NamedTuple
 import msgspec
 
 from ppaas.maps.grid import GridInfo
-from ppaas.zones.faults import Faults
-from ppaas.zones.notes import Notes
+from ppaas.zones.faults import Faults, Notes
 from ppaas.zones.reading import read_zones
 from ppaas.zones.shapes import Area
 from ppaas.zones.validity import mended

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ppaas.zones.faults import Faults, place_text
-from ppaas.zones.notes import Notes
+from ppaas.zones.faults import Faults, Notes, place_text
 from ppaas.zones.reading import EMPTY_PARTS
 from ppaas.zones.shapes import (
     Geometry,

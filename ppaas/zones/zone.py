@@ -1,7 +1,8 @@
-"""Zones of a map and their rules, as features of GeoJSON."""
+"""Zones of a map and their rules, as features of GeoJSON, and which of them are in force."""
 
 import math
 from collections import defaultdict
+from collections.abc import Sequence
 from typing import Annotated, get_args
 
 import msgspec
@@ -233,3 +234,29 @@ def _check_lane(name: str, rule: Lane, *, is_line: bool) -> None:
         raise InvalidZones(f"zone {name!r}: a lane is a line; a polygon with a direction is a one_way zone")
     if rule.times:
         raise InvalidZones(f"zone {name!r}: a lane is always in force; draw a keep_out zone with 'times' over it")
+
+
+# -- zones in force ----------------------------------------------------------------------------------------------------
+
+
+class ZonesInForce:
+    """Zones of a map that are in force at a time that goes on.
+
+    Parameters
+    ----------
+    zones : ZoneSet
+    """
+
+    def __init__(self, zones: ZoneSet) -> None:
+        self._zones = zones
+        self._found: Sequence[Zone] | None = None
+        self._until = float("-inf")
+
+    def at(self, now: float) -> Sequence[Zone]:
+        """Return the zones in force at a time [s since the epoch]: the same object as before until others are."""
+        if self._found is None or now >= self._until:
+            found, self._until = self._zones.in_force(now), self._zones.next_change(now)
+            if found != self._found:
+                self._found = found
+        assert self._found is not None
+        return self._found

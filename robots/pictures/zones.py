@@ -12,7 +12,7 @@ from ppaas.decoding import converted
 from ppaas.errors import ZoneFault
 from ppaas.maps.grid import GridMap
 from ppaas.zones.decoding import decoded
-from ppaas.zones.notes import Notes
+from ppaas.zones.faults import Notes
 from ppaas.zones.shapes import Geometry, Ring, lines_of, rings_of
 from robots.pictures.grid_image import GridImage
 from robots.pictures.path import Colour, Point, check_picture

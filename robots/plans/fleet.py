@@ -12,10 +12,9 @@ from ppaas.errors import InvalidInput
 from ppaas.fleet.first_plan import first_plan
 from ppaas.fleet.improvement import Improvement, improved
 from ppaas.fleet.kernels import distances, guides, lacam, neighbourhood, pibt, turns
-from ppaas.fleet.plan import FleetPlan
+from ppaas.fleet.plan import FleetPlan, turns_of
 from ppaas.fleet.problem import FleetProblem
 from ppaas.fleet.roadmap import Roadmap
-from ppaas.fleet.timing import turns_of
 from ppaas.maps.formats.movingai import parse_map, parse_scenario
 from ppaas.maps.grid import FREE
 

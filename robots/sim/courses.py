@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from ppaas.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, Costmap
 from ppaas.errors import InvalidMap
 from ppaas.geometry import Pose2D
-from ppaas.maps.components import reachable
-from ppaas.maps.distance import distance_to_occupied
+from ppaas.maps.free_space import distance_to_occupied, reachable
 from ppaas.maps.grid import FREE, GridInfo, GridMap
 from ppaas.planners.field.cost_field import cost_field
 from ppaas.planners.weights import NEUTRAL

@@ -14,7 +14,7 @@ from engine.service.planning.requests import DEFAULT_MARGIN, DEFAULT_SPEED
 from ppaas.costmap.build_layers import build_layers
 from ppaas.fleet.improvement import MOST_TURN
 from ppaas.fleet.lattice_roadmap import MOST_PLACES, lattice_roadmap
-from ppaas.fleet.metric_problem import MOST_DISTANCES, WITHIN
+from ppaas.fleet.metric_roadmap import MOST_DISTANCES, WITHIN
 from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.robot_sizes import RobotSizes, clearance_of
 from ppaas.nodes.planner_server.fleet_service import MAX_PLACES, MAX_ROBOTS, MAX_SCHEDULE, MAX_SECONDS, MAX_TURN

@@ -32,9 +32,9 @@ from engine.recorder import robot_recorder
 from engine.remote import joining, machines
 from engine.service.endpoints import server
 from engine.service.links import carried_session
-from ppaas.fleet.lanes.placing import MOST_CELLS
+from ppaas.fleet.lane_placing import MOST_CELLS
 from ppaas.mapping.serialization import rebuilding
-from ppaas.maps.formats import map_yaml, netpbm, pbm, pictures, pillow_rows, png, yaml_keys
+from ppaas.maps.formats import map_yaml, netpbm, pictures, yaml_keys
 from ppaas.maps.grid import MAX_CELLS
 from ppaas.nodes.grid_slam import joint_maps
 from ppaas.nodes.recorder.intake import MOST_PAYLOAD
@@ -115,9 +115,9 @@ ROWS = {
         f"fewer than {SETTINGS.max_upload} in a binary PGM",
         f"the form ends at {size(SETTINGS.max_upload)}",
     ],
-    ("image of a map", "pixels of PBM"): [pbm.MAX_BITS],
-    ("image of a map", "pixels of PNG, BMP, JPEG and TIFF"): [pillow_rows.MAX_PIXELS],
-    ("image of a map", "chunks of a PNG"): [png.MAX_CHUNKS, f"{png.MAX_OTHERS} without pixels"],
+    ("image of a map", "pixels of PBM"): [netpbm.MAX_BITS],
+    ("image of a map", "pixels of PNG, BMP, JPEG and TIFF"): [pictures.MAX_PIXELS],
+    ("image of a map", "chunks of a PNG"): [pictures.MAX_CHUNKS, f"{pictures.MAX_OTHERS} without pixels"],
     ("image of a map", "scans of a JPEG"): [pictures.MAX_SCANS],
     ("octree of a map", "memory and time of its check, in a separate process"): [
         f"{map_programs.MEMORY >> 20} MiB",

@@ -13,11 +13,10 @@ from benchmarks.navigation.goals import run
 from benchmarks.navigation.goals.clone import PLANNING
 from ppaas.clone.robot_body import VoxelLayerParameters, robot_heights
 from ppaas.controllers.kernels.mppi import CLOSING
-from ppaas.controllers.mppi.parameters import MppiParameters
-from ppaas.controllers.pure_pursuit.parameters import PurePursuitParameters
+from ppaas.controllers.mppi_parameters import MppiParameters
+from ppaas.controllers.pure_pursuit import PurePursuitParameters
 from ppaas.controllers.registry import CONTROLLERS, controller_names
-from ppaas.costmap.filter_masks import raise_costs
-from ppaas.costmap.height_mask import height_mask
+from ppaas.costmap.filter_masks import height_mask, raise_costs
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.maps.octomap import parse_octomap

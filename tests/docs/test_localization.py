@@ -5,11 +5,10 @@ import re
 from benchmarks.commands import localize
 from benchmarks.localization.crowd import FARTHEST, NEAREST
 from benchmarks.localization.run import BEFORE, JAM, LOST
-from ppaas.localization import distance_filter, relocalization
+from ppaas.localization import relocalization, sensor_model
 from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.pose_search import TRIES, TRIES_PER_AREA
-from ppaas.localization.relocalization import AMISS, FOUND
-from ppaas.localization.scan_history import SCANS, SPACING
+from ppaas.localization.relocalization import AMISS, FOUND, SCANS, SPACING
 from ppaas.nodes.amcl.node import GLOBAL_LOCALIZATION, NOMOTION_UPDATE
 from robots.cli.command_parser import CommandParser
 from tests.support.documents import text_of
@@ -45,8 +44,8 @@ def test_the_numbers_are_those_of_the_code() -> None:
     assert AMISS == 0.1 and "fast one is a tenth below" in text
     assert relocalization.LOST == 0.1 and "one in ten such robots is lost" in text
     assert f"{LOST} m or 20°" in text
-    assert distance_filter.MANY == 0.25 and "more than a quarter of the beams" in text
-    assert f"nearer than {distance_filter.NEAR:g} m" in text and f"go {distance_filter.BEYOND} m farther" in text
+    assert sensor_model.MANY == 0.25 and "more than a quarter of the beams" in text
+    assert f"nearer than {sensor_model.NEAR:g} m" in text and f"go {sensor_model.BEYOND} m farther" in text
     assert f"between {NEAREST} and {FARTHEST} m" in text and f"for {JAM:.0f} s" in text
     assert f"close after {BEFORE:.0f} m" in text
     for service in (GLOBAL_LOCALIZATION, NOMOTION_UPDATE):

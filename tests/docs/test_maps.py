@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from endpoints.services.request_limits import MIB, RequestLimits
-from ppaas.maps.formats.pillow_rows import MAX_PIXELS
+from ppaas.maps.formats.pictures import MAX_PIXELS
 from ppaas.maps.octomap import binary_octomap
 from ppaas.maps.octree import octree_of
 from ppaas.maps.voxels import VoxelGrid, VoxelInfo

@@ -12,7 +12,7 @@ from ppaas.clone.planning_variants import allows_unknown
 from ppaas.clone.robot_body import costmap_parameters
 from ppaas.costmap.global_parameters import GlobalCostmapParameters
 from ppaas.maps.formats.map_yaml import MapYaml, Mode, Rules
-from ppaas.maps.formats.pillow_rows import MAX_PIXELS
+from ppaas.maps.formats.pictures import MAX_PIXELS
 from ppaas.planners import create, planner_names
 from ppaas.planners.registry import PLANNERS
 from ppaas.plans.path_service import PathRequest

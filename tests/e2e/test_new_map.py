@@ -9,7 +9,7 @@ import pytest
 
 from ppaas.errors import Unavailable
 from ppaas.geometry import Pose2D
-from ppaas.maps.distance import distance_to_occupied
+from ppaas.maps.free_space import distance_to_occupied
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN, GridMap
 from ppaas.maps.occupancy import from_message
 from ppaas.maps.raycast import cast_rays

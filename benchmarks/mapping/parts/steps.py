@@ -13,9 +13,8 @@ from benchmarks.mapping.parts.part import SlamOptions
 from benchmarks.mapping.simulated_drive import simulate
 from ppaas.costmap.build_layers import build_layers
 from ppaas.geometry import Pose2D
-from ppaas.mapping.closures.branch_and_bound import Window, search
+from ppaas.mapping.closures.branch_and_bound import Blur, Window, build_pyramid, search
 from ppaas.mapping.closures.kernels.points import gather
-from ppaas.mapping.closures.pyramid import Blur, build_pyramid
 from ppaas.mapping.kernels.correlation import search as exhaustive_search
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.live.live_mapper import LiveMapper

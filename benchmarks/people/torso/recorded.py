@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput
-from ppaas.maps.formats.pillow_rows import BROKEN
+from ppaas.maps.formats.pictures import BROKEN
 from ppaas.perception.depth_scan import PinholeCamera
 
 Floats = NDArray[np.float64]

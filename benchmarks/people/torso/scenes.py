@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
-from ppaas.maps.distance import distance_to_occupied
+from ppaas.maps.free_space import distance_to_occupied
 from ppaas.maps.generate import office, warehouse
 from ppaas.maps.grid import OCCUPIED_THRESHOLD, GridMap
 from ppaas.maps.raycast import cast_rays

@@ -11,8 +11,7 @@ from endpoints.rest.maps.map_programs import be_program
 from endpoints.services.publications import ProgressFile, Stage
 from ppaas.errors import InvalidGraph, InvalidMap, QuotaExceeded
 from ppaas.mapping.map_drawing import DrawingSettings, draw_map
-from ppaas.mapping.pipeline.finishing import finish_mapping
-from ppaas.mapping.pipeline.graph_mapper import CLOSURES
+from ppaas.mapping.pipeline.graph_mapper import CLOSURES, finish_mapping
 from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping
 from ppaas.maps.formats.map_files import save_map

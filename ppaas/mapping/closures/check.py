@@ -9,7 +9,7 @@ from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.mapping.alignment import align
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.submaps import Submap
-from ppaas.mapping.edge_information import forgetting, weakest_information
+from ppaas.mapping.key_frame_graph import forgetting, weakest_information
 from ppaas.mapping.key_frames import KeyFrames, NearFrames
 from ppaas.mapping.visible_points import confirmed_share
 from ppaas.planar_poses import compose, relative, symmetric, upper_triangle

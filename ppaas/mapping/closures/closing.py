@@ -1,26 +1,93 @@
-"""Search for the loop closures of a submap."""
+"""Search for the loop closures of a submap, and what contradicts itself among them."""
 
+import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.geometry import Pose2D
-from ppaas.mapping.closures.branch_and_bound import Excluded, Match, Window, search
-from ppaas.mapping.closures.candidates import Candidate, find_candidates
+from ppaas.geometry import Pose2D, wrap_angle
+from ppaas.mapping.closures.branch_and_bound import (
+    Blur,
+    Excluded,
+    LikelihoodPyramid,
+    Match,
+    Window,
+    build_pyramid,
+    search,
+)
+from ppaas.mapping.closures.candidates import Candidate, find_candidates, path_covariances, search_window
 from ppaas.mapping.closures.check import CheckedScan, ScanCheck
-from ppaas.mapping.closures.closure import Closure, Reason, Refusal, Searched
-from ppaas.mapping.closures.contradictions import Contradictions
+from ppaas.mapping.closures.closure import Closure, Links, Reason, Refusal, Searched
 from ppaas.mapping.closures.kernels.points import gather, thin
-from ppaas.mapping.closures.links import Links
 from ppaas.mapping.closures.parameters import ClosureParameters
-from ppaas.mapping.closures.pyramid import Blur, LikelihoodPyramid, build_pyramid
 from ppaas.mapping.closures.submaps import Submap
-from ppaas.mapping.edge_information import CLOSURE_FLOOR, edge_information
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph
+from ppaas.mapping.key_frame_graph import CLOSURE_FLOOR, edge_information
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.planar_poses import compose
+
+# -- closures that put a submap at different places, as in corridors with equal doors ----------------------------------
+
+Found = Closure | Refusal
+
+SAME_TURN = 0.1
+"""Difference of headings up to which two closures agree in any case [rad]."""
+
+
+class Contradictions:
+    """Comparison of closures of one submap.
+
+    Parameters
+    ----------
+    poses : (n, 3) array
+        Poses of the key frames.
+    edges : Edges
+        Edges of the pose graph.
+    parameters : ClosureParameters
+    """
+
+    def __init__(self, poses: NDArray[np.float64], edges: Edges, parameters: ClosureParameters) -> None:
+        self._poses, self._edges, self._parameters = poses, edges, parameters
+
+    def with_best(self, best: Closure, others: Iterable[Found]) -> Iterator[Found]:
+        """Yield the matches that put the submap at a place which drift between the older submaps does not explain.
+
+        Parameters
+        ----------
+        best : Closure
+            Closure with the largest score.
+        others : iterable of Closure and Refusal
+        """
+        covariances = None
+        for other in others:
+            if other.motion is None:
+                continue
+            apart = self._difference(best, other.motion)
+            if math.hypot(apart.x, apart.y) < self._parameters.ambiguous_distance and abs(apart.theta) < SAME_TURN:
+                continue
+            if covariances is None:
+                model = self._parameters.drift
+                covariances, _ = path_covariances(self._poses, self._edges, best.target.middle, model)
+            if not self._explains(covariances[other.target.middle], apart):
+                yield other
+
+    def _difference(self, best: Closure, motion: Pose2D) -> Pose2D:
+        """Return the difference of the poses of one key frame by two matches, in the axes of the map."""
+        pose = Pose2D(*self._poses[best.source.middle].tolist())
+        one, two = best.motion @ pose, motion @ pose
+        return Pose2D(two.x - one.x, two.y - one.y, wrap_angle(two.theta - one.theta))
+
+    def _explains(self, covariance: NDArray[np.float64], apart: Pose2D) -> bool:
+        (x, y, turn), angle = search_window(covariance, self._parameters)
+        c, s = math.cos(angle), math.sin(angle)
+        along, across = c * apart.x + s * apart.y, c * apart.y - s * apart.x
+        return abs(along) <= x and abs(across) <= y and abs(apart.theta) <= turn
+
+
+# -- the search --------------------------------------------------------------------------------------------------------
 
 REACH = 20.0
 """Points of the latest submap farther than this from its middle are left out, along each axis [m]."""
@@ -134,6 +201,7 @@ class ClosureSearch:
             return searched
         best = max(searched.closures, key=lambda closure: closure.score)
         rivals = list(contradictions.with_best(best, [*searched.closures, *searched.refusals]))
+        # A match elsewhere that is nearly as good means that the place looks like another: trust neither.
         if any(rival.score > self._parameters.ambiguous_share * best.score for rival in rivals):
             refused = [closure.refused(Reason.AMBIGUOUS) for closure in searched.closures]
             return Searched([], searched.refusals + refused)
@@ -151,6 +219,7 @@ class ClosureSearch:
         if links is not None:
             candidates = links.unlinked(of, candidates)
         elif sum(candidate.wide for candidate in candidates) > len(candidates) / 2:
+            # Wide windows are matched for every third target only, so more candidates take as long.
             most *= MORE_WIDE
         pairs = (self._pair(candidate, submaps, of, again=links is not None) for candidate in candidates[:most])
         return [pair for pair in pairs if pair is not None]
@@ -182,6 +251,7 @@ class ClosureSearch:
         if pair.candidate.wide and self._is_ambiguous(pyramid, points, pair, best):
             return Refusal(pair.source, pair.target, Reason.AMBIGUOUS, best.score, motion)
         moved = compose(np.array(motion), poses[pair.source.first : pair.source.end])
+        # A narrow window bounds the position along a corridor, so scans may leave it open.
         slides = not pair.candidate.wide
         passed = ScanCheck(frames, poses, parameters).run(pair.source, pair.target, moved, slides=slides)
         if len(passed) < parameters.loop_match_minimum_chain_size:

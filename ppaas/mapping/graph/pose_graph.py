@@ -1,4 +1,9 @@
-"""Pose graph: poses of key frames, and measured relative poses between them."""
+"""Pose graph: poses of key frames, and measured relative poses between them.
+
+A refinement of the scans leads to other poses than the edges of the odometry. These have to stay as they were measured,
+since joint maps know key frames by them. So each gets a *counterweight*, a second edge of the same two nodes and the
+same information, that is off by as much to the other side: the solved graph is where the refinement left it.
+"""
 
 from collections.abc import Callable
 from enum import IntEnum
@@ -8,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ppaas.errors import InvalidGraph
-from ppaas.planar_poses import PoseArray
+from ppaas.planar_poses import PoseArray, differences, relative
 
 
 class EdgeKind(IntEnum):
@@ -192,7 +197,6 @@ class PoseGraph:
 
 
 def _of_each(edges: Edges, change: Callable[[NDArray[Any]], NDArray[Any]]) -> Edges:
-    """Return edges whose arrays are results of a function of the arrays of others."""
     return Edges(*[change(array) for array in edges])
 
 
@@ -209,3 +213,67 @@ def _read_only(array: NDArray[Any]) -> NDArray[Any]:
     view = array.view()
     view.flags.writeable = False
     return view
+
+
+# -- components --------------------------------------------------------------------------------------------------------
+
+
+def components(graph: PoseGraph) -> NDArray[np.int64]:
+    """Return the component (n,) of each node, numbered from 0 in the order of their first nodes.
+
+    Most edges join successive nodes: they make chains, and only the edges between chains are visited one by one.
+    """
+    edges = graph.edges
+    low, high = np.minimum(edges.first, edges.second), np.maximum(edges.first, edges.second)
+    starts = np.ones(graph.node_count, bool)
+    starts[high[high - low == 1]] = False
+    chains = np.cumsum(starts) - 1
+    roots = list(range(int(starts.sum())))
+    for ends in np.unique(np.column_stack((chains[low], chains[high])), axis=0).tolist():
+        first, second = sorted(_root(roots, chain) for chain in ends)
+        roots[second] = first
+    of_chains = np.array([_root(roots, chain) for chain in range(len(roots))], np.int64)
+    numbers: NDArray[np.int64] = np.unique(of_chains, return_inverse=True)[1].astype(np.int64)[chains]
+    return numbers
+
+
+def _root(roots: list[int], chain: int) -> int:
+    while roots[chain] != chain:
+        roots[chain] = chain = roots[roots[chain]]
+    return chain
+
+
+# -- counterweights ----------------------------------------------------------------------------------------------------
+
+
+def measured_odometry(edges: Edges) -> Edges:
+    """Return copies of the edges of the odometry without counterweights."""
+    own, _, _ = _odometry(edges)
+    return edges.take(np.sort(own))
+
+
+def balance(graph: PoseGraph, poses: PoseArray) -> None:
+    """Add counterweights to a graph, or renew them, so that its odometry pulls no node away from poses (n, 3)."""
+    edges = graph.edges
+    own, counterweights, of = _odometry(edges)
+    refined = relative(poses[edges.first[own]], poses[edges.second[own]])
+    opposite = differences(refined, -differences(refined, edges.measurements[own]))
+    lacking = np.ones(len(own), np.bool_)
+    lacking[of] = False
+    added = edges.take(own[lacking])._replace(measurements=opposite[lacking])
+    graph.renew_measurements(counterweights, opposite[of])
+    graph.add_edges(added)
+
+
+def _odometry(edges: Edges) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Return the indices of measured edges (m,), of counterweights (c,), and of the edges that these belong to (c,).
+
+    Of several edges between two nodes, the first one was measured.
+    """
+    odometry = np.flatnonzero(edges.kinds == EdgeKind.ODOMETRY)
+    most = int(edges.second.max(initial=0)) + 1
+    keys = edges.first[odometry] * most + edges.second[odometry]
+    found, at = np.unique(keys, return_index=True)
+    later = np.ones(len(odometry), np.bool_)
+    later[at] = False
+    return odometry[at], odometry[later], np.searchsorted(found, keys[later])

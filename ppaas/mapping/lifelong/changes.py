@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput
 from ppaas.mapping.key_frames import KeyFrames
-from ppaas.mapping.lifelong.cell_passes import CellPasses
 from ppaas.mapping.lifelong.changed_places import NOTHING, Centres, ChangedPlace, KnownChanges, is_among
-from ppaas.mapping.lifelong.passes import mileage
+from ppaas.mapping.lifelong.passes import CellPasses, mileage
 from ppaas.maps.grid import FREE, OCCUPIED, OCCUPIED_THRESHOLD, UNKNOWN, GridInfo, GridMap
 
 PASSES = 2
@@ -147,7 +146,6 @@ def _around(one: GridInfo, other: GridInfo) -> GridInfo:
 
 
 def _extended(grid: GridMap, info: GridInfo) -> NDArray[np.int8]:
-    """Return the cells of a grid in a larger one."""
     cells = np.full(info.shape, UNKNOWN, np.int8)
     shift = grid.info.shift_to(info)
     assert shift is not None

@@ -14,13 +14,12 @@ from ppaas.mapping.graph.pose_graph import PoseGraph, join_edges
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.lifelong.marginalisation import without_nodes
 from ppaas.mapping.lifelong.neighbourhood import NEAR, Neighbourhoods
-from ppaas.mapping.lifelong.outdated import outdated_beams, without_beams
 from ppaas.mapping.lifelong.parameters import LifelongParameters
-from ppaas.mapping.lifelong.redundancy import Redundancy
+from ppaas.mapping.lifelong.redundancy import Redundancy, outdated_beams, without_beams
 from ppaas.mapping.near_poses import nearest_poses
 from ppaas.mapping.scan_points import ScanPoints
 from ppaas.mapping.serialization.mapping_log import Rewritten
-from ppaas.mapping.serialization.row_selection import divided_edges, packed_rows
+from ppaas.mapping.serialization.rows import divided_edges, packed_rows
 
 MOST_BYTES = 12 << 20
 """Largest map that is thinned [bytes]: it is one entry of a log, and Cassandra takes at most 16 MiB at once."""
@@ -98,6 +97,7 @@ class Thinned:
         count, edges = len(self.kept), graph.edges.since(self.edge_count)
         kept = np.concatenate((self.kept, np.ones(graph.node_count - count, np.bool_)))
         if not (kept[edges.first].all() and kept[edges.second].all()):
+            # A closure found meanwhile needs a node that is gone: the caller thins again later.
             return None
         number = np.cumsum(kept) - 1
         later = edges._replace(first=number[edges.first], second=number[edges.second])
@@ -196,6 +196,7 @@ def kept_frames(frames: KeyFrames, scans: ScanPoints, kept: NDArray[np.bool_]) -
     kept : (k,) bool array
         The key frames that are returned.
     """
+    # New arrays: the mapper goes on with the old ones while this runs in another thread.
     left = KeyFrames(frames.geometry)
     chosen = ScanPoints(scans.points[kept], scans.normals[kept], scans.valid[kept])
     left.extend(frames.poses[kept], frames.information[kept], frames.scans[kept], chosen)

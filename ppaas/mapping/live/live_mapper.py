@@ -15,11 +15,9 @@ from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.lifelong.parameters import LifelongParameters
 from ppaas.mapping.lifelong.thinning import Chosen, Thinned, is_due, renumbered_closures
-from ppaas.mapping.live.closing_work import Closed, ClosingWork
-from ppaas.mapping.live.joining_work import JoinedMap, JoiningWork
+from ppaas.mapping.live.background_work import Closed, ClosingWork, JoinedMap, JoiningWork, ThinnedMap, ThinningWork
 from ppaas.mapping.live.map_canvas import MapCanvas
 from ppaas.mapping.live.refining_work import RefiningWork
-from ppaas.mapping.live.thinning_work import ThinnedMap, ThinningWork
 from ppaas.mapping.map_drawing import DEFAULTS, DrawingSettings
 from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.parts.joining import JoiningSchedule
@@ -109,6 +107,7 @@ class LiveMapper:
         QuotaExceeded
             The scan is a key frame, and there are as many as allowed.
         """
+        # Asked before the scan is added: then the nearest key frame is the scan itself.
         nearest = self._tracker.nearest if self._tracker.is_placing else None
         tracked = self._tracker.add(scan, odometry)
         if not self._keeps or not tracked.is_key:
@@ -116,6 +115,7 @@ class LiveMapper:
         if tracked.is_lost:
             self._begin_part()
         elif nearest is not None:
+            # The robot was moved by hand, so the odometry since the last key frame is no edge.
             append_placed(self.graph, self.key_frames, nearest)
             self._submaps.finish()
             self._submaps.add(np.zeros(3))
@@ -158,6 +158,7 @@ class LiveMapper:
     @property
     def searched(self) -> int:
         """Number of submaps whose closures were searched for."""
+        # A mapper that resumes this map has to run again the search whose result is not applied yet.
         return self._searched - isinstance(self._running, ClosingWork)
 
     @property
@@ -305,6 +306,7 @@ class LiveMapper:
         self._tracker.correct(poses)
         self.graph.move_nodes(self.key_frames.poses)
         self.solves += 1
+        # Another part may have begun while the work ran, and the map shows that one.
         if canvas is not None and part == self.parts.current:
             self._canvas, self._drawn = canvas, len(poses)
         return Pose2D(*self.key_frames.poses[-1].tolist()) @ before.inverse()
@@ -315,6 +317,7 @@ class LiveMapper:
             return None
         if not self.parts.is_whole:
             return None
+        # Key frames whose closures are not searched for yet, or still wait, may get edges.
         protected = np.zeros(count, np.bool_)
         protected[self._searched_to if self._closes else count :] = True
         for closure in self._waiting:
@@ -334,6 +337,7 @@ class LiveMapper:
         """Take over what thinning left, with the key frames that came meanwhile."""
         graph = thinned.with_later_nodes(self.graph)
         if graph is None:
+            # A closure that was found meanwhile begins at a key frame that left: thin everything again.
             self._thinned_to = 0
             return
         kept = thinned.kept

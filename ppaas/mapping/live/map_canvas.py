@@ -87,7 +87,6 @@ class MapCanvas:
         return Rectangle(row - MARGIN, column - MARGIN, last_row + MARGIN + 1, last_column + MARGIN + 1)
 
     def _grow(self, needed: Rectangle) -> None:
-        """Extend the arrays to the blocks around some cells."""
         low = (value // BLOCK * BLOCK for value in needed[:2])
         high = (-(-value // BLOCK) * BLOCK for value in needed[2:])
         extent = Rectangle(*low, *high)

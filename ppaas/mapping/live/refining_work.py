@@ -8,11 +8,9 @@ from numpy.typing import NDArray
 
 from ppaas.mapping.closures.agreement import GRADUATED, WAITING, add_closure, divide
 from ppaas.mapping.closures.closing import ClosureSearch
-from ppaas.mapping.closures.closure import Closure
-from ppaas.mapping.closures.links import Links
+from ppaas.mapping.closures.closure import Closure, Links
 from ppaas.mapping.closures.submaps import Submap
-from ppaas.mapping.graph.counterweights import balance, measured_odometry
-from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph
+from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph, balance, measured_odometry
 from ppaas.mapping.graph.solver import GraphSolver
 from ppaas.mapping.live.map_canvas import MapCanvas, drawn
 from ppaas.mapping.map_drawing import DrawingSettings

@@ -6,8 +6,7 @@ from typing import NamedTuple
 from ppaas.errors import InvalidInput, MapsNotMerged
 from ppaas.mapping.closures.agreement import CLOSING, GRADUATED, add_closure, divide
 from ppaas.mapping.closures.closing import ClosureSearch
-from ppaas.mapping.closures.closure import Closure
-from ppaas.mapping.closures.links import Links
+from ppaas.mapping.closures.closure import Closure, Links
 from ppaas.mapping.graph.solver import GraphSolver
 from ppaas.mapping.merging.common_laser import are_same
 from ppaas.mapping.merging.merge import DEFAULTS, merge

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from ppaas.errors import Unavailable
 from ppaas.mapping.closures.submaps import Submap
-from ppaas.mapping.graph.components import components
-from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
+from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph, components
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.serialization.mapping import Mapping
 from ppaas.planar_poses import relative

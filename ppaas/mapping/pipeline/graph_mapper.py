@@ -13,11 +13,10 @@ from ppaas.clock import monotonic
 from ppaas.geometry import Pose2D
 from ppaas.mapping.closures.agreement import CLOSING, GRADUATED, WAITING, add_closure, divide
 from ppaas.mapping.closures.closing import ClosureSearch
-from ppaas.mapping.closures.closure import Closure, Searched
-from ppaas.mapping.closures.links import Links
+from ppaas.mapping.closures.closure import Closure, Links, Searched
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.submaps import Submaps
-from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
+from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph, measured_odometry
 from ppaas.mapping.graph.robust_weights import TRUSTED
 from ppaas.mapping.graph.solver import GraphSolver, Solution, SolverOptions
 from ppaas.mapping.key_frame_graph import append_key_frame, append_lost
@@ -26,6 +25,7 @@ from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.parts.joining import join, placed_beside
 from ppaas.mapping.parts.map_parts import WHOLE
+from ppaas.mapping.refinement import refine
 from ppaas.mapping.scan_points import ScanPoints
 from ppaas.mapping.scan_tracker import ScanTracker, Tracked
 from ppaas.mapping.serialization.mapping import Mapping
@@ -129,9 +129,11 @@ class GraphMapper:
         closures : ClosureParameters
         """
         frames, graph = mapping.frames, mapping.graph
+        # A map that was made with a higher limit can be finished too.
         most = max(FRONT_END.max_key_frames, len(frames))
         mapper = cls(frames.geometry, replace(FRONT_END, max_key_frames=most), closures)
         pose = Pose2D(*frames.poses[-1].tolist())
+        # The odometry of the robot is not stored; no scan follows that would need it.
         mapper._tracker.resume(frames, pose, pose @ frames.geometry.mount.inverse())
         mapper.graph, mapper._waiting = graph, list(mapping.waiting)
         mapper._submaps, _ = divided_submaps(graph, closures.submap_travel)
@@ -187,6 +189,7 @@ class GraphMapper:
         """
         if self._submaps.finish() is not None:
             self._close_loops()
+        # Parts first: closures are only searched for within a part.
         self._join_parts()
         for number in range(PASSES):
             if not self._close_again(done, number):
@@ -271,3 +274,42 @@ class GraphMapper:
         result = work()
         self.seconds[part] += monotonic() - begin
         return result
+
+
+# -- finish of a mapping that a robot made while it drove --------------------------------------------------------------
+
+
+def finish_mapping(
+    mapping: Mapping,
+    closures: ClosureParameters | None = CLOSURES,
+    done: Callable[[str, float], None] | None = None,
+) -> Mapping:
+    """Finish a mapping as `map_log` does at the end of a log: search for missing loops, solve, and refine.
+
+    Parameters
+    ----------
+    mapping : Mapping
+        Taken over.
+    closures : ClosureParameters or None
+        Of the search for loop closures; None to close no loops.
+    done : callable, optional
+        Called with the name of the part that is done, ``loops`` or ``alignment``, and how much of it is, from 0 to 1.
+
+    Raises
+    ------
+    InvalidGraph
+        The normal equations are not positive definite.
+    """
+    frames, graph, report = mapping.frames, mapping.graph, done or _ignore
+    if closures is None:
+        mapping.move(GraphSolver().solve(graph, GRADUATED).poses)
+    else:
+        report("loops", 0.0)
+        GraphMapper.of(mapping, closures).finish(lambda searched, of: report("loops", searched / of))
+    report("alignment", 0.0)
+    mapping.move(refine(frames, graph.poses, measured_odometry(graph.edges)).poses)
+    return Mapping(frames, graph, mapping.laser_frame)
+
+
+def _ignore(_part: str, _done: float) -> None:
+    """Report nothing."""

@@ -8,7 +8,7 @@ from ppaas.errors import InvalidGraph
 from ppaas.mapping.serialization.mapping import Mapping, pack_laser
 from ppaas.mapping.serialization.rebuilding import MOST_BYTES, Rebuilding
 from ppaas.mapping.serialization.records import RecordKind, pack_record, unpack_records
-from ppaas.mapping.serialization.row_selection import packed_rows
+from ppaas.mapping.serialization.rows import packed_rows
 
 MAGIC = b"PPaaS posegraph "
 """First bytes of a file, before the number of its format."""

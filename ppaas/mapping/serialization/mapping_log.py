@@ -16,8 +16,15 @@ from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.serialization.mapping import Mapping, pack_laser
 from ppaas.mapping.serialization.rebuilding import MOST_BYTES, Rebuilding
 from ppaas.mapping.serialization.records import RecordKind, pack_record, unpack_records
-from ppaas.mapping.serialization.row_selection import divided_edges, frame_rows
-from ppaas.mapping.serialization.rows import pack_edges, pack_frames, pack_poses, pack_waiting, row_range
+from ppaas.mapping.serialization.rows import (
+    divided_edges,
+    frame_rows,
+    pack_edges,
+    pack_frames,
+    pack_poses,
+    pack_waiting,
+    row_range,
+)
 
 FOLD = 256
 """Number of small entries that one entry replaces."""

@@ -7,8 +7,7 @@ import numpy as np
 
 from ppaas.errors import InvalidGraph, QuotaExceeded
 from ppaas.mapping.closures.closure import Closure
-from ppaas.mapping.graph.components import components
-from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph
+from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph, components
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.scan_points import ScanPoints
 from ppaas.mapping.serialization.mapping import LaserRecord, Mapping, unpack_laser

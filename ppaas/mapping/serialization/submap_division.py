@@ -4,7 +4,7 @@ import numpy as np
 
 from ppaas.mapping.closures.submaps import Submaps
 from ppaas.mapping.graph.pose_graph import Edges, PoseGraph
-from ppaas.mapping.serialization.row_selection import divided_edges
+from ppaas.mapping.serialization.rows import divided_edges
 
 
 def divided_submaps(graph: PoseGraph, travel: float) -> tuple[Submaps, Edges]:

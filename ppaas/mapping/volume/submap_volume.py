@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ppaas.geometry import Pose2D
-from ppaas.mapping.volume.blocks import VoxelBlocks
-from ppaas.mapping.volume.clearing import clear_box
+from ppaas.mapping.volume.blocks import VoxelBlocks, clear_box
 from ppaas.mapping.volume.key_frame_poses import Anchor, KeyFramePoses
 from ppaas.mapping.volume.parameters import VolumeParameters
 from ppaas.mapping.volume.submap import LEAST_MOTION, Submap, add_log_odds
@@ -208,7 +207,6 @@ class SubmapVolume:
             self.submaps, self.fixed = [], True
 
     def _join_smallest(self) -> None:
-        """Join the two successive submaps that have the fewest blocks."""
         own, sizes = self.volume.parameters, [len(submap.blocks) for submap in self.submaps]
         first = min(range(len(sizes) - 1), key=lambda index: sizes[index] + sizes[index + 1])
         if first == len(sizes) - 2:
@@ -219,7 +217,6 @@ class SubmapVolume:
         self.joined += 1
 
     def _assemble(self) -> None:
-        """Put the volume together from the submaps."""
         own = self.volume.parameters
         blocks, model = VoxelBlocks(own.max_blocks), own.model()
         for submap in self.submaps:

@@ -9,13 +9,9 @@ from numpy.typing import NDArray
 
 from ppaas.errors import InvalidMap
 from ppaas.maps.buffer import Buffer
-from ppaas.maps.formats.netpbm import netpbm_size
-from ppaas.maps.formats.pbm import PbmRows, open_pbm
-from ppaas.maps.formats.pgm import PgmRows, open_pgm
-from ppaas.maps.formats.pictures import open_picture, picture_size
-from ppaas.maps.formats.pillow_rows import PillowRows
-from ppaas.maps.formats.png import MAGIC as PNG
-from ppaas.maps.formats.png import open_png, png_size
+from ppaas.maps.formats.netpbm import PbmRows, PgmRows, netpbm_size, open_pbm, open_pgm
+from ppaas.maps.formats.pictures import MAGIC as PNG
+from ppaas.maps.formats.pictures import PillowRows, open_picture, open_png, picture_size, png_size
 
 _Rows = PgmRows | PbmRows | PillowRows
 

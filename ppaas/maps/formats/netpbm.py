@@ -1,4 +1,4 @@
-"""Parts that the image formats of netpbm share: header, binary pixels, and pixels in text.
+"""Images of netpbm: PBM, PGM and PPM, whose header and pixels, binary or in text, are read alike.
 
 Source: the format pages ``pbm``, ``pgm`` and ``ppm`` of netpbm. Headers with line ends of Windows are read as they were
 meant: one white space ends a header, but two bytes do in such a file.
@@ -7,6 +7,7 @@ meant: one white space ends a header, but two bytes do in such a file.
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -210,3 +211,179 @@ def _check_count(header: Header, found: int, *, at_most: bool = False) -> None:
         raise InvalidMap(
             f"{extra} numbers follow the {header.size} pixels of the {header.name}: the file must have one image"
         )
+
+
+# -- PBM: one bit a pixel, 1 is black ----------------------------------------------------------------------------------
+
+MAX_BITS = 1 << 28
+"""Largest number of pixels, of which each becomes a byte: about as many as the largest upload of a PGM has."""
+
+_NO_BIT = re.compile(rb"[^01\s]")
+
+
+@dataclass(frozen=True, slots=True)
+class PbmRows:
+    """PBM image whose rows are read on demand.
+
+    Parameters
+    ----------
+    packed : (height, n) uint8 array
+        Bits of each row, the highest of a byte first; for a binary file a view of the file itself. Row 0 is the top.
+    width : int
+        Number of pixels of a row, which the last byte may exceed.
+    """
+
+    packed: NDArray[np.uint8]
+    width: int
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(height, width)."""
+        return len(self.packed), self.width
+
+    def rows(self, first: int, last: int) -> NDArray[np.uint8]:
+        """Return rows, ``last`` excluded: 0 is black, 255 white."""
+        bits = np.unpackbits(self.packed[first:last], axis=1, count=self.width)
+        return np.where(bits, np.uint8(0), np.uint8(255))
+
+    def check(self) -> None:
+        """Do nothing, since any bits are valid."""
+
+
+def open_pbm(image: Buffer) -> PbmRows:
+    """Open an image of bits; text files are read completely, of binary files only the header.
+
+    Parameters
+    ----------
+    image : bytes or mmap
+        The whole file.
+
+    Raises
+    ------
+    InvalidMap
+        The file is not a PBM, has no or too many pixels, is truncated, or has data after its pixels.
+    """
+    header = read_header(image)
+    if header.width * header.height > MAX_BITS:
+        raise InvalidMap(f"the PBM has {header.size} pixels; a map's PBM must have at most {MAX_BITS} pixels")
+    row = -(-header.width // 8)
+    if header.is_text:
+        bits = text_samples(image, header, np.uint8, 0, _bits)
+        return PbmRows(np.packbits(bits.reshape(header.height, header.width), axis=1), header.width)
+    data = binary_pixels(image, header, row * header.height, row)
+    return PbmRows(np.frombuffer(data, np.uint8).reshape(header.height, row), header.width)
+
+
+def _bits(text: bytes) -> NDArray[np.uint8]:
+    """Return the bits in a text: digits 0 and 1, which white space may separate."""
+    wrong = _NO_BIT.search(text)
+    if wrong is not None:
+        raise InvalidMap(f"{wrong[0]!r} among the pixels of the PBM: pixels must be 0 or 1")
+    return np.frombuffer(b"".join(text.split()), np.uint8) - np.uint8(ord("0"))
+
+
+# -- PGM and, with colours, PPM: both are read, and binary PGM is written ----------------------------------------------
+
+Pixels = NDArray[np.uint8]
+"""(height, width) grey values, 0 black to 255 white, or (height, width, 3) of red, green, blue; row 0 is the top."""
+
+_NO_NUMBER = re.compile(rb"[^\d\s]|\d{6}")
+
+
+@dataclass(frozen=True, slots=True)
+class PgmRows:
+    """PGM or PPM image whose rows are read on demand.
+
+    Parameters
+    ----------
+    stored : (height, width) or (height, width, 3) array
+        Pixels of the file, not scaled; for a binary file a view of the file itself. Row 0 is the top.
+    header : Header
+        Header of the file.
+    """
+
+    stored: NDArray[np.unsignedinteger]
+    header: Header
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(height, width)."""
+        return self.header.height, self.header.width
+
+    def rows(self, first: int, last: int) -> Pixels:
+        """Return rows, ``last`` excluded, scaled to 0–255; ``InvalidMap`` if a pixel is above the maximum."""
+        pixels, maximum = self.stored[first:last], self.header.maximum
+        _check_most(pixels, self.header)
+        if maximum == 255:
+            return pixels.astype(np.uint8, copy=False)
+        return (pixels.astype(np.uint32) * 255 // maximum).astype(np.uint8)
+
+    def check(self) -> None:
+        """Raise ``InvalidMap`` if any pixel is above the maximum."""
+        height, width = self.shape
+        if self.header.maximum == np.iinfo(self.stored.dtype).max:
+            return
+        step = max(1, BLOCK // width)
+        for first in range(0, height, step):
+            _check_most(self.stored[first : first + step], self.header)
+
+
+def open_pgm(image: Buffer) -> PgmRows:
+    """Open an image of up to 16 bits per sample; text files are read completely, of binary files only the header.
+
+    Parameters
+    ----------
+    image : bytes or mmap
+        The whole file.
+
+    Raises
+    ------
+    InvalidMap
+        The file is not a PGM or PPM, has no or too many pixels, is truncated, or has data after its pixels.
+    """
+    header = read_header(image)
+    if header.is_text:
+        stored: NDArray[np.unsignedinteger] = text_samples(image, header, np.uint16, 1, partial(_numbers, header))
+    else:
+        stored = _binary(image, header)
+    colours = () if header.channels == 1 else (header.channels,)
+    return PgmRows(stored.reshape(header.height, header.width, *colours), header)
+
+
+def _binary(image: Buffer, header: Header) -> NDArray[np.unsignedinteger]:
+    """Return the samples after the header: one byte each, or two in big-endian order."""
+    kind = np.dtype(np.uint8 if header.maximum < 256 else ">u2")
+    pixel = header.channels * kind.itemsize
+    return np.frombuffer(binary_pixels(image, header, header.width * header.height * pixel, pixel), kind)
+
+
+def _numbers(header: Header, text: bytes) -> NDArray[np.uint32]:
+    """Return the decimal numbers in a text, which white space separates."""
+    wrong = _NO_NUMBER.search(text)
+    if wrong is not None:
+        raise InvalidMap(
+            f"{wrong[0]!r} among the pixels of the {header.name}: pixels must be numbers of at most five digits"
+        )
+    found = np.fromstring(text, np.uint32, sep=" ") if text.strip() else np.empty(0, np.uint32)
+    _check_most(found, header)
+    return found
+
+
+def _check_most(pixels: NDArray[np.unsignedinteger], header: Header) -> None:
+    most = int(pixels.max(initial=0))
+    if most > header.maximum:
+        raise InvalidMap(f"the {header.name} has a pixel of {most}, above its maximum grey of {header.maximum}")
+
+
+def write_pgm(pixels: Pixels) -> bytes:
+    """Return the binary PGM file of (height, width) uint8 pixels; row 0 is the top.
+
+    Raises
+    ------
+    InvalidMap
+        The array is not two-dimensional, not of type uint8, or empty.
+    """
+    if pixels.ndim != 2 or pixels.dtype != np.uint8 or not pixels.size:
+        raise InvalidMap(f"expected rows of uint8 pixels for a PGM, not {pixels.dtype} of shape {pixels.shape}")
+    height, width = pixels.shape
+    return b"P5\n%d %d\n255\n" % (width, height) + pixels.tobytes()

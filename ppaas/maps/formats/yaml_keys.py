@@ -134,7 +134,6 @@ def _first_document(text: str) -> _Document | None:
 
 
 def _fault(error: yaml.YAMLError, text: str) -> str:
-    """Return an error of the parser in one line."""
     mark = getattr(error, "problem_mark", None)
     if mark is None:
         return " ".join(str(error).split())
@@ -169,7 +168,6 @@ class _Reader:
         return found
 
     def _value(self, event: yaml.Event, depth: int) -> Value:
-        """Return the value that begins with an event."""
         anchor = event.anchor if isinstance(event, yaml.NodeEvent) else None
         if isinstance(event, yaml.AliasEvent):
             return self._anchors.get(anchor)
@@ -191,6 +189,5 @@ class _Reader:
 
 
 def _span(event: yaml.Event) -> tuple[int, int]:
-    """Return the offsets at which an event begins and ends in the text."""
     start, end = (0 if mark is None else mark.index for mark in (event.start_mark, event.end_mark))
     return start, end

@@ -15,7 +15,7 @@ from ppaas.localization.parameters import AmclParameters
 from ppaas.localization.particle_filter import ParticleFilter
 from ppaas.localization.pose_search import PoseCandidates
 from ppaas.localization.pose_tracker import POINTS, PoseTracker
-from ppaas.localization.scan_plausibility import check_plausible
+from ppaas.localization.scan_match import check_plausible
 from ppaas.messages.base.message import Empty, Message
 from ppaas.messages.base.std_msgs import String, Time
 from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped

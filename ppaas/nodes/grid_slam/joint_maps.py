@@ -9,8 +9,7 @@ from typing import NamedTuple
 from ppaas.change_log import LogChange
 from ppaas.errors import InvalidInput, PPaaSError, QuotaExceeded, Unavailable
 from ppaas.geometry import Pose2D
-from ppaas.mapping.live.adoption import Adopted, AdoptionWork
-from ppaas.mapping.live.joint_mapper import Adoption, JointMapper
+from ppaas.mapping.live.joint_mapper import Adopted, Adoption, AdoptionWork, JointMapper
 from ppaas.mapping.merging.united import frame_name
 from ppaas.mapping.serialization.mapping_log import GrowingMapping, LogWriter
 from ppaas.messages.geometry_msgs import Pose2D as Pose2DMessage

@@ -4,9 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.mapping.live.map_canvas import MapCanvas
-from ppaas.maps.cell_rectangle import Rectangle
+from ppaas.maps.cell_rectangle import Rectangle, changed_rectangles
 from ppaas.maps.grid import GridInfo, GridMap
-from ppaas.maps.map_changes import changed_rectangles
 from ppaas.maps.occupancy import GridMapMessage, MapChange
 from ppaas.messages.base.std_msgs import Time
 from ppaas.messages.geometry_msgs import Pose

@@ -6,8 +6,7 @@ from numpy.typing import NDArray
 from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.geometry import Pose2D
 from ppaas.mapping.key_frames import KeyFrames
-from ppaas.mapping.scan_cutting import without_discs
-from ppaas.mapping.scan_points import ScanPoints
+from ppaas.mapping.scan_points import ScanPoints, without_discs
 from ppaas.messages.ppaas_msgs import RobotStates
 from ppaas.nodes.base import Payload
 from ppaas.nodes.frames import MAP

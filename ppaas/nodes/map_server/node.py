@@ -6,8 +6,7 @@ from typing import ClassVar
 
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.geometry import Pose2D
-from ppaas.maps.cell_rectangle import Rectangle
-from ppaas.maps.map_changes import changed_rectangles
+from ppaas.maps.cell_rectangle import Rectangle, changed_rectangles
 from ppaas.maps.occupancy import GridMapMessage, MapChange
 from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import Header, Time

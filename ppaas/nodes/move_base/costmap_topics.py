@@ -11,8 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ppaas.costmap.costmap import Costmap
-from ppaas.costmap.occupancy import occupancy_of
+from ppaas.costmap.costmap import Costmap, occupancy_of
 from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.footprints import Footprint
 from ppaas.geometry import Pose2D

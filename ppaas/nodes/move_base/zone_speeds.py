@@ -7,9 +7,8 @@ import numpy as np
 from ppaas.controllers.base import NO_LIMIT, SpeedLimit
 from ppaas.geometry import Pose2D
 from ppaas.nodes.move_base.speed_limits import lower_of
-from ppaas.zones.in_force import ZonesInForce
 from ppaas.zones.shapes import Area
-from ppaas.zones.zone import SpeedZone, Zone, ZoneSet
+from ppaas.zones.zone import SpeedZone, Zone, ZoneSet, ZonesInForce
 
 
 class ZoneSpeeds:

@@ -8,10 +8,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ppaas.change_log import LogChange, LogEntry
 from ppaas.errors import PPaaSError
+from ppaas.mapping.volume.exports import binary_file, full_file, project_volume
 from ppaas.mapping.volume.ground_plane import ground_mask
 from ppaas.mapping.volume.key_frame_poses import Anchor, KeyFramePoses
-from ppaas.mapping.volume.octree_export import binary_file, full_file
-from ppaas.mapping.volume.projection import project_volume
 from ppaas.mapping.volume.registration import CloudRegistration, apply
 from ppaas.mapping.volume.submap_volume import SubmapVolume
 from ppaas.mapping.volume.volume_log import VolumeLogWriter, read_log

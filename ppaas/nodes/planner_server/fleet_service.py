@@ -21,8 +21,7 @@ from ppaas.planners.watch import Watch
 from ppaas.zones.zone import Zone
 
 if TYPE_CHECKING:
-    from ppaas.fleet.metric_problem import MetricFloor
-    from ppaas.fleet.metric_roadmap import MetricRoadmap
+    from ppaas.fleet.metric_roadmap import MetricFloor, MetricRoadmap
     from ppaas.fleet.plan import FleetPlan
     from ppaas.fleet.problem import FleetProblem
 
@@ -101,8 +100,8 @@ class FleetService:
     def _floor(self, radius: float, margin: float, zones: Sequence[Zone], check: Callable[[], None]) -> "MetricFloor":
         # Imported by the first request: few containers need the modules.
         from ppaas.fleet.cell_rules import rules_on  # noqa: PLC0415 - see above
-        from ppaas.fleet.lanes.choice import roadmap_on  # noqa: PLC0415 - see above
-        from ppaas.fleet.metric_problem import MetricFloor  # noqa: PLC0415 - see above
+        from ppaas.fleet.lane_roadmap import roadmap_on  # noqa: PLC0415 - see above
+        from ppaas.fleet.metric_roadmap import MetricFloor  # noqa: PLC0415 - see above
         from ppaas.fleet.robot_sizes import RobotSizes, clearance_of  # noqa: PLC0415 - see above
 
         key = radius, margin, tuple(zone.name for zone in zones)
@@ -157,7 +156,7 @@ def _response(
     watch: Watch,
 ) -> ComputeFleetPlanResponse:
     """Return the answer for robots of these speeds, (n,) float64 [m/s]."""
-    from ppaas.fleet.timing import timing_of  # noqa: PLC0415 - its kernels are not for every container
+    from ppaas.fleet.plan import timing_of  # noqa: PLC0415 - its kernels are not for every container
 
     times, turned = timing_of(metric.roadmap, plan, 1.0 / speeds, request.turn_seconds, metric.centres)
     return ComputeFleetPlanResponse(

@@ -24,7 +24,7 @@ from ppaas.traffic.settings import TrafficParameters
 from ppaas.traffic.sizes import MakeRoadmap
 from ppaas.traffic.state import state_of
 from ppaas.traffic.taking_part import TRAFFIC
-from ppaas.zones.in_force import ZonesInForce
+from ppaas.zones.zone import ZonesInForce
 
 PERIOD = 0.1
 """Time between two steps of the coordinator [s]."""

@@ -156,6 +156,7 @@ class QueueField(GridField):
 
     def path_from(self, cell: Cell) -> NDArray[np.int32]:
         """Return the (n, 2) cells of a cheapest path from ``cell``, whose value must be final, to a goal."""
+        # Each move costs `NEUTRAL` at least, which bounds the number of cells.
         most = (int(self._field[self._flat(cell)]) - AT_GOAL) // round(SCALE * NEUTRAL) + 1
         cells = np.empty((most, 2), np.int32)
         cells[0] = cell

@@ -9,9 +9,8 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.planners.array_growth import doubled
 from ppaas.planners.ends import Cell
 from ppaas.planners.field.kernels.start_propagation import BLOCKED, FULL, PAUSED, STATE_SIZE, WAITING, grow_from_start
-from ppaas.planners.padding import padded
 from ppaas.planners.watch import proceed
-from ppaas.planners.weights import exact_weights, passable
+from ppaas.planners.weights import exact_weights, padded, passable
 
 SLICE_CELLS = 50_000
 """Cells expanded between two checks: about 3 ms."""

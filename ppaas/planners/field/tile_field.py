@@ -166,6 +166,7 @@ class TileField(GridField):
 
     def path_from(self, cell: Cell) -> NDArray[np.int32]:
         """Return the (n, 2) cells of a cheapest path from ``cell``, whose value must be final, to a goal."""
+        # Each move costs `NEUTRAL` at least, which bounds the number of cells.
         most = self._value(int(self._elements(np.array([cell]))[0])) // round(SCALE * NEUTRAL) + 1
         cells = np.empty((most, 2), np.int32)
         cells[0] = cell

@@ -60,7 +60,6 @@ def plan_way_out(
 
 
 def _planned(plan: Callable[[PlanRequest], PlanResult], out: PlanResult | None, request: PlanRequest) -> PlanResult:
-    """Return a way out with the plan from its end."""
     if out is None:
         return plan(request)
     x, y, _, *quaternion = out.poses[-1].tolist()

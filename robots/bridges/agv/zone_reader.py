@@ -6,9 +6,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from ppaas.errors import PPaaSError
-from ppaas.zones.in_force import ZonesInForce
 from ppaas.zones.reading import zones_of
-from ppaas.zones.zone import Zone, ZoneSet
+from ppaas.zones.zone import Zone, ZoneSet, ZonesInForce
 from robots.client.rest import RestClient
 from robots.client.rest_paths import path_of
 

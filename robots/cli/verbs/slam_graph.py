@@ -13,12 +13,10 @@ from typing import Any
 import numpy as np
 
 from ppaas.errors import InvalidInput
-from ppaas.mapping.graph.any_start import Choice, solve_any_start
-from ppaas.mapping.graph.components import components
 from ppaas.mapping.graph.g2o import GraphFile, parse_g2o
-from ppaas.mapping.graph.pose_graph import EdgeKind
+from ppaas.mapping.graph.pose_graph import EdgeKind, components
 from ppaas.mapping.graph.robust_weights import TRUSTED
-from ppaas.mapping.graph.solver import GraphSolver, Robust, SolverOptions
+from ppaas.mapping.graph.solver import Choice, GraphSolver, Robust, SolverOptions, solve_any_start
 from robots.recordings.bags.files import has_bag_name
 from robots.recordings.bags.uncompressed import SUFFIXES, UncompressedFile
 

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ppaas.fleet.lanes.drawing import Line
-from ppaas.fleet.lanes.roadmap import LaneRoadmap, lane_roadmap
+from ppaas.fleet.lane_drawing import Line
+from ppaas.fleet.lane_roadmap import LaneRoadmap, lane_roadmap
 from ppaas.fleet.robot_sizes import RobotSizes
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo

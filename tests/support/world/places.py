@@ -4,8 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D
-from ppaas.maps.components import reachable
-from ppaas.maps.distance import distance_to_occupied
+from ppaas.maps.free_space import distance_to_occupied, reachable
 from ppaas.maps.grid import FREE, GridMap
 
 CLEARANCE = 0.4

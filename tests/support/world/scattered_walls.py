@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.maps.distance import distance_to_occupied
+from ppaas.maps.free_space import distance_to_occupied
 from ppaas.maps.grid import FREE, OCCUPIED, GridInfo, GridMap
 
 

@@ -1,7 +1,7 @@
 """The simulated world of ``robots.sim`` with one Turtlebot, stepped by the test instead of a clock."""
 
 from ppaas.geometry import Pose2D
-from ppaas.maps.distance import distance_to_occupied
+from ppaas.maps.free_space import distance_to_occupied
 from ppaas.maps.grid import GridMap
 from ppaas.messages.geometry_msgs import Twist, Vector3
 from ppaas.messages.nav_msgs import Odometry

@@ -6,7 +6,7 @@ again, and they are expanded again.
 
 The element of a cell is ``base`` + 2·value, plus 1 while it is queued. A single comparison with the element tells
 whether a new value is lower, because elements of earlier searches are never lower (see
-`ppaas.planners.grid.reusable_values`).
+`ppaas.planners.grid.search_memory`).
 """
 
 import numpy as np

@@ -23,8 +23,7 @@ from ppaas.planners.hub_labels.building.header import fingerprint, seal
 from ppaas.planners.hub_labels.building.importance import edges_of, inherit
 from ppaas.planners.hub_labels.building.kernels.packing import pack_fringe, pack_labels, pack_paths, pack_table
 from ppaas.planners.hub_labels.building.kernels.pool_distances import lengths_from
-from ppaas.planners.hub_labels.building.label_pool import LabelPool
-from ppaas.planners.hub_labels.building.labels import label
+from ppaas.planners.hub_labels.building.labels import LabelPool, label
 from ppaas.planners.hub_labels.building.size_limits import (
     BYTES_AN_ENTRY,
     LEAST_ENTRIES,

@@ -7,7 +7,7 @@ import numpy as np
 
 from ppaas.planners.hub_labels.building.importance import RankedEdges
 from ppaas.planners.hub_labels.building.kernels.gates import BEGIN, END, NEXT, find_gates
-from ppaas.planners.hub_labels.building.label_pool import FEW, LabelPool
+from ppaas.planners.hub_labels.building.labels import FEW, LabelPool
 from ppaas.planners.hub_labels.kernels.bits import Words
 from ppaas.planners.hub_labels.kernels.layout import FAR
 from ppaas.planners.hub_labels.kernels.scan import Integers

@@ -11,7 +11,7 @@ from scipy import ndimage
 from benchmarks.planners import grids
 from ppaas.costmap.costmap import LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from ppaas.errors import GoalOccupied, GoalOutsideMap, InvalidMap, InvalidParameter
-from ppaas.maps.formats.pgm import write_pgm
+from ppaas.maps.formats.netpbm import write_pgm
 from ppaas.maps.grid import GridInfo
 from robots.plans.offline import PlannedRobot, costmap_for
 from tests.support.sources import ROOT

@@ -6,8 +6,8 @@ from rich.progress import Progress
 
 from benchmarks.planners import grids, index
 from ppaas.errors import InvalidMap, InvalidParameter, InvalidPlanner
-from ppaas.planners.hub_labels.index import HubIndex
 from ppaas.planners.hub_labels.kernels.query import entry
+from ppaas.planners.hub_labels.planner import HubIndex
 
 
 def measure(grid: grids.Grid, planner: str = "hub_labels", threads: tuple[int, ...] = (1,)) -> dict:

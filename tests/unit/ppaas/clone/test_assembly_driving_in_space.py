@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from ppaas.costmap.height_mask import height_mask
+from ppaas.costmap.filter_masks import height_mask
 from ppaas.geometry import Pose2D
 from ppaas.maps.octree import OcTree, octree_of
 from ppaas.maps.voxels import Point3D, VoxelGrid, VoxelInfo

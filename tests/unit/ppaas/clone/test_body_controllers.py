@@ -7,7 +7,7 @@ import pytest
 from ppaas.clone.body_controllers import controller_of
 from ppaas.clone.robot_body import robot_body
 from ppaas.controllers.base import Controller, ControlRequest, Velocity
-from ppaas.controllers.mppi.controller import PathIntegral
+from ppaas.controllers.mppi import PathIntegral
 from ppaas.controllers.registry import CONTROLLERS, controller_names
 from ppaas.errors import InvalidParameter, NotFound
 from ppaas.geometry import Pose2D, Poses

@@ -5,11 +5,10 @@ import pytest
 
 from ppaas.controllers.arrival import Arrival, turn_by
 from ppaas.controllers.base import Controller, ControlRequest, NoValidControl, Velocity
-from ppaas.controllers.dwa.controller import DynamicWindow
-from ppaas.controllers.dwa.parameters import DwaParameters
-from ppaas.controllers.footprints import body_of
-from ppaas.controllers.mppi.controller import PathIntegral
-from ppaas.controllers.pure_pursuit.controller import PurePursuit
+from ppaas.controllers.drive_parameters import body_of
+from ppaas.controllers.dwa import DwaParameters, DynamicWindow
+from ppaas.controllers.mppi import PathIntegral
+from ppaas.controllers.pure_pursuit import PurePursuit
 from ppaas.costmap.costmap import Costmap
 from ppaas.footprints import Footprint
 from ppaas.geometry import Pose2D, wrap_angle

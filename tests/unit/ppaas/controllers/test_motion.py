@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.controllers.base import Velocity
-from ppaas.controllers.dwa.parameters import DwaParameters
+from ppaas.controllers.dwa import DwaParameters
 from ppaas.controllers.motion import advance, brake, turn
 from ppaas.geometry import Pose2D
 

@@ -1,7 +1,7 @@
 import pytest
 
 from ppaas.controllers import controller_names, create
-from ppaas.controllers.dwa.controller import DynamicWindow
+from ppaas.controllers.dwa import DynamicWindow
 from ppaas.errors import InvalidParameter, NotFound
 
 

@@ -10,7 +10,7 @@ from ppaas.costmap.global_parameters import CostParameters
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import InvalidParameter
 from ppaas.geometry import Pose2D
-from ppaas.maps.distance import distance_to_occupied
+from ppaas.maps.free_space import distance_to_occupied
 from ppaas.maps.grid import GridInfo, GridMap
 from tests.reference.maps.static_costmap import static_costmap
 from tests.support.budget import examples

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from engine.specs.layer_files import open_layers, write_layers
-from ppaas.costmap.build_layers import build_layers, recosted
+from ppaas.costmap.build_layers import build_layers, recosted, with_closed
 from ppaas.costmap.causes import Body, Cause, Causes, barriers_at
-from ppaas.costmap.closed_layers import with_closed
 from ppaas.costmap.global_parameters import CostParameters
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.errors import GoalOccupied, StartOccupied

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from ppaas.costmap.collision import MOST_REACH, collides_along
 from ppaas.costmap.volume import Box, Cylinder
-from ppaas.errors import InvalidInput
+from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.geometry import poses_along, quaternion_of
 from ppaas.maps.voxels import FREE, OCCUPIED, UNKNOWN
 from tests.reference.maps import voxel_costs as twin
@@ -137,3 +137,22 @@ def test_a_path_too_long_or_too_far_away_is_refused(poses):
 def test_a_robot_far_larger_than_the_voxels_is_refused():
     with pytest.raises(InvalidInput, match="coarser"):
         collides_along(table(), Cylinder(0.1 * MOST_REACH + 1.0, 1.0), path((1, 1), (2, 1)))
+
+
+def test_swept_radius_reaches_the_corners_of_a_box():
+    assert Box(0.6, 0.8, 1.0).swept_radius == pytest.approx(0.5)
+    assert Cylinder(0.2, 1.0).swept_radius == 0.2
+
+
+@pytest.mark.parametrize("size", [0.0, -1.0, math.nan, math.inf])
+def test_invalid_sizes_are_refused(size):
+    for kind, sizes in ((Cylinder, (0.2, size)), (Box, (size, 1, 1)), (Box, (1, size, 1)), (Box, (1, 1, size))):
+        with pytest.raises(InvalidParameter, match="metres"):
+            kind(*sizes)
+
+
+@pytest.mark.parametrize("radius", [-0.1, math.nan, math.inf])
+def test_radius_may_be_zero_but_not_negative(radius):
+    assert Cylinder(0.0, 1.0).radius == 0.0
+    with pytest.raises(InvalidParameter, match="radius"):
+        Cylinder(radius, 1.0)

@@ -1,4 +1,4 @@
-"""Costs of the inflation layer, from distances."""
+"""Costs of the inflation layer, from distances and its parameters; distances around new obstacles."""
 
 import math
 
@@ -7,10 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+from numpy.typing import NDArray
 
+from ppaas.costmap.global_parameters import CostParameters, GlobalCostmapParameters
 from ppaas.costmap.inflation_layer import inflate
 from ppaas.costmap.kernels import inflation as kernels
+from ppaas.costmap.kernels.near_obstacles import FEW, are_few, lower_near, reach_in_cells
 from ppaas.errors import InvalidMap, InvalidParameter
+from ppaas.maps.kernels.distance import distance_serial
+from ppaas.parameters import read_parameters
 from tests.reference.maps import maps as twin
 
 DISTANCES = hnp.arrays(
@@ -98,3 +103,61 @@ def test_warm_calls_every_kernel():
     kernels.warm()
     assert kernels.inflate_serial.nopython_signatures
     assert kernels.inflate_parallel.nopython_signatures
+
+
+@pytest.mark.parametrize(
+    ("given", "reason"),
+    [
+        ({"inflation_radius": -0.1}, "inflation_radius must be from 0 to 100, not -0.1"),
+        ({"inflation_radius": 101}, "inflation_radius must be from 0 to 100"),
+        ({"inflation_radius": math.nan}, "inflation_radius"),
+        ({"cost_scaling_factor": math.inf}, "cost_scaling_factor must be from 0 to 1e"),
+        ({"lethal_cost_threshold": 0}, "lethal_cost_threshold must be from 1 to 100, not 0"),
+        ({"lethal_cost_threshold": 101}, "lethal_cost_threshold"),
+        ({"lethal_cost_threshold": 65.5}, "lethal_cost_threshold"),
+        ({"inflation_radius": "wide"}, "inflation_radius"),
+        ({"inflation": 0.5}, "known: cost_scaling_factor, footprint, inflation_radius, lethal_cost_threshold, robot_"),
+    ],
+)
+def test_parameters_out_of_range_are_refused_by_name(given, reason):
+    with pytest.raises(InvalidParameter, match=reason):
+        read_parameters(GlobalCostmapParameters, "global_costmap", given)
+
+
+def test_only_costs_that_differ_from_the_defaults_are_changed():
+    assert GlobalCostmapParameters(robot_radius=0.3, inflation_radius=0.55).changed == {}
+    given = read_parameters(GlobalCostmapParameters, "global_costmap", {"inflation_radius": 1, "robot_radius": 1})
+    assert given.changed == {"inflation_radius": 1.0}
+    assert given.costs == CostParameters(inflation_radius=1.0)
+
+
+shapes = st.tuples(st.integers(1, 24), st.integers(1, 24))
+
+
+@given(
+    masks=shapes.flatmap(lambda shape: st.tuples(*[hnp.arrays(np.bool_, shape, fill=st.just(False))] * 2)),
+    reach=st.integers(0, 12),
+)
+def test_distances_are_those_to_all_obstacles_as_far_as_they_reach(
+    masks: tuple[NDArray[np.bool_], NDArray[np.bool_]], reach: int
+) -> None:
+    known, new = masks
+    distance = distance_serial(known.view(np.uint8), 0.05)
+    lower_near(new.view(np.uint8), 0.05, reach, distance)
+    expected = distance_serial((known | new).view(np.uint8), 0.05)
+    near = expected <= 0.05 * reach + 1e-6
+    np.testing.assert_allclose(distance[near], expected[near], rtol=3e-7)
+    assert (distance[~near] > 0.05 * reach + 1e-6).all()
+    assert ((distance == 0.0) == (expected == 0.0)).all()
+
+
+def test_many_obstacles_are_left_to_the_transform_of_the_whole_grid() -> None:
+    new = np.zeros((60, 60), np.bool_)
+    assert are_few(new, 11)
+    new[:10] = True
+    assert FEW * new.size < 600 * 23**2
+    assert not are_few(new, 11)
+
+
+def test_distances_are_exact_up_to_the_last_cell_with_costs() -> None:
+    assert [reach_in_cells(distance, 0.05) for distance in (0.0, 0.05, 0.549, 0.55)] == [1, 2, 11, 12]

@@ -10,7 +10,7 @@ from hypothesis.extra.numpy import arrays
 
 from ppaas.exploration.frontiers import beside_unknown, find_frontiers, known_area
 from ppaas.geometry import Pose2D
-from ppaas.maps.components import reachable
+from ppaas.maps.free_space import reachable
 from ppaas.maps.grid import FREE, UNKNOWN, GridInfo, GridMap
 
 CELLS = arrays(

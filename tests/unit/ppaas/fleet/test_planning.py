@@ -12,10 +12,9 @@ from ppaas.errors import InvalidInput, NoValidPath, PlanCancelled
 from ppaas.fleet.first_plan import first_plan, guide_of
 from ppaas.fleet.improvement import MOST_TURN, Improvement, improved
 from ppaas.fleet.kernels.board import UNREACHABLE
-from ppaas.fleet.plan import FleetPlan
+from ppaas.fleet.plan import FleetPlan, turns_of
 from ppaas.fleet.problem import FleetProblem, distances_from
 from ppaas.fleet.roadmap import Roadmap
-from ppaas.fleet.timing import turns_of
 from tests.reference.fleet.joint_search import shortest
 from tests.support.budget import examples
 from tests.support.fleet.halls import Hall, hall_of, halls, ruled_halls

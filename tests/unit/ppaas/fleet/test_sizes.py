@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from benchmarks.fleet.checking import faults_of
 from ppaas.errors import GoalOccupied, InvalidInput, NoValidPath
-from ppaas.fleet.configuration_search import ConfigurationSearch
+from ppaas.fleet.first_plan import ConfigurationSearch
 from ppaas.fleet.kernels.board import NO_GUIDE
 from ppaas.fleet.lattice_roadmap import lattice_roadmap
 from ppaas.fleet.lifelong import LifelongPlan

@@ -1,4 +1,4 @@
-"""Times of plans agree with their slow twin, and no two robots ever share a cell or crowd an area."""
+"""Times of plans and quarter turns agree with their slow twins; no two robots ever share a cell or crowd an area."""
 
 import numpy as np
 import pytest
@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 
 from ppaas.errors import NoValidPath
 from ppaas.fleet.first_plan import first_plan
-from ppaas.fleet.plan import FleetPlan
+from ppaas.fleet.kernels.turns import DIRECTIONS, count_quarters, direction, least_quarters, quarters
+from ppaas.fleet.plan import FleetPlan, timing_of, turns_of
 from ppaas.fleet.problem import FleetProblem
 from ppaas.fleet.roadmap import Roadmap
-from ppaas.fleet.timing import timing_of, turns_of
 from tests.reference.fleet import timing, turns
 from tests.support.fleet.halls import Hall, halls, ruled_halls
 from tests.support.fleet.walks import walks
@@ -80,3 +80,32 @@ def test_along_lanes_moves_take_as_long_as_they_are_and_turns_as_far_as_robots_t
     times, turned = timing_of(Roadmap.of_pairs(4, moves), plan, np.array([2.0]), 1.0, places)
     assert times[:, 0] == pytest.approx([0.0, 4.0, 7.0, 7.5 + 2.0 * 2.0**0.5])
     assert turned == pytest.approx([1.5])
+
+
+ROADMAP = Roadmap.of_grid(np.ones((4, 4), np.bool_))
+CELLS = st.integers(0, len(ROADMAP) - 1)
+
+
+@pytest.mark.parametrize("before", range(DIRECTIONS))
+@pytest.mark.parametrize("after", range(DIRECTIONS))
+def test_quarter_turns_between_directions(before: int, after: int) -> None:
+    assert quarters(before, after) == turns.quarters(turns.DIRECTIONS[before], turns.DIRECTIONS[after])
+
+
+@given(CELLS, st.data())
+def test_no_path_has_fewer_quarter_turns_than_the_least(start: int, data: st.DataObject) -> None:
+    [path] = data.draw(walks(ROADMAP, [start], 9))
+    heading = data.draw(st.integers(0, DIRECTIONS - 1))
+    counted = turns.count(ROADMAP, path.tolist())
+    assert count_quarters(ROADMAP.cells, path) == counted
+    moved = [cell for cell in path if cell != start][:1]
+    first = quarters(heading, direction(ROADMAP.cells, start, moved[0])) if moved else 0
+    assert least_quarters(ROADMAP.cells, start, heading, path[-1]) <= first + counted
+
+
+@pytest.mark.parametrize(
+    ("heading", "goal", "least"),
+    [(0, 5, 0), (0, 13, 0), (1, 9, 1), (2, 9, 2), (0, 10, 1), (1, 10, 1), (2, 10, 2), (3, 10, 2), (3, 4, 0), (1, 4, 2)],
+)
+def test_least_quarter_turns_from_a_cell(heading: int, goal: int, least: int) -> None:
+    assert least_quarters(ROADMAP.cells, 5, heading, goal) == least

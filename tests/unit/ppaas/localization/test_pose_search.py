@@ -9,11 +9,9 @@ from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import InvalidMap
 from ppaas.geometry import Pose2D
 from ppaas.localization.beams import scan_points
-from ppaas.localization.free_poses import FreePoses
 from ppaas.localization.parameters import AmclParameters
-from ppaas.localization.pose_search import BIN, BIN_TURN, PoseCandidates, PoseSearch
-from ppaas.localization.relocalization import Relocalizer
-from ppaas.localization.scan_history import ScanHistory
+from ppaas.localization.pose_search import BIN, BIN_TURN, FreePoses, PoseCandidates, PoseSearch
+from ppaas.localization.relocalization import Relocalizer, ScanHistory
 from ppaas.localization.scan_match import ScanMatch
 from ppaas.maps.generate import office
 from ppaas.maps.grid import GridInfo, GridMap

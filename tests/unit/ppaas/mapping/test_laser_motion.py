@@ -1,8 +1,13 @@
+import math
+
 import numpy as np
 import pytest
 
+from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
-from ppaas.mapping.laser_motion import MOST, laser_step, velocities, velocity
+from ppaas.mapping.laser_geometry import LaserGeometry
+from ppaas.mapping.laser_motion import MOST, laser_step, odometry_deviations, velocities, velocity
+from ppaas.mapping.parameters import SlamParameters
 
 MOUNT = Pose2D(0.3, 0.1, 0.5)
 
@@ -36,3 +41,36 @@ def test_jumps_of_the_odometry_are_limited_and_short_logs_stand_still():
     jump = velocities([0.0, 0.1, 0.2], [(0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (50.0, 0.0, 0.0)], MOUNT)
     assert (np.abs(jump) <= MOST).all()
     assert (velocities([0.0, 0.1], np.eye(3)[:2], MOUNT) == 0.0).all()
+
+
+def test_beams_per_turn_are_those_of_a_full_circle():
+    assert LaserGeometry(-math.pi / 2.0, math.pi / 180.0, 181).beams_per_turn == 360
+    clockwise = LaserGeometry(math.pi, -math.radians(0.5), 721)
+    assert (clockwise.beams_per_turn, clockwise.beams_per_radian) == (720, pytest.approx(-360.0 / math.pi))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        ((math.nan, 0.01, 10), "finite"),
+        ((0.0, 0.01, 10, Pose2D(math.inf, 0.0, 0.0)), "finite"),
+        ((0.0, 0.01, 0), "beams"),
+        ((0.0, 1e-4, 10_001), "beams"),
+        ((0.0, 0.0, 10), "at most one turn"),
+        ((0.0, 0.01, 700), "at most one turn"),
+        ((0.0, 0.01, 10, Pose2D(0.0, 0.0, 0.0), -1e-3), "time_increment"),
+        ((0.0, 0.01, 10, Pose2D(0.0, 0.0, 0.0), 0.0, 1.5), "stamped_at"),
+    ],
+)
+def test_invalid_geometry_is_refused(arguments, text):
+    with pytest.raises(InvalidInput, match=text):
+        LaserGeometry(*arguments)
+
+
+def test_noise_grows_with_distance_and_turn():
+    parameters = SlamParameters(
+        srr=0.1, srt=0.2, str=0.3, stt=0.4, odometry_deviation=0.01, odometry_heading_deviation=0.02
+    )
+    assert odometry_deviations(Pose2D(0.0, 0.0, 0.0), parameters) == pytest.approx((0.01, 0.01, 0.02))
+    found = odometry_deviations(Pose2D(0.3, -0.4, -1.0), parameters)
+    assert found == pytest.approx((0.01 + 0.05 + 0.2, 0.01 + 0.05 + 0.2, 0.02 + 0.15 + 0.4))

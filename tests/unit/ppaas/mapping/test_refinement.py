@@ -3,10 +3,10 @@ import pytest
 
 from ppaas.geometry import Pose2D
 from ppaas.mapping import refinement
-from ppaas.mapping.edge_information import STEP_FLOOR, edge_information
 from ppaas.mapping.graph.pose_graph import Edges
+from ppaas.mapping.key_frame_graph import STEP_FLOOR, edge_information
 from ppaas.mapping.key_frames import KeyFrames
-from ppaas.mapping.polish import ScanPolisher
+from ppaas.mapping.pipeline.offline import ScanPolisher
 from ppaas.mapping.refinement import refine
 from ppaas.planar_poses import relative
 from tests.support.world.room_scans import CORRIDOR, LASER, scan_at

@@ -1,11 +1,20 @@
+import importlib
+import pkgutil
+
 import numpy as np
 import pytest
 
-from ppaas.errors import QuotaExceeded
+import ppaas.mapping.closures.kernels
+import ppaas.mapping.graph.kernels
+import ppaas.mapping.kernels
+from benchmarks.mapping.ring import ring_drive
+from ppaas.errors import InvalidParameter, QuotaExceeded
 from ppaas.geometry import Pose2D
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.parameters import SlamParameters
+from ppaas.mapping.pipeline.offline import map_log
 from ppaas.mapping.scan_tracker import ScanTracker
+from ppaas.parameters import read_parameters
 from tests.support.world.room_scans import CORRIDOR, LASER, PARAMETERS, ROOM, scan_at, segments
 
 MOUNTED = LaserGeometry(LASER.angle_min, LASER.angle_increment, LASER.beams, Pose2D(0.2, -0.1, 0.3))
@@ -103,3 +112,54 @@ def test_key_frames_beyond_the_limit_are_refused():
     tracker = ScanTracker(LASER, SlamParameters(max_key_frames=2))
     with pytest.raises(QuotaExceeded, match="2 key frames"):
         drive(tracker, route(), route())
+
+
+def test_names_of_slam_toolbox_and_gmapping_are_read():
+    given = {"minimum_travel_distance": 0.5, "scan_buffer_size": 10, "srr": 0.2, "str": 0.3}
+    parameters = read_parameters(SlamParameters, "grid_slam", given)
+    assert (parameters.minimum_travel_distance, parameters.scan_buffer_size) == (0.5, 10)
+    assert (parameters.srr, parameters.str) == (0.2, 0.3)
+
+
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [
+        ({"resolution": 0.0}, "resolution must be above 0"),
+        ({"srt": -0.1}, "srt must be at least 0"),
+        ({"max_laser_range": 0.01}, "below max_laser_range"),
+        ({"scan_buffer_size": 65}, "at most 64"),
+        ({"no_such": 1}, "no_such"),
+    ],
+)
+def test_parameters_out_of_range_are_refused(given, text):
+    with pytest.raises(InvalidParameter, match=text):
+        read_parameters(SlamParameters, "grid_slam", given)
+
+
+PACKAGES = (ppaas.mapping.kernels, ppaas.mapping.graph.kernels, ppaas.mapping.closures.kernels)
+
+
+def modules():
+    for package in PACKAGES:
+        for found in pkgutil.iter_modules(package.__path__, f"{package.__name__}."):
+            yield importlib.import_module(found.name)
+
+
+def signatures():
+    return {
+        (module.__name__, name): list(kernel.signatures)
+        for module in modules()
+        for name, kernel in vars(module).items()
+        if hasattr(kernel, "py_func") and kernel.py_func.__module__ == module.__name__
+    }
+
+
+def test_mapping_uses_no_kernel_that_warm_has_not_compiled():
+    for module in modules():
+        if hasattr(module, "warm"):
+            module.warm()
+    warm = signatures()
+    made = map_log(ring_drive().log)
+    made.grid()
+    assert made.mapper.counts.closures > 0
+    assert signatures() == warm

@@ -1,10 +1,16 @@
+import math
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from ppaas.geometry import Pose2D
 from ppaas.mapping.alignment import Aligned
+from ppaas.mapping.closures.kernels.visibility import agreement
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.tracking_doubt import CONTRADICTED, SCANS, TrackingDoubt
+from tests.reference.mapping import closures as twin
 from tests.support.world.room_scans import LASER, scan_at
 
 STEP = Pose2D(0.1, 0.0, 0.0)
@@ -60,3 +66,28 @@ def test_where_few_points_usually_fit_a_scan_that_fits_poorly_contradicts_nothin
     elsewhere = Aligned(Pose2D(1.5, 0.5, 1.0), np.zeros(6), 0.2, 10)
     confirmed = doubt.confirmation(scan_at(Pose2D(0.0, 0.0, 0.0)), elsewhere, frames, frames.latest(1))
     assert (confirmed < CONTRADICTED) == contradicts
+
+
+BEAMS, LASER_STEP = 60, math.radians(3.0)
+
+
+def scan(ranges):
+    angles = -math.pi / 2 + LASER_STEP * np.arange(BEAMS)
+    return (ranges[:, None] * np.stack((np.cos(angles), np.sin(angles)), axis=1)).astype(np.float32)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_numbers_equal_those_of_the_twin(seed):
+    rng = np.random.default_rng(seed)
+    one, two = scan(rng.uniform(1, 4, BEAMS)), scan(rng.uniform(1, 4, BEAMS))
+    valid, other = rng.random(BEAMS) < 0.9, rng.random(BEAMS) < 0.9
+    given = (one, valid, two, other, rng.normal(size=3), -math.pi / 2, LASER_STEP, 0.3)
+    assert agreement(*given) == twin.agreement(*given)
+
+
+def test_wall_within_free_space_is_contradicted_and_hidden_wall_is_not():
+    near, far, valid = scan(np.full(BEAMS, 2.0)), scan(np.full(BEAMS, 3.0)), np.ones(BEAMS, bool)
+    here = np.zeros(3)
+    assert agreement(near, valid, far, valid, here, -math.pi / 2, LASER_STEP, 0.3) == (0, BEAMS - 2)
+    assert agreement(far, valid, near, valid, here, -math.pi / 2, LASER_STEP, 0.3) == (0, 0)
+    assert agreement(near, valid, near, valid, here, -math.pi / 2, LASER_STEP, 0.3) == (BEAMS - 2, 0)

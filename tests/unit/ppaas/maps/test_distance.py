@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from scipy import ndimage
 
-from ppaas.maps.distance import distance_to_occupied
+from ppaas.maps.free_space import distance_to_occupied
 from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.maps.kernels import distance as kernels
 from tests.reference.maps import maps as twin

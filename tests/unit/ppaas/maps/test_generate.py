@@ -5,8 +5,7 @@ import pytest
 from scipy import ndimage
 
 from ppaas.errors import InvalidParameter
-from ppaas.maps.components import reachable
-from ppaas.maps.distance import distance_to_occupied
+from ppaas.maps.free_space import distance_to_occupied, reachable
 from ppaas.maps.generate import office, warehouse
 
 MAPS = [

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from ppaas.errors import InvalidZones
 from ppaas.zones.schedule import DAYS, Hours, is_in_force, next_limit, time_zone_of
 from ppaas.zones.shapes import Polygon
-from ppaas.zones.zone import KeepOut, Zone, ZoneSet
+from ppaas.zones.zone import NO_ZONES, KeepOut, NoStop, Zone, ZoneSet, ZonesInForce
 from tests.support.world.zones import TIME_ZONES, hours, moments
+from tests.support.zones import rectangle
 
 UTC_ZONE, BERLIN = ZoneInfo("UTC"), ZoneInfo("Europe/Berlin")
 DAY = 86400.0
@@ -172,3 +173,21 @@ def test_nothing_changes_before_the_next_change(times: list[list[Hours]], name: 
     moments = [now + 900.0 * number for number in range(int((change - now) / 900.0) + 1)]
     for moment in [*(one for one in moments if one < change), change - 0.5]:
         assert zone_set.in_force(moment) == present
+
+
+BOX = (0.0, 0.0, 1.0, 1.0)
+
+
+def test_zones_are_the_same_object_until_others_come_into_force() -> None:
+    later = KeepOut(name="later", times=[Hours(since=datetime.fromtimestamp(1_000_000.0, UTC))])
+    zones = ZonesInForce(ZoneSet([rectangle(NoStop(name="always"), *BOX), rectangle(later, *BOX)]))
+    before = zones.at(900_000.0)
+    assert [zone.name for zone in before] == ["always"]
+    assert zones.at(999_999.0) is before, "also after midnights, which change nothing"
+    after = zones.at(1_000_000.0)
+    assert [zone.name for zone in after] == ["always", "later"]
+    assert zones.at(1_000_001.0) is after
+
+
+def test_a_map_without_zones_has_none_in_force() -> None:
+    assert list(ZonesInForce(NO_ZONES).at(0.0)) == []

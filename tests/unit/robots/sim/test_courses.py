@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 
 from ppaas.errors import InvalidMap
 from ppaas.geometry import Pose2D
-from ppaas.maps.components import reachable
-from ppaas.maps.distance import distance_to_occupied
+from ppaas.maps.free_space import distance_to_occupied, reachable
 from ppaas.maps.generate import warehouse
 from ppaas.maps.grid import GridMap
 from robots.client.map_files import read_map_file

@@ -17,9 +17,8 @@ from ppaas.clone.planning_container import build_planning
 from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import PPaaSError, StartOccupied
 from ppaas.fleet.lattice_roadmap import lattice_roadmap
-from ppaas.fleet.plan import FleetPlan
+from ppaas.fleet.plan import FleetPlan, timing_of, turns_of
 from ppaas.fleet.robot_sizes import RobotSizes, clearance_of
-from ppaas.fleet.timing import timing_of, turns_of
 from ppaas.geometry import quaternion_of
 from ppaas.messages import decode, encode
 from ppaas.nodes.graph import Graph

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppaas.controllers.footprints import body_of
+from ppaas.controllers.drive_parameters import body_of
 from ppaas.controllers.kernels import dwa
 from ppaas.controllers.kernels.clearance import clearance
 from ppaas.controllers.kernels.dwa import BLOCKED, Frame, OutlineCheck, Scoring, score_velocities

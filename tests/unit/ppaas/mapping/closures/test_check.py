@@ -5,7 +5,7 @@ from ppaas.geometry import Pose2D
 from ppaas.mapping.closures.check import ScanCheck
 from ppaas.mapping.closures.parameters import ClosureParameters
 from ppaas.mapping.closures.submaps import Submap
-from ppaas.mapping.edge_information import weakest_information
+from ppaas.mapping.key_frame_graph import weakest_information
 from ppaas.mapping.key_frames import KeyFrames, NearFrames
 from ppaas.mapping.visible_points import confirmed_share
 from ppaas.planar_poses import relative

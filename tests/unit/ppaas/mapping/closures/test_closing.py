@@ -3,12 +3,14 @@ import itertools
 import numpy as np
 import pytest
 
+from ppaas.errors import InvalidParameter
 from ppaas.geometry import Pose2D
-from ppaas.mapping.closures.closing import ClosureSearch
-from ppaas.mapping.closures.closure import Closure, Reason, Refusal
-from ppaas.mapping.closures.contradictions import Contradictions
+from ppaas.mapping.closures.branch_and_bound import Window
+from ppaas.mapping.closures.candidates import Candidate
+from ppaas.mapping.closures.closing import ClosureSearch, Contradictions
+from ppaas.mapping.closures.closure import Closure, Links, Reason, Refusal
 from ppaas.mapping.closures.parameters import ClosureParameters
-from ppaas.mapping.closures.submaps import Submap, Submaps
+from ppaas.mapping.closures.submaps import Submap, Submaps, travelled
 from ppaas.mapping.graph.pose_graph import EdgeKind, Edges, PoseGraph
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.planar_poses import compose, relative
@@ -102,3 +104,77 @@ def test_matches_with_one_area_at_two_places_contradict():
     drifted = closure(Submap(35, 40), (0.0, 1.2, 0.0))
     missed = Refusal(best.source, Submap(5, 10), Reason.SCORE, 0.0)
     assert list(compare.with_best(best, [best, near, shifted, drifted, missed])) == [shifted]
+
+
+SUBMAPS = [Submap(4 * number, 4 * number + 4) for number in range(30)]
+
+
+@pytest.fixture
+def links():
+    graph = PoseGraph()
+    for number in range(121):
+        graph.add_node((float(number), 0.0, 0.0))
+    graph.add_edge(0, 1, np.zeros(3), np.eye(3), EdgeKind.ODOMETRY)
+    graph.add_edge(10, 101, np.zeros(3), np.eye(3), EdgeKind.CLOSURE)  # submaps 2 and 25
+    graph.add_edge(10, 120, np.zeros(3), np.eye(3), EdgeKind.CLOSURE)  # the last is not finished
+    return Links(SUBMAPS, graph.edges)
+
+
+def candidate(target: int, far: float) -> Candidate:
+    return Candidate(target, Pose2D(0.0, 0.0), Window(1.0, 1.0, 0.1), False, far)
+
+
+def test_a_closure_joins_submaps_and_their_neighbours(links):
+    assert links.join(25, 2)
+    assert links.join(26, 4)
+    assert links.join(24, 0)
+    assert not links.join(27, 2)
+    assert not links.join(25, 5)
+    assert not links.join(1, 0)
+
+
+def test_the_nearest_candidate_of_each_pass_that_is_not_joined_is_searched(links):
+    passes = [candidate(1, 0.5), candidate(2, 0.1), candidate(10, 0.6), candidate(12, 0.2), candidate(13, 0.4)]
+    assert [found.target for found in links.unlinked(25, passes)] == [12]
+    assert [found.target for found in links.unlinked(29, passes)] == [2, 12]
+
+
+def test_defaults_are_valid():
+    assert ClosureParameters().drift.heading_walk > 0.0
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"least_ratio": 1.5},
+        {"submap_travel": 0.0},
+        {"loop_search_space_resolution": float("nan")},
+        {"loop_match_minimum_chain_size": 6},
+    ],
+)
+def test_parameter_out_of_range_is_refused_by_name(given):
+    with pytest.raises(InvalidParameter, match=next(iter(given))):
+        ClosureParameters(**given)
+
+
+def test_turns_count_as_distance():
+    np.testing.assert_allclose(travelled(np.array([[3.0, 4.0, 0.0], [0.0, 0.0, -1.0]])), [5.0, 0.5])
+
+
+def test_key_frame_beyond_the_length_opens_the_next_submap():
+    submaps = Submaps(1.0)
+    step = np.array([0.4, 0.0, 0.0])
+    finished = [submaps.add(step) for _ in range(7)]
+    assert finished[3] == Submap(0, 3)
+    assert submaps.finished == [Submap(0, 3), Submap(3, 6)]
+    assert submaps.finish() == Submap(6, 7)
+    assert submaps.finish() is None
+
+
+def test_run_without_key_frames_has_no_submap():
+    assert Submaps().finish() is None
+
+
+@pytest.mark.parametrize(("submap", "middle"), [(Submap(0, 3), 1), (Submap(4, 5), 4)])
+def test_middle_is_a_key_frame_of_the_submap(submap, middle):
+    assert submap.middle == middle

@@ -1,9 +1,13 @@
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from ppaas.mapping.graph.odometry_chain import OdometryChain, adjoints
+from ppaas.mapping.graph import consistency as module
+from ppaas.mapping.graph.consistency import OdometryChain, adjoints, largest_clique
 from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
 from ppaas.planar_poses import compose, inverse, relative
+from tests.reference.mapping import pose_graph as twin
 from tests.support.world.pose_graphs import ODOMETRY_NOISE, walk
 
 
@@ -47,3 +51,25 @@ def test_edge_without_information_is_uncertain():
         graph.add_node((0.0, 0.0, 0.0))
     graph.add_edge(0, 1, (1.0, 0.0, 0.0), np.zeros((3, 3)), EdgeKind.ODOMETRY)
     assert (np.diag(OdometryChain(graph).covariances(np.array([0]), np.array([1]))[0]) > 1e5).all()
+
+
+def random_graph(count, share, seed):
+    upper = np.triu(np.random.default_rng(seed).random((count, count)) < share, 1)
+    return upper | upper.T
+
+
+@given(st.integers(0, 14), st.floats(0.0, 1.0), st.integers(0, 1000))
+def test_clique_is_connected_and_as_large_as_the_twins(count, share, seed):
+    connected = random_graph(count, share, seed)
+    found = largest_clique(connected)
+    assert len(found) == twin.largest_clique_size(connected)
+    assert connected[np.ix_(found, found)].sum() == len(found) * (len(found) - 1)
+    assert (np.diff(found) > 0).all()
+
+
+def test_search_ends_after_its_limit(monkeypatch):
+    monkeypatch.setattr(module, "_EXPANSIONS", 50)
+    connected = random_graph(200, 0.7, 0)
+    found = largest_clique(connected)
+    assert len(found) > 5
+    assert connected[np.ix_(found, found)].sum() == len(found) * (len(found) - 1)

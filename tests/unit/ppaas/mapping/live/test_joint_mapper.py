@@ -7,14 +7,13 @@ import pytest
 
 from ppaas.errors import Conflict, InvalidGraph, QuotaExceeded
 from ppaas.geometry import Pose2D
-from ppaas.mapping.live.adoption import odometry_chains
-from ppaas.mapping.live.joint_mapper import JointMapper
+from ppaas.mapping.live.joint_mapper import JointMapper, odometry_chains
 from ppaas.mapping.merging.joint_map import join_maps
 from ppaas.mapping.merging.united import frame_ids
 from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.scan_points import prepare
 from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping
-from ppaas.mapping.serialization.row_selection import divided_edges
+from ppaas.mapping.serialization.rows import divided_edges
 from tests.support.world.joint_maps import joint_map
 from tests.support.world.merge_drives import first_drive, second_drive
 

@@ -12,10 +12,9 @@ from ppaas.mapping.graph.pose_graph import EdgeKind, Edges
 from ppaas.mapping.graph.solver import Robust
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.lifelong.parameters import LifelongParameters
-from ppaas.mapping.live import closing_work
-from ppaas.mapping.live.closing_work import Closed
+from ppaas.mapping.live import background_work
+from ppaas.mapping.live.background_work import Closed, ThinnedMap
 from ppaas.mapping.live.live_mapper import LiveMapper
-from ppaas.mapping.live.thinning_work import ThinnedMap
 from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.scan_points import prepare
 from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping
@@ -282,7 +281,7 @@ def test_a_robot_that_was_far_from_its_place_gets_there_without_a_good_start(map
     monkeypatch.setattr(
         mapper._solver, "solve", lambda graph, options: used.append(options.robust) or solve(graph, options)
     )
-    monkeypatch.setattr(closing_work, "divide", lambda *_: (agreeing, []))
+    monkeypatch.setattr(background_work, "divide", lambda *_: (agreeing, []))
     closed = mapper.next_work()(never)
     assert used == [method]
     assert len(closed.trusted) == 2

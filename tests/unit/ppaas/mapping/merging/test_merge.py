@@ -5,8 +5,7 @@ import pytest
 
 from benchmarks.mapping.simulated_drive import simulate
 from ppaas.errors import InvalidInput, MapsNotMerged
-from ppaas.mapping.graph.counterweights import balance
-from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph
+from ppaas.mapping.graph.pose_graph import EdgeKind, PoseGraph, balance
 from ppaas.mapping.key_frames import KeyFrames
 from ppaas.mapping.merging import merge as merging
 from ppaas.mapping.merging.merge import merge

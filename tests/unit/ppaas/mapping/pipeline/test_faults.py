@@ -9,8 +9,8 @@ from benchmarks.mapping.ring import ring_drive
 from benchmarks.mapping.simulated_drive import SimulatedDrive, simulate
 from benchmarks.mapping.true_error import absolute_errors
 from ppaas.geometry import Pose2D
-from ppaas.mapping.edge_information import CLOSURE_FLOOR
 from ppaas.mapping.graph.pose_graph import EdgeKind
+from ppaas.mapping.key_frame_graph import CLOSURE_FLOOR
 from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.parts.map_parts import MapParts

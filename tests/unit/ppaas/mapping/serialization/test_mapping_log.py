@@ -10,7 +10,7 @@ from ppaas.mapping.graph.pose_graph import EdgeKind
 from ppaas.mapping.serialization import mapping_log
 from ppaas.mapping.serialization.mapping_file import pack_mapping
 from ppaas.mapping.serialization.mapping_log import GrowingMapping, LogWriter, Rewritten, read_log
-from ppaas.mapping.serialization.row_selection import packed_rows
+from ppaas.mapping.serialization.rows import packed_rows
 from tests.support.world.mappings import extend_tour, room_mapping
 
 

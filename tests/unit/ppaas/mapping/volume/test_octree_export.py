@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ppaas.mapping.volume.octree_export import binary_file, full_file, octree_of_volume
+from ppaas.mapping.volume.exports import binary_file, full_file, octree_of_volume
 from ppaas.mapping.volume.parameters import VolumeParameters
 from ppaas.mapping.volume.voxel_volume import VoxelVolume
 from ppaas.maps.octomap import parse_octomap

@@ -6,7 +6,7 @@ import pytest
 from ppaas.change_log import LogEntry
 from ppaas.errors import InvalidGraph
 from ppaas.mapping.live import refining_work
-from ppaas.mapping.live.closing_work import ClosingWork
+from ppaas.mapping.live.background_work import ClosingWork
 from ppaas.mapping.live.refining_work import RefiningWork
 from ppaas.nodes.grid_slam.closure_jobs import IDLE
 from ppaas.nodes.key_frame_path import key_frames_of

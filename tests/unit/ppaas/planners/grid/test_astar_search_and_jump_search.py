@@ -12,7 +12,9 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.maps.formats.movingai import parse_map, parse_scenario
 from ppaas.maps.grid import FREE
 from ppaas.planners.base import PlanRequest
-from ppaas.planners.grid import astar_search, bucket_ring, jump_search, reusable_values
+from ppaas.planners.grid import astar as astar_search
+from ppaas.planners.grid import jps as jump_search
+from ppaas.planners.grid import search_memory
 from ppaas.planners.grid.astar import AStar
 from ppaas.planners.grid.dijkstra import Dijkstra
 from ppaas.planners.grid.jps import JumpPointSearch
@@ -80,8 +82,8 @@ def test_slices_of_one_cell_and_small_capacities_give_the_same_paths(kind, scene
         for name in ("SLICE_WORK", "SLICE_UNWOUND"):
             patch.setattr(jump_search, name, 1)
         patch.setattr(jump_search, "FIRST_CELLS", 1)
-        patch.setattr(bucket_ring, "INITIAL_CAPACITY", 1)
-        patch.setattr(reusable_values, "LOWEST", -1)
+        patch.setattr(search_memory, "INITIAL_CAPACITY", 1)
+        patch.setattr(search_memory, "LOWEST", -1)
         sliced = kind().prepare(grids.of(costs))
         for query in queries:
             path = sliced.path(*query[0], *query[1])

@@ -16,8 +16,7 @@ from ppaas.maps.formats.movingai import parse_map, parse_scenario
 from ppaas.maps.grid import GridInfo
 from ppaas.planners import PlanRequest, create
 from ppaas.planners.field.cost_field import CostField
-from ppaas.planners.grid.dstar_lite import DStarLite
-from ppaas.planners.grid.dstar_lite_field import DStarLiteField
+from ppaas.planners.grid.dstar_lite import DStarLite, DStarLiteField
 from ppaas.planners.weights import RELATIVE_ERROR, fixed_weights, passable
 from tests.reference.planners import dijkstra as twin
 from tests.support.world import grids
@@ -218,7 +217,7 @@ def test_row_of_32768_cells_at_the_highest_cost_is_traversed():
 
 
 def test_a_new_field_is_grown_after_the_robot_has_moved_too_far(monkeypatch):
-    monkeypatch.setattr("ppaas.planners.grid.dstar_lite_field.MAX_MOVED", 2.5 * 4250)
+    monkeypatch.setattr("ppaas.planners.grid.dstar_lite.MAX_MOVED", 2.5 * 4250)
     planner = DStarLite()
     expanded = [plan(planner, CLUTTERED[:9, :9], (0, column), (0, 8)).expanded for column in range(5)]
     assert expanded == [9, 0, 0, 0, 5]

@@ -11,9 +11,8 @@ from ppaas.errors import GoalOccupied, InvalidPlanner, NoValidPath, PlanCancelle
 from ppaas.geometry import Pose2D, yaw_of
 from ppaas.maps.formats.movingai import parse_map, parse_scenario
 from ppaas.planners import PlanRequest, create
-from ppaas.planners.grid import navigation_function as module
-from ppaas.planners.grid.navfn import NavFn
-from ppaas.planners.grid.navigation_function import NavigationFunction
+from ppaas.planners.grid import navfn as module
+from ppaas.planners.grid.navfn import NavFn, NavigationFunction
 from tests.reference.planners import dijkstra as exact
 from tests.reference.planners import navfn as twin
 from tests.support.world import grids

@@ -14,8 +14,7 @@ from ppaas.geometry import Pose2D, yaw_of
 from ppaas.maps.formats.movingai import parse_map, parse_scenario
 from ppaas.planners import PlanRequest, create
 from ppaas.planners.field.cost_field import cost_field
-from ppaas.planners.grid.theta_star import ThetaStar
-from ppaas.planners.grid.theta_star_search import ThetaStarSearch, crossed
+from ppaas.planners.grid.theta_star import ThetaStar, ThetaStarSearch, crossed
 from ppaas.planners.watch import proceed
 from tests.reference.planners import any_angle as twin
 from tests.reference.planners import dijkstra as moves

@@ -12,7 +12,7 @@ from ppaas.errors import InvalidParameter
 from ppaas.geometry import convex_outline
 from ppaas.planners import create
 from ppaas.planners.lattice.parameters import LatticeParameters
-from ppaas.planners.lattice.surface import reweighted_costs
+from ppaas.planners.lattice.search import reweighted_costs
 from ppaas.planners.weights import exact_weights
 from ppaas.plugins import parameters_in_use
 

@@ -9,9 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.planners.grid.kernels.line_of_sight import HIDDEN, trace, weigh
-from ppaas.planners.padding import blocking_weights, padded
 from ppaas.planners.watch import proceed
-from ppaas.planners.weights import SCALE
+from ppaas.planners.weights import SCALE, blocking_weights, padded
 from tests.reference.planners import any_angle as twin
 from tests.support.world import grids
 

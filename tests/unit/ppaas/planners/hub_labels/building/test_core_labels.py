@@ -6,10 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import InvalidPlanner
-from ppaas.planners.hub_labels.building import core_labels
-from ppaas.planners.hub_labels.building.core_labels import CoreLabels
+from ppaas.planners.hub_labels.building import labels
 from ppaas.planners.hub_labels.building.importance import RankedEdges
-from ppaas.planners.hub_labels.building.label_pool import LabelPool
+from ppaas.planners.hub_labels.building.labels import CoreLabels, LabelPool
 from ppaas.planners.watch import proceed
 from tests.reference.planners.hub_labels import hubs_of
 
@@ -38,9 +37,9 @@ def labels_of(nodes: int, lengths: Lengths, *, batches: tuple[int, int, int], th
     pool = LabelPool(np.arange(nodes, dtype=np.int32))
     pool.hubs, pool.lengths, pool.towards = np.empty((3, capacity), np.int32)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(core_labels, "FEW", 0)
+        patch.setattr(labels, "FEW", 0)
         for name, value in zip(("LEAST_BATCH", "MOST_BATCH", "NODES_A_SEARCH"), batches, strict=True):
-            patch.setattr(core_labels, name, value)
+            patch.setattr(labels, name, value)
         assert CoreLabels(pool, edges_in(nodes, lengths), nodes, longest=1000, threads=threads).label(10**6, proceed)
     assert pool.labelled == nodes
     entries = np.column_stack((pool.hubs, pool.lengths, pool.towards)).tolist()

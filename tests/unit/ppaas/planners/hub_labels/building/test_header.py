@@ -6,9 +6,8 @@ import pytest
 from ppaas.errors import InvalidInput
 from ppaas.planners.hub_labels.building.assembly import build_index
 from ppaas.planners.hub_labels.building.header import fingerprint, unseal
-from ppaas.planners.hub_labels.index import HubIndex
 from ppaas.planners.hub_labels.kernels.layout import CHECK, LABELS, MAGIC, TERRAIN, VERSION
-from ppaas.planners.hub_labels.planner import HubLabels
+from ppaas.planners.hub_labels.planner import HubIndex, HubLabels
 from ppaas.planners.watch import proceed
 from tests.support.world import grids
 

@@ -8,8 +8,8 @@ from ppaas.planners.hub_labels.building import assembly, size_limits
 from ppaas.planners.hub_labels.building.assembly import build_index
 from ppaas.planners.hub_labels.building.contraction import Contraction
 from ppaas.planners.hub_labels.building.graph import build_corner_graph, build_corner_map
-from ppaas.planners.hub_labels.index import HubIndex
 from ppaas.planners.hub_labels.kernels import layout
+from ppaas.planners.hub_labels.planner import HubIndex
 from ppaas.planners.watch import proceed
 from tests.unit.ppaas.planners.hub_labels.test_planner import assert_all_paths_are_shortest
 

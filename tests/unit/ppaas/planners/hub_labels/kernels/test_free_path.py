@@ -1,12 +1,15 @@
-"""Costs of now are compared with a path, and with the costs of the map."""
+"""Costs of now against a path and the costs of the map; cells written eight at once."""
 
 from itertools import pairwise
 
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
+from numba import njit
 
+from ppaas.planners.hub_labels.kernels import vectors
 from ppaas.planners.hub_labels.kernels.free_path import is_free_along, opens
+from ppaas.planners.hub_labels.kernels.path_cells import STEPS
 
 PATH = np.array([[0, 0], [1, 1], [1, 2]], np.int32)
 
@@ -48,3 +51,20 @@ def test_it_finds_whether_a_cell_of_the_window_has_opened(seed, allow_unknown, b
     free_now, free_before = ((c < 253) | (allow_unknown & (c == 255)) for c in (now, base))
     expected = (free_now & ~free_before)[top:bottom, left:right].any()
     assert opens(now, base, bounds, allow_unknown) == expected
+
+
+write_next = vectors.write_next
+
+
+@njit
+def _write(flat, at, cell):
+    for direction in range(8):
+        write_next(flat, at + 8 * direction, cell, STEPS, 8 * direction)
+
+
+@given(st.integers(0, 10), st.integers(-(2**62), 2**62))
+def test_each_written_cell_is_the_first_plus_its_step(at, cell):
+    flat = np.full(80, 7)
+    _write(flat, at, cell)
+    assert flat[at : at + 64].tolist() == (cell + STEPS).tolist()
+    assert (np.delete(flat, slice(at, at + 64)) == 7).all()

@@ -1,16 +1,25 @@
-"""The shortcuts are optimal, and dividing a path does not change it."""
+"""Curves and shortcuts of kinematic paths are optimal, and dividing a path does not change it."""
 
 import math
 
 import numpy as np
 import pytest
+from hypothesis import example, given
 
 from ppaas.planners.lattice.kernels.driving import flat_surface
-from ppaas.planners.lattice.kernels.reeds_shepp import MAX_PIECES
+from ppaas.planners.lattice.kernels.dubins import dubins
+from ppaas.planners.lattice.kernels.reeds_shepp import MAX_PIECES, reeds_shepp
 from ppaas.planners.lattice.kernels.shortcuts import cut, join, trace
-from ppaas.planners.lattice.kernels.steering import LEG, Car
+from ppaas.planners.lattice.kernels.steering import LEG, Car, curve
 from tests.reference.planners import driving
 from tests.reference.planners import lattice as twin
+from tests.unit.ppaas.planners.lattice.kernels.test_reeds_shepp import (
+    GOALS,
+    WEIGHTS,
+    assert_ends_at,
+    pieces_of,
+    weighed,
+)
 
 CAR = Car(3.0, True, 72, 2.0, 1.2, 0.0, 3.5, 9.0)
 
@@ -65,3 +74,39 @@ def test_a_divided_path_has_the_same_samples_and_short_parts(seed):
     np.testing.assert_allclose(cut_up[:count], whole[:count], atol=1e-9)
     expected = [p for x, y, theta, k, s, _ in legs.tolist() for p in driving.points((x, y, theta), k, s, 0.0)]
     np.testing.assert_allclose(whole[:count], expected, atol=1e-9)
+
+
+@given(GOALS, WEIGHTS)
+@example((0.0, 0.0, 5e-324), 1.0)
+def test_dubins_curve_ends_at_its_goal_and_never_reverses(goal, turn):
+    word = dubins(*goal, turn)
+    assert_ends_at(pieces_of(word), goal)
+    assert word.cost == pytest.approx(weighed(pieces_of(word), math.inf, turn), abs=1e-9)
+    assert all(length >= 0.0 for _, length in pieces_of(word))
+
+
+@pytest.mark.parametrize(
+    ("goal", "length"),
+    [
+        ((0.0, 0.0, 0.0), 0.0),
+        ((5.0, 0.0, 0.0), 5.0),
+        ((0.0, 2.0, math.pi), math.pi),
+        ((0.0, 0.0, math.pi), 7.0 * math.pi / 3.0),  # 60° left, 300° right, 60° left
+        ((0.0, -4.0, math.pi), math.pi + 2.0),  # a quarter, straight, and a quarter more
+    ],
+)
+def test_known_lengths_of_dubins_curves_are_right(goal, length):
+    assert dubins(*goal, 1.0).cost == pytest.approx(length, abs=1e-9)
+
+
+def test_a_turn_rounded_below_zero_is_not_a_full_circle():
+    assert dubins(3.0, 0.0, -1e-16, 1.0).cost == pytest.approx(3.0)
+    assert dubins(3.0, -1e-17, 1e-17, 1.0).cost == pytest.approx(3.0)
+
+
+@given(GOALS, WEIGHTS, WEIGHTS)
+def test_curve_is_the_cheapest_word_not_the_shortest(goal, reverse, turn):
+    car = Car(1.0, True, 72, reverse, turn, 0.0, 3.5, 9.0)
+    cost = curve(car, 0.0, 0.0, 0.0, *goal).cost
+    assert cost <= weighed(pieces_of(reeds_shepp(*goal, 1.0, 1.0)), reverse, turn) + 1e-9
+    assert cost <= weighed(pieces_of(dubins(*goal, turn)), reverse, turn) + 1e-9

@@ -1,1 +1,0 @@
-"""Model predictive path integral control (MPPI): averages random command sequences by their costs."""

@@ -1,1 +1,0 @@
-"""Regulated pure pursuit: steers towards a point ahead on the path."""

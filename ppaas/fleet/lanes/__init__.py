@@ -1,1 +1,0 @@
-"""Cells of a fleet along lanes that were drawn by hand."""
