@@ -11,7 +11,7 @@ from engine.protocols.framing import FrameStream
 from engine.specs.containers import ContainerSpec, RobotConfig
 from ppaas.errors import MessageTooLarge, NotPermitted
 from ppaas.nodes.topics import PEOPLE_REPORT, PEOPLE_STATE, TOPICS, TRAFFIC_GRANTS, TRAFFIC_REPORT
-from ppaas.people.nodes import hears_coordinator
+from ppaas.people.names import hears_coordinator
 from ppaas.traffic.taking_part import takes_part
 
 SHARED_TOPICS = tuple(topic.name for topic in TOPICS.values() if topic.shared)

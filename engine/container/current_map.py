@@ -20,7 +20,7 @@ from ppaas.nodes.graph import Graph
 from ppaas.nodes.map_server.node import MapServerNode
 from ppaas.nodes.move_base.node import MoveBaseNode
 from ppaas.nodes.planner_server.node import PlannerServerNode
-from ppaas.people.nodes import FOLLOW_PERSON, LEG_DETECTOR, PEOPLE_COORDINATOR
+from ppaas.people.names import FOLLOW_PERSON, LEG_DETECTOR, PEOPLE_COORDINATOR
 from ppaas.plans.reuse.measured_times import Times
 from ppaas.plans.reuse.scope import Note
 from ppaas.plans.reuse.setup import ReuseSetup

@@ -7,7 +7,7 @@ from typing import Literal
 from engine.rights.globs import matches
 from engine.rights.services import configures, lists_names, only_reads, passed_on
 from ppaas.errors import NotPermitted
-from ppaas.wire.cancel_goal import CANCEL_GOAL
+from ppaas.wire.actions import CANCEL_GOAL
 from storage.sharing_records import ALL, SHARE_ROLES, Share, ShareRole, TokenScope
 
 Act = Literal["publish", "call", "send a goal to"]

@@ -11,8 +11,17 @@ from ppaas.clock import monotonic
 from ppaas.errors import NotFound, PPaaSError
 from ppaas.nodes.base import DEFAULT_DEPTH
 from ppaas.nodes.nav2_actions import PATH_GOALS
-from ppaas.wire.actions import Action, actions, find_action, topics_of
-from ppaas.wire.cancel_goal import CANCEL_GOAL, UNKNOWN_GOAL_ID, cancel_message, cancel_response, cancelled_until
+from ppaas.wire.actions import (
+    CANCEL_GOAL,
+    UNKNOWN_GOAL_ID,
+    Action,
+    actions,
+    cancel_message,
+    cancel_response,
+    cancelled_until,
+    find_action,
+    topics_of,
+)
 from ppaas.wire.goals import GoalFrame, GoalTracker, refusal
 from ppaas.wire.operations import CancelActionGoal, RefusedOperation, SendActionGoal
 from ppaas.wire.rosbridge import RosbridgeSession

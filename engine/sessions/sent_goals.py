@@ -9,12 +9,11 @@ from engine.sessions.posting import Posting
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, InvalidInput, QuotaExceeded, UnknownType
 from ppaas.messages.base.message import Message
-from ppaas.messages.spellings.time_spelling import to_ros2
+from ppaas.messages.base.spelling import to_ros2
 from ppaas.nodes.base import DEFAULT_DEPTH
-from ppaas.wire.action_frames import feedback_frame, result_frame
-from ppaas.wire.action_types import part_of_action
+from ppaas.wire.actions import part_of_action
 from ppaas.wire.arguments import as_object
-from ppaas.wire.goals import MAX_GOALS
+from ppaas.wire.goals import MAX_GOALS, feedback_frame, result_frame
 from ppaas.wire.names import is_ros2_type, ros1_type
 from ppaas.wire.operations import CancelActionGoal, SendActionGoal
 

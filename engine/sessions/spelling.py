@@ -7,8 +7,8 @@ from ppaas.clock import epoch
 from ppaas.messages.geometry_msgs import Twist
 from ppaas.nodes.topics import policy_of
 from ppaas.wire.names import ros2_spelling
+from ppaas.wire.rosbridge import Respell
 from ppaas.wire.stamped_twists import TWIST_STAMPED, stamping
-from ppaas.wire.subscriptions import Respell
 
 
 def spelling_at(place: Place) -> Callable[[str, str | None], Respell | None]:

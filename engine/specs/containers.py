@@ -5,7 +5,7 @@ from typing import Any, Literal
 import msgspec
 
 from ppaas.costmap.global_parameters import CostParameters
-from ppaas.people.group_names import coordinator_checkpoint
+from ppaas.people.names import coordinator_checkpoint
 from ppaas.people.settings import PeopleSettings
 from ppaas.robot_model.description import RobotDescription
 from ppaas.traffic.taking_part import traffic_checkpoint

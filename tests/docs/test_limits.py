@@ -37,8 +37,7 @@ from ppaas.mapping.serialization import rebuilding
 from ppaas.maps.formats import map_yaml, netpbm, pbm, pictures, pillow_rows, png, yaml_keys
 from ppaas.maps.grid import MAX_CELLS
 from ppaas.nodes.grid_slam import joint_maps
-from ppaas.nodes.recorder.intake import MOST_PAYLOAD
-from ppaas.nodes.recorder.node import MOST_SECONDS
+from ppaas.nodes.recorder.node import MOST_PAYLOAD, MOST_SECONDS
 from ppaas.people import settings as people
 from ppaas.perception.depth_scan import MOST_PIXELS
 from ppaas.recording import reader
@@ -49,7 +48,7 @@ from ppaas.wire.binary import cbor_decoder
 from ppaas.wire.foxglove import session
 from ppaas.wire.foxglove.requests import MAX_LISTED, MAX_TEXT
 from ppaas.wire.rapyuta import forwarder, part_assembler, requests
-from ppaas.wire.ros import rmw_zenoh, tcpros, types, xml_rpc
+from ppaas.wire.ros import rmw_zenoh, ros1_master, tcpros, types
 from ppaas.zones import zone
 from robots.bridges.ros1 import http, move_base, peer, publication
 from robots.bridges.ros1 import node as ros1_node
@@ -208,7 +207,9 @@ ROWS = {
     ],
     ("message of ROS in CDR or of ROS 1", "size"): [f"{types.MAX_MESSAGE >> 20} MiB"],
     ("connection header of ROS 1", "size; fields"): [f"{size(tcpros.MAX_HEADER)}; {tcpros.MAX_FIELDS}"],
-    ("call or response of XML-RPC of ROS 1", "size"): [f"{size(xml_rpc.MAX_CALL)} or {size(xml_rpc.MAX_RESPONSE)}"],
+    ("call or response of XML-RPC of ROS 1", "size"): [
+        f"{size(ros1_master.MAX_CALL)} or {size(ros1_master.MAX_RESPONSE)}"
+    ],
     (
         "node of the bridge of ROS 1",
         "connections for data, for calls; subscribers of a topic, publishers, clients of a service",

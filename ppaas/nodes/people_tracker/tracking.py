@@ -12,9 +12,9 @@ from ppaas.messages.people_coordination import SensorView
 from ppaas.nodes.people_tracker.poses import RobotPoses
 from ppaas.nodes.people_tracker.readings import FramedPerson, Reading
 from ppaas.nodes.topics import DETECTIONS, PEOPLE, TF
-from ppaas.people.robot_tracks.clock_offsets import LATEST, TOLERANCE, ClockOffset, corrected
-from ppaas.people.robot_tracks.robot_tracker import HELD, Found, RobotTracker, RobotTrackerState, SeenPerson
+from ppaas.people.clock_offsets import LATEST, TOLERANCE, ClockOffset, corrected
 from ppaas.people.state_checks import check_view
+from ppaas.people.tracks.robot_tracker import HELD, Found, RobotTracker, RobotTrackerState, SeenPerson
 
 IN_USE = HELD
 """Time after its last measurement for which a detector counts as in use [s]: that for which its people count as seen.

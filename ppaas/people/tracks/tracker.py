@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.people.tracks.assignment import assign
-from ppaas.people.tracks.filter_bank import MODELS, FilterBank, inverse_2x2
+from ppaas.people.tracks.filter_bank import MODELS, FilterBank, MotionParameters, inverse_2x2
 from ppaas.people.tracks.hungarian import least_cost
-from ppaas.people.tracks.motion import MotionParameters
 
 Array = NDArray[np.float64]
 

@@ -1,6 +1,6 @@
 """Dictionaries with a limited number of entries."""
 
-from ppaas.bounded_dict import BoundedDict
+from ppaas.bounded import BoundedDict
 
 
 def test_the_entry_that_was_assigned_first_is_dropped() -> None:

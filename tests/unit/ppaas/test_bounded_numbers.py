@@ -2,7 +2,7 @@
 
 import pytest
 
-from ppaas.bounded_numbers import above_zero, whole
+from ppaas.bounded import above_zero, whole
 from ppaas.errors import InvalidParameter
 
 

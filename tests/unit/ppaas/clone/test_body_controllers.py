@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from ppaas.clone.body_controllers import controller_of
+from ppaas.clone.plugins import controller_of
 from ppaas.clone.robot_body import robot_body
 from ppaas.controllers.base import Controller, ControlRequest, Velocity
 from ppaas.controllers.mppi.controller import PathIntegral

@@ -7,10 +7,9 @@ from hypothesis import strategies as st
 
 from ppaas.costmap.build_layers import build_layers
 from ppaas.diagnosis.diagnose import diagnose
-from ppaas.diagnosis.observations.facts import LinkFacts, TopicFacts
+from ppaas.diagnosis.observations.facts import LinkFacts, TopicFacts, observations_from_json, observations_to_json
+from ppaas.diagnosis.observations.place import WatchedRobot
 from ppaas.diagnosis.observations.recorder import HEARD, Recorder
-from ppaas.diagnosis.observations.serialization import observations_from_json, observations_to_json
-from ppaas.diagnosis.observations.watched_robot import WatchedRobot
 from ppaas.diagnosis.rules.finding import LEVELS
 from ppaas.messages.base.message import Message
 from tests.support.world.diagnosed_robot import LINK, healthy, kinds

@@ -11,14 +11,14 @@ from ppaas.navigation.events import (
     RecoveryStepped,
     VelocityComputed,
 )
-from ppaas.navigation.move_base import State
-from ppaas.navigation.orders import (
+from ppaas.navigation.move_base import (
     ComputeVelocity,
     PublishResult,
     PublishStatus,
     Recover,
     RequestPlan,
     SendVelocity,
+    State,
     Stop,
 )
 from tests.support.world.move_base_driver import PLAN, Driver

@@ -1,7 +1,7 @@
 """Detection of a robot that oscillates."""
 
 from ppaas.geometry import Pose2D
-from ppaas.navigation.oscillation import Oscillation
+from ppaas.navigation.move_base import Oscillation
 
 
 def test_the_first_place_counts_as_left():

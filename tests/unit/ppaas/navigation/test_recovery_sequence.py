@@ -2,8 +2,7 @@
 
 import pytest
 
-from ppaas.navigation.parameters import MoveBaseParameters, RecoveryBehavior
-from ppaas.navigation.recovery_sequence import recovery_behaviors, recovery_defaults
+from ppaas.navigation.parameters import MoveBaseParameters, RecoveryBehavior, recovery_behaviors, recovery_defaults
 
 OWN = (RecoveryBehavior("back", "back_up"), RecoveryBehavior("rest", "wait"))
 

@@ -4,7 +4,7 @@ import pytest
 from ppaas.costmap.costmap import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION, Costmap
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo
-from ppaas.people.map_area import MapArea
+from ppaas.people.coordinator.visibility import MapArea
 
 
 def test_the_distance_is_that_from_known_free_cells_also_outside_the_map() -> None:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from ppaas.people.nodes import hears_coordinator, tracks_people
+from ppaas.people.names import hears_coordinator, tracks_people
 
 
 @pytest.mark.parametrize("name", ["torso_detector", "leg_detector", "people_tracker"])

@@ -2,7 +2,7 @@
 
 from ppaas.messages.geometry_msgs import Point
 from ppaas.messages.people_coordination import LOST, PREDICTED, SEEN, TrackedPerson
-from ppaas.people.standing_people import KEEP, SAME, STANDING, StandingPeople
+from ppaas.nodes.move_base.people import KEEP, SAME, STANDING, StandingPeople
 
 
 def person(number, x, speed=0.0, state=SEEN):

@@ -8,9 +8,8 @@ from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
 
 from ppaas.errors import InvalidInput
-from ppaas.recording.copying import McapCopy
-from ppaas.recording.decoding import McapDecoder
-from ppaas.recording.reader import McapReader
+from ppaas.recording.reader import McapDecoder, McapReader
+from ppaas.recording.writer import McapCopy
 from ppaas.wire.ros import ros_types
 from tests.support.fuzzing import EXAMPLES
 from tests.support.recordings.entries import entry, mcap, read, scan, text, twist

@@ -18,10 +18,8 @@ from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.tf2_web_republisher import TFSubscriptionActionGoal, TFSubscriptionGoal
 from ppaas.recording import reader as reading
 from ppaas.recording.batches import Entry
-from ppaas.recording.copying import McapCopy
-from ppaas.recording.decoding import McapDecoder, decoded
-from ppaas.recording.reader import MAGIC, McapReader
-from ppaas.recording.writer import McapFile, encoded
+from ppaas.recording.reader import MAGIC, McapDecoder, McapReader, decoded
+from ppaas.recording.writer import McapCopy, McapFile, encoded
 from tests.support.recordings.entries import ABOUT, START, entry, mcap, read, scan, text, twist
 
 DRIVE = (

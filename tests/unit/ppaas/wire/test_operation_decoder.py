@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from ppaas.wire.operation_decoder import MAX_SHOWN, decode_operation
 from ppaas.wire.operations import CallService, Publish, RefusedOperation
+from ppaas.wire.rosbridge import MAX_SHOWN, decode_operation
 
 
 def refused(frame: str) -> RefusedOperation:

@@ -1,6 +1,6 @@
 """Frames of a robot: parents, senders, and people that are left out."""
 
-from ppaas.diagnosis.observations.frame_watch import MOST_PARENTS, FrameWatch, alternates
+from ppaas.diagnosis.observations.recorder import MOST_PARENTS, FrameWatch, alternates
 from ppaas.geometry import Pose2D
 from ppaas.messages.base.std_msgs import Time
 from ppaas.messages.geometry_msgs import TransformStamped

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from ppaas.diagnosis.observations.motion import LONGEST_COMMAND, Motion
+from ppaas.diagnosis.observations.recorder import LONGEST_COMMAND, Motion
 from ppaas.geometry import Pose2D
 from ppaas.messages.geometry_msgs import Twist, Vector3
 from tests.support.world.diagnosed_robot import DiagnosedRobot

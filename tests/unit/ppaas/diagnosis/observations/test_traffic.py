@@ -2,8 +2,14 @@
 
 import pytest
 
-from ppaas.diagnosis.observations.topic_table import REFUSAL_AGE, TopicTable
-from ppaas.diagnosis.observations.traffic import MOST_SENDERS, MOST_TEXT, MOST_TOPICS, Traffic
+from ppaas.diagnosis.observations.topic_table import (
+    MOST_SENDERS,
+    MOST_TEXT,
+    MOST_TOPICS,
+    REFUSAL_AGE,
+    TopicTable,
+    Traffic,
+)
 
 
 def test_messages_bytes_senders_and_refusals_are_counted_by_topic() -> None:

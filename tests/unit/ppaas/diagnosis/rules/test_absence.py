@@ -2,8 +2,8 @@
 
 import pytest
 
-from ppaas.diagnosis.observations.absence import AbsenceFacts
-from ppaas.diagnosis.rules.absence import absence
+from ppaas.diagnosis.observations.facts import AbsenceFacts
+from ppaas.diagnosis.rules.link import absence
 
 FREE = {"robot": "tb1", "cores": 1.0, "free": (0.5, 4.0)}
 

@@ -4,7 +4,7 @@ import msgspec
 import pytest
 
 from ppaas.diagnosis.observations.facts import GoalFacts, MotionFacts, NodeFacts
-from ppaas.diagnosis.rules.goals import goals
+from ppaas.diagnosis.rules.driving import goals
 from ppaas.messages.actionlib_msgs import Status
 from tests.support.world.diagnosed_robot import LINK, healthy
 

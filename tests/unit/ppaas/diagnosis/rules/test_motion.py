@@ -3,7 +3,7 @@
 import pytest
 
 from ppaas.diagnosis.observations.facts import MotionFacts, NodeFacts, TopicFacts
-from ppaas.diagnosis.rules.motion import motion
+from ppaas.diagnosis.rules.driving import motion
 from tests.support.world.diagnosed_robot import healthy
 
 DRIVES = {"commands": 90, "ordered": 1.0, "ordered_turn": 1.0, "ordered_path": 1.2}

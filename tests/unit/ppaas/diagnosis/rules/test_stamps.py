@@ -2,7 +2,7 @@
 
 import pytest
 
-from ppaas.diagnosis.rules.stamps import stamps
+from ppaas.diagnosis.rules.frames import stamps
 from tests.support.world.diagnosed_robot import healthy, with_topic
 
 

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from ppaas.errors import MalformedMessage
 from ppaas.messages import decode, encode
 from ppaas.messages.actionlib_msgs import GoalStatusArray
+from ppaas.messages.base.spelling import to_ros1, to_ros2
 from ppaas.messages.base.std_msgs import Duration, Header, Time
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.spellings.time_spelling import to_ros1, to_ros2
 
 WORDS = ["secs", "nsecs", "sec", "nanosec", "stamp", '"secs', 'a"secs', '\\"secs', '"secs":', '"sec": 1', "\\"]
 TEXT = (

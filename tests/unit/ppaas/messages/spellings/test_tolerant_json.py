@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import MalformedMessage
-from ppaas.messages.spellings.tolerant_json import (
+from ppaas.messages.base.spelling import (
     MAX_OBJECTS,
     MAX_TOLERATED,
     MAX_VALUES,

@@ -8,7 +8,7 @@ from ppaas.errors import InvalidGraph
 from ppaas.mapping.live import refining_work
 from ppaas.mapping.live.closing_work import ClosingWork
 from ppaas.mapping.live.refining_work import RefiningWork
-from ppaas.nodes.grid_slam.closure_jobs import IDLE
+from ppaas.nodes.grid_slam.scan_mapping import IDLE
 from ppaas.nodes.key_frame_path import key_frames_of
 from tests.support.world.mapping_robot import HeldJobs, MappingRobot
 from tests.support.world.ring_drive import ring_drive

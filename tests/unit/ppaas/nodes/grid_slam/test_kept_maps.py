@@ -22,7 +22,7 @@ from ppaas.messages.slam_toolbox import (
     SerializePoseGraphRequest,
 )
 from ppaas.nodes import file_pages
-from ppaas.nodes.grid_slam import times_log
+from ppaas.nodes.grid_slam import logbook
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
 from ppaas.nodes.grid_slam.posegraph_services import PoseGraphStore
 from ppaas.nodes.jobs import run_inline
@@ -145,7 +145,7 @@ def all_anew(kept):
 
 
 def test_times_of_key_frames_are_few_entries(monkeypatch):
-    monkeypatch.setattr(times_log, "FOLD", 3)
+    monkeypatch.setattr(logbook, "FOLD", 3)
     robot, kept = MappingRobot(ring_drive()), Kept()
     for _ in range(30):
         robot.step()

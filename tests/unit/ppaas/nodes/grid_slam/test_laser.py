@@ -11,7 +11,7 @@ from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.nodes.grid_slam.laser import MappingLaser
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
-from ppaas.nodes.grid_slam.status import blindness_status
+from ppaas.nodes.grid_slam.scan_intake import blindness_status
 from ppaas.nodes.robot_scans import RobotScan
 
 RANGES: list[float | None] = [2.0, None, math.inf, math.nan, 8.0, 9.5, 6.5, 0.0, 0.02, -math.inf]

@@ -9,7 +9,7 @@ import pytest
 from ppaas.geometry import Pose2D
 from ppaas.maps.occupancy import MapChange
 from ppaas.messages.base.std_msgs import Time
-from ppaas.nodes.grid_slam.messages import entropy_of, robot_covariance
+from ppaas.nodes.grid_slam.publishing import entropy_of, robot_covariance
 
 
 def test_a_change_is_a_message_with_its_cells_row_by_row():

@@ -6,7 +6,7 @@ import pytest
 
 from ppaas.controllers.base import NO_LIMIT, SpeedLimit
 from ppaas.geometry import Pose2D
-from ppaas.nodes.move_base.zone_speeds import ZoneSpeeds
+from ppaas.nodes.move_base.speed_limits import ZoneSpeeds
 from ppaas.zones.schedule import Hours
 from ppaas.zones.zone import KeepOut, SpeedZone, ZoneSet
 from tests.support.zones import rectangle

@@ -10,8 +10,7 @@ from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionResult
 from ppaas.messages.nav_msgs import Path
 from ppaas.nodes.graph import Graph
-from ppaas.nodes.waypoint_follower.mapping_node import MappingWaypointFollowerNode
-from ppaas.nodes.waypoint_follower.node import WaypointFollowerParameters
+from ppaas.nodes.waypoint_follower.node import MappingWaypointFollowerNode, WaypointFollowerParameters
 from tests.support.world.touring import waypoints
 
 A, B = Pose2D(1.0, 1.0, 0.0), Pose2D(9.0, 1.0, 0.0)

@@ -8,7 +8,7 @@ from ppaas.costmap.costmap import LETHAL_OBSTACLE, Costmap
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo
 from ppaas.messages.people_coordination import SensorView
-from ppaas.people.coordinator.contradictions import Contradictions
+from ppaas.people.coordinator.coordinator import Contradictions
 from ppaas.people.coordinator.people_table import PeopleTable
 from ppaas.people.coordinator.visibility import Walls, view_of
 

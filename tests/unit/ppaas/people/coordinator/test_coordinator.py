@@ -16,7 +16,7 @@ from ppaas.geometry import Pose2D
 from ppaas.messages.geometry_msgs import Point
 from ppaas.messages.people_coordination import LOST, PREDICTED, SEEN, PeopleReport, PeopleState
 from ppaas.people.coordinator.coordinator import Coordinator
-from ppaas.people.coordinator.robots.group import FROZEN
+from ppaas.people.coordinator.group import FROZEN
 from ppaas.people.settings import PeopleSettings, Zone
 from ppaas.people.state_checks import check_state
 from tests.support.budget import examples

@@ -5,7 +5,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppaas.people.coordinator.follow_action import cheapest, follow_actions
+from ppaas.people.coordinator.follow_controller import cheapest, follow_actions
 
 
 def test_the_cheapest_robot_follows() -> None:

@@ -9,12 +9,11 @@ from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Point, Pose, PoseWithCovariance
 from ppaas.messages.people_coordination import PeopleReport
 from ppaas.messages.people_msgs import PositionMeasurement
+from ppaas.people.coordinator.agreement import RobotComparison
+from ppaas.people.coordinator.group import ALONE, WALLS, Robots
 from ppaas.people.coordinator.parameters import CoordinatorParameters
 from ppaas.people.coordinator.people_table import PeopleTable
-from ppaas.people.coordinator.robot_comparison import RobotComparison
-from ppaas.people.coordinator.robots.group import Robots
-from ppaas.people.coordinator.robots.reports import read_report
-from ppaas.people.coordinator.robots.trust import ALONE, WALLS
+from ppaas.people.coordinator.reports import read_report
 from ppaas.people.coordinator.sightings import observe
 from ppaas.people.coordinator.visibility import Walls, view_of
 from tests.support.world.planar_world import walled_map

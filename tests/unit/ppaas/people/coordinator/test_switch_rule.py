@@ -2,7 +2,7 @@
 
 import math
 
-from ppaas.people.coordinator.switch_rule import takes_over
+from ppaas.people.coordinator.follow_controller import takes_over
 
 
 def test_another_robot_takes_over_if_its_cost_falls_strictly_and_is_smaller() -> None:

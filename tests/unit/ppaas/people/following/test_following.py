@@ -23,11 +23,9 @@ from ppaas.messages.people_coordination import (
     SensorView,
     TrackedPerson,
 )
-from ppaas.people.following.following import AHEAD, UNKNOWN, Following
+from ppaas.people.following.following import AHEAD, STUCK, UNKNOWN, Following
 from ppaas.people.following.parameters import FollowParameters
-from ppaas.people.following.places import Places
-from ppaas.people.following.progress import STUCK
-from ppaas.people.following.standing_place import GROUP_MARGIN
+from ppaas.people.following.places import GROUP_MARGIN, Places
 from ppaas.people.talking_groups import distances_to
 from tests.support.world.planar_world import walled_map
 

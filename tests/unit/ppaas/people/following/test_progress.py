@@ -3,7 +3,7 @@
 import pytest
 
 from ppaas.geometry import Pose2D
-from ppaas.people.following.progress import FORGOTTEN, STUCK, Progress
+from ppaas.people.following.following import FORGOTTEN, STUCK, Progress
 
 PLACE = Pose2D(5.0, 0.0)
 

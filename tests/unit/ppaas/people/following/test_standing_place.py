@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 
 from ppaas.costmap.build_layers import build_layers
 from ppaas.geometry import Pose2D
-from ppaas.people.following.places import Places
-from ppaas.people.following.standing_place import (
+from ppaas.people.following.places import (
     FAILED_RADIUS,
     GROUP_MARGIN,
     LEAST,
     PlaceRequest,
+    Places,
     choose_place,
     facing,
 )

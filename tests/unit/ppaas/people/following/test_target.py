@@ -6,7 +6,7 @@ import pytest
 
 from ppaas.messages.geometry_msgs import Point
 from ppaas.messages.people_coordination import LOST, PREDICTED, SEEN, TrackedPerson
-from ppaas.people.following.target import LONGEST_PREDICTION, Target
+from ppaas.people.following.following import LONGEST_PREDICTION, Target
 
 
 def person(x: float, y: float = 0.0, vx: float = 0.5, vy: float = 0.0, state: str = SEEN) -> TrackedPerson:

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppaas.people.robot_tracks.clock_offsets import TOLERANCE, WINDOW, ClockOffset, corrected
+from ppaas.people.clock_offsets import TOLERANCE, WINDOW, ClockOffset, corrected
 
 
 @given(st.floats(-1e6, 1e6), st.lists(st.floats(0.0, 0.3), min_size=1, max_size=40))

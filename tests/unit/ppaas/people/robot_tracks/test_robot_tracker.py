@@ -5,7 +5,7 @@ import pytest
 
 from ppaas.geometry import Pose2D
 from ppaas.messages.people_coordination import SensorView
-from ppaas.people.robot_tracks.robot_tracker import HELD, Found, RobotTracker, RobotTrackerState, SeenPerson
+from ppaas.people.tracks.robot_tracker import HELD, Found, RobotTracker, RobotTrackerState, SeenPerson
 
 ROBOT = Pose2D(0.0, 0.0)
 VIEW = SensorView(0.0, 0.0, 0.0, 1.5, 0.3, 6.0)

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppaas.people.robot_tracks.torso_ids import MOST, TorsoIds
+from ppaas.people.tracks.robot_tracker import MOST, TorsoIds
 
 
 @given(

@@ -6,7 +6,7 @@ import pytest
 
 from ppaas.geometry import Pose2D
 from ppaas.messages.people_coordination import SensorView
-from ppaas.people.robot_tracks.views import hides, sees
+from ppaas.people.tracks.robot_tracker import hides, sees
 
 ROBOT = Pose2D(1.0, 1.0, math.pi / 2.0)
 AHEAD = SensorView(0.5, 0.0, 0.0, 1.0, 0.5, 5.0)

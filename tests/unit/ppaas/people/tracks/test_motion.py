@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from ppaas.people.tracks.motion import MotionModel, MotionParameters
+from ppaas.people.tracks.filter_bank import MotionModel, MotionParameters
 
 MODEL = MotionModel(memory=4.0, speed=1.0)
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from ppaas.perception.torso.proposals import propose
+from ppaas.perception.torso.patches import propose
 from robots.sim.depth.shapes import Shapes, box, capsule, shapes_of
 from tests.support.world.depth_images import image_of, person, view_of
 

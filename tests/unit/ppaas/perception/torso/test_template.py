@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from ppaas.perception.torso.models import ABOVE, BELOW, LEGS, SHAPE, TOPS, UpperBody, rows_of
 from ppaas.perception.torso.patches import COLUMNS, LOWEST, ROW_HEIGHT, ROWS, STEPS
-from ppaas.perception.torso.template import ABOVE, BELOW, LEGS, SHAPE, TOPS, UpperBody, rows_of
 
 
 def blank() -> list[np.ndarray]:

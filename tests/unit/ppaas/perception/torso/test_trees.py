@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppaas.perception.torso.trees import DEPTH, LEAVES, NODES, Trees
+from ppaas.perception.torso.models import DEPTH, LEAVES, NODES, Trees
 
 
 def naive(trees: Trees, sample: list[int]) -> float:

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import MalformedMessage, MessageTooLarge, PPaaSError
-from ppaas.wire.binary.cbor_decoder import ARRAY_TYPES, MAX_DEPTH, MAX_ITEMS, MAX_NUMBERS, cbor_to_json, is_cbor
+from ppaas.wire.binary.cbor import ARRAY_TYPES, MAX_DEPTH, MAX_ITEMS, MAX_NUMBERS, cbor_to_json, is_cbor
 
 VALUES: st.SearchStrategy[Any] = st.recursive(
     st.none() | st.booleans() | st.integers(-(2**64), 2**64 - 1) | st.floats(allow_nan=False, allow_infinity=False)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from ppaas.wire.binary.binary_frame import BinaryFrame
-from ppaas.wire.binary.cbor_encoder import cbor_frame
+from ppaas.wire.binary.cbor import cbor_frame
 
 POSE = {"position": {"x": 1.0}, "orientation": {"w": 1.0}}
 

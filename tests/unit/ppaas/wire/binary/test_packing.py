@@ -12,7 +12,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from ppaas.errors import MalformedMessage, UnknownType
 from ppaas.wire.binary.binary_frame import BinaryFrame
-from ppaas.wire.binary.cbor_raw import RosType
+from ppaas.wire.binary.cbor import RosType
 from ppaas.wire.binary.packing import Packer, operation_of
 from ppaas.wire.ros.serialization import serialize
 from ppaas.wire.ros.types import ros_types

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from ppaas.wire.binary.png import png_frame
+from ppaas.wire.binary.packing import png_frame
 
 
 def text_in(frame: bytes) -> str:

@@ -14,7 +14,7 @@ from ppaas.messages.base.std_msgs import Header, String, Time
 from ppaas.messages.sensor_msgs import CompressedImage, LaserScan
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.messages.vision_msgs import Detection3DArray
-from ppaas.wire.rapyuta.converter import Converter
+from ppaas.wire.rapyuta.message_codec import Converter
 from tests.support.world.frame_ids import FRAME_IDS
 
 SCAN: dict[str, Any] = {"angle_min": -1.0, "angle_max": 1.0, "angle_increment": 1.0, "ranges": [1.0, 2.0, 3.0]}

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from ppaas.errors import InvalidInput, MessageTooLarge, PPaaSError
 from ppaas.wire.rapyuta import forwarder
-from ppaas.wire.rapyuta.forwarder import Forwarder
+from ppaas.wire.rapyuta.message_codec import Forwarder
 
 
 def test_a_message_is_its_serialization_compressed() -> None:

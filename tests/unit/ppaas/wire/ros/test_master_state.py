@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from ppaas.errors import MalformedMessage
-from ppaas.wire.ros.master_state import MAX_NAMES, read_state, read_types
+from ppaas.wire.ros.ros1_master import MAX_NAMES, read_state, read_types
 
 
 def test_nodes_are_found_by_topic_and_service() -> None:

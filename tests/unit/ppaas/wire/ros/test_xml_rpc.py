@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.errors import InvalidInput, MalformedMessage, MessageTooLarge, Unavailable
-from ppaas.wire.ros.xml_rpc import (
+from ppaas.wire.ros.ros1_master import (
     FAILURE,
     MAX_CALL,
     SUCCESS,

@@ -6,8 +6,7 @@ from hypothesis import strategies as st
 
 from ppaas.errors import MalformedMessage
 from ppaas.wire.vda5050.headers import HeaderCounter, seconds_of, timestamp
-from ppaas.wire.vda5050.topics import Address
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Address, Version
 
 
 def test_ids_count_by_topic() -> None:

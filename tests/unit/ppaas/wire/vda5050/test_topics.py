@@ -4,8 +4,7 @@ import pytest
 
 from ppaas.errors import InvalidInput
 from ppaas.wire.vda5050 import topics
-from ppaas.wire.vda5050.topics import Address, parse_topic
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Address, Version, parse_topic
 
 
 def test_topics_have_the_interface_of_the_version() -> None:

@@ -3,7 +3,7 @@
 import pytest
 
 from ppaas.errors import NotFound
-from ppaas.wire.vda5050.versions import Version, understand, version_of
+from ppaas.wire.vda5050.topics import Version, understand, version_of
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ppaas.people.coordinator.robots.deviation import LEAST, UNKNOWN, maximum_position_deviation, position_deviation
+from ppaas.people.coordinator.positions import LEAST, UNKNOWN, maximum_position_deviation, position_deviation
 
 
 def covariance(xx: float, xy: float, yy: float) -> NDArray[np.float64]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ppaas.people.coordinator.robots.offsets import OffsetFilter
+from ppaas.people.coordinator.positions import OffsetFilter
 
 
 def test_an_offset_follows_what_is_seen_for_long_and_not_one_observation() -> None:

@@ -12,7 +12,7 @@ from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Point, Pose, PoseWithCovariance
 from ppaas.messages.people_coordination import PeopleReport, SensorView
 from ppaas.messages.people_msgs import PositionMeasurement
-from ppaas.people.coordinator.robots.reports import (
+from ppaas.people.coordinator.reports import (
     MOST_OF_POSE,
     UNKNOWN_VARIANCE,
     detected_twice,

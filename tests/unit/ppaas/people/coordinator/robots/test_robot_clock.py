@@ -2,7 +2,7 @@
 
 import pytest
 
-from ppaas.people.coordinator.robots.robot_clock import LATENCY, OLDEST, RobotClock
+from ppaas.people.coordinator.group import LATENCY, OLDEST, RobotClock
 
 NOW = 1_700_000_000.0
 

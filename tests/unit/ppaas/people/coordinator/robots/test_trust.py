@@ -1,6 +1,6 @@
 """Trust in a robot: others deny or confirm its people."""
 
-from ppaas.people.coordinator.robots.trust import ALONE, WALLS, TrustRecord
+from ppaas.people.coordinator.group import ALONE, WALLS, TrustRecord
 
 
 def judged(*, confirmed: int, denied: int, witnesses: list[str], reliable: set[str]) -> TrustRecord:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ppaas.geometry import Pose2D
-from ppaas.people.coordinator.robots.world_frame import to_world
+from ppaas.people.coordinator.positions import to_world
 
 NOTHING = np.zeros((3, 3))
 NOISE = np.diag([0.01, 0.04])[np.newaxis]

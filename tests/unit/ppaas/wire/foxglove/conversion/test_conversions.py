@@ -19,8 +19,8 @@ from ppaas.messages.sensor_msgs import CameraInfo, LaserScan
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.topics import TOPICS
 from ppaas.wire.foxglove.conversion import scenes
+from ppaas.wire.foxglove.conversion.base import SharedFrames
 from ppaas.wire.foxglove.conversion.conversions import PICTURES, conversion_of
-from ppaas.wire.foxglove.conversion.frames import SharedFrames
 from ppaas.wire.ros.own_types import types_with
 from tests.support.clients.foxglove_viewer import read_protobuf
 from tests.support.world.frame_ids import FRAME_IDS

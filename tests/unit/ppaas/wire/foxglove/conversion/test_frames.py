@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppaas.wire.foxglove.conversion.frames import SharedFrames
+from ppaas.wire.foxglove.conversion.base import SharedFrames
 
 ON_MAP, ALONE = SharedFrames("tb1", "office"), SharedFrames("ann/tb1")
 NAMES = st.text("abz_/", min_size=1, max_size=8).map(lambda name: name.strip("/")).filter(bool)

@@ -9,7 +9,7 @@ from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.messages import decode, encode
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Point, Pose, PoseStamped, Quaternion
-from ppaas.wire.foxglove.conversion.frames import SharedFrames
+from ppaas.wire.foxglove.conversion.base import SharedFrames
 from ppaas.wire.foxglove.conversion.incoming import read_published
 from ppaas.wire.ros import ros_types
 

@@ -8,9 +8,8 @@ from ppaas.geometry import Pose2D
 from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.codec import decode, encode
 from ppaas.wire.vda5050.headers import HeaderCounter
-from ppaas.wire.vda5050.master.instant_actions import init_position, instant_action
-from ppaas.wire.vda5050.topics import Address
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.master.instructions import init_position, instant_action
+from ppaas.wire.vda5050.topics import Address, Version
 from tests.support.vda5050.led_agv import LedAgv, path
 from tests.support.vda5050.schemas import problems
 
