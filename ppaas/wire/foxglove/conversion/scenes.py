@@ -1,4 +1,4 @@
-"""Scenes of the 3D panel: bodies of robots, people, scans, transforms and poses in Foxglove's own schemas.
+"""Scenes of the 3D panel: bodies of robots, people, scans, transforms and poses in Foxglove's own schemas."""
 
 import math
 from collections.abc import Callable, Sequence
