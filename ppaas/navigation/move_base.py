@@ -52,6 +52,8 @@ from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.navigation.progress_checker import ProgressFailure
 from ppaas.plans.stored import Origin
 
+# -- orders of Move Base's state machine, which the node executes one after the other ----------------------------------
+
 
 @dataclass(frozen=True, slots=True)
 class RequestPlan:
@@ -163,6 +165,9 @@ Order = (
 )
 
 
+# -- oscillation check -------------------------------------------------------------------------------------------------
+
+
 class Oscillation:
     """Measures how long a robot has stayed within a distance of one place.
 
@@ -196,6 +201,8 @@ class Oscillation:
         """Return whether it has stayed longer than the timeout."""
         return self._timeout > 0.0 and now - self._since > self._timeout
 
+
+# -- the state machine: events in, orders out --------------------------------------------------------------------------
 
 GOAL_REACHED = "Goal reached."
 CANCELLED = "The goal was cancelled."

@@ -31,6 +31,9 @@ logger = logging.getLogger(__name__)
 T = TypeVar("T")
 
 
+# -- node context ------------------------------------------------------------------------------------------------------
+
+
 class _HeldTimer:
     def __init__(self, timer: Timer, among: set[Timer]) -> None:
         self._timer = timer
@@ -167,6 +170,8 @@ class NodeContext:
         self._timers.add(timer)
         return timer
 
+
+# -- graph -------------------------------------------------------------------------------------------------------------
 
 N = TypeVar("N", bound=Node)
 

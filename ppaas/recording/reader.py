@@ -17,6 +17,8 @@ from ppaas.recording.mcap_library import mcap_modules
 from ppaas.wire.ros import ros_types
 from ppaas.wire.ros.own_types import types_with
 
+# -- reading of files that may be cut off, damaged or hostile ----------------------------------------------------------
+
 MAGIC = b"\x89MCAP0\r\n"
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, ATTACHMENT, METADATA = 1, 2, 3, 4, 5, 6, 9, 12
 """Opcodes of the records that are read."""
@@ -265,6 +267,8 @@ def expand_lz4(data: bytes, most: int) -> bytes:
 
 _EXPANDERS = {"": lambda data, most: data[:most], "zstd": expand_zstd, "lz4": expand_lz4}
 
+
+# -- messages of MCAP files as JSON of rosbridge -----------------------------------------------------------------------
 
 MOST_SKIPPED = 256
 """Largest number of topics whose skipped messages are counted."""

@@ -15,6 +15,8 @@ from ppaas.recording.reader import Channel, McapReader, Message
 from ppaas.wire.names import ros2_type
 from ppaas.wire.ros.own_types import types_with
 
+# -- writing -----------------------------------------------------------------------------------------------------------
+
 PROFILE = "ros2"
 CHUNK = 256 << 10
 """Size at which messages are compressed and written [bytes]."""
@@ -142,6 +144,9 @@ def _texts(about: About) -> dict[str, str]:
         "map": about.map,
         "map_version": about.map_version,
     }
+
+
+# -- copies: files that were cut off, segments of a ring, some topics --------------------------------------------------
 
 
 class Copied(NamedTuple):

@@ -15,6 +15,8 @@ from msgspec.structs import replace
 from ppaas.tasks.assignment import SPEED, Candidate, Distance, assign, straight
 from ppaas.tasks.records import GOALS, Place, Task
 
+# -- robots as a dispatcher sees them, and its orders ------------------------------------------------------------------
+
 Outcome = Literal["succeeded", "canceled", "aborted", "rejected", "lost"]
 """How a goal of Move Base ended; ``lost``: the robot's clone does not know it any more."""
 
@@ -68,6 +70,8 @@ class Cancel:
 
 Order = Store | Send | Cancel
 
+
+# -- dispatcher --------------------------------------------------------------------------------------------------------
 
 MOST_FAILURES = 3
 """Number of times that robots may fail a task; then it has failed."""

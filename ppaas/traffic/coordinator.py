@@ -19,6 +19,8 @@ from ppaas.traffic.plan_ahead import PlanAhead, Spurs
 from ppaas.traffic.settings import TrafficParameters
 from ppaas.traffic.sizes import REACH, MakeRoadmap
 
+# -- grants as messages ------------------------------------------------------------------------------------------------
+
 ROUND_TRIP = 0.5
 """Time from a report to the grants that answer it [s], over a slow network."""
 
@@ -93,6 +95,9 @@ def _equal(one: TrafficGrants, other: TrafficGrants) -> bool:
     return msgspec.structs.replace(one, header=other.header) == other
 
 
+# -- starts of a plan --------------------------------------------------------------------------------------------------
+
+
 def heads_of(occupancy: Occupancy) -> dict[str, Cell]:
     """Return the cells at the ends of ways; robots without a way get the nearest cell that nobody else has.
 
@@ -128,6 +133,8 @@ def obstacles_in(occupancy: Occupancy, heads: Collection[str]) -> set[Cell]:
     aside = (member.held for name, member in occupancy.members.items() if name not in heads)
     return set(occupancy.blocked).union(*aside)
 
+
+# -- the coordinator: reports of robots in, grants out -----------------------------------------------------------------
 
 GATHER = 1.0
 """Time in which a new coordinator listens to reports, before it chooses its epoch [s]."""
@@ -478,6 +485,9 @@ class Coordinator:
         return member.name in self.occupancy.gives_back
 
 
+# -- checkpoint of the traffic -----------------------------------------------------------------------------------------
+
+
 class TrafficCheckpoint(msgspec.Struct):
     """State of a coordinator from which the next one begins.
 
@@ -526,6 +536,9 @@ def restore(coordinator: Coordinator, state: bytes, now: float) -> None:
         member.restored = True
     for name in set(read.out) & coordinator.members.keys():
         coordinator.occupancy.take_out(name)
+
+
+# -- state of the traffic, for those who look at it --------------------------------------------------------------------
 
 
 def state_of(coordinator: Coordinator, stamp: float, now: float, seconds: float) -> TrafficState:

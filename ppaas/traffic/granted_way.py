@@ -12,6 +12,8 @@ from ppaas.geometry import Pose2D, Poses, poses_along
 from ppaas.messages.fleet.traffic import MapPoint, TrafficGrants
 from ppaas.traffic.room_in_cells import Point, beside, nearest_in_cell
 
+# -- the way that a robot is granted -----------------------------------------------------------------------------------
+
 REACHED = 0.1
 """Distance from the centre of a cell at which it counts as reached, also from a spur [m]. Local planners of robots in
 traffic drive nearer."""
@@ -294,6 +296,8 @@ def _distance_to(pose: Pose2D, begin: Point, end: Point) -> float:
     along = min(max(along, 0.0), 1.0)
     return math.hypot(pose.x - begin[0] - along * dx, pose.y - begin[1] - along * dy)
 
+
+# -- paths along a granted way -----------------------------------------------------------------------------------------
 
 STEP = 0.05
 """Distance of the poses of a path [m]."""

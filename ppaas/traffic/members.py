@@ -12,6 +12,8 @@ from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.messages.fleet.traffic import MapPoint, TrafficReport
 from ppaas.traffic.room_in_cells import Line
 
+# -- members of the traffic --------------------------------------------------------------------------------------------
+
 Cell = int
 
 Standing = Literal["joined", "stopped", "stray", "silent", "out"]
@@ -179,6 +181,8 @@ def reached_by(report: TrafficReport) -> int:
     return report.first + len(report.way) - report.ahead
 
 
+# -- checks of what robots report to the traffic -----------------------------------------------------------------------
+
 LARGEST, FASTEST, FARTHEST, LONGEST = 5.0, 10.0, 20.0, 1000
 """Limits of what a robot may report: its radius [m], speed [m/s], braking distance [m], and number of cells."""
 
@@ -207,6 +211,8 @@ def _is_beside(report: TrafficReport) -> bool:
     (place,), last = report.spur, report.way[-1]
     return math.hypot(place.x - last.x, place.y - last.y) <= LARGEST
 
+
+# -- outsiders ---------------------------------------------------------------------------------------------------------
 
 FRESH = 1.0
 """Age up to which the positions of outsiders are used [s]."""

@@ -14,6 +14,8 @@ from ppaas.traffic.members import Arrival, Cell, Member, Spur
 from ppaas.traffic.occupancy import Occupancy
 from ppaas.traffic.room_in_cells import beside, nearest_in_cell
 
+# -- plan of the traffic -----------------------------------------------------------------------------------------------
+
 Area = int
 """Number of an area that has room for few robots (`CellRules`)."""
 
@@ -241,6 +243,8 @@ def _last_cell(member: Member) -> Cell | None:
 def _cells_ahead(member: Member) -> int:
     return sum(not isinstance(each, Arrival) for each in member.queue)
 
+
+# -- spurs -------------------------------------------------------------------------------------------------------------
 
 SETTLES = 5.0
 """Time for which a robot waits in the cell of its goal until the cells around are free [s]; then it stops in it."""

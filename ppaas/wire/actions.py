@@ -36,6 +36,8 @@ from ppaas.wire.names import is_ros2_type, ros1_type, ros2_type
 
 _encoder = msgspec.json.Encoder()
 
+# -- adapters from rosbridge's actions (ROS 2) to the topics of actionlib (ROS 1) --------------------------------------
+
 NAVIGATE_TO_POSE = "navigate_to_pose"
 MOVE_BASE = "move_base"
 
@@ -270,6 +272,8 @@ def _goal_fields(name: str) -> type[Message] | None:
         return None  # goals of an unknown type must be objects, since the order of fields is not known
 
 
+# -- types of actions, and of their goals, results and feedback --------------------------------------------------------
+
 Part = Literal["Goal", "Result", "Feedback"]
 
 NAVIGATE_TO_POSE_TYPE = "nav2_msgs/NavigateToPose"
@@ -319,6 +323,8 @@ def part_of_action(name: str, part: Part) -> type[Message]:
     assert isinstance(kind, type) and issubclass(kind, Message)
     return kind
 
+
+# -- cancel service of a ROS 2 action, as a message for the topic ``cancel`` of a ROS 1 action -------------------------
 
 CANCEL_GOAL = "/_action/cancel_goal"
 """Suffix of the service's name; ``roslib`` calls it without arguments to cancel all goals."""

@@ -22,6 +22,9 @@ from ppaas.wire.operations import CancelActionGoal, Id, SendActionGoal
 _encoder = msgspec.json.Encoder()
 
 
+# -- frames about goals of actions, as the cloud sends them to the client that executes a goal or that sent it ---------
+
+
 class _SendActionGoal(msgspec.Struct, tag_field="op", tag="send_action_goal"):
     id: str
     action: str
@@ -70,6 +73,8 @@ def result_frame(action: str, goal: Id, status: int, result: bytes | PPaaSError)
         return _encoder.encode(_ActionResult(action, result.public, status, False, goal))
     return _encoder.encode(_ActionResult(action, msgspec.Raw(result), status, True, goal))
 
+
+# -- goals that one client has sent by ``send_action_goal``, each of which ends exactly once ---------------------------
 
 MAX_GOALS = 32
 """Limit of active goals of one client."""

@@ -42,6 +42,8 @@ from ppaas.wire.operations import (
     Unsubscribe,
 )
 
+# -- frames of clients as operations -----------------------------------------------------------------------------------
+
 _decoder: msgspec.json.Decoder[ClientOperation] = msgspec.json.Decoder(ClientOperation)
 _KNOWN = f"it is one of: {', '.join(CLIENT_OPERATIONS)}"
 
@@ -132,6 +134,8 @@ def _reason(op: Id, error: Exception) -> str:
         return f"not a rosbridge operation: a frame is a JSON object with the field 'op'; {_KNOWN}"
     return f"not a rosbridge operation: {error}"
 
+
+# -- subscriptions of one client to one topic --------------------------------------------------------------------------
 
 Respell: TypeAlias = Callable[[bytes], bytes]
 """Called with a message as JSON; returns it as the client expects."""
@@ -260,6 +264,8 @@ class TopicSubscriptions:
         """Longest requested queue [messages]; 0 if none was requested."""
         return max((s.queue_length for s in self._by_id.values()), default=0)
 
+
+# -- the server side of rosbridge v2 -----------------------------------------------------------------------------------
 
 MAX_SUBSCRIPTIONS = 500
 """Limit of subscriptions of one client; the dashboard needs about a dozen."""

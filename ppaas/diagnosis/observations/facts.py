@@ -8,6 +8,8 @@ import msgspec
 
 from ppaas.decoding import from_json
 
+# -- facts of the diagnosis --------------------------------------------------------------------------------------------
+
 
 class TopicFacts(msgspec.Struct, kw_only=True, frozen=True):
     """Messages of one topic.
@@ -309,6 +311,9 @@ class Observations(msgspec.Struct, kw_only=True):
         return next((each for each in self.frames if each.name == name), None)
 
 
+# -- facts about a robot that is not connected -------------------------------------------------------------------------
+
+
 class AbsenceFacts(msgspec.Struct, kw_only=True, frozen=True):
     """What the cloud knows of a robot without its messages.
 
@@ -337,6 +342,9 @@ class AbsenceFacts(msgspec.Struct, kw_only=True, frozen=True):
     quota_problem: str = ""
     cores: float = 1.0
     free: tuple[float, ...] = ()
+
+
+# -- observations as JSON, which has neither NaN nor infinity, for another process -------------------------------------
 
 
 def observations_to_json(seen: Observations) -> str:

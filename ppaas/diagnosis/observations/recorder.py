@@ -30,6 +30,8 @@ from ppaas.nodes import topics
 from ppaas.nodes.frames import PERSON
 from ppaas.transforms.spatial import LatestFrames
 
+# -- motion of a robot by its commands and by its odometry, over the same seconds --------------------------------------
+
 WINDOW = 10.0
 """Time for which commands and poses are kept [s]."""
 
@@ -109,6 +111,8 @@ def _moved(poses: deque[Sample]) -> tuple[float, float, float, float]:
     return forward, turn, path, jump
 
 
+# -- frames of a robot as ``tf`` and ``tf_static`` give them -----------------------------------------------------------
+
 MOST_POSITIONS = 40
 """Number of positions of a moving frame that are compared."""
 
@@ -186,6 +190,8 @@ def alternates(positions: list[tuple[float, float]]) -> bool:
     )
     return steps > FAR and doubles < NEAR * steps
 
+
+# -- recorder ----------------------------------------------------------------------------------------------------------
 
 MOST_LASERS = 8
 """Largest number of lasers that are distinguished."""

@@ -11,6 +11,8 @@ from ppaas.diagnosis.observations.arrivals import WINDOW, Arrivals, gap_and_burs
 from ppaas.diagnosis.observations.facts import TopicFacts
 from ppaas.nodes import topics
 
+# -- traffic of a clone ------------------------------------------------------------------------------------------------
+
 MOST_TOPICS = 256
 """Largest number of topics that are counted; clients choose the names that are refused."""
 
@@ -75,6 +77,8 @@ class Traffic:
             count.refused_at = now
             count.refusal = reason[:MOST_TEXT]
 
+
+# -- table of the topics of a robot ------------------------------------------------------------------------------------
 
 ALWAYS = tuple(topic.name for topic in (topics.SCAN, topics.ODOM, topics.TF, topics.TF_STATIC, topics.CMD_VEL))
 """Topics that are listed even if nothing came on them."""

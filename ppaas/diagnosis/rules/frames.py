@@ -7,6 +7,8 @@ from ppaas.diagnosis.rules.finding import Finding, count, error, names, nearest,
 from ppaas.nodes import topics
 from ppaas.nodes.frames import MAP, SCAN_ODOM, prefixed
 
+# -- rules on frames ---------------------------------------------------------------------------------------------------
+
 
 def frames(seen: Observations) -> Iterator[Finding]:
     """Yield what is wrong with the frames of the robot."""
@@ -89,6 +91,8 @@ def _loop(parents: dict[str, str]) -> list[str]:
             chain.append(above)
     return []
 
+
+# -- rules on stamps ---------------------------------------------------------------------------------------------------
 
 LATE, EARLY = 1.0, 0.2
 """Delay and lead of a stamp from which the clocks differ, and not only the network is slow [s]."""

@@ -9,6 +9,8 @@ PACKAGE = "ppaas_msgs"
 """ROS package of these types."""
 
 
+# -- robots that drive by grants, and the traffic node of their map ----------------------------------------------------
+
 NO_WAY = "a way"
 """What a robot waits for while no way to its goal is free."""
 
@@ -216,6 +218,9 @@ TakeOut = ServiceType("ppaas_msgs/TakeOut", RobotOfTraffic, Empty)
 
 PutBack = ServiceType("ppaas_msgs/PutBack", RobotOfTraffic, Empty)
 """Service that puts a robot back into the traffic, where it now stands."""
+
+
+# -- zones -------------------------------------------------------------------------------------------------------------
 
 
 class ZonesOfMap(OwnMessage):

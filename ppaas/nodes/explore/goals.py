@@ -22,6 +22,8 @@ from ppaas.nodes.explore.known_map import Points, Survey
 from ppaas.nodes.frames import MAP
 from ppaas.planar_poses import moved_points
 
+# -- exploration in progress, as checkpoints contain it ----------------------------------------------------------------
+
 FAR = 1e9
 """Length of a path that is not known yet [m]."""
 
@@ -106,6 +108,8 @@ class Exploration(msgspec.Struct):
         self.targets += 1
         return Goal(f"{self.id}/{self.targets}", pose, self.stamp)
 
+
+# -- goals that the node ``explore`` sends to Move Base ----------------------------------------------------------------
 
 FOLLOWED = 1.5
 """Distance by which a frontier may move away from a place on it and still be the same [m]."""

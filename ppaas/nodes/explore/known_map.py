@@ -20,6 +20,8 @@ from ppaas.nodes.base import Context, Job, Payload
 from ppaas.nodes.jobs import LongWork
 from ppaas.nodes.move_base.static_layer import MapMessage, applied
 
+# -- survey of a map ---------------------------------------------------------------------------------------------------
+
 Build = Callable[[GridMap], MapLayers]
 
 Points = NDArray[np.float64]
@@ -94,6 +96,8 @@ def survey_work(
 
     return LongWork(work)
 
+
+# -- map of the node ``explore``, from the topics ``map`` and ``map_updates``, and its surveys -------------------------
 
 MOST_MESSAGES = 64
 """Changes that are collected before they are applied."""

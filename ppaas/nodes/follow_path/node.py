@@ -23,6 +23,8 @@ from ppaas.nodes.move_base.node import MoveBaseNode
 from ppaas.parameters import Parameters, check_numbers
 from ppaas.planners.path_json import path_message
 
+# -- path follower -----------------------------------------------------------------------------------------------------
+
 
 class FollowPathParameters(Parameters, frozen=True):
     """Parameters of `PathFollower`.
@@ -140,6 +142,8 @@ class PathFollower(Controller):
             raise PathGivenUp(f"the robot has not answered for {silence:.1f} s: publish 'follow_path/feedback'")
         return Velocity()
 
+
+# -- the node ----------------------------------------------------------------------------------------------------------
 
 DEFAULTS = {
     "planner_frequency": 0.0,

@@ -22,6 +22,8 @@ from ppaas.planners.base import PlanResult
 from ppaas.traffic.granted_way import STEP, path_along
 from ppaas.traffic.room_in_cells import Point
 
+# -- grant follower ----------------------------------------------------------------------------------------------------
+
 
 class GrantFollower(Controller):
     """Drives by the robot's own local planner while the robot drives freely, and else along the granted way.
@@ -66,6 +68,8 @@ class GrantFollower(Controller):
             return Velocity()
         return self._in_use.compute_velocity(request)
 
+
+# -- planner of a robot in traffic -------------------------------------------------------------------------------------
 
 NAME = "traffic"
 """Name of the planner in plans."""
@@ -124,6 +128,8 @@ class GrantedPlanner(RobotPlanner):
         steps = max(math.ceil(math.dist(begin, end) / STEP), 1)
         return not super().is_blocked(poses_along(np.linspace(begin, end, steps + 1)))
 
+
+# -- the node ----------------------------------------------------------------------------------------------------------
 
 PERIOD = 0.1
 """Time between two looks at the granted way [s]."""

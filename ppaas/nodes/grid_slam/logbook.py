@@ -20,6 +20,9 @@ from ppaas.nodes.key_frame_path import KeyFrameTimes
 logger = logging.getLogger(__name__)
 
 
+# -- times of key frames in the log of a map ---------------------------------------------------------------------------
+
+
 class TimesLog:
     """Entries with the times of key frames. `FOLD` small entries are replaced by one."""
 
@@ -72,6 +75,8 @@ class TimesLog:
         """Continue the log whose entries were read, by its writer."""
         self._of, self._written = (writer, times.edition), len(times.numbers)
 
+
+# -- logbook of ``grid_slam`` ------------------------------------------------------------------------------------------
 
 Triple = tuple[float, float, float]
 

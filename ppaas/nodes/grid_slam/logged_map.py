@@ -34,6 +34,9 @@ from ppaas.nodes.jobs import LongWork, Work
 T = TypeVar("T")
 
 
+# -- jobs of ``grid_slam`` that make the map of a log or of a file; calls that depend on the map wait for them ---------
+
+
 class MapJobs:
     """Runs one job at once, and calls that come meanwhile after it, in their order.
 
@@ -66,6 +69,9 @@ class MapJobs:
     def _run_waiting(self) -> None:
         while self._waiting and not self._running:
             self._waiting.popleft()()
+
+
+# -- restoration of a map ----------------------------------------------------------------------------------------------
 
 
 class RestoredMap(NamedTuple):
@@ -134,6 +140,9 @@ def draw(mapper: LiveMapper) -> None:
 
 
 logger = logging.getLogger(__name__)
+
+
+# -- logged map --------------------------------------------------------------------------------------------------------
 
 
 class LoggedMapNode(Node):

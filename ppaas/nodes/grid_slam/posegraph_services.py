@@ -27,6 +27,8 @@ from ppaas.nodes.base import Context, Reply, Service
 from ppaas.nodes.file_pages import FilePages
 from ppaas.nodes.jobs import LongWork
 
+# -- pages of a pose graph ---------------------------------------------------------------------------------------------
+
 
 class PosegraphPages:
     """Serves the file of a mapping page by page.
@@ -83,6 +85,8 @@ class PosegraphPages:
         numbers.data, numbers.size = self._pages.page(offset)
         return numbers
 
+
+# -- services of pose graphs -------------------------------------------------------------------------------------------
 
 SERIALIZE = Service("serialize_map", SerializePoseGraph)
 DESERIALIZE = Service("deserialize_map", DeserializePoseGraph)

@@ -30,6 +30,8 @@ from ppaas.nodes.grid_slam.parameters import GridSlamParameters
 from ppaas.planar_poses import rotated, symmetric
 from ppaas.transforms.planar import transform_message
 
+# -- publisher of a map that grows -------------------------------------------------------------------------------------
+
 _NO_CELLS = np.empty((0, 0), np.int8)
 
 
@@ -92,6 +94,8 @@ class MapPublisher:
         self._context.publish(topics.MAP_METADATA.name, meta)
 
 
+# -- messages of mapping -----------------------------------------------------------------------------------------------
+
 LEAST_INFORMATION = np.diag((1e-2, 1e-2, 1e-2))
 """Information added to a pose's: 10 m and 10 rad, so that a covariance exists [1/m², 1/m², 1/rad²]."""
 
@@ -138,6 +142,8 @@ def no_map() -> OccupancyGrid:
     """Return the grid of a map that does not exist yet."""
     return OccupancyGrid(Header(frame_id=MAP), MapMetaData(0.0, 0, 0, Pose.of(Pose2D(0.0, 0.0))), [])
 
+
+# -- map of ``grid_slam`` for others -----------------------------------------------------------------------------------
 
 DYNAMIC_MAP = Service("dynamic_map", GetMap)
 SAVE_MAP = Service("save_map", SaveMap)
@@ -215,6 +221,8 @@ def _grid(mapper: LiveMapper | None) -> GridMap | None:
     canvas = None if mapper is None else mapper.draw()
     return None if canvas is None or canvas.extent is None else GridMap(canvas.cells.copy(), canvas.info)
 
+
+# -- publisher of where a robot is in its map --------------------------------------------------------------------------
 
 JUST_AFTER = 1e-3
 """Time after the newest odometry of a transform that comes without a scan [s]: no two of tf have one stamp."""

@@ -30,6 +30,8 @@ from ppaas.nodes.robot_scans import RobotScan, ScanReader, WaitingScans
 from ppaas.nodes.scan_odometry import ScanOdometry
 from ppaas.nodes.scan_silence import ScanSilence
 
+# -- publisher of ``grid_slam/status`` ---------------------------------------------------------------------------------
+
 
 class StatusPublisher:
     """Publishes the status when it changes.
@@ -77,6 +79,9 @@ def blindness_status(scan: LaserScan) -> str:
         return ""
     text, advice = problem
     return f"{BLIND}{text} {advice}"
+
+
+# -- intake of scans ---------------------------------------------------------------------------------------------------
 
 
 class ScanIntake:
@@ -180,6 +185,8 @@ class ScanIntake:
         """Use the next scan in any case: the map was cleared."""
         self._count, self._used_at = 0, float("-inf")
 
+
+# -- other robots in the frame of a published map that is continued, or of a joint map ---------------------------------
 
 RADIUS = 0.3
 """Radius of robots that do not report one [m]."""

@@ -34,6 +34,8 @@ from ppaas.nodes.scan_silence import SILENT
 
 logger = logging.getLogger(__name__)
 
+# -- jobs of ``grid_slam`` that search for loop closures, and thin and refine the map, one after the other -------------
+
 IDLE = 10.0
 """Time without a key frame after which the robot is taken to stand, and its map is refined [s]."""
 
@@ -106,6 +108,8 @@ class ClosureJobs:
             self._on_moved(motion)
         self._start_due()
 
+
+# -- scan mapping ------------------------------------------------------------------------------------------------------
 
 MAP_PERIOD = 1.0
 """Time between two publications of changes of the map [s]."""

@@ -21,6 +21,8 @@ from ppaas.nodes.move_base.surroundings import Surroundings
 from ppaas.nodes.nav2_actions import BACKUP, SPIN, WAIT
 from ppaas.recoveries.base import Recovery, RecoveryRequest
 
+# -- one run of a behaviour --------------------------------------------------------------------------------------------
+
 
 class BehaviorRun:
     """Progress of a behaviour.
@@ -90,6 +92,8 @@ class BehaviorRun:
         """Return what is left of the goal."""
         return self.kind.rest(self.done, self.goal)
 
+
+# -- actions ``spin``, ``backup`` and ``wait`` -------------------------------------------------------------------------
 
 _ACTIONS = (SPIN, BACKUP, WAIT)
 

@@ -31,6 +31,8 @@ from ppaas.nodes.base import Context
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.nav2_actions import NAVIGATE_THROUGH_POSES
 
+# -- progress to the active goal ---------------------------------------------------------------------------------------
+
 MEMORY = 5.0
 """Time constant of the mean speed, from which the remaining time is estimated [s]."""
 
@@ -173,6 +175,8 @@ class GoalProgress:
         """Return the estimated time to the goal [s]."""
         return self.distance / max(self._speed, SLOWEST)
 
+
+# -- publishers of the actions ``move_base`` and ``navigate_through_poses`` --------------------------------------------
 
 NONE, UNKNOWN = 0, 9100
 """``error_code`` of NavigateThroughPoses for success, and for all failures of Move Base."""

@@ -27,6 +27,8 @@ from ppaas.planners.path_json import path_message
 from ppaas.recoveries.base import Recovery, RecoveryRequest
 from ppaas.thread_budget import Threads
 
+# -- the local plan ----------------------------------------------------------------------------------------------------
+
 AHEAD = 1.7
 """Time that the path covers, ``sim_time`` of dwa_local_planner [s]."""
 
@@ -45,6 +47,9 @@ def local_plan(pose: Pose2D, velocity: Velocity, now: float) -> Path:
     arc = [advance(pose, velocity, AHEAD * step / STEPS) for step in range(STEPS + 1)]
     rows = np.array([(at.x, at.y, 0.0, *quaternion_of(at.theta)) for at in arc])
     return path_message(rows, Header(stamp=Time.of(now), frame_id=MAP))
+
+
+# -- execution of the orders of Move Base's state machine --------------------------------------------------------------
 
 
 class OrderExecutor:

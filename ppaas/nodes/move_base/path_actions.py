@@ -36,6 +36,8 @@ from ppaas.planners.base import Planner, PlanResult
 from ppaas.plans.reuse.processor import PlanProcessor
 from ppaas.thread_budget import Threads
 
+# -- actions ``compute_path_to_pose`` and ``compute_path_through_poses`` -----------------------------------------------
+
 UNKNOWN = 200
 """``error_code`` of Nav2's ComputePathToPose for errors that are not of planning."""
 
@@ -257,6 +259,9 @@ def _result(goal: PathGoal, plan: PlanResult) -> Message:
     if goal.through:
         return ComputePathThroughPosesResult(path, seconds, last_reached_index=len(goal.poses) - 1)
     return ComputePathToPoseResult(path, seconds)
+
+
+# -- paths that a robot's clients ask for, around what the robot sees, which the robot does not follow -----------------
 
 
 class RobotPaths:

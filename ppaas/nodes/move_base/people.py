@@ -16,6 +16,8 @@ from ppaas.people.state_checks import check_state
 from ppaas.people.talking_groups import between, groups_of, predicted
 from ppaas.transforms.planar import TransformTree
 
+# -- standing people whom cameras do not see any more ------------------------------------------------------------------
+
 STANDING = 0.3
 """Speed below which a person counts as standing [m/s]."""
 
@@ -60,6 +62,8 @@ class StandingPeople:
             if now - at <= KEEP and all(math.hypot(x - px, y - py) > SAME for px, py in known)
         )
 
+
+# -- people from the topics --------------------------------------------------------------------------------------------
 
 MOST_PEOPLE = 1_000
 """Largest number of people in a message."""

@@ -18,6 +18,8 @@ from ppaas.zones.in_force import ZonesInForce
 from ppaas.zones.shapes import Area
 from ppaas.zones.zone import SpeedZone, Zone, ZoneSet
 
+# -- speed limits of a robot -------------------------------------------------------------------------------------------
+
 
 def limit_of(message: nav2_msgs.SpeedLimit) -> SpeedLimit:
     """Return the limit of a message; 0 means no limit.
@@ -130,6 +132,9 @@ class SpeedFilter:
         cell = self._mask.info.cell_of(pose.x, pose.y)
         value = int(self._mask.data[cell]) if cell is not None else FREE
         return self._limits[max(value, FREE)]
+
+
+# -- speed limits of zones, by the place of a robot and the time -------------------------------------------------------
 
 
 class ZoneSpeeds:

@@ -29,6 +29,8 @@ from ppaas.planar_poses import PoseArray
 from ppaas.thread_budget import Threads
 from ppaas.transforms.spatial import Rigid, matrix_of
 
+# -- work on the 3D map of ``octomap_server``, which runs in jobs, one after the other ---------------------------------
+
 
 @dataclass(frozen=True, slots=True)
 class PlacedCloud:
@@ -194,6 +196,8 @@ class MapWork:
         return ""
 
 
+# -- poses of clouds in the map frame ----------------------------------------------------------------------------------
+
 KEPT = 100
 """Number of key frames of which the odometry is stored: more than clouds wait for."""
 
@@ -267,6 +271,9 @@ class CloudPoses:
 
 
 logger = logging.getLogger(__name__)
+
+
+# -- log of the 3D map of ``octomap_server`` ---------------------------------------------------------------------------
 
 
 class MapLog:

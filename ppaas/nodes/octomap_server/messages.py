@@ -21,6 +21,8 @@ from ppaas.perception.point_cloud import coordinates_of_cloud
 from ppaas.planar_poses import PoseArray
 from ppaas.transforms.planar import tf_time
 
+# -- clouds of a robot's sensors ---------------------------------------------------------------------------------------
+
 Points = NDArray[np.float32]
 Placed = Callable[[NDArray[np.float64]], Points]
 """Returns the points of a cloud (n, 3) in the frame to which a transform (4, 4) leads from the sensor's frame [m]."""
@@ -113,6 +115,8 @@ def _moved(axes: list[NDArray[np.floating]], pose: NDArray[np.float64]) -> Point
         moved: Points = (points @ pose[:3, :3].T + pose[:3, 3]).astype(np.float32)
     return moved
 
+
+# -- messages of ``octomap_server`` ------------------------------------------------------------------------------------
 
 # Text of a byte as int8, padded to five characters, so that one look-up yields the text of a whole octree.
 _TEXT = np.array([f"{value},".ljust(5).encode() for value in (*range(128), *range(-128, 0))], "S5")

@@ -24,7 +24,9 @@ from ppaas.nodes.people_tracker.poses import RobotPoses
 from ppaas.nodes.people_tracker.readings import PersonFrames, Reading, measured, of_detections, of_frames, of_people
 from ppaas.nodes.people_tracker.tracking import ReadingTracker, TrackingState
 from ppaas.nodes.robot_scans import WaitingData
-from ppaas.people.tracks.robot_tracker import SeenPerson
+from ppaas.people.tracks.tracker import LocalTrack
+
+# -- reports of a people tracker ---------------------------------------------------------------------------------------
 
 HEIGHT_VARIANCE = 0.04
 """Variance of the height of a person's position [m²]."""
@@ -125,7 +127,7 @@ class Reporter:
         )
 
 
-def _measurement(header: Header, frame: str, name: str, seen: SeenPerson, to_base: Pose2D) -> PositionMeasurement:
+def _measurement(header: Header, frame: str, name: str, seen: LocalTrack, to_base: Pose2D) -> PositionMeasurement:
     place = to_base @ Pose2D(seen.x, seen.y)
     cos, sin = math.cos(to_base.theta), math.sin(to_base.theta)
     turn = np.array(((cos, -sin), (sin, cos)))
@@ -134,6 +136,8 @@ def _measurement(header: Header, frame: str, name: str, seen: SeenPerson, to_bas
     covariance = [a, b, 0.0, b, d, 0.0, 0.0, 0.0, HEIGHT_VARIANCE]
     return PositionMeasurement(header, frame, name, Point(place.x, place.y, seen.z), seen.score, covariance, 1)
 
+
+# -- node ``people_tracker`` -------------------------------------------------------------------------------------------
 
 MOST_WAITING = 50
 """Largest number of readings that wait for transforms."""

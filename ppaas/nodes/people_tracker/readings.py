@@ -17,6 +17,8 @@ from ppaas.transforms.planar import tf_time
 
 T = TypeVar("T")
 
+# -- messages of detectors as readings ---------------------------------------------------------------------------------
+
 MOST_PEOPLE = 200
 """Largest number of people in a message: more than fit into any view."""
 
@@ -178,6 +180,8 @@ def _round(sigma: float) -> tuple[float, ...]:
     variance = sigma**2
     return variance, 0.0, 0.0, 0.0, variance, 0.0, 0.0, 0.0, variance
 
+
+# -- frames of people on ``tf`` ----------------------------------------------------------------------------------------
 
 ECHOES = 500
 """Number of own transforms that are remembered: messages may come back from another home."""

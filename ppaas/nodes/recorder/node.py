@@ -24,6 +24,8 @@ from ppaas.nodes.message_checks import expect
 from ppaas.recording.batches import About, Batch, Entry, batch_bytes
 from ppaas.recording.parameters import NAME, RecorderParameters, checked_globs, selects
 
+# -- intake of the recorder --------------------------------------------------------------------------------------------
+
 GOALS = {
     topics.SIMPLE_GOAL.name: topics.MOVE_BASE_RESULT.name,
     topics.GOAL_POSE.name: topics.MOVE_BASE_RESULT.name,
@@ -195,6 +197,8 @@ def _stamp(message: Message, now: int) -> int:
         return now
     return max(header.stamp.secs * 10**9 + header.stamp.nsecs, 0)
 
+
+# -- node ``recorder`` -------------------------------------------------------------------------------------------------
 
 PERIOD = 0.5
 """Period at which messages are handed over [s]: if the clone is killed, those since are lost."""

@@ -37,6 +37,8 @@ from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
 from ppaas.transforms.spatial import LatestFrames, Rigid
 
+# -- stream of transforms of some frames in another, which are published when they change ------------------------------
+
 MAX_SOURCES = 100
 """Largest number of frames in a stream."""
 
@@ -145,6 +147,8 @@ class TfStream:
     def _near(self, last: Rigid, pose: Rigid) -> bool:
         return last.distance_to(pose) <= self._move and last.angle_to(pose) <= self._turn
 
+
+# -- node ``tf2_web_republisher`` --------------------------------------------------------------------------------------
 
 SERVICE = Service("republish_tfs", RepublishTFs)
 

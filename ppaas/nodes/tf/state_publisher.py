@@ -33,6 +33,8 @@ from ppaas.transforms.spatial import LatestFrames, Rigid
 
 logger = logging.getLogger(__name__)
 
+# -- frames of a robot's body, by its model, and how they join with the frames that the robot itself names -------------
+
 BASES = (BASE_LINK, BASE_FOOTPRINT)
 
 NOT_BODY = frozenset({"world", "map", "odom", "odom_combined", "earth"})
@@ -164,6 +166,8 @@ def _transform(parent: str, child: str, pose: Rigid) -> TransformStamped:
     return TransformStamped(Header(frame_id=parent), child, pose.to_message())
 
 
+# -- transforms that a robot sends itself ------------------------------------------------------------------------------
+
 KEPT = 200
 """Largest number of static frames in a checkpoint."""
 
@@ -216,6 +220,9 @@ def _rigid(transforms: Iterable[TransformStamped]) -> Iterator[tuple[str, Transf
     for each in transforms:
         with suppress(TransformError):
             yield each.child_frame_id.lstrip("/"), each, Rigid.of(each.transform)
+
+
+# -- node ``robot_state_publisher`` ------------------------------------------------------------------------------------
 
 
 class StatePublisherParameters(Parameters, frozen=True):

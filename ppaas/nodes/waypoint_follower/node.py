@@ -35,6 +35,8 @@ from ppaas.nodes.message_checks import pose_in
 from ppaas.nodes.nav2_actions import NAVIGATE_THROUGH_POSES
 from ppaas.parameters import Parameters
 
+# -- publishers of the action ``follow_waypoints`` ---------------------------------------------------------------------
+
 
 class WaypointTopics:
     """Publishes status, feedback and results of lists of waypoints.
@@ -78,6 +80,8 @@ class WaypointTopics:
         status = status_of(waypoints, ended.status, ended.text)
         self._context.publish(topics.WAYPOINTS_RESULT.name, FollowWaypointsActionResult(self._header(), status, result))
 
+
+# -- node ``waypoint_follower`` ----------------------------------------------------------------------------------------
 
 STATUS_PERIOD = 1.0
 
@@ -326,6 +330,9 @@ class WaypointFollowerNode(Node):
         self._counter = restored.counter
         if restored.waypoints is not None:
             self._follow(restored.waypoints)
+
+
+# -- node ``waypoint_follower`` of a robot that makes its map ----------------------------------------------------------
 
 
 class MappingWaypointFollowerNode(WaypointFollowerNode):

@@ -15,6 +15,8 @@ from ppaas.people.tracks.filter_bank import inverse_2x2
 
 Array = NDArray[np.float64]
 
+# -- agreement of robots -----------------------------------------------------------------------------------------------
+
 OFFSETS_A_CYCLE = 5
 """Robots that a cycle compares with the others; the next cycle takes the next ones."""
 CONFIRMS = 1.0
@@ -176,6 +178,8 @@ def compare_distrusted(table: PeopleTable, robot: Robot, deny: Mapping[int, Sequ
             witnesses |= set(deny[number])
     robot.trust.compare(seconds, confirmed=confirmed, denied=denied, witnesses=sorted(witnesses))
 
+
+# -- comparison of the robots of a group with the map and with each other, which decides whose reports are used --------
 
 WITNESSES_A_CYCLE = 5
 """Robots whose views a cycle compares with the people whom others see; the next cycle takes the next ones."""

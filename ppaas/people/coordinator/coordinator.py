@@ -33,6 +33,8 @@ from ppaas.people.settings import PeopleSettings
 from ppaas.planar_poses import moved_points
 
 Array = NDArray[np.float64]
+# -- contradictions between identities ---------------------------------------------------------------------------------
+
 Mask = NDArray[np.bool_]
 
 
@@ -86,6 +88,8 @@ class Contradictions:
         clear[clear] = ~hidden_by_people(origins[clear], points[clear], bodies, self._radius, apart[clear])
         return clear
 
+
+# -- presence of people ------------------------------------------------------------------------------------------------
 
 MISSED = 0.9
 """Evidence that a person loses for each cycle in which a robot with a new report should see them and does not."""
@@ -156,6 +160,8 @@ def forgotten(table: PeopleTable, now: float, parameters: CoordinatorParameters,
         gone |= set(rest[:surplus])
     return gone
 
+
+# -- the coordinator: reports in, identities, a count and orders to follow out -----------------------------------------
 
 SET_BACK = 1.0
 """Lateness of a time from which the clock was set back [s]."""
@@ -449,6 +455,8 @@ class Coordinator:
             candidates.append(Candidate(each, reached, person.first_seen, person.seen_total, followed, name))
         return candidates
 
+
+# -- groups of people who stand together and talk ----------------------------------------------------------------------
 
 NEAR = 1.6
 """Distance between two who talk: the social distance of Hall (The Hidden Dimension, 1966) begins at 1.2 m [m]."""

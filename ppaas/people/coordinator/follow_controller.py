@@ -14,6 +14,8 @@ from ppaas.people.tracks.assignment import assign
 Costs = Mapping[int, Mapping[str, float]]
 """Cost of the shortest path from each robot to each person it identified: by person, then by Robot ID."""
 
+# -- step 4: each person to follow is given to the robot of least cost -------------------------------------------------
+
 BEYOND = 1e9
 """Cost above the cost of any path."""
 
@@ -58,6 +60,9 @@ def _assigned(people: Sequence[int], costs: Costs, robots: Sequence[str]) -> dic
     return {people[row]: robots[column] for row, column in zip(rows.tolist(), columns.tolist(), strict=True)}
 
 
+# -- step 5: when one robot takes a person over from another -----------------------------------------------------------
+
+
 def takes_over(current: float, other: Sequence[float], samples: int) -> bool:
     """Return whether robot R′ takes the followed person over from robot R.
 
@@ -76,6 +81,9 @@ def takes_over(current: float, other: Sequence[float], samples: int) -> bool:
         return False
     decreasing = all(later < earlier for earlier, later in pairwise(other[-samples:]))
     return decreasing and other[-1] < current
+
+
+# -- orders to follow people -------------------------------------------------------------------------------------------
 
 
 @dataclass(slots=True)

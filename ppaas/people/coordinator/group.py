@@ -15,6 +15,8 @@ from ppaas.people.clock_offsets import ClockOffset
 from ppaas.people.coordinator.positions import OffsetFilter, maximum_position_deviation, to_world
 from ppaas.people.coordinator.reports import Report
 
+# -- clock of a robot, compared with the cloud's by the times at which its reports arrive ------------------------------
+
 LATENCY = 0.1
 """Usual time between a measurement and the arrival of its report [s]."""
 SLOWEST = 0.35
@@ -56,6 +58,8 @@ class RobotClock:
         least = self._fastest.seconds
         return 0.0 if EARLIEST <= least <= SLOWEST else least - LATENCY
 
+
+# -- trust in a robot --------------------------------------------------------------------------------------------------
 
 MEMORY = 10.0
 """Time constant with which evidence is forgotten [s]."""
@@ -143,6 +147,8 @@ class TrustRecord:
 
 
 Array = NDArray[np.float64]
+
+# -- robots of a group -------------------------------------------------------------------------------------------------
 
 MOST_ROBOTS = 500
 MOST_BOUND = 200

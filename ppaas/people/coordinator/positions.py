@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from ppaas.geometry import Pose2D
 from ppaas.people.tracks.filter_bank import squared_distances
 
+# -- step 1: maximum position deviation of each robot ------------------------------------------------------------------
+
 CONFIDENCE = math.sqrt(5.991)
 """Standard deviations that hold 95 % of a Gaussian in the plane (χ² of two degrees of freedom)."""
 UNKNOWN = 0.5
@@ -53,6 +55,9 @@ def maximum_position_deviation(history: Iterable[float], disagreement: float = 0
 Array = NDArray[np.float64]
 
 
+# -- step 2: torso coordinates in the world frame ----------------------------------------------------------------------
+
+
 def to_world(pose: Pose2D, pose_covariance: Array, torsos: Array, covariances: Array) -> tuple[Array, Array]:
     """Return torsos in the frame of the map, with the uncertainty of the robot's own pose.
 
@@ -90,6 +95,8 @@ def jacobian_of(levers: Array) -> Array:
     jacobian[:, 0, 2], jacobian[:, 1, 2] = -levers[:, 1], levers[:, 0]
     return jacobian
 
+
+# -- offset of a robot -------------------------------------------------------------------------------------------------
 
 FORGET = 30.0
 """Time constant with which an offset that nothing confirms returns to zero [s]."""

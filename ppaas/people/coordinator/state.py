@@ -21,6 +21,8 @@ from ppaas.people.coordinator.zone_counts import ZoneCounts
 from ppaas.people.settings import PeopleSettings
 from ppaas.people.tracks.filter_bank import MODELS
 
+# -- parts of a coordinator that its state is made of ------------------------------------------------------------------
+
 
 class CoordinatorParts(Protocol):
     """A coordinator, as its checkpoint and its message see it; ``Coordinator`` describes the attributes."""
@@ -36,6 +38,8 @@ class CoordinatorParts(Protocol):
 
 
 Array = NDArray[np.float64]
+
+# -- checkpoint of a coordinator ---------------------------------------------------------------------------------------
 
 FORMAT = 1
 """Number of this format; it changes with the fields."""
@@ -148,6 +152,8 @@ def _earlier(robot: _Robot) -> Earlier:
         raise InvalidInput(f"not a checkpoint of a people coordinator: the offset of robot {robot.name!r} is wrong")
     return Earlier(robot.bound, np.array(robot.offset), np.array(robot.covariance).reshape(3, 3))
 
+
+# -- state as a message ------------------------------------------------------------------------------------------------
 
 MAP = "map"
 

@@ -14,6 +14,8 @@ from ppaas.maps.grid import FREE, OCCUPIED, GridMap
 from ppaas.messages.people_coordination import SensorView
 
 Array = NDArray[np.float64]
+# -- visibility --------------------------------------------------------------------------------------------------------
+
 Mask = NDArray[np.bool_]
 
 EDGE = 0.06
@@ -188,6 +190,9 @@ def visible_pairs(
     seen = walls.free_between(origins, points)
     seen[seen] = ~hidden_by_people(origins[seen], points[seen], bodies, radius)
     return sorted({(views[view].robot, int(numbers[k])) for view, k in zip(within[seen], who[seen], strict=True)})
+
+
+# -- area of a map in which people can be: reflections in mirrors and windows appear outside of it ---------------------
 
 
 class MapArea:

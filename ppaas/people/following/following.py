@@ -25,6 +25,8 @@ from ppaas.people.following.places import GROUP_MARGIN, PlaceRequest, Places, ch
 from ppaas.people.following.search import Search
 from ppaas.people.talking_groups import Points, distances_to, groups_of, predicted
 
+# -- progress of a robot towards the places that were chosen for it ----------------------------------------------------
+
 STUCK = 5.0
 """Time without progress after which a place counts as not reachable [s]."""
 
@@ -91,6 +93,8 @@ class Progress:
         self._failed = [each for each in self._failed if math.isfinite(each[2]) and now < each[2]]
         return np.array([each[:2] for each in self._failed]).reshape(-1, 2)
 
+
+# -- person whom a robot follows ---------------------------------------------------------------------------------------
 
 STARTS, STOPS = 0.3, 0.15
 """Speeds above which a standing person walks, and below which a walking person stands [m/s]."""
@@ -174,6 +178,8 @@ class Target:
         x, y = (float(np.interp(distance, lengths, path[:, axis])) for axis in (0, 1))
         return x, y
 
+
+# -- the decision: where the robot stands or drives to, how fast, when it searches or gives up -------------------------
 
 AHEAD = 1.0
 """Time for which the goal is ahead of a walking person: the robot does not stop at it before it moves on [s]."""

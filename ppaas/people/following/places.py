@@ -13,6 +13,8 @@ from ppaas.maps.grid import FREE, OCCUPIED_THRESHOLD, GridInfo
 from ppaas.maps.raycast import cast_rays
 from ppaas.people.talking_groups import Points, distances_to
 
+# -- places of a map ---------------------------------------------------------------------------------------------------
+
 MOST_COST = 128
 """Cost of a place from which an obstacle is about 7 cm farther than it must be; Move Base sees obstacles a little
 larger than they are on the map."""
@@ -95,6 +97,8 @@ class Places:
         size = high[1] - low[1], high[0] - low[0]
         return self._layers.grid.data[low[0] : high[0], low[1] : high[1]], GridInfo(info.resolution, *size, corner)
 
+
+# -- choice of the place at which a robot follows a person -------------------------------------------------------------
 
 TURNS = 24
 """Number of directions from the person that are tried."""

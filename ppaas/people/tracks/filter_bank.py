@@ -12,6 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 
 
+# -- motion models of people -------------------------------------------------------------------------------------------
+
+
 @dataclass(frozen=True, slots=True)
 class MotionModel:
     """Integrated Ornstein–Uhlenbeck process: a velocity that is forgotten with time, driven by white noise.
@@ -78,6 +81,8 @@ class MotionParameters:
         """Return the probability that the model is another one after a time [s]."""
         return 0.5 * (1.0 - float(np.exp(-2.0 * seconds / self.stays)))
 
+
+# -- filters of many people at once ------------------------------------------------------------------------------------
 
 Rows = NDArray[np.intp]
 

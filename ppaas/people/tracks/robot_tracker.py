@@ -2,13 +2,15 @@
 
 import math
 from collections.abc import Collection, Sequence
-from typing import NamedTuple
+from dataclasses import replace
 
 import msgspec
 
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.messages.people_coordination import SensorView
 from ppaas.people.tracks.tracker import Detection, LocalTrack, Tracker, TrackerState
+
+# -- views of a robot's detectors --------------------------------------------------------------------------------------
 
 EDGE = 0.1
 """Margin inside the limits of a view, in which people are missed more often [rad, m]."""
@@ -47,6 +49,8 @@ def _from(view: SensorView, robot: Pose2D, x: float, y: float) -> tuple[float, f
     return math.hypot(x - sensor.x, y - sensor.y), wrap_angle(off - sensor.theta)
 
 
+# -- tracker of the people that one robot sees, by all of its detectors, in a frame that does not move with it ---------
+
 HELD = 0.5
 """Time for which a person counts as seen after the last detection [s]: detectors miss one now and then."""
 
@@ -61,54 +65,6 @@ SET_BACK = 1.0
 
 MOST_IDS = 1_000
 """Largest number of ids of other detectors that are remembered."""
-
-
-class Found(NamedTuple):
-    """A person in a measurement, in the frame in which people are tracked.
-
-    Parameters
-    ----------
-    x, y, z : float
-        Position; z is the height above the floor, 0 if it is unknown [m].
-    covariance : (xx, xy, yy)
-        Covariance of the position [m²].
-    score : float
-        From 0 to 1.
-    begins : bool
-        Whether it may begin a track.
-    id : str
-        Id that the detector keeps for the person; empty if it tracks nobody.
-    """
-
-    x: float
-    y: float
-    z: float
-    covariance: tuple[float, float, float]
-    score: float
-    begins: bool
-    id: str = ""
-
-
-class SeenPerson(NamedTuple):
-    """A person whom the robot sees, at the time of the last step.
-
-    Parameters
-    ----------
-    id : int
-        Id of the track, from 1; it is not reused.
-    x, y, z : float
-        Position [m].
-    covariance : (xx, xy, yy)
-        Covariance of the position [m²].
-    score : float
-    """
-
-    id: int
-    x: float
-    y: float
-    z: float
-    covariance: tuple[float, float, float]
-    score: float
 
 
 class RobotTrackerState(msgspec.Struct):
@@ -127,7 +83,7 @@ class RobotTracker:
 
     def __init__(self) -> None:
         self._tracker = Tracker()
-        self._newest: dict[int, tuple[float, Found]] = {}
+        self._newest: dict[int, tuple[float, Detection]] = {}
         self._seen_by: dict[int, dict[str, float]] = {}
         self._believed: dict[tuple[str, str], int] = {}
 
@@ -136,7 +92,7 @@ class RobotTracker:
         """Time of the last step [s]."""
         return self._tracker.at
 
-    def step(self, source: str, now: float, found: Sequence[Found], view: SensorView | None, robot: Pose2D) -> None:
+    def step(self, source: str, now: float, found: Sequence[Detection], view: SensorView | None, robot: Pose2D) -> None:
         """Update the tracks by a measurement.
 
         Parameters
@@ -145,7 +101,7 @@ class RobotTracker:
             Name of the detector.
         now : float
             Time of the measurement [s].
-        found : sequence of Found
+        found : sequence of Detection
             All people that this detector sees.
         view : SensorView, optional
             Where it sees people. Without it, somebody whom it does not report may still be there.
@@ -156,10 +112,7 @@ class RobotTracker:
             self.restart()
         late = max(self._tracker.at - now, 0.0)
         found = [self._moved_on(each, late) for each in found]
-        detections = [
-            Detection(each.x, each.y, each.covariance, each.score, each.begins, self._believed_id(source, each.id))
-            for each in found
-        ]
+        detections = [replace(each, believed=self._believed_id(source, each.id)) for each in found]
 
         def expected(track: LocalTrack) -> bool:
             return view is not None and not self._others_see(track, source) and self._in_sight(view, robot, track)
@@ -174,8 +127,8 @@ class RobotTracker:
         """Predict the tracks until a time [s] at which nothing was measured."""
         self._tracker.predict(now)
 
-    def seen(self) -> list[SeenPerson]:
-        """Return the people whom the robot sees now."""
+    def seen(self) -> list[LocalTrack]:
+        """Return the people whom the robot sees now, at the time of the last step."""
         people = []
         for track in self._tracker.people:
             if self.at - track.last_seen > HELD or track.id not in self._newest:
@@ -184,7 +137,7 @@ class RobotTracker:
             here = measured_at >= self.at
             x, y = (newest.x, newest.y) if here else (track.x, track.y)
             covariance = newest.covariance if here else track.covariance
-            people.append(SeenPerson(track.id, x, y, newest.z, covariance, track.score))
+            people.append(replace(track, x=x, y=y, covariance=covariance))
         return people
 
     def tracks(self) -> set[int]:
@@ -212,18 +165,18 @@ class RobotTracker:
         self._tracker.restore(state.tracker)
         self._believed = {(source, name): track for source, name, track in state.believed}
         self._newest = {
-            track.id: (track.last_seen, Found(track.x, track.y, 0.0, track.covariance, track.score, True))
+            track.id: (track.last_seen, Detection(track.x, track.y, track.covariance, track.score))
             for track in self._tracker.tracks
         }
 
-    def _moved_on(self, found: Found, late: float) -> Found:
+    def _moved_on(self, found: Detection, late: float) -> Detection:
         """Return a late detection where the person is now, by the velocity of the nearest track."""
         if late <= 0.0 or not self._tracker.tracks:
             return found
         nearest = min(self._tracker.tracks, key=lambda track: math.hypot(track.x - found.x, track.y - found.y))
         if math.hypot(nearest.x - found.x, nearest.y - found.y) > LATE:
             return found
-        return found._replace(x=found.x + nearest.vx * late, y=found.y + nearest.vy * late)
+        return replace(found, x=found.x + nearest.vx * late, y=found.y + nearest.vy * late)
 
     def _believed_id(self, source: str, name: str) -> int:
         return self._believed.get((source, name), 0) if name else 0
@@ -238,8 +191,8 @@ class RobotTracker:
         seen = self._seen_by.get(track.id, {})
         return any(self.at - at <= OTHERS for other, at in seen.items() if other != source)
 
-    def _note(self, track: int, source: str, found: Found) -> None:
-        self._newest[track] = self.at, found if found.z else found._replace(z=self._height(track))
+    def _note(self, track: int, source: str, found: Detection) -> None:
+        self._newest[track] = self.at, found
         self._seen_by.setdefault(track, {})[source] = self.at
         if found.id:
             self._believed.pop((source, found.id), None)
@@ -247,16 +200,14 @@ class RobotTracker:
             if len(self._believed) > MOST_IDS:
                 self._believed.pop(next(iter(self._believed)))
 
-    def _height(self, track: int) -> float:
-        """Return the last known height of a person: lasers do not measure it."""
-        return self._newest[track][1].z if track in self._newest else 0.0
-
     def _forget(self) -> None:
         kept = {track.id for track in self._tracker.tracks}
         self._newest = {track: newest for track, newest in self._newest.items() if track in kept}
         self._seen_by = {track: seen for track, seen in self._seen_by.items() if track in kept}
         self._believed = {key: track for key, track in self._believed.items() if track in kept}
 
+
+# -- Torso IDs ---------------------------------------------------------------------------------------------------------
 
 MOST = 200
 """Number of Torso IDs that are used in turn: listeners of ``tf`` keep every frame that they have heard of."""

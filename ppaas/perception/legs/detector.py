@@ -21,6 +21,8 @@ from ppaas.perception.unmapped_objects import unmapped
 
 Floats = NDArray[np.float64]
 
+# -- pairs of legs -----------------------------------------------------------------------------------------------------
+
 STANDING, STRIDING = 0.4, 0.8
 """Distance between the legs of a person who stands, and the largest one of a person who walks [m]."""
 
@@ -109,6 +111,8 @@ def _others(middle: Floats, centres: Floats, legs: Floats, motion: Floats, pair:
     return float(around.sum())
 
 
+# -- memory of the last scans, which shows what has moved --------------------------------------------------------------
+
 PERIOD = 0.3
 """Least time between two scans that are kept [s]."""
 
@@ -180,6 +184,8 @@ def _passed(reading: LaserReading, points: NDArray[np.float64]) -> NDArray[np.bo
     passed: NDArray[np.bool_] = (beyond | (np.abs(offsets) > half[:, None])).all(axis=1)
     return passed
 
+
+# -- detection of people in laser scans by their legs ------------------------------------------------------------------
 
 MAP_MARGIN = 0.12
 """Distance from what is in the map up to which a hit is on it [m]; a wall a person leans on hides the legs."""

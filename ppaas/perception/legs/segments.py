@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from ppaas.costmap.obstacle_layer import LaserReading
 
 Floats = NDArray[np.float64]
+# -- segments of a laser scan ------------------------------------------------------------------------------------------
+
 Ints = NDArray[np.int64]
 
 
@@ -157,6 +159,8 @@ _NONE = Segments(
     _NO_NUMBERS, _NO_NUMBERS, _NO_NUMBERS,
 )  # fmt: skip
 
+
+# -- likelihood that a segment of a scan is a leg, or two legs side by side, from its shape ----------------------------
 
 LEG_WIDTH, LEG_SPREAD, LEG_THINNER = 0.12, 0.035, 0.022
 """Width of a leg in trousers at the height of a laser, and its standard deviations towards thicker and thinner legs

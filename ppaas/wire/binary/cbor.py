@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from cbor2 import CBORTag
 
 
+# -- messages with ``compression: cbor`` -------------------------------------------------------------------------------
+
 _ARRAYS: Final[Mapping[str, tuple[int, str]]] = {
     "uint16": (69, "<u2"), "uint32": (70, "<u4"), "uint64": (71, "<u8"),
     "int8": (72, "i1"), "int16": (77, "<i2"), "int32": (78, "<i4"), "int64": (79, "<i8"),
@@ -150,6 +152,8 @@ def _bytes(value: Any) -> object:
     except (binascii.Error, TypeError, ValueError):
         return value
 
+
+# -- operations of clients in CBOR (RFC 8949), with typed arrays (RFC 8746) --------------------------------------------
 
 SELF_DESCRIBED: Final = b"\xd9\xd9\xf7"
 """Tag 55799, which may precede CBOR to distinguish it from other formats (RFC 8949, section 3.4.6)."""
@@ -320,6 +324,9 @@ def _array(tagged: "CBORTag") -> NDArray[np.generic]:
         return np.frombuffer(tagged.value, dtype=kind)
     except ValueError as error:
         raise MalformedMessage(f"a typed array with tag {tagged.tag} is cut off: {error}") from error
+
+
+# -- messages with ``compression: cbor-raw`` ---------------------------------------------------------------------------
 
 
 class RosType(NamedTuple):

@@ -19,6 +19,8 @@ from ppaas.errors import InvalidInput, MalformedMessage, PPaaSError
 from ppaas.wire.binary.cbor import RosType, Serialize, cbor_frame, cbor_raw_frame, cbor_to_json, is_cbor, not_serialized
 from ppaas.wire.binary.compact import compact_cmd_vel, compact_to_json, is_compact
 
+# -- messages with ``compression: png`` --------------------------------------------------------------------------------
+
 _NOT_ASCII: Final = re.compile(r"[^\x00-\x7f]")
 
 _PIXEL: Final = 3
@@ -47,6 +49,8 @@ def _ascii(frame: bytes) -> bytes:
         return frame
     return _NOT_ASCII.sub(lambda character: json.dumps(character[0])[1:-1], frame.decode()).encode()
 
+
+# -- packing of messages for a client ----------------------------------------------------------------------------------
 
 Pack: TypeAlias = Callable[[str, bytes], bytes]
 """Called with the name of a topic as the client spells it, and a message as JSON; returns the frame to publish it."""

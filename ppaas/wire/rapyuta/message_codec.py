@@ -40,6 +40,8 @@ from ppaas.messages.registry import message_type, service_type
 from ppaas.wire.names import ros1_type
 from ppaas.wire.rapyuta.interface_types import InterfaceForm, InterfaceRole, InterfaceType
 
+# -- converter ---------------------------------------------------------------------------------------------------------
+
 TIME_FORMAT = "%Y-%m-%dT%H:%M:%S.%f"
 EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
@@ -230,6 +232,8 @@ def _without_bytes(value: Any) -> Any:
     return value
 
 
+# -- forwarder ---------------------------------------------------------------------------------------------------------
+
 LEVEL = 9
 """Compression level, as in rce."""
 
@@ -296,6 +300,8 @@ def _decompress(data: bytes) -> bytes:
         raise MalformedMessage("the message of a forwarder is not complete: its zlib stream does not end")
     return serialized
 
+
+# -- messages of interfaces on robots ----------------------------------------------------------------------------------
 
 CLASSES = {"tf/tfMessage": "tf2_msgs/TFMessage"}
 """Classes of 2013 that have another name now."""

@@ -13,6 +13,8 @@ from xml.parsers.expat import ExpatError
 from ppaas.errors import MalformedMessage, MessageTooLarge, Unavailable
 from ppaas.wire.names import ros2_type
 
+# -- XML-RPC -----------------------------------------------------------------------------------------------------------
+
 SUCCESS, FAILURE, ERROR = 1, 0, -1
 """Statuses of a response: done; not done; the call is wrong."""
 
@@ -91,6 +93,8 @@ def _loads(data: bytes, limit: int) -> tuple[tuple[Any, ...], str | None]:
         raise MalformedMessage(f"no XML-RPC: {error}") from error
     return values, method
 
+
+# -- state of the master -----------------------------------------------------------------------------------------------
 
 MAX_NAMES = 20_000
 """Largest number of topics and services of a master."""

@@ -24,6 +24,8 @@ import numpy as np
 
 from ppaas.errors import MalformedMessage
 
+# -- message types that services and actions of ROS 2 consist of -------------------------------------------------------
+
 Fields = tuple[list[Any], list[Any]]
 """Constants and fields of a message, as ``rosbags`` describes them."""
 
@@ -99,6 +101,8 @@ def _action(name: str, parts: list[Fields], messages: dict[str, Fields]) -> dict
     sent = _service(f"{name}_SendGoal", send, accepted, messages)
     return sent | _service(f"{name}_GetResult", ([], [_UUID]), result, messages)
 
+
+# -- conversion between messages as dicts and the objects of ``rosbags`` -----------------------------------------------
 
 To = Callable[[Any], Any]
 """Called with a value of an object; returns the value of a dict."""

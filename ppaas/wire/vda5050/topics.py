@@ -7,6 +7,8 @@ from typing import Self
 
 from ppaas.errors import InvalidInput, NotFound
 
+# -- versions of VDA 5050, and which of them two sides share -----------------------------------------------------------
+
 
 class Version(StrEnum):
     """Version of VDA 5050, spelled as in the header of a message."""
@@ -60,6 +62,8 @@ def understand(own: Version, text: str) -> bool:
     except NotFound:
         return False
 
+
+# -- topics of VDA 5050 ------------------------------------------------------------------------------------------------
 
 ORDER = "order"
 INSTANT_ACTIONS = "instantActions"

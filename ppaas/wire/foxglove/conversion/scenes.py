@@ -22,6 +22,8 @@ from ppaas.wire.foxglove.answers import Schema
 from ppaas.wire.foxglove.conversion.base import Conversion, SharedFrames
 from ppaas.wire.foxglove.conversion.schemas import protobuf
 
+# -- messages that the 3D panel draws, in Foxglove's own schemas -------------------------------------------------------
+
 M = TypeVar("M", bound=Message)
 
 ORIGIN: Final = sdk.Pose(position=sdk.Vector3(), orientation=sdk.Quaternion(w=1.0))
@@ -134,6 +136,8 @@ DRAWN: Final = {
 }
 """Conversions by type, as spelled in ROS 1."""
 
+
+# -- scenes of the 3D panel --------------------------------------------------------------------------------------------
 
 SCENE: Final[Schema] = protobuf(sdk.SceneUpdate)
 

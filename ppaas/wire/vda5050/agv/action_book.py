@@ -12,6 +12,8 @@ from msgspec.structs import replace
 from ppaas.wire.vda5050.orders import Action, Edge, Node
 from ppaas.wire.vda5050.states import ENDED, ActionState, ActionStatus
 
+# -- actions of an order -----------------------------------------------------------------------------------------------
+
 ALONE = ("SINGLE", "HARD")
 STANDING = ("SOFT", "HARD")
 
@@ -108,6 +110,8 @@ def action_state(action: Action, status: ActionStatus, result: str = "") -> Acti
         action_result=result or None,
     )
 
+
+# -- instant actions that an AGV has received, with their states -------------------------------------------------------
 
 START_PAUSE = "startPause"
 STOP_PAUSE = "stopPause"

@@ -38,6 +38,8 @@ from ppaas.wire.vda5050.states import EdgeState, Error, NodeState
 from ppaas.wire.vda5050.topics import Version
 from ppaas.wire.vda5050.zones import ZoneSet
 
+# -- drive of an AGV from node to node ---------------------------------------------------------------------------------
+
 
 class Driver:
     """Keeps the node to which the robot was ordered to drive, and the end of that drive.
@@ -107,6 +109,8 @@ def _heading(pose: RobotPose | None, x: float, y: float) -> float:
         return 0.0
     return math.atan2(y - pose.y, x - pose.x) if pose.distance(x, y) > 1e-6 else pose.theta
 
+
+# -- order of an AGV ---------------------------------------------------------------------------------------------------
 
 OWN_DEVIATION = 0.3
 """Distance at which a node counts as reached if it allows less or says nothing [m]."""
@@ -294,6 +298,8 @@ def _position(position: NodePosition | None) -> NodePosition | None:
 def _digest(order: Order) -> int:
     return hash(msgspec.json.encode(order))
 
+
+# -- the AGV: takes orders and instant actions, commands its robot, and reports its state ------------------------------
 
 MAX_ERRORS = 10
 """Number of refusals of orders, and of instant actions, that are reported; older ones are forgotten."""

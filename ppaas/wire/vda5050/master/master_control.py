@@ -35,6 +35,8 @@ from ppaas.wire.vda5050.master.route import Route
 from ppaas.wire.vda5050.master.settings import TRIES, Settings
 from ppaas.wire.vda5050.states import ENDED, ConnectionState, NodeState, State
 
+# -- adoption of an order that an AGV drives already, after a restart of the bridge ------------------------------------
+
 
 def is_active(state: State) -> bool:
     """Return whether an AGV has an order that it has not finished."""
@@ -99,6 +101,8 @@ def _agrees(plan: OrderPlan, told: list[tuple[str, int]]) -> bool:
     return all((node := plan.node(sequence)) is not None and node.id == name for name, sequence in told)
 
 
+# -- cancellation of an order by the instant action ``cancelOrder`` ----------------------------------------------------
+
 SILENT = 3.0
 """Time after which an AGV without an order has cancelled it, although it says nothing of the action [s]."""
 
@@ -151,6 +155,8 @@ class Cancelling:
         self._action = message.actions[0].action_id
         return SendActions(message)
 
+
+# -- contradictions between an order and the state that an AGV reports, in words ---------------------------------------
 
 MARGIN = 1.5
 """Factor on the top speed up to which a distance between two nodes is believed."""
@@ -239,6 +245,8 @@ def _apart(begin: tuple[float, float], end: tuple[float, float], position: Posit
     part = min(max((x * along_x + y * along_y) / max(along_x**2 + along_y**2, 1e-12), 0.0), 1.0)
     return math.hypot(x - part * along_x, y - part * along_y)
 
+
+# -- the master control: paths and reports of an AGV in, instructions out ----------------------------------------------
 
 PROGRESS_PERIOD = 1.0
 """Period of progress while nothing changes [s]."""

@@ -11,6 +11,8 @@ from ppaas.wire.vda5050.master.route import Route
 from ppaas.wire.vda5050.master.settings import Settings
 from ppaas.wire.vda5050.orders import Deviation, Edge, Node, NodePosition, Order
 
+# -- identifiers of orders and nodes -----------------------------------------------------------------------------------
+
 _KEY = re.compile(r"(?P<key>[0-9a-f]{16})(-(?P<index>\d{1,6}))?")
 
 
@@ -33,6 +35,9 @@ def index_of(key: str, node: str) -> int | None:
 def is_ours(order: str, nodes: list[str]) -> bool:
     """Return whether an order and its nodes have identifiers as this module makes them."""
     return bool(_KEY.fullmatch(order)) and all(_KEY.fullmatch(node) for node in nodes)
+
+
+# -- order as it was sent so far ---------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,7 @@
 """Tracker of the people that one robot sees: views, tracks, Torso IDs."""
 
 import math
+from dataclasses import replace
 
 import msgspec
 import pytest
@@ -12,22 +13,21 @@ from ppaas.messages.people_coordination import SensorView
 from ppaas.people.tracks.robot_tracker import (
     HELD,
     MOST,
-    Found,
     RobotTracker,
     RobotTrackerState,
-    SeenPerson,
     TorsoIds,
     hides,
     sees,
 )
+from ppaas.people.tracks.tracker import Detection, LocalTrack
 
 ROBOT = Pose2D(0.0, 0.0)
 VIEW = SensorView(0.0, 0.0, 0.0, 1.5, 0.3, 6.0)
 TORSO, LEGS = "torso", "legs"
 
 
-def found(x: float, y: float = 0.0, **fields: object) -> Found:
-    return Found(x, y, 1.2, (0.01, 0.0, 0.01), 0.95, True)._replace(**fields)
+def found(x: float, y: float = 0.0, **fields: object) -> Detection:
+    return replace(Detection(x, y, (0.01, 0.0, 0.01), 0.95, z=1.2), **fields)
 
 
 def walk(tracker: RobotTracker, steps: int, speed: float = 1.0, source: str = TORSO) -> None:
@@ -36,14 +36,16 @@ def walk(tracker: RobotTracker, steps: int, speed: float = 1.0, source: str = TO
         tracker.step(source, 0.1 * step, [found(1.0 + 0.1 * step * speed)], VIEW, ROBOT)
 
 
-def by_id(tracker: RobotTracker) -> dict[int, SeenPerson]:
+def by_id(tracker: RobotTracker) -> dict[int, LocalTrack]:
     return {person.id: person for person in tracker.seen()}
 
 
 def test_position_is_that_of_the_detection_itself_and_predicted_without_one():
     tracker = RobotTracker()
     walk(tracker, 20)
-    assert tracker.seen()[0][1:5] == (pytest.approx(2.9), 0.0, 1.2, (0.01, 0.0, 0.01))
+    [person] = tracker.seen()
+    assert (person.x, person.y, person.z) == (pytest.approx(2.9), 0.0, 1.2)
+    assert person.covariance == (0.01, 0.0, 0.01)
     tracker.step(TORSO, 2.1, [], None, ROBOT)
     [person] = tracker.seen()
     assert person.x == pytest.approx(3.1, abs=0.05)
@@ -112,8 +114,9 @@ def test_restored_tracker_goes_on_with_the_same_people():
     tracker, other = RobotTracker(), RobotTracker()
     walk(tracker, 10)
     other.restore(msgspec.json.decode(msgspec.json.encode(tracker.state()), type=RobotTrackerState))
-    other.step(TORSO, 1.0, [found(2.0)], VIEW, ROBOT)
+    other.step(LEGS, 1.0, [found(2.0, z=0.0)], VIEW, ROBOT)
     assert list(by_id(other)) == [1]
+    assert by_id(other)[1].z == 1.2
 
 
 @given(
