@@ -3,7 +3,7 @@
 # EXPECTED get_types_from_msg returns the request of a service under the name that is given, as it does for messages
 #   (package/msg/Name) and for parts of actions (package/action/Name_Goal).
 # SEEN package/srv/Name_Request comes back as package/srv/msg/Name_Request; the type is then not found under its own name.
-# HERE Definitions are parsed under a placeholder and named afterwards (ppaas/wire/ros/interfaces.py).
+# HERE Definitions are parsed under a placeholder and named afterwards (ppaas/wire/ros/values.py).
 set -euo pipefail
 
 folder=$(mktemp -d)

@@ -4,7 +4,7 @@ import logging
 from collections.abc import Callable
 from typing import ParamSpec
 
-from ppaas.bounded_dict import BoundedDict
+from ppaas.bounded import BoundedDict
 from ppaas.errors import PPaaSError
 
 P = ParamSpec("P")

@@ -3,7 +3,7 @@
 import argparse
 from typing import TYPE_CHECKING
 
-from ppaas.bounded_numbers import above_zero, whole
+from ppaas.bounded import above_zero, whole
 from ppaas.errors import InvalidInput
 from robots.cli import event_loop
 from robots.cli.benches import Measured

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ppaas.bounded_numbers import whole
+from ppaas.bounded import whole
 from robots.cli.benches import Measured
 
 if TYPE_CHECKING:

@@ -3,7 +3,7 @@
 import argparse
 from typing import TYPE_CHECKING
 
-from ppaas.bounded_numbers import whole
+from ppaas.bounded import whole
 from robots.cli import event_loop
 from robots.cli.benches import Measured
 

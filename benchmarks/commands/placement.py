@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ppaas.bounded_numbers import whole
+from ppaas.bounded import whole
 from robots.cli import event_loop
 from robots.cli.benches import Measured
 from robots.cli.output import table

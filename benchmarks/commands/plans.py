@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ppaas.bounded_numbers import whole
+from ppaas.bounded import whole
 from robots.cli.benches import Measured
 
 if TYPE_CHECKING:

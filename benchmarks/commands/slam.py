@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ppaas.bounded_numbers import whole
+from ppaas.bounded import whole
 from robots.cli.benches import Measured
 from robots.cli.output import table
 from robots.pictures.figure_file import check_figure

@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ppaas.bounded_numbers import above_zero, whole
+from ppaas.bounded import above_zero, whole
 from ppaas.errors import InvalidInput
 from robots.cli.benches import Measured
 from robots.cli.output import table

@@ -23,8 +23,7 @@ from ppaas.wire.vda5050.codec import encode
 from ppaas.wire.vda5050.fields import Position, Velocity
 from ppaas.wire.vda5050.headers import HeaderCounter
 from ppaas.wire.vda5050.states import Connection, EdgeState, NodeState, PowerSupply, SafetyState, State
-from ppaas.wire.vda5050.topics import Address
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Address, Version
 
 if TYPE_CHECKING:
     from rich.progress import Progress

@@ -19,8 +19,7 @@ from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.codec import encode
 from ppaas.wire.vda5050.headers import HeaderCounter
 from ppaas.wire.vda5050.orders import Deviation, Edge, Node, NodePosition, Order
-from ppaas.wire.vda5050.topics import Address
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Address, Version
 
 if TYPE_CHECKING:
     from rich.progress import Progress

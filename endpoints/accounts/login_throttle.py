@@ -13,7 +13,7 @@ from collections.abc import Hashable
 from dataclasses import dataclass
 
 from endpoints.accounts.fair_queue import Origin
-from ppaas.bounded_dict import BoundedDict
+from ppaas.bounded import BoundedDict
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import TooManyAttempts
 

@@ -10,7 +10,7 @@ from endpoints.accounts.fair_queue import LoginKind, Origin
 from endpoints.accounts.login_throttle import LoginThrottle
 from endpoints.accounts.socket_tickets import SocketTickets
 from endpoints.accounts.unsaved_tokens import UnsavedTokens
-from ppaas.bounded_dict import BoundedDict
+from ppaas.bounded import BoundedDict
 from ppaas.clock import Clock, monotonic
 from ppaas.listener_faults import ListenerFaults
 from storage.disk_space.refused_tokens import RefusedTokenFile

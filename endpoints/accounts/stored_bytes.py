@@ -4,7 +4,7 @@ import threading
 from dataclasses import dataclass, field
 
 from endpoints.accounts.user_turns import Turn
-from ppaas.bounded_dict import BoundedDict
+from ppaas.bounded import BoundedDict
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import NotFound
 from storage.ports import MapStore, Store

@@ -2,7 +2,7 @@
 
 import threading
 
-from ppaas.bounded_dict import BoundedDict
+from ppaas.bounded import BoundedDict
 from storage.records import Token
 
 UNSAVED_LIFETIME = 900.0

@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol, TypeVar
 
 from starlette.concurrency import run_in_threadpool
 
-from ppaas.bounded_dict import BoundedDict
+from ppaas.bounded import BoundedDict
 from ppaas.errors import Unavailable
 
 T = TypeVar("T")

@@ -7,7 +7,7 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 from endpoints.http.front_settings import allowed_origin, root_path, trusted_proxy
-from ppaas.bounded_numbers import whole
+from ppaas.bounded import whole
 from ppaas.errors import InvalidInput
 
 DEFAULT_PORT = 8500

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from endpoints.cli import front_options
-from ppaas.bounded_numbers import whole
+from ppaas.bounded import whole
 from ppaas.distribution import BASE, check_versions
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ import math
 from pathlib import Path
 
 from endpoints.cli import front_options
-from ppaas.bounded_numbers import whole
+from ppaas.bounded import whole
 from ppaas.distribution import BASE, check_versions
 
 NAME = "up"

@@ -4,8 +4,7 @@ import asyncio
 from collections.abc import Callable
 
 from ppaas.errors import PPaaSError
-from ppaas.wire.foxglove.conversion.base import Conversion
-from ppaas.wire.foxglove.conversion.frames import SharedFrames
+from ppaas.wire.foxglove.conversion.base import Conversion, SharedFrames
 
 LARGE = 128 << 10
 """Size above which a message is converted in a thread [bytes of JSON]: maps, images, clouds of points."""

@@ -7,7 +7,7 @@ from endpoints.sharing.shared_robots import own_robots, reach, robots_shared_wit
 from engine.service.endpoints.control_plane import ContainerCalls
 from ppaas.errors import NotFound, NotPermitted
 from ppaas.maps.new_map import new_map_id
-from ppaas.wire.foxglove.conversion.frames import SharedFrames
+from ppaas.wire.foxglove.conversion.base import SharedFrames
 from storage.ports import RobotStore
 from storage.records import RobotRecord, User
 

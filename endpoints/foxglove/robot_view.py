@@ -15,9 +15,8 @@ from ppaas.errors import PPaaSError
 from ppaas.messages import service_type
 from ppaas.nodes.topics import ROBOT_DESCRIPTION, policy_of
 from ppaas.wire.foxglove.answers import Schema
-from ppaas.wire.foxglove.conversion.base import Conversion
+from ppaas.wire.foxglove.conversion.base import Conversion, SharedFrames
 from ppaas.wire.foxglove.conversion.conversions import PICTURES, conversion_of
-from ppaas.wire.foxglove.conversion.frames import SharedFrames
 from ppaas.wire.foxglove.conversion.scenes import BODY, SCENE
 
 _encoder = msgspec.json.Encoder()

@@ -2,7 +2,7 @@
 
 import logging
 
-from ppaas.bounded_dict import BoundedDict
+from ppaas.bounded import BoundedDict
 from ppaas.clock import Clock, monotonic
 
 PER_SECOND = 3

@@ -18,7 +18,7 @@ import msgspec
 from msgspec.structs import replace
 
 from engine.specs.clone_to_check import CloneToCheck
-from ppaas.bounded_dict import BoundedDict
+from ppaas.bounded import BoundedDict
 from ppaas.errors import RobotFault, Unavailable
 from ppaas.plugins import permitted
 

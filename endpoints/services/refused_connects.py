@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import NamedTuple
 
-from ppaas.bounded_dict import BoundedDict
+from ppaas.bounded import BoundedDict
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import PPaaSError
 

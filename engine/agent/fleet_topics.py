@@ -13,7 +13,7 @@ from engine.specs.containers import ContainerSpec, RobotConfig
 from ppaas.clock import monotonic
 from ppaas.errors import MessageTooLarge, NotPermitted
 from ppaas.nodes.topics import PEOPLE_REPORT, PEOPLE_STATE, TOPICS, TRAFFIC_GRANTS, TRAFFIC_REPORT
-from ppaas.people.nodes import hears_coordinator
+from ppaas.people.names import hears_coordinator
 from ppaas.traffic.taking_part import takes_part
 
 # -- positions, received once for the machine --------------------------------------------------------------------------

@@ -16,7 +16,7 @@ from engine.agent.layer_builder import index_in_fork
 from engine.processes.instances import folder_of, instance_name, sweep_stale
 from engine.specs.containers import LayerSpec
 from engine.specs.layer_files import INDEX, changed_cells, open_layers
-from ppaas.bounded_dict import BoundedDict
+from ppaas.bounded import BoundedDict
 from ppaas.errors import InvalidParameter, InvalidPlanner, Unavailable
 from ppaas.maps.cell_rectangle import Rectangle
 

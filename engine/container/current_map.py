@@ -26,7 +26,7 @@ from ppaas.nodes.graph import Graph
 from ppaas.nodes.map_server.node import MapServerNode
 from ppaas.nodes.move_base.node import MoveBaseNode
 from ppaas.nodes.planner_server.node import PlannerServerNode
-from ppaas.people.nodes import FOLLOW_PERSON, LEG_DETECTOR, PEOPLE_COORDINATOR
+from ppaas.people.names import FOLLOW_PERSON, LEG_DETECTOR, PEOPLE_COORDINATOR
 from ppaas.plans.reuse.processor import Note
 from ppaas.plans.reuse.setup import ReuseSetup
 from ppaas.plans.reuse.time_estimates import Times

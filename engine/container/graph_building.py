@@ -9,12 +9,12 @@ from engine.container.monitor.setup import ContainerMonitor, of_clone
 from engine.container.recording import RecordingLink
 from engine.specs.containers import ContainerSpec, Launch, RobotConfig, frame_names
 from ppaas.clone.assembly import DEPTH_CAMERA, build_clone
-from ppaas.clone.follow_path import FOLLOW_PATH
+from ppaas.clone.driving import FOLLOW_PATH
 from ppaas.clone.planning_container import build_planning
 from ppaas.clone.robot_body import robot_body
 from ppaas.costmap.map_layers import MapLayers
-from ppaas.diagnosis.observations.traffic import Traffic
-from ppaas.diagnosis.observations.watched_robot import WatchedRobot
+from ppaas.diagnosis.observations.place import WatchedRobot
+from ppaas.diagnosis.observations.topic_table import Traffic
 from ppaas.nodes.diagnostics.node import DiagnosticsNode
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.tf.urdf_text import UrdfText

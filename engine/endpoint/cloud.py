@@ -28,7 +28,7 @@ from engine.service.planning.planning import Planning
 from engine.service.robot_nodes import RobotNodes
 from engine.specs.containers import MapVersion
 from engine.specs.start_state import StartState
-from ppaas.bounded_dict import BoundedDict
+from ppaas.bounded import BoundedDict
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import Unavailable
 from storage.records import Limits

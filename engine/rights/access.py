@@ -7,7 +7,7 @@ from typing import Literal
 from engine.rights.globs import matches
 from ppaas.errors import NotPermitted
 from ppaas.wire import rosapi
-from ppaas.wire.cancel_goal import CANCEL_GOAL
+from ppaas.wire.actions import CANCEL_GOAL
 from storage.sharing_records import ALL, SHARE_ROLES, Share, ShareRole, TokenScope
 
 # -- services by the right that they need ------------------------------------------------------------------------------

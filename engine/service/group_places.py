@@ -30,7 +30,7 @@ from ppaas.messages.people_coordination import (
     PeopleState,
     ZoneCount,
 )
-from ppaas.people.nodes import PEOPLE_COORDINATOR, tracks_people
+from ppaas.people.names import PEOPLE_COORDINATOR, tracks_people
 from ppaas.people.settings import PeopleSettings
 from ppaas.traffic.taking_part import TRAFFIC, takes_part
 

@@ -5,13 +5,11 @@ from collections.abc import Awaitable, Callable
 from engine.protocols.robot_link import LINK_FACTS
 from engine.service.links.place_link import PlaceLink
 from ppaas.decoding import from_json
-from ppaas.diagnosis.observations.facts import LinkFacts, Observations
-from ppaas.diagnosis.observations.serialization import observations_from_json
+from ppaas.diagnosis.observations.facts import LinkFacts, Observations, observations_from_json
 from ppaas.errors import Conflict, NotFound, Unavailable
 from ppaas.messages import decode, encode
 from ppaas.messages.base.message import Empty, Message
-from ppaas.messages.health.observe import ObserveRequest, ObserveResponse
-from ppaas.messages.health.recorder import RecorderState
+from ppaas.messages.health.watching import ObserveRequest, ObserveResponse, RecorderState
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
 from ppaas.messages.ppaas_msgs import NodeHome, NodeHomes, RunNodeRequest
 from ppaas.messages.slam_toolbox import (

@@ -15,7 +15,7 @@ from engine.sessions.unsettled import Posting
 from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded, UnknownType, rebuild
 from ppaas.messages import service_type
 from ppaas.messages.base.message import Message
-from ppaas.messages.spellings.time_spelling import to_ros2
+from ppaas.messages.base.spelling import to_ros2
 from ppaas.wire import rosapi
 from ppaas.wire.arguments import as_object
 from ppaas.wire.fragments import size_of

@@ -13,15 +13,23 @@ from engine.sessions.unsettled import Posting
 from ppaas.clock import epoch, monotonic
 from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError, QuotaExceeded, UnknownType
 from ppaas.messages.base.message import Message
-from ppaas.messages.spellings.time_spelling import to_ros2
+from ppaas.messages.base.spelling import to_ros2
 from ppaas.nodes.base import DEFAULT_DEPTH
 from ppaas.nodes.nav2_actions import PATH_GOALS
-from ppaas.wire.action_frames import feedback_frame, result_frame
-from ppaas.wire.action_types import part_of_action
-from ppaas.wire.actions import Action, actions, find_action, topics_of
+from ppaas.wire.actions import (
+    CANCEL_GOAL,
+    UNKNOWN_GOAL_ID,
+    Action,
+    actions,
+    cancel_message,
+    cancel_response,
+    cancelled_until,
+    find_action,
+    part_of_action,
+    topics_of,
+)
 from ppaas.wire.arguments import as_object
-from ppaas.wire.cancel_goal import CANCEL_GOAL, UNKNOWN_GOAL_ID, cancel_message, cancel_response, cancelled_until
-from ppaas.wire.goals import MAX_GOALS, GoalFrame, GoalTracker, refusal
+from ppaas.wire.goals import MAX_GOALS, GoalFrame, GoalTracker, feedback_frame, refusal, result_frame
 from ppaas.wire.names import is_ros2_type, ros1_type
 from ppaas.wire.operations import CancelActionGoal, RefusedOperation, SendActionGoal
 from ppaas.wire.rosbridge import RosbridgeSession

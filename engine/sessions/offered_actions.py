@@ -7,8 +7,8 @@ import msgspec
 from engine.sessions.place.client_actions import GoalEnd
 from engine.sessions.place.place import Place
 from ppaas.errors import InvalidInput, MalformedMessage, NotFound
-from ppaas.wire.action_frames import cancel_frame, goal_frame
 from ppaas.wire.actions import ABORTED, CANCELED, SUCCEEDED
+from ppaas.wire.goals import cancel_frame, goal_frame
 from ppaas.wire.names import is_ros2_type, ros1_type
 from ppaas.wire.operations import ActionFeedback, ActionResult, AdvertiseAction, Id, UnadvertiseAction
 from ppaas.wire.refusals import error_of_text

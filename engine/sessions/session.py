@@ -36,9 +36,8 @@ from ppaas.wire.goals import refusal
 from ppaas.wire.names import ros1_type, ros2_spelling
 from ppaas.wire.own_topics import HEARTBEAT, OWN_TOPICS, check_not_own
 from ppaas.wire.ros.serialization import are_types_read, read_types
-from ppaas.wire.rosbridge import RosbridgeSession
+from ppaas.wire.rosbridge import Respell, RosbridgeSession
 from ppaas.wire.stamped_twists import TWIST_STAMPED, stamping
-from ppaas.wire.subscriptions import Respell
 
 logger = logging.getLogger(__name__)
 

@@ -6,7 +6,7 @@ import msgspec
 
 from ppaas.costmap.global_parameters import CostParameters
 from ppaas.nodes.frames import BASE_LINK, FrameNames
-from ppaas.people.group_names import coordinator_checkpoint
+from ppaas.people.names import coordinator_checkpoint
 from ppaas.people.settings import PeopleSettings
 from ppaas.robot_model.description import RobotDescription
 from ppaas.traffic.taking_part import traffic_checkpoint

@@ -8,13 +8,10 @@ from typing import Any
 import msgspec
 
 from ppaas.clock import epoch
-from ppaas.clone.exploring import exploring
-from ppaas.clone.follow_path import move_base_defaults, move_base_kind
-from ppaas.clone.granted_driving import in_traffic
+from ppaas.clone.driving import in_traffic, move_base_defaults, move_base_kind
 from ppaas.clone.localization import Localization, on_map, while_mapping
 from ppaas.clone.node_parameters import NodeParameters
-from ppaas.clone.octomap import octomap_makers
-from ppaas.clone.people import people_makers
+from ppaas.clone.optional_nodes import exploring, octomap_makers, people_makers
 from ppaas.clone.plugins import DEFAULT_CONTROLLER, DEFAULT_PLANNER, controller_for, planners_of, recoveries_of
 from ppaas.clone.robot_body import COSTMAP, VOXEL_LAYER, VoxelLayerParameters, costmap_parameters, robot_body
 from ppaas.clone.surroundings import LocalCostmapParameters, surroundings_of
@@ -39,8 +36,7 @@ from ppaas.nodes.map_server.costmap_filters import (
 from ppaas.nodes.move_base.costmap_topics import CostmapTopics
 from ppaas.nodes.move_base.node import MoveBaseNode, Processors
 from ppaas.nodes.move_base.people import SocialLayerParameters
-from ppaas.nodes.move_base.speed_limits import LimitsByPlace, SpeedFilter
-from ppaas.nodes.move_base.zone_speeds import ZoneSpeeds
+from ppaas.nodes.move_base.speed_limits import LimitsByPlace, SpeedFilter, ZoneSpeeds
 from ppaas.nodes.parameter_server.node import ParameterServerNode
 from ppaas.nodes.tf.republisher import TfRepublisherNode
 from ppaas.nodes.tf.state_publisher import StatePublisherNode, StatePublisherParameters
@@ -82,7 +78,7 @@ def build_clone(
 
     A robot that makes a new map has ``grid_slam`` in place of the map server and ``amcl``, and ``explore``.
     With a depth camera it also has ``octomap_server``, as a robot with parameters for that node has.
-    A robot has the nodes that see and follow people (`ppaas.clone.people`) if it has parameters for them.
+    A robot has the nodes that see and follow people (`ppaas.clone.optional_nodes`) if it has parameters for them.
     A robot with parameters for ``follow_path`` follows paths itself; one with parameters for ``traffic`` drives as far
     as the traffic of its map grants.
 
@@ -225,7 +221,7 @@ def _kind(maps: bool) -> type[MoveBaseNode]:
 def _follower_kind(maps: bool) -> type[WaypointFollowerNode]:
     if not maps:
         return WaypointFollowerNode
-    from ppaas.nodes.waypoint_follower.mapping_node import MappingWaypointFollowerNode  # noqa: PLC0415  # as above
+    from ppaas.nodes.waypoint_follower.node import MappingWaypointFollowerNode  # noqa: PLC0415  # as above
 
     return MappingWaypointFollowerNode
 

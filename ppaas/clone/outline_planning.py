@@ -16,9 +16,12 @@ from ppaas.costmap.costmap import Costmap
 from ppaas.costmap.narrow_passages import fits_along, with_narrow_passages
 from ppaas.errors import GoalOccupied, NoValidPath, PlanCancelled, PlanningError, StartOccupied
 from ppaas.footprints import Footprint
+from ppaas.parameters import FOOTPRINT
 from ppaas.planners.base import Planner, PlanRequest, PlanResult
 from ppaas.planners.grid.astar import AStar
+from ppaas.planners.registry import PLANNERS
 from ppaas.plugins import parameters_in_use
+from ppaas.robot_model.known_models import RobotModel
 
 P = TypeVar("P", bound=Planner)
 
@@ -121,3 +124,23 @@ def _may_be_shorter(result: PlanResult, costmap: Costmap, request: PlanRequest) 
     straight = math.hypot(request.goal.x - request.start.x, request.goal.y - request.start.y)
     leaves = cell is not None and int(costmap.data[cell]) == INSCRIBED_INFLATED_OBSTACLE
     return leaves or result.length > max(DETOUR * straight, straight + FARTHER)
+
+
+def planner_of(body: RobotModel, name: str, parameters: dict[str, Any]) -> Planner:
+    """Return a planner; if it uses a footprint, that is the body's unless the parameters contain another.
+
+    For a body that is longer than wide, it also plans through passages in which the body cannot turn.
+
+    Raises
+    ------
+    NotFound
+        There is no planner of that name; the text lists those that exist.
+    InvalidParameter
+        A parameter is unknown or invalid.
+    """
+    planner = PLANNERS.create(name, parameters)
+    if body.footprint and FOOTPRINT not in parameters and FOOTPRINT in parameters_in_use(planner):
+        planner = PLANNERS.create(name, {**parameters, FOOTPRINT: body.footprint})
+    if body.inner_radius is not None and FOOTPRINT not in parameters:
+        planner = by_outline(planner, Outline(body.footprint, body.inner_radius))
+    return planner

@@ -5,8 +5,8 @@ from typing import Any
 
 import msgspec
 
-from ppaas.bounded_dict import BoundedDict
-from ppaas.clone.body_planners import planner_of
+from ppaas.bounded import BoundedDict
+from ppaas.clone.outline_planning import planner_of
 from ppaas.clone.robot_body import COSTMAP, costmap_parameters, robot_body
 from ppaas.costmap.build_layers import recosted
 from ppaas.costmap.global_parameters import CostParameters, GlobalCostmapParameters

@@ -1,17 +1,49 @@
 """Plug-ins of a clone: its planners, controller and recovery behaviours, configured for its body."""
 
-from ppaas import recoveries
-from ppaas.clone.body_controllers import controller_of
-from ppaas.clone.body_planners import planner_of
+from typing import Any
+
+from ppaas import controllers, recoveries
 from ppaas.clone.node_parameters import NodeParameters
+from ppaas.clone.outline_planning import planner_of
 from ppaas.controllers.base import Controller
 from ppaas.controllers.registry import CONTROLLERS
-from ppaas.navigation.parameters import MoveBaseParameters
-from ppaas.navigation.recovery_sequence import recovery_behaviors, recovery_defaults
+from ppaas.footprints import goes_around
+from ppaas.navigation.parameters import MoveBaseParameters, recovery_behaviors, recovery_defaults
+from ppaas.parameters import FOOTPRINT
 from ppaas.planners.base import Planner
 from ppaas.planners.registry import PLANNERS
+from ppaas.plugins import parameters_in_use, taken_by
 from ppaas.recoveries.base import Recovery
 from ppaas.robot_model.known_models import RobotModel
+
+
+def controller_of(body: RobotModel, name: str, parameters: dict[str, Any]) -> Controller:
+    """Return a local planner for a body, with those limits of the body that it takes; given parameters take precedence.
+
+    A body whose outline does not go around its origin is a disc for the local planner.
+
+    Raises
+    ------
+    NotFound
+        There is no local planner of that name; the text lists those that exist.
+    InvalidParameter
+        A parameter is unknown or invalid.
+    """
+    limits = body.limits
+    of_body = {
+        "max_vel_x": limits.max_vel_x,
+        "min_vel_x": limits.min_vel_x,
+        "max_vel_theta": limits.max_vel_theta,
+        "acc_lim_x": limits.acc_lim_x,
+        "acc_lim_theta": limits.acc_lim_theta,
+        "robot_radius": body.robot_radius,
+    }
+    merged = {**taken_by(CONTROLLERS.load(name), of_body), **parameters}
+    controller = controllers.create(name, **merged)
+    if goes_around(body.footprint) and FOOTPRINT not in parameters and FOOTPRINT in parameters_in_use(controller):
+        return controllers.create(name, **merged, footprint=body.footprint)
+    return controller
+
 
 DEFAULT_PLANNER = "dijkstra"
 DEFAULT_CONTROLLER = "dwa"

@@ -3,15 +3,13 @@
 from collections.abc import Callable, Iterator
 
 from ppaas.diagnosis.observations.facts import Observations
+from ppaas.diagnosis.rules.driving import goals, motion
 from ppaas.diagnosis.rules.finding import LEVELS, Finding
-from ppaas.diagnosis.rules.frames import frames
-from ppaas.diagnosis.rules.goals import goals
+from ppaas.diagnosis.rules.frames import frames, stamps
 from ppaas.diagnosis.rules.link import link, nodes, refusals, reports
-from ppaas.diagnosis.rules.motion import motion
 from ppaas.diagnosis.rules.place import place
 from ppaas.diagnosis.rules.scans import scans
 from ppaas.diagnosis.rules.sensors import sensors
-from ppaas.diagnosis.rules.stamps import stamps
 
 RULES: tuple[Callable[[Observations], Iterator[Finding]], ...] = (
     link, sensors, frames, stamps, refusals, scans, place, goals, motion, nodes, reports,

@@ -1,4 +1,4 @@
-"""State machine of Move Base: takes events and returns orders.
+"""State machine of Move Base: takes events and returns orders; an oscillation check watches the robot.
 
 States, patience and recoveries are the same as in ``move_base.cpp`` (ros-planning/navigation)::
 
@@ -21,11 +21,11 @@ It differs:
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from ppaas.controllers.base import Velocity
-from ppaas.geometry import Pose2D
+from ppaas.geometry import Pose2D, Poses
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.navigation.action_goals import GoalList
 from ppaas.navigation.events import (
@@ -48,24 +48,161 @@ from ppaas.navigation.events import (
     RecoveryStepped,
     VelocityComputed,
 )
-from ppaas.navigation.orders import (
-    CancelPlan,
-    ComputeVelocity,
-    FollowPlan,
-    Order,
-    PublishFeedback,
-    PublishGoal,
-    PublishResult,
-    PublishStatus,
-    Recover,
-    RequestPlan,
-    SendVelocity,
-    Stop,
-)
-from ppaas.navigation.oscillation import Oscillation
 from ppaas.navigation.parameters import MoveBaseParameters
 from ppaas.navigation.progress_checker import ProgressFailure
 from ppaas.plans.stored import Origin
+
+# -- orders of Move Base's state machine, which the node executes one after the other ----------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class RequestPlan:
+    """Plan from the robot's pose through poses to a goal.
+
+    Answer with ``PlanSucceeded``, ``PlanFailed`` or ``PlanDeferred``, now or later.
+    """
+
+    number: int
+    goal: Pose2D
+    through: tuple[Pose2D, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class CancelPlan:
+    """Cancel the plan of this number; no answer is needed."""
+
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class FollowPlan:
+    """Pass this plan (n, 7) to the local planner."""
+
+    poses: Poses
+
+
+@dataclass(frozen=True, slots=True)
+class ComputeVelocity:
+    """Compute a velocity with the local planner; answer with ``VelocityComputed`` or ``ControlFailed``."""
+
+    pose: Pose2D
+
+
+@dataclass(frozen=True, slots=True)
+class SendVelocity:
+    """Send a velocity to the base."""
+
+    velocity: Velocity
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """Stop the base."""
+
+
+@dataclass(frozen=True, slots=True)
+class Recover:
+    """Run one cycle of a recovery behaviour; answer with ``RecoveryStepped`` or ``RecoveryEnded``.
+
+    Parameters
+    ----------
+    index : int
+        Index of the behaviour in the list, from 0.
+    pose : Pose2D
+        Pose of the robot in the map frame.
+    begin : bool
+        Whether this is the first cycle of a run.
+    """
+
+    index: int
+    pose: Pose2D
+    begin: bool
+
+
+@dataclass(frozen=True, slots=True)
+class PublishGoal:
+    """Publish the goal that the robot now drives to; ``updated`` if it is the goal of before at another pose."""
+
+    goal: Goal
+    updated: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class PublishStatus:
+    """Publish the status list, since the status of a goal or its text has changed."""
+
+
+@dataclass(frozen=True, slots=True)
+class PublishFeedback:
+    """Publish the robot's pose, and the number of recoveries begun so far, as feedback of the active goal."""
+
+    goal: Goal
+    pose: Pose2D
+    recoveries: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class PublishResult:
+    """Publish the result of a goal that has ended; there is exactly one for each goal received."""
+
+    goal: Goal
+    status: Status
+    text: str
+
+
+Order = (
+    RequestPlan
+    | CancelPlan
+    | FollowPlan
+    | ComputeVelocity
+    | SendVelocity
+    | Stop
+    | Recover
+    | PublishGoal
+    | PublishStatus
+    | PublishFeedback
+    | PublishResult
+)
+
+
+# -- oscillation check -------------------------------------------------------------------------------------------------
+
+
+class Oscillation:
+    """Measures how long a robot has stayed within a distance of one place.
+
+    Parameters
+    ----------
+    distance : float
+        Distance at which it has left the place [m].
+    timeout : float
+        Time for which it may stay [s]; 0 means forever.
+    """
+
+    def __init__(self, distance: float, timeout: float) -> None:
+        self._distance = distance
+        self._timeout = timeout
+        self._place: Pose2D | None = None
+        self._since = 0.0
+
+    def reset(self, now: float) -> None:
+        """Restart the timeout."""
+        self._since = now
+
+    def has_left(self, now: float, pose: Pose2D) -> bool:
+        """Update the robot's pose; return whether it has left its last place."""
+        if self._place is not None and pose.distance_to(self._place) < self._distance:
+            return False
+        self._place = pose
+        self._since = now
+        return True
+
+    def timed_out(self, now: float) -> bool:
+        """Return whether it has stayed longer than the timeout."""
+        return self._timeout > 0.0 and now - self._since > self._timeout
+
+
+# -- the state machine: events in, orders out --------------------------------------------------------------------------
 
 GOAL_REACHED = "Goal reached."
 CANCELLED = "The goal was cancelled."

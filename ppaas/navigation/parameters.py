@@ -1,6 +1,7 @@
-"""Parameters of Move Base."""
+"""Parameters of Move Base, and the sequence of recovery behaviours that they give."""
 
 import math
+from typing import Any
 
 from ppaas.errors import InvalidParameter
 from ppaas.parameters import Parameters
@@ -119,3 +120,29 @@ def check_behaviors(behaviors: tuple[RecoveryBehavior, ...]) -> None:
             raise InvalidParameter(f"recovery_behaviors: {each.name!r} has two types; rename one of them")
     if len(behaviors) > MAX_RECOVERIES:
         raise InvalidParameter(f"recovery_behaviors: at most {MAX_RECOVERIES} are allowed, not {len(behaviors)}")
+
+
+CONSERVATIVE = RecoveryBehavior("conservative_reset", "clear_costmap_recovery")
+ROTATE = RecoveryBehavior("rotate_recovery", "rotate_recovery")
+AGGRESSIVE = RecoveryBehavior("aggressive_reset", "clear_costmap_recovery")
+
+
+def recovery_behaviors(parameters: MoveBaseParameters) -> tuple[RecoveryBehavior, ...]:
+    """Return the behaviours in order (``loadRecoveryBehaviors``, ``loadDefaultRecoveryBehaviors``)."""
+    if not parameters.recovery_behavior_enabled:
+        return ()
+    if parameters.recovery_behaviors is not None:
+        return parameters.recovery_behaviors
+    if not parameters.clearing_rotation_allowed:
+        return CONSERVATIVE, AGGRESSIVE
+    return CONSERVATIVE, ROTATE, AGGRESSIVE, ROTATE
+
+
+def recovery_defaults(parameters: MoveBaseParameters) -> dict[str, dict[str, Any]]:
+    """Return the parameters that move_base presets for the behaviours of its default list, by their names."""
+    if parameters.recovery_behaviors is not None:
+        return {}
+    return {
+        CONSERVATIVE.name: {"reset_distance": parameters.conservative_reset_dist},
+        AGGRESSIVE.name: {"reset_distance": 0.0},
+    }

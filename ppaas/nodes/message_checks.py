@@ -1,10 +1,12 @@
-"""Checks of messages from robots and other clients: message types, and poses that are valid."""
+"""Checks of messages from robots and other clients: types, valid poses, and fingerprints of equal messages."""
 
 import math
+from hashlib import blake2b
 from typing import TypeVar
 
 from ppaas.errors import InvalidInput, TransformError
 from ppaas.geometry import FARTHEST, Pose2D
+from ppaas.messages import encode
 from ppaas.messages.base.message import Message
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.nodes.base import Payload
@@ -65,3 +67,8 @@ def pose_in(tree: TransformTree, frame: str, stamped: PoseStamped, what: str) ->
         return tree.lookup(frame, source) @ pose
     except TransformError as error:
         raise TransformError(f"{what} cannot be transformed into {frame!r}: {error}") from error
+
+
+def fingerprint(topic: str, message: Message) -> str:
+    """Return a hash of topic and content: equal for the same message, wherever it was decoded."""
+    return blake2b(topic.encode() + b"\0" + encode(message), digest_size=8).hexdigest()

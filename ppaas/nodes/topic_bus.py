@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Callable
 from functools import partial
 
-from ppaas.bounded_dict import BoundedDict
+from ppaas.bounded import BoundedDict
 from ppaas.errors import Conflict, InvalidInput, NotFound, PPaaSError
 from ppaas.listener_faults import ListenerFaults
 from ppaas.messages.base.message import Message

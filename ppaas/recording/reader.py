@@ -1,4 +1,4 @@
-"""Reads MCAP files, also those that are cut off, damaged or hostile, in bounded memory.
+"""Reads MCAP files, also those that are cut off, damaged or hostile, in bounded memory, and decodes their messages.
 
 The records are classes of the library ``mcap``; their framing is read here, because a file that was not finished has no
 index and no end, and lengths in a file are not to be believed. Source: the specification of MCAP
@@ -7,12 +7,17 @@ index and no end, and lengths in a file are not to be believed. Source: the spec
 
 import struct
 import zlib
+from collections import Counter
 from collections.abc import Iterator
 from io import BytesIO
 from typing import IO, Any, NamedTuple
 
-from ppaas.errors import MalformedMessage, MessageTooLarge
+from ppaas.errors import MalformedMessage, MessageTooLarge, UnknownType
 from ppaas.recording.mcap_library import mcap_modules
+from ppaas.wire.ros import ros_types
+from ppaas.wire.ros.own_types import types_with
+
+# -- reading of files that may be cut off, damaged or hostile ----------------------------------------------------------
 
 MAGIC = b"\x89MCAP0\r\n"
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, ATTACHMENT, METADATA = 1, 2, 3, 4, 5, 6, 9, 12
@@ -261,3 +266,59 @@ def expand_lz4(data: bytes, most: int) -> bytes:
 
 
 _EXPANDERS = {"": lambda data, most: data[:most], "zstd": expand_zstd, "lz4": expand_lz4}
+
+
+# -- messages of MCAP files as JSON of rosbridge -----------------------------------------------------------------------
+
+MOST_SKIPPED = 256
+"""Largest number of topics whose skipped messages are counted."""
+
+_OF_OLD_ROBOTS = {"tf/tfMessage": "tf2_msgs/TFMessage"}
+"""Types of early ROS 1, and today's types with the same fields."""
+
+
+class McapDecoder:
+    """Decoder of the messages of one file.
+
+    Attributes
+    ----------
+    skipped : Counter of str
+        Number of messages that could not be decoded, by topic and reason.
+    """
+
+    def __init__(self) -> None:
+        self.skipped: Counter[str] = Counter()
+
+    def json(self, message: Message) -> bytes | None:
+        """Return a message as JSON; None if its type is unknown or it is not one of its type, which is counted."""
+        try:
+            return decoded(message.channel, message.data)
+        except (UnknownType, MalformedMessage) as error:
+            self.skip(message, str(error))
+            return None
+
+    def skip(self, message: Message, why: str) -> None:
+        """Count a message that cannot be used."""
+        reason = f"{message.channel.topic[:64]}: {why[:200]}"
+        if reason in self.skipped or len(self.skipped) < MOST_SKIPPED:
+            self.skipped[reason] += 1
+
+
+def decoded(channel: Channel, data: bytes) -> bytes:
+    """Return a message of a channel as JSON.
+
+    Raises
+    ------
+    UnknownType
+        Its encoding or its type is unknown.
+    MalformedMessage
+        It is not a message of its type.
+    """
+    match channel.encoding:
+        case "cdr":
+            return types_with(channel.type).decode_json(channel.type, data)
+        case "ros1":
+            return ros_types("noetic").decode_json(_OF_OLD_ROBOTS.get(channel.type, channel.type), data)
+        case "json":
+            return data
+    raise UnknownType(f"unknown encoding {channel.encoding[:32]!r}; known: cdr, ros1, json")

@@ -1,4 +1,4 @@
-"""Dispatcher: leads the tasks of a user on a map from the queue to their end, as a state machine.
+"""Dispatcher: leads the tasks of a user on a map from the queue to their end, as a state machine with orders.
 
 Each leg of a task is one goal of Move Base. Its id follows from the record of the task, which is stored before the goal
 is sent. So a dispatcher that is made from the stored records goes on where an earlier one was killed: it sends the same
@@ -6,14 +6,72 @@ goals again, and Move Base ignores those that it has.
 """
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal
 
 from msgspec.structs import replace
 
 from ppaas.tasks.assignment import SPEED, Candidate, Distance, assign, straight
-from ppaas.tasks.orders import Cancel, Order, Outcome, RobotNow, Send, Store
 from ppaas.tasks.records import GOALS, Place, Task
+
+# -- robots as a dispatcher sees them, and its orders ------------------------------------------------------------------
+
+Outcome = Literal["succeeded", "canceled", "aborted", "rejected", "lost"]
+"""How a goal of Move Base ended; ``lost``: the robot's clone does not know it any more."""
+
+
+@dataclass(frozen=True, slots=True)
+class RobotNow:
+    """A connected robot.
+
+    Parameters
+    ----------
+    place : Place, optional
+        Where it is; None while it does not know.
+    labels : mapping of str to str
+    goals : frozenset of str
+        Ids of the goals that its Move Base follows or has waiting, no matter who sent them.
+    """
+
+    place: Place | None
+    labels: Mapping[str, str] = field(default_factory=dict)
+    goals: frozenset[str] = frozenset()
+
+    @property
+    def is_led(self) -> bool:
+        """Return whether somebody else sends it to goals."""
+        return any(not goal.startswith(GOALS) for goal in self.goals)
+
+
+@dataclass(frozen=True, slots=True)
+class Store:
+    """Store a task, in place of the record with the same id; before the orders that follow."""
+
+    task: Task
+
+
+@dataclass(frozen=True, slots=True)
+class Send:
+    """Send a robot to a place. A goal whose id its Move Base knows is the same goal, sent again."""
+
+    robot: str
+    goal_id: str
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Cancel:
+    """Cancel a goal of a robot, if it has it."""
+
+    robot: str
+    goal_id: str
+
+
+Order = Store | Send | Cancel
+
+
+# -- dispatcher --------------------------------------------------------------------------------------------------------
 
 MOST_FAILURES = 3
 """Number of times that robots may fail a task; then it has failed."""

@@ -1,20 +1,140 @@
-"""Coordinator of the traffic of a map: reports of robots in, grants out. It has no clock and does no I/O."""
+"""Coordinator of the traffic of a map: reports of robots in, grants, states and checkpoints out. It does no I/O."""
 
 import itertools
-from collections.abc import Iterable, Sequence
+import math
+from collections import Counter
+from collections.abc import Collection, Container, Iterable, Sequence
 from dataclasses import replace
 
-from ppaas.errors import PPaaSError
+import msgspec
+
+from ppaas.decoding import from_msgpack
+from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.fleet.problem import is_connected
-from ppaas.messages.fleet.traffic import NO_WAY, MapPoint, TrafficGrants, TrafficReport
-from ppaas.traffic.grants import GrantWriter, cells_together, window_of
+from ppaas.messages.base.std_msgs import Header, Time
+from ppaas.messages.fleet.traffic import NO_WAY, MapPoint, TrafficGrants, TrafficReport, TrafficRobot, TrafficState
 from ppaas.traffic.members import Arrival, Cell, Member
 from ppaas.traffic.occupancy import Occupancy
-from ppaas.traffic.plan_ahead import PlanAhead
-from ppaas.traffic.plan_starts import cells_near, heads_of, obstacles_in
+from ppaas.traffic.plan_ahead import PlanAhead, Spurs
 from ppaas.traffic.settings import TrafficParameters
 from ppaas.traffic.sizes import REACH, MakeRoadmap
-from ppaas.traffic.spurs import Spurs
+
+# -- grants as messages ------------------------------------------------------------------------------------------------
+
+ROUND_TRIP = 0.5
+"""Time from a report to the grants that answer it [s], over a slow network."""
+
+REPEAT = 0.5
+"""Time after which grants that have not changed are sent again, since messages may be lost [s]."""
+
+MOST_AHEAD = 8
+"""Largest number of cells that a robot is granted ahead."""
+
+
+def window_of(report: TrafficReport, spacing: float) -> int:
+    """Return how many cells to grant ahead, so that the robot never brakes while it waits for the next grant."""
+    needed = report.braking + ROUND_TRIP * report.speed
+    return min(1 + math.ceil(needed / spacing), MOST_AHEAD)
+
+
+def cells_together(member: Member, no_stop: Container[Cell]) -> list[Cell]:
+    """Return the next cells of a robot that are granted together: up to the first one in which it may stop.
+
+    One cell, if it is in a zone already in which it does not stop. No cells if the plan does not lead out of one yet.
+    """
+    is_inside = bool(member.chain) and member.chain[-1] in no_stop
+    cells: list[Cell] = []
+    for cell in member.queue:
+        if isinstance(cell, Arrival):
+            return []
+        if cell in cells:  # it goes round in the zone, and others pass meanwhile
+            return cells
+        cells.append(cell)
+        if is_inside or cell not in no_stop:
+            return cells
+    return []
+
+
+class GrantWriter:
+    """Sends grants when they change, and again now and then."""
+
+    def __init__(self) -> None:
+        self._sent: dict[str, tuple[float, TrafficGrants]] = {}
+        # Numbers of robots that were forgotten stay: a robot that comes back ignores numbers that it knows.
+        self._numbers: Counter[str] = Counter()
+
+    def next_number(self, robot: str) -> int:
+        """Return the number that the next grants of a robot will have."""
+        return self._numbers[robot] + 1
+
+    def due(self, messages: Iterable[TrafficGrants], now: float) -> list[TrafficGrants]:
+        """Return the messages that are to be sent now, with their numbers and times.
+
+        Parameters
+        ----------
+        messages : iterable of TrafficGrants
+            The grants of all robots, without numbers.
+        now : float
+            Time [s].
+        """
+        due, sent = [], {}
+        for grants in messages:
+            last = self._sent.get(grants.robot)
+            if last is None or now - last[0] >= REPEAT or not _equal(last[1], grants):
+                self._numbers[grants.robot] += 1
+                header = msgspec.structs.replace(grants.header, stamp=Time.of(now))
+                due.append(msgspec.structs.replace(grants, number=self._numbers[grants.robot], header=header))
+                last = now, grants
+            sent[grants.robot] = last
+        self._sent = sent
+        return due
+
+
+def _equal(one: TrafficGrants, other: TrafficGrants) -> bool:
+    """Return whether grants without numbers say the same, whatever their times."""
+    return msgspec.structs.replace(one, header=other.header) == other
+
+
+# -- starts of a plan --------------------------------------------------------------------------------------------------
+
+
+def heads_of(occupancy: Occupancy) -> dict[str, Cell]:
+    """Return the cells at the ends of ways; robots without a way get the nearest cell that nobody else has.
+
+    Of robots that report ways to one cell, one is wrong: all of them are asked to give back the rest of their ways.
+    """
+    joined = [member for member in occupancy.members.values() if member.standing == "joined" and not member.misfit]
+    ends = Counter(member.chain[-1] for member in joined if member.chain)
+    occupancy.gives_back |= {member.name for member in joined if member.chain and ends[member.chain[-1]] > 1}
+    heads = {member.name: member.chain[-1] for member in joined if member.chain and ends[member.chain[-1]] == 1}
+    taken = set(ends)
+    for member in joined:
+        if not member.chain:
+            near = cells_near(occupancy, member)
+            free = [cell for cell in near if cell not in taken and not _is_granted(occupancy, cell, member.name)]
+            if free:
+                heads[member.name] = free[0]
+                taken.add(free[0])
+    return heads
+
+
+def cells_near(occupancy: Occupancy, member: Member) -> list[Cell]:
+    """Return the cells to which a robot without a way may be led, the nearest one first."""
+    report, cells = member.report, occupancy.cells
+    return cells.nearby(report.x, report.y, REACH * cells.spacing, occupancy.size_of(member))
+
+
+def _is_granted(occupancy: Occupancy, cell: Cell, but: str) -> bool:
+    return any(cell in occupancy.members[name].chain for name in occupancy.holders[cell] - {but})
+
+
+def obstacles_in(occupancy: Occupancy, heads: Collection[str]) -> set[Cell]:
+    """Return the cells that are not planned: where something was found, and cells of robots without a head."""
+    aside = (member.held for name, member in occupancy.members.items() if name not in heads)
+    return set(occupancy.blocked).union(*aside)
+
+
+# -- the coordinator: reports of robots in, grants out -----------------------------------------------------------------
 
 GATHER = 1.0
 """Time in which a new coordinator listens to reports, before it chooses its epoch [s]."""
@@ -363,3 +483,99 @@ class Coordinator:
         if member.report.free:
             return not alone and member.standing != "out"
         return member.name in self.occupancy.gives_back
+
+
+# -- checkpoint of the traffic -----------------------------------------------------------------------------------------
+
+
+class TrafficCheckpoint(msgspec.Struct):
+    """State of a coordinator from which the next one begins.
+
+    Parameters
+    ----------
+    epoch : int
+    reports : list of TrafficReport
+        The newest of each robot, with all cells that it may hold or be granted soon as its way.
+    goals : int
+        Number of goals reached.
+    out : list of str
+        Robots that an operator has taken out.
+    """
+
+    epoch: int
+    reports: list[TrafficReport] = []
+    goals: int = 0
+    out: list[str] = []
+
+
+def checkpoint_of(coordinator: Coordinator) -> bytes:
+    """Return the checkpoint of a coordinator."""
+    occupancy = coordinator.occupancy
+    out = [name for name, member in occupancy.members.items() if member.standing == "out"]
+    return msgspec.msgpack.encode(TrafficCheckpoint(coordinator.epoch, occupancy.known(), occupancy.goals, out))
+
+
+def restore(coordinator: Coordinator, state: bytes, now: float) -> None:
+    """Start a coordinator from a checkpoint: it waits for the robots in it, and treats what they held as held.
+
+    Those that were taken out stay out.
+
+    Raises
+    ------
+    InvalidInput
+        The checkpoint is not valid.
+    """
+    try:
+        read = from_msgpack(state, TrafficCheckpoint)
+    except msgspec.DecodeError as error:
+        raise InvalidInput(f"the checkpoint of the traffic is not valid: {error}") from error
+    coordinator.epoch, coordinator.occupancy.goals = read.epoch, read.goals
+    for report in read.reports:
+        coordinator.report(report, now)
+    for member in coordinator.members.values():
+        member.restored = True
+    for name in set(read.out) & coordinator.members.keys():
+        coordinator.occupancy.take_out(name)
+
+
+# -- state of the traffic, for those who look at it --------------------------------------------------------------------
+
+
+def state_of(coordinator: Coordinator, stamp: float, now: float, seconds: float) -> TrafficState:
+    """Return the traffic as it is.
+
+    Parameters
+    ----------
+    coordinator : Coordinator
+    stamp : float
+        Time since 1970, for the header [s].
+    now : float
+        Time by the clock of the coordinator [s].
+    seconds : float
+        Time that it has planned and granted for so far [s].
+    """
+    robots = [_robot(coordinator, member, now) for _, member in sorted(coordinator.members.items())]
+    header = Header(stamp=Time.of(stamp), frame_id="map")
+    return TrafficState(header, coordinator.epoch, coordinator.spacing, robots, coordinator.occupancy.goals, seconds)
+
+
+def _robot(coordinator: Coordinator, member: Member, now: float) -> TrafficRobot:
+    report = member.report
+    way = [MapPoint(*coordinator.occupancy.cells.centre(cell)) for cell in [*sorted(member.base), *member.chain]]
+    waited = now - member.waits_since if member.waits_for else 0.0
+    state, why = _state(member), member.waits_for
+    if none := coordinator.without_cells(member):
+        state, why, waited = "no_cells", none, 0.0
+    return TrafficRobot(
+        member.name, state, report.x, report.y, report.theta, way, why, report.goal_id, report.goal, waited
+    )
+
+
+def _state(member: Member) -> str:
+    if member.standing != "joined":
+        return member.standing
+    if member.report.free:
+        return "free"
+    if member.waits_for:
+        return "waiting"
+    return "driving" if member.ahead or member.report.goal_id else "idle"

@@ -1,11 +1,18 @@
-"""Members of the traffic: what the traffic node knows of each robot."""
+"""Members of the traffic, with checks of what they report, and outsiders, who take no part in it."""
 
+import math
 from collections import deque
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
+from ppaas.costmap.moving_obstacles import MovingObstacle
+from ppaas.errors import InvalidInput
+from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.messages.fleet.traffic import MapPoint, TrafficReport
 from ppaas.traffic.room_in_cells import Line
+
+# -- members of the traffic --------------------------------------------------------------------------------------------
 
 Cell = int
 
@@ -172,3 +179,93 @@ class Member:
 def reached_by(report: TrafficReport) -> int:
     """Return the number of cells of its way that a robot has reached by a report."""
     return report.first + len(report.way) - report.ahead
+
+
+# -- checks of what robots report to the traffic -----------------------------------------------------------------------
+
+LARGEST, FASTEST, FARTHEST, LONGEST = 5.0, 10.0, 20.0, 1000
+"""Limits of what a robot may report: its radius [m], speed [m/s], braking distance [m], and number of cells."""
+
+
+def check_report(report: TrafficReport) -> None:
+    """Raise ``InvalidInput`` if a report cannot be used."""
+    points = [*report.way, *report.blocked, report.goal, *report.spur]
+    numbers = [report.x, report.y, report.theta, report.goal_seconds, *(c for each in points for c in (each.x, each.y))]
+    sizes = [report.radius, report.speed, report.braking, report.tolerance]
+    if not all(map(math.isfinite, numbers + sizes)):
+        raise InvalidInput(f"a number in the report of robot {report.robot!r} is not finite")
+    if min(sizes) < 0.0 or report.radius > LARGEST or not 0.0 < report.speed <= FASTEST or report.braking > FARTHEST:
+        raise InvalidInput(f"a size, speed or distance of robot {report.robot!r} is out of range")
+    if min(report.epoch, report.grants, report.revision, report.first) < 0 or not 0 <= report.ahead <= len(report.way):
+        raise InvalidInput(f"the numbers of the way of robot {report.robot!r} do not fit each other")
+    if len(report.way) > LONGEST or len(report.blocked) > LONGEST:
+        raise InvalidInput(f"robot {report.robot!r} reports a way of more than {LONGEST} cells")
+    if len(report.spur) > 1 or (report.spur and not _is_beside(report)):
+        raise InvalidInput(f"robot {report.robot!r} reports a spur that does not begin at the end of its way")
+
+
+def _is_beside(report: TrafficReport) -> bool:
+    """Return whether the spur of a robot ends near to the last cell of its way."""
+    if not report.way:
+        return False
+    (place,), last = report.spur, report.way[-1]
+    return math.hypot(place.x - last.x, place.y - last.y) <= LARGEST
+
+
+# -- outsiders ---------------------------------------------------------------------------------------------------------
+
+FRESH = 1.0
+"""Age up to which the positions of outsiders are used [s]."""
+
+ITSELF = 0.3
+"""Distance from the position that a robot of the traffic reports within which another one is that robot [m]."""
+
+Kind = Literal["a robot outside of the traffic", "a person"]
+"""Kind of an outsider, in the words for robots that wait for it."""
+
+ROBOT: Kind = "a robot outside of the traffic"
+PERSON: Kind = "a person"
+
+
+class Outsiders:
+    """Cells that outsiders touch, and for how long they have."""
+
+    def __init__(self) -> None:
+        self._since: dict[Kind, dict[Cell, float]] = {}
+        self._seen_at: dict[Kind, float] = {}
+
+    def see(
+        self, kind: Kind, seen: Sequence[MovingObstacle], members: Iterable[Member], cells: MetricRoadmap, now: float
+    ) -> None:
+        """Note where all robots on the map are now, of which the robots of the traffic are left out, or all people.
+
+        Parameters
+        ----------
+        kind : {"a robot outside of the traffic", "a person"}
+        seen : sequence of MovingObstacle
+            With a margin around each, in the map frame.
+        members : iterable of Member
+            Robots of the traffic.
+        cells : MetricRoadmap
+        now : float
+            Time [s].
+        """
+        known = [(member.report.x, member.report.y) for member in members] if kind == ROBOT else []
+        before, since = self._since.get(kind, {}), dict[Cell, float]()
+        for one in seen:
+            if all(math.hypot(one.x - x, one.y - y) > ITSELF for x, y in known):
+                for cell in cells.touched(one.x, one.y, one.radius).tolist():
+                    since[cell] = before.get(cell, now)
+        self._since[kind], self._seen_at[kind] = since, now
+
+    def in_cell(self, cell: Cell, now: float) -> str:
+        """Return what is in a cell; empty if no outsider is."""
+        return next((kind for kind in self._fresh(now) if cell in self._since[kind]), "")
+
+    def staying(self, patience: float, now: float) -> list[Cell]:
+        """Return the cells in which an outsider has been for a time [s]."""
+        found = (self._since[kind].items() for kind in self._fresh(now))
+        return [cell for cells in found for cell, since in cells if now - since > patience]
+
+    def _fresh(self, now: float) -> list[Kind]:
+        return [kind for kind, seen_at in self._seen_at.items() if now - seen_at <= FRESH]

@@ -10,9 +10,7 @@ from ppaas.fleet.cell_rules import CellRules, rules_on
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.messages.fleet.traffic import MapPoint, TrafficReport
 from ppaas.traffic.holders import Holders, spur_to
-from ppaas.traffic.members import Arrival, Cell, Member, Standing, reached_by
-from ppaas.traffic.outsiders import FRESH, Kind, Outsiders
-from ppaas.traffic.report_checks import check_report
+from ppaas.traffic.members import FRESH, Arrival, Cell, Kind, Member, Outsiders, Standing, check_report, reached_by
 from ppaas.traffic.settings import TrafficParameters
 from ppaas.traffic.sizes import CellsOfSizes, MakeRoadmap
 from ppaas.zones.zone import Lane, OneWay, Zone

@@ -1,32 +1,42 @@
-"""Adapters from rosbridge's actions (ROS 2) to the topics of actionlib (ROS 1).
+"""Adapters from rosbridge's actions (ROS 2) to the topics of actionlib (ROS 1), their types and cancel service.
 
 In ROS 1 an action ``A`` consists of the topics ``A/goal``, ``A/cancel``, ``A/status``, ``A/feedback`` and ``A/result``.
 ``send_action_goal`` reaches each action that has all five, under its own name and with its own fields. In addition,
 ``navigate_to_pose`` offers ``move_base`` under Nav2's name and with Nav2's fields.
 
 Sources: ``actionlib_msgs/GoalStatus``, ``action_msgs/GoalStatus``, ``nav2_msgs/action/NavigateToPose``.
+
+In ROS 2 an action has one type, ``package/action/Name``. In ROS 1 each of its topics has one,
+``package/NameActionGoal`` and so on, whose field ``goal``, ``result`` or ``feedback`` is what is meant here.
+
+Source of the cancel service: ``action_msgs/srv/CancelGoal``. Goals of clients have no UUIDs, so only all goals, or
+those up to a stamp, can be cancelled.
 """
 
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import msgspec
+from msgspec import field
 
-from ppaas.errors import InvalidInput, NotFound
-from ppaas.messages import decode, message_type
+from ppaas.decoding import from_json
+from ppaas.errors import InvalidInput, NotFound, UnknownType
+from ppaas.messages import decode, message_type, message_types
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.messages.base.message import Message
-from ppaas.messages.base.std_msgs import Duration
+from ppaas.messages.base.std_msgs import Duration, Time
 from ppaas.messages.geometry_msgs import PoseStamped
 from ppaas.messages.move_base_msgs import MoveBaseFeedback
 from ppaas.messages.nav2_msgs import NavigateToPoseFeedback, NavigateToPoseGoal, NavigateToPoseResult
 from ppaas.wire.arguments import as_object
-from ppaas.wire.names import is_ros2_type, ros1_type
+from ppaas.wire.names import is_ros2_type, ros1_type, ros2_type
 
 _encoder = msgspec.json.Encoder()
+
+# -- adapters from rosbridge's actions (ROS 2) to the topics of actionlib (ROS 1) --------------------------------------
 
 NAVIGATE_TO_POSE = "navigate_to_pose"
 MOVE_BASE = "move_base"
@@ -260,3 +270,104 @@ def _goal_fields(name: str) -> type[Message] | None:
         return message_type(name)
     except InvalidInput:
         return None  # goals of an unknown type must be objects, since the order of fields is not known
+
+
+# -- types of actions, and of their goals, results and feedback --------------------------------------------------------
+
+Part = Literal["Goal", "Result", "Feedback"]
+
+NAVIGATE_TO_POSE_TYPE = "nav2_msgs/NavigateToPose"
+"""Type of the action that has no separate topics."""
+
+
+def type_of_action(name: str, topics: Mapping[str, str]) -> str:
+    """Return the type of an action as spelled in ROS 2; empty if there is none of this name.
+
+    Parameters
+    ----------
+    name : str
+        Name of the action, without a leading slash.
+    topics : mapping of str to str
+        All topics, and their types as spelled in ROS 1.
+    """
+    if name not in actions(topics):
+        return ""
+    own = topics_of(name, topics) == name
+    return ros2_type(topics[f"{name}/goal"].removesuffix("ActionGoal") if own else NAVIGATE_TO_POSE_TYPE, "action")
+
+
+def known_actions() -> list[str]:
+    """Return the types of all actions whose definition is known, as spelled in ROS 2."""
+    named = {name.removesuffix("ActionGoal") for name in message_types() if name.endswith("ActionGoal")}
+    return sorted(ros2_type(name, "action") for name in named | {NAVIGATE_TO_POSE_TYPE})
+
+
+def part_of_action(name: str, part: Part) -> type[Message]:
+    """Return the type of the goals, results or feedback of a type of actions.
+
+    Raises
+    ------
+    UnknownType
+        The type is unknown, or not a type name.
+    """
+    base = ros1_type(name).removesuffix("Action")
+    try:
+        return message_type(f"{base}{part}")
+    except UnknownType:
+        pass
+    try:
+        on_topic = message_type(f"{base}Action{part}")
+    except UnknownType as error:
+        raise UnknownType(f"unknown action type {name[:64]!r}; known: {', '.join(known_actions())}") from error
+    [kind] = [field.type for field in msgspec.structs.fields(on_topic) if field.name == part.lower()]
+    assert isinstance(kind, type) and issubclass(kind, Message)
+    return kind
+
+
+# -- cancel service of a ROS 2 action, as a message for the topic ``cancel`` of a ROS 1 action -------------------------
+
+CANCEL_GOAL = "/_action/cancel_goal"
+"""Suffix of the service's name; ``roslib`` calls it without arguments to cancel all goals."""
+
+UNKNOWN_GOAL_ID = 2
+"""``return_code`` of ``action_msgs/srv/CancelGoal``: no goal has this id."""
+
+
+class _Uuid(Message):
+    uuid: bytes = bytes(16)
+
+
+class _GoalInfo(Message):
+    goal_id: _Uuid = field(default_factory=_Uuid)
+    stamp: Time = field(default_factory=Time)
+
+
+class _CancelGoalRequest(Message):
+    goal_info: _GoalInfo = field(default_factory=_GoalInfo)
+
+
+class _UpTo(msgspec.Struct):
+    stamp: Time
+
+
+def cancel_message(arguments: bytes) -> bytes | None:
+    """Return the message that cancels the requested goals; None if a single goal is requested, by its UUID.
+
+    Raises
+    ------
+    MalformedMessage
+        The arguments are not a request of this service.
+    """
+    goal = decode(_CancelGoalRequest, as_object(arguments, _CancelGoalRequest)).goal_info
+    return None if any(goal.goal_id.uuid) else _encoder.encode(_UpTo(goal.stamp))
+
+
+def cancelled_until(message: bytes) -> float:
+    """Return the time until which goals are cancelled by a message of ``cancel_message`` [s]; without a stamp, all."""
+    stamp = from_json(message, _UpTo).stamp
+    return stamp.seconds() or math.inf
+
+
+def cancel_response(return_code: int) -> bytes:
+    """Return the response of the service."""
+    return b'{"return_code":%d,"goals_canceling":[]}' % return_code

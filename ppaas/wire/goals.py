@@ -1,4 +1,4 @@
-"""Goals that one client has sent by ``send_action_goal``, each of which ends exactly once.
+"""Goals that one client has sent by ``send_action_goal``, each of which ends exactly once, and frames about goals.
 
 Each goal gets an id that is unique among all clients, since clients count their own goals from one. Results and
 feedback come from the topics of the action. As a result may be lost with a container, the statuses are watched too (see
@@ -13,18 +13,73 @@ import msgspec
 from ppaas.errors import Conflict, NotFound, PPaaSError, QuotaExceeded, Unavailable
 from ppaas.messages.actionlib_msgs import GoalStatus, GoalStatusArray, Status
 from ppaas.messages.base.message import Message
+from ppaas.messages.base.spelling import to_ros2
 from ppaas.messages.codec import decode
-from ppaas.messages.spellings.time_spelling import to_ros2
 from ppaas.navigation.goal_watch import GoalWatch, status_of
-from ppaas.wire.action_frames import feedback_frame, result_frame
 from ppaas.wire.actions import UNKNOWN, Action, SentGoal, ros2_status
-from ppaas.wire.operations import CancelActionGoal, SendActionGoal
+from ppaas.wire.operations import CancelActionGoal, Id, SendActionGoal
+
+_encoder = msgspec.json.Encoder()
+
+
+# -- frames about goals of actions, as the cloud sends them to the client that executes a goal or that sent it ---------
+
+
+class _SendActionGoal(msgspec.Struct, tag_field="op", tag="send_action_goal"):
+    id: str
+    action: str
+    action_type: str
+    args: msgspec.Raw
+    feedback: bool = True
+
+
+class _CancelActionGoal(msgspec.Struct, tag_field="op", tag="cancel_action_goal"):
+    id: str
+    action: str
+
+
+class _ActionFeedback(msgspec.Struct, tag_field="op", tag="action_feedback"):
+    action: str
+    values: msgspec.Raw
+    id: Id
+
+
+class _ActionResult(msgspec.Struct, tag_field="op", tag="action_result"):
+    action: str
+    values: msgspec.Raw | str
+    status: int
+    result: bool
+    id: Id
+
+
+def goal_frame(action: str, action_type: str, goal: int, arguments: bytes) -> bytes:
+    """Return the frame that asks a client to execute a goal; action and type are spelled as the client did."""
+    return _encoder.encode(_SendActionGoal(str(goal), action, action_type, msgspec.Raw(arguments)))
+
+
+def cancel_frame(action: str, goal: int) -> bytes:
+    """Return the frame that asks a client to cancel a goal that it executes."""
+    return _encoder.encode(_CancelActionGoal(str(goal), action))
+
+
+def feedback_frame(action: str, goal: Id, values: bytes) -> bytes:
+    """Return the frame with feedback for the client that sent a goal."""
+    return _encoder.encode(_ActionFeedback(action, msgspec.Raw(values), goal))
+
+
+def result_frame(action: str, goal: Id, status: int, result: bytes | PPaaSError) -> bytes:
+    """Return the frame that ends a goal; the ``values`` of an error are the reason as text."""
+    if isinstance(result, PPaaSError):
+        return _encoder.encode(_ActionResult(action, result.public, status, False, goal))
+    return _encoder.encode(_ActionResult(action, msgspec.Raw(result), status, True, goal))
+
+
+# -- goals that one client has sent by ``send_action_goal``, each of which ends exactly once ---------------------------
 
 MAX_GOALS = 32
 """Limit of active goals of one client."""
 
 _EMPTY = msgspec.Raw(b"{}")
-_encoder = msgspec.json.Encoder()
 
 
 class _Feedback(Message, forbid_unknown_fields=False):

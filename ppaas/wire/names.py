@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterable
 from typing import Literal
 
 from ppaas.errors import MalformedMessage, UnknownType
+from ppaas.messages.base.spelling import camera_to_ros2, to_ros2
 from ppaas.messages.registry import PACKAGES_OF_ROS_2
-from ppaas.messages.spellings.time_spelling import camera_to_ros2, to_ros2
 
 _NAME = re.compile(r"(?:/|~/?)?[A-Za-z_]\w*(/\w+)*", re.ASCII)
 _TYPE = re.compile(r"([A-Za-z]\w*)/(?:(msg|srv|action)/)?([A-Za-z]\w*)", re.ASCII)

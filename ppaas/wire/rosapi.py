@@ -19,8 +19,7 @@ from ppaas.messages import decode, encode, message_type, message_types, rosapi, 
 from ppaas.messages.base.message import Empty, Message, ServiceType
 from ppaas.messages.base.std_msgs import Time
 from ppaas.messages.registry import service_types
-from ppaas.wire.action_types import known_actions, part_of_action, type_of_action
-from ppaas.wire.actions import actions
+from ppaas.wire.actions import actions, known_actions, part_of_action, type_of_action
 from ppaas.wire.arguments import as_object
 from ppaas.wire.names import NameScope, ros1_type, ros2_type
 from ppaas.wire.typedefs import full_text, typedefs

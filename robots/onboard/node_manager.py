@@ -21,7 +21,7 @@ from ppaas.clock import Clock, monotonic
 from ppaas.errors import PPaaSError, Unavailable
 from ppaas.messages import encode, ppaas_msgs
 from ppaas.messages.base.message import Empty
-from ppaas.messages.fleet.zones import GetZones, ZonesOfMap
+from ppaas.messages.fleet.traffic import GetZones, ZonesOfMap
 from ppaas.messages.nav_msgs import GetMap, GetMapResponse, OccupancyGrid
 from ppaas.nodes import topics
 from ppaas.nodes.map_server.node import KEEPOUT_MASK, MAP_SERVICE, SPEED_MASK, ZONES

@@ -8,7 +8,7 @@ from collections.abc import Collection, Sequence
 from ppaas.messages import decode, encode, message_type
 from ppaas.messages.base.message import Message
 from ppaas.messages.ppaas_msgs import TopicMessage
-from ppaas.nodes.message_fingerprint import fingerprint
+from ppaas.nodes.message_checks import fingerprint
 from ppaas.nodes.topics import policy_of
 from robots.client.robot_client import RobotClient
 from robots.client.subscription import TopicSubscription

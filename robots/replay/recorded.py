@@ -19,8 +19,8 @@ from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
 from ppaas.messages.nav_msgs import OccupancyGrid
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes import topics
-from ppaas.recording.decoding import McapDecoder
 from ppaas.recording.parameters import NAME
+from ppaas.recording.reader import McapDecoder
 from ppaas.recording.reader import Message as McapMessage
 from ppaas.recording.writer import DIRECTION, DOWN, ROBOT_FILE
 from robots.client.robot_file import RobotFile

@@ -16,7 +16,7 @@ from threading import Lock
 from hdfs import HdfsError
 from requests import RequestException
 
-from ppaas.bounded_dict import BoundedDict
+from ppaas.bounded import BoundedDict
 from ppaas.clock import epoch
 from ppaas.errors import NotFound, Unavailable
 from storage.disk_errors import disk_errors

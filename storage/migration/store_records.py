@@ -11,7 +11,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from ppaas.errors import NotFound
-from ppaas.people.group_names import coordinator_checkpoint
+from ppaas.people.names import coordinator_checkpoint
 from ppaas.traffic.taking_part import takes_part, traffic_checkpoint
 from storage.migration.copying import PAGE, Key, RecordKind, by_pages, each
 from storage.names import Group

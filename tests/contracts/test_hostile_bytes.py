@@ -38,24 +38,23 @@ from ppaas.maps.formats.map_yaml import Rules, parse_yaml, with_rules
 from ppaas.maps.formats.movingai import parse_map, parse_scenario
 from ppaas.maps.octomap import BINARY, parse_octomap
 from ppaas.messages import decode
+from ppaas.messages.base.spelling import read_json
 from ppaas.messages.geometry_msgs import PoseStamped
 from ppaas.messages.people_msgs import People
 from ppaas.messages.sensor_msgs import Image as RosImage
 from ppaas.messages.sensor_msgs import LaserScan, PointCloud2
-from ppaas.messages.spellings.tolerant_json import read_json
 from ppaas.perception.compressed_depth import FORMATS, decompress
 from ppaas.robot_model.describe import describe
-from ppaas.wire.binary.cbor_decoder import cbor_to_json
+from ppaas.wire.binary.cbor import cbor_to_json
 from ppaas.wire.binary.packing import Packer, operation_of
-from ppaas.wire.rapyuta.converter import Converter
-from ppaas.wire.rapyuta.forwarder import Forwarder
+from ppaas.wire.rapyuta.message_codec import Converter, Forwarder
 from ppaas.wire.rapyuta.part_assembler import PartAssembler
 from ppaas.wire.rapyuta.requests import read_request
 from ppaas.wire.ros import ros_types
 from ppaas.wire.ros.rmw_zenoh import parse_token
+from ppaas.wire.ros.ros1_master import pack_call, pack_response, unpack_call, unpack_response
 from ppaas.wire.ros.serialization import serialize
 from ppaas.wire.ros.tcpros import FrameReader, framed, pack_header, unpack_header
-from ppaas.wire.ros.xml_rpc import pack_call, pack_response, unpack_call, unpack_response
 from ppaas.wire.rosbridge import RosbridgeSession
 from ppaas.zones.reading import geojson_of, zones_of
 from ppaas.zones.shapes import Polygon

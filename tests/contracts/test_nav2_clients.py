@@ -13,7 +13,7 @@ import pytest
 from engine.protocols import robot_link
 from ppaas.errors import QuotaExceeded
 from ppaas.geometry import Pose2D
-from ppaas.wire.action_types import Part, part_of_action
+from ppaas.wire.actions import Part, part_of_action
 from tests.support.endpoints.driven_place import DrivenPlace
 from tests.support.endpoints.still_place import StillClient, answers
 from tests.support.world.closed_loop import ClosedLoop

@@ -37,19 +37,18 @@ from ppaas.mapping.serialization import rebuilding
 from ppaas.maps.formats import map_yaml, netpbm, pictures, yaml_keys
 from ppaas.maps.grid import MAX_CELLS
 from ppaas.nodes.grid_slam import joint_maps
-from ppaas.nodes.recorder.intake import MOST_PAYLOAD
-from ppaas.nodes.recorder.node import MOST_SECONDS
+from ppaas.nodes.recorder.node import MOST_PAYLOAD, MOST_SECONDS
 from ppaas.people import settings as people
 from ppaas.perception.depth_scan import MOST_PIXELS
 from ppaas.recording import reader
 from ppaas.recording.parameters import MOST_MB, MOST_MINUTES
 from ppaas.robot_model import urdf, xml_document
 from ppaas.wire import fragments
-from ppaas.wire.binary import cbor_decoder
+from ppaas.wire.binary import cbor
 from ppaas.wire.foxglove import session
 from ppaas.wire.foxglove.requests import MAX_LISTED, MAX_TEXT
-from ppaas.wire.rapyuta import forwarder, part_assembler, requests
-from ppaas.wire.ros import rmw_zenoh, tcpros, types, xml_rpc
+from ppaas.wire.rapyuta import message_codec, part_assembler, requests
+from ppaas.wire.ros import rmw_zenoh, ros1_master, tcpros, types
 from ppaas.zones import zone
 from robots.bridges.ros1 import http, move_base, peer, publication
 from robots.bridges.ros1 import node as ros1_node
@@ -167,7 +166,7 @@ ROWS = {
         size(fragments.MAX_SIZE),
     ],
     ("WebSocket", "items of a frame in CBOR, numbers in its typed arrays, levels"): [
-        f"{cbor_decoder.MAX_ITEMS}, {cbor_decoder.MAX_NUMBERS} and {cbor_decoder.MAX_DEPTH}"
+        f"{cbor.MAX_ITEMS}, {cbor.MAX_NUMBERS} and {cbor.MAX_DEPTH}"
     ],
     ("WebSocket", "ranges of a compact scan"): [0xFFFF],
     ("WebSocket", "pixels of a depth image"): [MOST_PIXELS],
@@ -190,7 +189,7 @@ ROWS = {
         "robot of Rapyuta",
         "containers; nodes of a container; interfaces of an endpoint, and their connections",
     ): [executor.MAX_CONTAINERS, f"{clone.MAX_NODES}; {endpoints.MAX_INTERFACES}, {interfaces.MAX_PEERS} each"],
-    ("robot of Rapyuta", "message of a forwarder without compression"): [size(forwarder.MAX_SERIALIZED)],
+    ("robot of Rapyuta", "message of a forwarder without compression"): [size(message_codec.MAX_SERIALIZED)],
     ("viewer of [Foxglove](foxglove.md)", "viewers of one user, and in all; robots of one viewer"): [
         f"{viewers.MAX_OF_USER}, {viewers.MAX_VIEWERS}; {MAX_ROBOTS}"
     ],
@@ -208,7 +207,9 @@ ROWS = {
     ],
     ("message of ROS in CDR or of ROS 1", "size"): [f"{types.MAX_MESSAGE >> 20} MiB"],
     ("connection header of ROS 1", "size; fields"): [f"{size(tcpros.MAX_HEADER)}; {tcpros.MAX_FIELDS}"],
-    ("call or response of XML-RPC of ROS 1", "size"): [f"{size(xml_rpc.MAX_CALL)} or {size(xml_rpc.MAX_RESPONSE)}"],
+    ("call or response of XML-RPC of ROS 1", "size"): [
+        f"{size(ros1_master.MAX_CALL)} or {size(ros1_master.MAX_RESPONSE)}"
+    ],
     (
         "node of the bridge of ROS 1",
         "connections for data, for calls; subscribers of a topic, publishers, clients of a service",

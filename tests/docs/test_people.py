@@ -18,17 +18,15 @@ from ppaas.nodes.people_tracker.parameters import PeopleTrackerParameters
 from ppaas.nodes.people_tracker.readings import MOST_PEOPLE
 from ppaas.nodes.topics import COMPRESSED_DEPTH_IMAGE, DEPTH_CAMERA_INFO
 from ppaas.parameters import Parameters
-from ppaas.people.coordinator.conversations import LASTS, NEAR
-from ppaas.people.coordinator.coordinator import LATE
+from ppaas.people.clock_offsets import LATEST, TOLERANCE
+from ppaas.people.coordinator.coordinator import LASTS, LATE, NEAR
+from ppaas.people.coordinator.group import SLOWEST
 from ppaas.people.coordinator.parameters import CoordinatorParameters
-from ppaas.people.coordinator.robots.robot_clock import SLOWEST
 from ppaas.people.following.parameters import FollowParameters
-from ppaas.people.robot_tracks.clock_offsets import LATEST, TOLERANCE
 from ppaas.people.rules.base import Candidate
 from ppaas.people.rules.registry import rule_names
 from ppaas.perception.compressed_depth import decompress
-from ppaas.perception.legs.detector import MAP_MARGIN
-from ppaas.perception.legs.pairing import STRIDING
+from ppaas.perception.legs.detector import MAP_MARGIN, STRIDING
 from ppaas.perception.legs.parameters import LegDetectorParameters
 from ppaas.perception.torso.parameters import TorsoDetectorParameters
 from robots.client.robot_file import RobotFile, load_robot_file

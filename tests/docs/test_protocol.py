@@ -39,16 +39,14 @@ from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.messages import type_name
 from ppaas.messages.actionlib_msgs import Status
 from ppaas.navigation.goal_watch import MIN_LISTS, SETTLED
-from ppaas.navigation.parameters import MoveBaseParameters
-from ppaas.navigation.recovery_sequence import recovery_behaviors
+from ppaas.navigation.parameters import MoveBaseParameters, recovery_behaviors
 from ppaas.navigation.waypoints import MAX_WAYPOINTS
 from ppaas.nodes.base import DEFAULT_DEPTH
-from ppaas.nodes.follow_path.path_follower import FollowPathParameters
+from ppaas.nodes.follow_path.node import FollowPathParameters
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.move_base.node import STATUS_PERIOD
 from ppaas.nodes.parameter_server.tree import MAX_FREE, MAX_FREE_BYTES
-from ppaas.nodes.tf.republisher import MAX_PATIENCE, MAX_STREAMS, MIN_PATIENCE
-from ppaas.nodes.tf.stream import MAX_RATE, MAX_SOURCES, MIN_RATE
+from ppaas.nodes.tf.republisher import MAX_PATIENCE, MAX_RATE, MAX_SOURCES, MAX_STREAMS, MIN_PATIENCE, MIN_RATE
 from ppaas.nodes.topics import CMD_VEL, TOPICS
 from ppaas.nodes.waypoint_follower.node import WaypointFollowerParameters
 from ppaas.plans.path_service import DEFAULT_TIMEOUT

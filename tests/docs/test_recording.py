@@ -12,8 +12,7 @@ from engine.recorder.robot_recorder import FLUSH_PERIOD
 from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Point, Pose, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion
 from ppaas.messages.nav_msgs import MapMetaData, OccupancyGrid
-from ppaas.nodes.recorder.intake import PERIODS, SAMPLE_PERIOD
-from ppaas.nodes.recorder.node import PERIOD
+from ppaas.nodes.recorder.node import PERIOD, PERIODS, SAMPLE_PERIOD
 from ppaas.recording.parameters import HEAVY, MOST_MB, MOST_MINUTES, RecorderParameters
 from ppaas.recording.writer import ABOUT, DIRECTION, PARAMETERS, ROBOT_FILE
 from robots.cli.command_parser import CommandParser

@@ -7,7 +7,7 @@ import msgspec
 import pytest
 
 from engine.service import group_places
-from ppaas.clone.granted_driving import DrivingInTraffic
+from ppaas.clone.driving import DrivingInTraffic
 from ppaas.nodes.granted_move_base.traffic_link import NODE_SILENCE
 from ppaas.traffic.granted_way import STRAY
 from ppaas.traffic.members import Standing

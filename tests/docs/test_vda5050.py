@@ -3,8 +3,8 @@
 import argparse
 import re
 
-from ppaas.wire.vda5050.agv.instant_book import INSTANT_2, INSTANT_3
-from ppaas.wire.vda5050.agv.order_book import OWN_DEVIATION, REMEMBERED
+from ppaas.wire.vda5050.agv.action_book import INSTANT_2, INSTANT_3
+from ppaas.wire.vda5050.agv.agv import OWN_DEVIATION, REMEMBERED
 from ppaas.wire.vda5050.agv.zone_book import SUPPORTED
 from ppaas.wire.vda5050.agv.zone_grids import RESOLUTION, SPEED_STEP
 from ppaas.wire.vda5050.codec import MAX_PAYLOAD

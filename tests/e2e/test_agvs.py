@@ -22,8 +22,7 @@ from ppaas.wire.vda5050.codec import encode
 from ppaas.wire.vda5050.fields import Fields
 from ppaas.wire.vda5050.headers import HeaderCounter
 from ppaas.wire.vda5050.states import Connection, ConnectionState
-from ppaas.wire.vda5050.topics import Address
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Address, Version
 from robots import cli
 from robots.client.move_base import MoveBaseClient
 from robots.client.rest_paths import path_of

@@ -19,7 +19,7 @@ from ppaas.messages.base.message import Empty
 from ppaas.messages.std_srvs import Trigger, TriggerResponse
 from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.fields import Point
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Version
 from ppaas.wire.vda5050.zones import Zone, Zones, ZoneSet
 from robots import cli
 from tests.support.cloud.cloud import RunningCloud, publish_map, register_robot

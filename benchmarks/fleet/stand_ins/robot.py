@@ -11,8 +11,7 @@ from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.fleet.traffic import MapPoint, TrafficGrants, TrafficReport
 from ppaas.nodes.granted_move_base.traffic_link import NODE_SILENCE, POSE_PERIOD, REPORT_PERIOD
-from ppaas.traffic.granted_way import GrantedWay
-from ppaas.traffic.leg_path import path_along
+from ppaas.traffic.granted_way import GrantedWay, path_along
 
 PERIOD = 0.1
 """Time of a control cycle [s]."""

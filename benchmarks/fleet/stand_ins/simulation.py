@@ -15,8 +15,7 @@ from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.fleet.roadmap import Roadmap
 from ppaas.geometry import Pose2D
 from ppaas.messages.fleet.traffic import TrafficGrants, TrafficReport
-from ppaas.traffic.checkpoint import restore
-from ppaas.traffic.coordinator import Coordinator
+from ppaas.traffic.coordinator import Coordinator, restore
 from ppaas.traffic.settings import TrafficParameters
 
 SPACING = 0.6

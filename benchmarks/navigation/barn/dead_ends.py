@@ -7,7 +7,7 @@ import numpy as np
 from ppaas.costmap.costmap import NO_INFORMATION, Costmap
 from ppaas.costmap.moving_obstacles import Disc
 from ppaas.geometry import Pose2D, Poses
-from ppaas.navigation.oscillation import Oscillation
+from ppaas.navigation.move_base import Oscillation
 
 DISTANCE, TIMEOUT = 0.4, 2.0
 """The robot makes no progress if it has not moved this distance [m] within this time [s]."""

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.perception.torso.models import LEAVES, NODES, Trees
 from ppaas.perception.torso.relief import LEVELS
-from ppaas.perception.torso.trees import LEAVES, NODES, Trees
 
 Floats = NDArray[np.float64]
 

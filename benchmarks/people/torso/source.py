@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.people.torso.template_fit import Fitted
-from ppaas.perception.torso.trees import Trees
+from ppaas.perception.torso.models import Trees
 
 WIDTH = 112
 """Number of characters of a line."""

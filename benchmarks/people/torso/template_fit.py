@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ppaas.perception.torso.template import MIRRORED, SHAPE, TOPS, UpperBody, rows_of
+from ppaas.perception.torso.models import MIRRORED, SHAPE, TOPS, UpperBody, rows_of
 
 STEPS = SHAPE[2]
 

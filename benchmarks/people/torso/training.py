@@ -19,10 +19,9 @@ from benchmarks.people.torso.template_fit import Samples, fit
 from ppaas.perception.depth_scan import PinholeCamera
 from ppaas.perception.torso.detector import DEPTH_OF_TORSO, candidates
 from ppaas.perception.torso.floor_view import FloorView
-from ppaas.perception.torso.patches import patches_at
-from ppaas.perception.torso.proposals import propose
+from ppaas.perception.torso.models import UpperBody
+from ppaas.perception.torso.patches import patches_at, propose
 from ppaas.perception.torso.relief import FEATURES, features_at, mirrored
-from ppaas.perception.torso.template import UpperBody
 from robots.sim.bodies.furniture import COAT_STAND, POSTER
 from robots.sim.depth.camera import DepthCameraModel
 

@@ -10,7 +10,7 @@ from numpydoc.docscrape import NumpyDocString
 from docs.site.reference.markdown import code, table
 from docs.site.reference.markdown import page as joined
 from engine.container.monitor.parameters import NodeMonitorParameters
-from ppaas.clone.granted_driving import DrivingInTraffic
+from ppaas.clone.driving import DrivingInTraffic
 from ppaas.clone.robot_body import COSTMAP, VOXEL_LAYER, VoxelLayerParameters
 from ppaas.clone.surroundings import LocalCostmapParameters
 from ppaas.controllers.registry import CONTROLLERS
@@ -18,7 +18,7 @@ from ppaas.costmap.global_parameters import GlobalCostmapParameters, StaticLayer
 from ppaas.exploration.parameters import ExploreParameters
 from ppaas.localization.parameters import AmclParameters
 from ppaas.navigation.parameters import MoveBaseParameters
-from ppaas.nodes.follow_path.path_follower import FollowPathParameters
+from ppaas.nodes.follow_path.node import FollowPathParameters
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
 from ppaas.nodes.map_server.costmap_filters import KeepoutFilterParameters, SpeedFilterParameters
 from ppaas.nodes.move_base.people import SocialLayerParameters

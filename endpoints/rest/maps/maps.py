@@ -25,7 +25,7 @@ from endpoints.sharing.named_users import check_readers
 from endpoints.sharing.shared_robots import may_read
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, NotFound
-from ppaas.people.group_names import coordinator_checkpoint
+from ppaas.people.names import coordinator_checkpoint
 from ppaas.traffic.taking_part import traffic_checkpoint
 from storage.opened_maps import OpenMap
 from storage.ports import Store

@@ -11,7 +11,7 @@ from typing import Any
 from endpoints.rest.maps.map_programs import be_program
 from engine.rights.globs import matches
 from ppaas.errors import Unavailable
-from ppaas.recording.copying import McapCopy
+from ppaas.recording.writer import McapCopy
 from storage.disk_errors import disk_errors
 
 

@@ -22,7 +22,7 @@ from endpoints.services.services import Services
 from endpoints.sharing.shared_robots import ReachedRobot
 from ppaas.errors import NotFound, Unavailable
 from ppaas.messages.base.message import Empty
-from ppaas.messages.health.recorder import RecorderState, StartRecordingRequest
+from ppaas.messages.health.watching import RecorderState, StartRecordingRequest
 from ppaas.nodes.recorder.node import MOST_SECONDS
 from ppaas.recording.parameters import MOST_MINUTES
 from storage.disk_errors import disk_errors

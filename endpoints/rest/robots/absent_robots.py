@@ -3,7 +3,7 @@
 from endpoints.rest.dependencies import readable_head
 from endpoints.services.robot_facts import RobotFacts
 from endpoints.services.services import Services
-from ppaas.diagnosis.observations.absence import AbsenceFacts
+from ppaas.diagnosis.observations.facts import AbsenceFacts
 from ppaas.errors import PPaaSError, QuotaExceeded
 from ppaas.maps.new_map import new_map_id
 from storage.records import RobotRecord, User

@@ -16,8 +16,8 @@ from endpoints.services.services import Services
 from endpoints.sharing.shared_robots import ReachedRobot
 from ppaas.diagnosis.diagnose import diagnose
 from ppaas.diagnosis.observations.facts import Observations
-from ppaas.diagnosis.rules.absence import ABSENT, absence
 from ppaas.diagnosis.rules.finding import Finding, Level, error, worst
+from ppaas.diagnosis.rules.link import ABSENT, absence
 from ppaas.errors import Unavailable
 from ppaas.nodes.diagnostics.node import LONGEST
 from storage.records import RobotRecord

@@ -10,7 +10,7 @@ from ppaas.messages import encode
 from ppaas.messages.base.message import Message
 from ppaas.messages.ppaas_msgs import TopicMessage
 from ppaas.nodes.base import Payload
-from ppaas.nodes.message_fingerprint import fingerprint
+from ppaas.nodes.message_checks import fingerprint
 
 MOST = 100
 """Largest number of messages kept for one node; beyond it the oldest are dropped."""

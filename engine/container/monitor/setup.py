@@ -10,7 +10,7 @@ from engine.container.monitor.node import NodeMonitorNode
 from engine.container.monitor.node_switch import GraphNodeSwitch
 from engine.container.monitor.parameters import NAME, monitor_parameters
 from engine.specs.containers import RobotConfig
-from ppaas.diagnosis.observations.traffic import Traffic
+from ppaas.diagnosis.observations.topic_table import Traffic
 from ppaas.nodes.graph import Graph
 from ppaas.recording.parameters import NAME as RECORDER
 

@@ -2,8 +2,7 @@
 
 from engine.specs.containers import RobotConfig
 from ppaas.controllers.registry import CONTROLLERS
-from ppaas.navigation.parameters import MoveBaseParameters
-from ppaas.navigation.recovery_sequence import recovery_behaviors
+from ppaas.navigation.parameters import MoveBaseParameters, recovery_behaviors
 from ppaas.planners.registry import PLANNERS
 from ppaas.recoveries.registry import RECOVERIES
 

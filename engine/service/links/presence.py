@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from engine.service.links.place_link import PlaceLink
-from ppaas.bounded_dict import BoundedDict
+from ppaas.bounded import BoundedDict
 from ppaas.clock import Clock, epoch
 
 MOST_GONE = 10_000

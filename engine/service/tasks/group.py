@@ -9,8 +9,7 @@ from msgspec.structs import replace
 from engine.service.tasks.robots import TaskRobots
 from ppaas.errors import Conflict, PPaaSError
 from ppaas.tasks.assignment import Distance, straight
-from ppaas.tasks.dispatcher import Dispatcher
-from ppaas.tasks.orders import Cancel, Order, RobotNow, Send, Store
+from ppaas.tasks.dispatcher import Cancel, Dispatcher, Order, RobotNow, Send, Store
 from ppaas.tasks.records import Task, pose_of
 from storage.names import Group
 from storage.ports import TaskStore

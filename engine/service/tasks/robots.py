@@ -11,7 +11,7 @@ from engine.service.links.place_link import PlaceLink
 from engine.service.links.presence import RobotPresence
 from engine.specs.containers import MapVersion
 from ppaas.geometry import Pose2D
-from ppaas.tasks.orders import Outcome, RobotNow
+from ppaas.tasks.dispatcher import Outcome, RobotNow
 from ppaas.tasks.records import Place
 from storage.names import Group
 

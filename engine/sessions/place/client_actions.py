@@ -10,7 +10,7 @@ from engine.sessions.place.asked_clients import client_asked
 from engine.sessions.place.message_completion import ActionCompletion, action_completion
 from ppaas.errors import MalformedMessage, NotFound, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
 from ppaas.listener_faults import ListenerFaults
-from ppaas.messages.spellings.time_spelling import to_ros2
+from ppaas.messages.base.spelling import to_ros2
 from ppaas.wire.actions import ABORTED, UNKNOWN
 
 logger = logging.getLogger(__name__)

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from ppaas.bounded_dict import BoundedDict
+from ppaas.bounded import BoundedDict
 from ppaas.clock import Clock, monotonic
 from ppaas.diagnosis.observations.facts import LinkFacts
 from ppaas.errors import PPaaSError

@@ -9,7 +9,7 @@ from engine.links.open_calls import Done, OpenCalls, Outcome
 from engine.sessions.place.asked_clients import client_asked
 from engine.sessions.place.message_completion import ServiceCompletion, service_completion
 from ppaas.errors import MalformedMessage, NotFound, NotPermitted, PPaaSError, QuotaExceeded, Unavailable
-from ppaas.messages.spellings.time_spelling import to_ros2
+from ppaas.messages.base.spelling import to_ros2
 
 MAX_SERVICES = 200
 """Largest number of services that the clients of one place may advertise."""

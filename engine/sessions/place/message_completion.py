@@ -16,7 +16,7 @@ from ppaas.messages.base.message import Message, struct_of
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.registry import message_type, service_type
-from ppaas.wire.action_types import Part, part_of_action
+from ppaas.wire.actions import Part, part_of_action
 from ppaas.wire.arguments import as_object
 
 Complete = Callable[[bytes], bytes]

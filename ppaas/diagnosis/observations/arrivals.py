@@ -5,7 +5,7 @@ import statistics
 from collections import deque
 from typing import NamedTuple
 
-from ppaas.bounded_dict import BoundedDict
+from ppaas.bounded import BoundedDict
 
 WINDOW = 10.0
 """Time for which arrivals are kept [s]."""

@@ -1,6 +1,14 @@
-"""Facts of the diagnosis: what was observed of a robot in the last seconds. They are sent between processes as JSON."""
+"""Facts of the diagnosis: what was observed of a robot in the last seconds. Processes send them as JSON."""
+
+import math
+import sys
+from typing import Any
 
 import msgspec
+
+from ppaas.decoding import from_json
+
+# -- facts of the diagnosis --------------------------------------------------------------------------------------------
 
 
 class TopicFacts(msgspec.Struct, kw_only=True, frozen=True):
@@ -102,7 +110,7 @@ class MotionFacts(msgspec.Struct, kw_only=True, frozen=True):
     ordered, ordered_turn : float
         Distance and angle that the commands add up to, with their signs [m, rad].
     ordered_path : float
-        Distance that they add up to, without signs, plus the angle times `ppaas.diagnosis.observations.motion.ARM` [m].
+        Distance that they add up to, without signs, plus the angle times `ARM` of the recorder [m].
     moved, moved_turn, moved_path : float
         The same of the odometry.
     parent, child : str
@@ -301,3 +309,61 @@ class Observations(msgspec.Struct, kw_only=True):
     def frame(self, name: str) -> FrameFacts | None:
         """Return the facts of a frame that has a parent; None for any other."""
         return next((each for each in self.frames if each.name == name), None)
+
+
+# -- facts about a robot that is not connected -------------------------------------------------------------------------
+
+
+class AbsenceFacts(msgspec.Struct, kw_only=True, frozen=True):
+    """What the cloud knows of a robot without its messages.
+
+    Parameters
+    ----------
+    robot : str
+    agv : str
+        Manufacturer and serial number of the AGV that the robot is by its file; empty for other robots.
+    refusal : str
+        Reason for which its last attempt to connect was refused; empty without one, or if it connected since.
+    refused_ago : float
+        Time since then [s].
+    map_problem, quota_problem : str
+        Reasons for which its map cannot be used, and for which its user may have no more containers; else empty.
+    cores : float
+        Size of its container [cores].
+    free : tuple of float
+        What each machine that accepts containers could give it [cores].
+    """
+
+    robot: str
+    agv: str = ""
+    refusal: str = ""
+    refused_ago: float = 0.0
+    map_problem: str = ""
+    quota_problem: str = ""
+    cores: float = 1.0
+    free: tuple[float, ...] = ()
+
+
+# -- observations as JSON, which has neither NaN nor infinity, for another process -------------------------------------
+
+
+def observations_to_json(seen: Observations) -> str:
+    """Return observations as JSON; numbers that a robot has driven beyond all bounds are the largest ones, NaN is 0."""
+    return msgspec.json.encode(_finite(msgspec.to_builtins(seen))).decode()
+
+
+def observations_from_json(text: str) -> Observations:
+    """Return the observations of a JSON text; raises ``msgspec.DecodeError`` if it is none of ours."""
+    return from_json(text, Observations)
+
+
+def _finite(value: Any) -> Any:
+    match value:
+        case float() if not math.isfinite(value):
+            return 0.0 if math.isnan(value) else math.copysign(sys.float_info.max, value)
+        case dict():
+            return {key: _finite(each) for key, each in value.items()}
+        case list() | tuple():
+            return [_finite(each) for each in value]
+        case _:
+            return value

@@ -1,18 +1,51 @@
-"""The robot on its map: estimated pose, how sure it is, and what the map and the scan say about it."""
+"""The robot on its map: estimated pose, how sure it is, and what map, scan and robot file say about it."""
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
 
 from ppaas.costmap.causes import barriers_at
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.diagnosis.observations.facts import PlaceFacts
 from ppaas.diagnosis.observations.scans import explained
-from ppaas.diagnosis.observations.watched_robot import WatchedRobot
 from ppaas.errors import TransformError
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import OCCUPIED_THRESHOLD
 from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
 from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.nodes.frames import FrameNames
 from ppaas.transforms.spatial import LatestFrames
+
+
+@dataclass(frozen=True, slots=True)
+class WatchedRobot:
+    """Properties of a robot that its messages do not contain.
+
+    Parameters
+    ----------
+    id : str
+    names : FrameNames
+        Names of its frames.
+    layers : callable
+        Returns the map that it drives on now, None if it makes one.
+    makes_map : bool
+        Whether it makes a new map.
+    camera : bool
+        Whether a depth camera makes its scans.
+    follows_paths : bool
+        Whether it localizes itself and follows paths itself, as an AGV does.
+    radius : float
+        Largest radius around its centre within its footprint [m].
+    """
+
+    id: str = "ROBOT"
+    names: FrameNames = field(default_factory=FrameNames)
+    layers: Callable[[], MapLayers | None] = lambda: None
+    makes_map: bool = False
+    camera: bool = False
+    follows_paths: bool = False
+    radius: float = 0.0
+
 
 X_X, Y_Y, YAW_YAW = 0, 7, 35
 """Elements of a covariance of x, y, z, roll, pitch, yaw."""

@@ -3,28 +3,195 @@
 A message costs a few microseconds. Of scans only the last one of each laser is kept, by reference.
 """
 
+import itertools
 import math
+import statistics
+from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Any
 
-from ppaas.bounded_dict import BoundedDict
+from ppaas.bounded import BoundedDict
 from ppaas.diagnosis.observations.arrivals import Arrivals
-from ppaas.diagnosis.observations.facts import GoalFacts, NodeFacts, Observations
-from ppaas.diagnosis.observations.frame_watch import FrameWatch
-from ppaas.diagnosis.observations.motion import Motion
-from ppaas.diagnosis.observations.place import PlaceWatch
+from ppaas.diagnosis.observations.facts import FrameFacts, GoalFacts, MotionFacts, NodeFacts, Observations
+from ppaas.diagnosis.observations.place import PlaceWatch, WatchedRobot
 from ppaas.diagnosis.observations.scans import scan_facts
-from ppaas.diagnosis.observations.watched_robot import WatchedRobot
+from ppaas.geometry import wrap_angle
 from ppaas.messages.actionlib_msgs import GoalStatusArray
 from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import String, Time
-from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped, Twist
+from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped, TransformStamped, Twist
 from ppaas.messages.move_base_msgs import MoveBaseActionResult
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.ppaas_msgs import NodeHomes
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.messages.tf2_msgs import TFMessage
+from ppaas.messages.tf2_msgs import MAX_FRAMES, TFMessage
 from ppaas.nodes import topics
+from ppaas.nodes.frames import PERSON
+from ppaas.transforms.spatial import LatestFrames
+
+# -- motion of a robot by its commands and by its odometry, over the same seconds --------------------------------------
+
+WINDOW = 10.0
+"""Time for which commands and poses are kept [s]."""
+
+MOST = 2000
+"""Largest number of commands, and of poses, that are kept."""
+
+ARM = 0.2
+"""Distance from the centre at which a turn counts as a path [m]."""
+
+LONGEST_COMMAND = 0.5
+"""Time for which a command holds without another one [s], as base controllers have it."""
+
+Sample = tuple[float, float, float, float]
+"""Time [s], and either x [m], y [m], yaw [rad], or velocities [m/s, m/s, rad/s]."""
+
+
+class Motion:
+    """Commands and odometry of the last `WINDOW` seconds."""
+
+    def __init__(self) -> None:
+        self._commands: deque[Sample] = deque(maxlen=MOST)
+        self._poses: deque[Sample] = deque(maxlen=MOST)
+        self._frames = "", ""
+
+    def command(self, twist: Twist, now: float) -> None:
+        """Note a command that arrived at monotonic time ``now`` [s]."""
+        self._commands.append((now, twist.linear.x, twist.linear.y, twist.angular.z))
+
+    def odometry(self, message: Odometry, now: float) -> None:
+        """Note a message of the odometry; a pose that is not valid is left out."""
+        self._frames = message.header.frame_id.lstrip("/"), message.child_frame_id.lstrip("/")
+        pose = message.pose.pose.planar()
+        if all(map(math.isfinite, (pose.x, pose.y, pose.theta))):
+            self._poses.append((now, pose.x, pose.y, pose.theta))
+
+    def facts(self, now: float) -> MotionFacts:
+        """Return what was ordered and what was moved until ``now`` [s]."""
+        for kept in (self._commands, self._poses):
+            while kept and now - kept[0][0] > WINDOW:
+                kept.popleft()
+        ordered, ordered_turn, ordered_path = _ordered(self._commands, now)
+        moved, moved_turn, moved_path, jump = _moved(self._poses)
+        return MotionFacts(
+            commands=len(self._commands),
+            ordered=ordered,
+            ordered_turn=ordered_turn,
+            ordered_path=ordered_path,
+            moved=moved,
+            moved_turn=moved_turn,
+            moved_path=moved_path,
+            parent=self._frames[0],
+            child=self._frames[1],
+            jump=jump,
+        )
+
+
+def _ordered(commands: deque[Sample], now: float) -> tuple[float, float, float]:
+    forward = turn = path = 0.0
+    ends = [*(command[0] for command in itertools.islice(commands, 1, None)), now]
+    for (at, x, y, yaw_rate), end in zip(commands, ends, strict=False):
+        seconds = min(end - at, LONGEST_COMMAND)
+        forward += x * seconds
+        turn += yaw_rate * seconds
+        path += (math.hypot(x, y) + ARM * abs(yaw_rate)) * seconds
+    return forward, turn, path
+
+
+def _moved(poses: deque[Sample]) -> tuple[float, float, float, float]:
+    forward = turn = path = jump = 0.0
+    for (_, x, y, yaw), (_, next_x, next_y, next_yaw) in itertools.pairwise(poses):
+        dx, dy, turned = next_x - x, next_y - y, wrap_angle(next_yaw - yaw)
+        forward += dx * math.cos(yaw) + dy * math.sin(yaw)
+        turn += turned
+        step = math.hypot(dx, dy)
+        path += step + ARM * abs(turned)
+        jump = max(jump, step)
+    return forward, turn, path, jump
+
+
+# -- frames of a robot as ``tf`` and ``tf_static`` give them -----------------------------------------------------------
+
+MOST_POSITIONS = 40
+"""Number of positions of a moving frame that are compared."""
+
+FAR, NEAR = 0.05, 0.3
+"""Two senders take turns if successive positions are farther apart than `FAR` [m] in the median, while every second one
+is nearer than this part of that."""
+
+MOST_PARENTS = 4
+"""Largest number of parents of a frame that are kept."""
+
+PARENT_AGE = 5.0
+"""Time after which an earlier parent of a frame counts as given up [s]."""
+
+
+@dataclass(slots=True)
+class _Frame:
+    parents: dict[str, float] = field(default_factory=dict)
+    static: bool = False
+    at: float = 0.0
+    positions: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=MOST_POSITIONS))
+
+
+class FrameWatch:
+    """Frames that transforms name.
+
+    Attributes
+    ----------
+    latest : LatestFrames
+        Latest transform of each frame.
+    """
+
+    def __init__(self) -> None:
+        self.latest = LatestFrames()
+        self._frames: BoundedDict[str, _Frame] = BoundedDict(MAX_FRAMES)
+
+    def hear(self, transforms: list[TransformStamped], now: float, *, static: bool) -> None:
+        """Note the transforms of a message that arrived at monotonic time ``now`` [s]."""
+        self.latest.hear(transforms)
+        for transform in transforms:
+            child, parent = transform.child_frame_id.lstrip("/"), transform.header.frame_id.lstrip("/")
+            if "/" in child and PERSON.fullmatch(child):
+                continue  # people come and go, and nothing of the robot is mounted on them
+            frame = self._frames.get(child)
+            if frame is None:
+                frame = self._frames[child] = _Frame()
+            frame.parents.pop(parent, None)
+            frame.parents[parent] = now
+            if len(frame.parents) > MOST_PARENTS:
+                del frame.parents[next(iter(frame.parents))]
+            frame.static, frame.at = static, now
+            if not static:
+                frame.positions.append((transform.transform.translation.x, transform.transform.translation.y))
+
+    def facts(self, now: float) -> list[FrameFacts]:
+        """Return the facts of all frames that have a parent, sorted by their names."""
+        return [
+            FrameFacts(
+                name=name,
+                parents=tuple(each for each, at in frame.parents.items() if at == frame.at or now - at < PARENT_AGE),
+                static=frame.static,
+                silence=now - frame.at,
+                alternates=alternates([*frame.positions]),
+            )
+            for name, frame in sorted(self._frames.items())
+        ]
+
+
+def alternates(positions: list[tuple[float, float]]) -> bool:
+    """Return whether positions jump to and fro, as with two senders that take turns."""
+    if len(positions) < 8:
+        return False
+    steps, doubles = (
+        statistics.median(math.dist(a, b) for a, b in zip(positions, positions[apart:], strict=False))
+        for apart in (1, 2)
+    )
+    return steps > FAR and doubles < NEAR * steps
+
+
+# -- recorder ----------------------------------------------------------------------------------------------------------
 
 MOST_LASERS = 8
 """Largest number of lasers that are distinguished."""

@@ -1,14 +1,84 @@
-"""Table of the topics of a robot: what came on each while the robot was watched, and since its container started."""
+"""Table of the topics of a robot: what came on each since it was watched, and since its container started."""
 
 from collections import deque
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import msgspec
 
+from ppaas.bounded import BoundedDict
 from ppaas.diagnosis.observations.arrivals import WINDOW, Arrivals, gap_and_burst, lateness, unstamped
 from ppaas.diagnosis.observations.facts import TopicFacts
-from ppaas.diagnosis.observations.traffic import TopicCount, Traffic
 from ppaas.nodes import topics
+
+# -- traffic of a clone ------------------------------------------------------------------------------------------------
+
+MOST_TOPICS = 256
+"""Largest number of topics that are counted; clients choose the names that are refused."""
+
+MOST_SENDERS = 8
+"""Largest number of senders of a topic that are distinguished."""
+
+MOST_TEXT = 400
+"""Length of the reason of a refusal that is kept [characters]."""
+
+
+@dataclass(slots=True)
+class TopicCount:
+    """Messages of one topic.
+
+    Parameters
+    ----------
+    count, size : int
+        Messages, and their size in total [bytes].
+    last : float
+        Monotonic time of the last message [s].
+    refused : int
+        Messages that the clone refused.
+    refused_at : float
+        Monotonic time of the last refusal [s].
+    refusal : str
+        Its reason.
+    senders : set of int
+        Numbers of the clients that sent messages.
+    """
+
+    count: int = 0
+    size: int = 0
+    last: float = float("-inf")
+    refused: int = 0
+    refused_at: float = float("-inf")
+    refusal: str = ""
+    senders: set[int] = field(default_factory=set)
+
+
+class Traffic:
+    """Counts the messages that a container receives over its robot link."""
+
+    def __init__(self) -> None:
+        self.topics: BoundedDict[str, TopicCount] = BoundedDict(MOST_TOPICS)
+
+    def note(self, topic: str, size: int, sender: int, now: float) -> None:
+        """Count a message of ``size`` bytes that a client sent and that arrived at monotonic time ``now`` [s]."""
+        count = self.topics.get(topic)
+        if count is None:
+            count = self.topics[topic] = TopicCount()
+        count.count += 1
+        count.size += size
+        count.last = now
+        if sender not in count.senders and len(count.senders) < MOST_SENDERS:
+            count.senders.add(sender)
+
+    def refuse(self, topic: str, reason: str, now: float) -> None:
+        """Count the refusal, at monotonic time ``now`` [s], of a message that was noted before."""
+        count = self.topics.get(topic)
+        if count is not None:
+            count.refused += 1
+            count.refused_at = now
+            count.refusal = reason[:MOST_TEXT]
+
+
+# -- table of the topics of a robot ------------------------------------------------------------------------------------
 
 ALWAYS = tuple(topic.name for topic in (topics.SCAN, topics.ODOM, topics.TF, topics.TF_STATIC, topics.CMD_VEL))
 """Topics that are listed even if nothing came on them."""

@@ -3,8 +3,7 @@
 from collections.abc import Iterator
 
 from ppaas.diagnosis.observations.cloud import CloudFacts
-from ppaas.diagnosis.rules.finding import LEVELS, Finding, error, ok, warn
-from ppaas.diagnosis.rules.words import capital, names, seconds
+from ppaas.diagnosis.rules.finding import LEVELS, Finding, capital, error, names, ok, seconds, warn
 
 SLOW = 0.25
 """Time of a request from which the link is too slow to drive over [s]."""

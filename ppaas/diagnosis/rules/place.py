@@ -3,10 +3,9 @@
 from collections.abc import Iterator
 
 from ppaas.diagnosis.observations.facts import Observations, PlaceFacts
-from ppaas.diagnosis.rules.finding import Finding, error, ok, warn
+from ppaas.diagnosis.rules.finding import Finding, capital, error, ok, percent, seconds, warn
 from ppaas.diagnosis.rules.scans import BLIND
 from ppaas.diagnosis.rules.sensors import SCANS_ALONE
-from ppaas.diagnosis.rules.words import capital, percent, seconds
 from ppaas.nodes import topics
 
 SILENT = 2.0

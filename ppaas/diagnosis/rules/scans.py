@@ -3,8 +3,7 @@
 from collections.abc import Iterator
 
 from ppaas.diagnosis.observations.facts import Observations, ScanFacts
-from ppaas.diagnosis.rules.finding import Finding, error, ok, warn
-from ppaas.diagnosis.rules.words import percent
+from ppaas.diagnosis.rules.finding import Finding, error, ok, percent, warn
 from ppaas.nodes import topics
 
 FEW = 0.05

@@ -3,8 +3,7 @@
 from collections.abc import Iterator
 
 from ppaas.diagnosis.observations.facts import Observations, TopicFacts
-from ppaas.diagnosis.rules.finding import Finding, error, warn
-from ppaas.diagnosis.rules.words import capital, hertz, names, percent, seconds, size
+from ppaas.diagnosis.rules.finding import Finding, capital, error, hertz, names, percent, seconds, size, warn
 from ppaas.nodes import topics
 
 STOPPED = 1.0

@@ -1,4 +1,4 @@
-"""Types of ``ppaas_msgs`` between robots that drive by grants, and the traffic node of their map."""
+"""Types of ``ppaas_msgs`` between robots that drive by grants, the traffic node of their map, and its zones."""
 
 from msgspec import field
 
@@ -8,6 +8,8 @@ from ppaas.messages.base.std_msgs import Header
 PACKAGE = "ppaas_msgs"
 """ROS package of these types."""
 
+
+# -- robots that drive by grants, and the traffic node of their map ----------------------------------------------------
 
 NO_WAY = "a way"
 """What a robot waits for while no way to its goal is free."""
@@ -217,4 +219,17 @@ TakeOut = ServiceType("ppaas_msgs/TakeOut", RobotOfTraffic, Empty)
 PutBack = ServiceType("ppaas_msgs/PutBack", RobotOfTraffic, Empty)
 """Service that puts a robot back into the traffic, where it now stands."""
 
-SERVICES = (GetTraffic, TakeOut, PutBack)
+
+# -- zones -------------------------------------------------------------------------------------------------------------
+
+
+class ZonesOfMap(OwnMessage):
+    """Zones of a map, as GeoJSON in metres in the frame of the map."""
+
+    geojson: str
+
+
+GetZones = ServiceType("ppaas_msgs/GetZones", Empty, ZonesOfMap)
+"""Service that returns the zones of a map."""
+
+SERVICES = (GetTraffic, TakeOut, PutBack, GetZones)

@@ -3,21 +3,19 @@
 from collections.abc import Callable
 from typing import ClassVar, Protocol
 
-from ppaas.bounded_dict import BoundedDict
+from ppaas.bounded import BoundedDict
 from ppaas.diagnosis.diagnose import diagnose
-from ppaas.diagnosis.observations.facts import Observations, ReportFacts
+from ppaas.diagnosis.observations.facts import Observations, ReportFacts, observations_to_json
+from ppaas.diagnosis.observations.place import WatchedRobot
 from ppaas.diagnosis.observations.recorder import HEARD, Recorder
-from ppaas.diagnosis.observations.serialization import observations_to_json
-from ppaas.diagnosis.observations.topic_table import TopicTable
-from ppaas.diagnosis.observations.traffic import Traffic
-from ppaas.diagnosis.observations.watched_robot import WatchedRobot
+from ppaas.diagnosis.observations.topic_table import TopicTable, Traffic
 from ppaas.diagnosis.rules.finding import LEVELS, Finding
 from ppaas.errors import InvalidInput
 from ppaas.messages import type_name
 from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.health.diagnostic_msgs import DiagnosticArray, DiagnosticStatus, KeyValue
-from ppaas.messages.health.observe import Observe, ObserveRequest, ObserveResponse
+from ppaas.messages.health.watching import Observe, ObserveRequest, ObserveResponse
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Timer, Topic
 from ppaas.nodes.message_checks import expect

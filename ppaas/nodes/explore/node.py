@@ -25,10 +25,8 @@ from ppaas.navigation.events import CancelReceived
 from ppaas.nodes import topics
 from ppaas.nodes.action_publisher import ActionPublisher
 from ppaas.nodes.base import Context, Node, Payload, Timer, Topic
-from ppaas.nodes.explore.exploration import Exploration
-from ppaas.nodes.explore.goals import ExplorationGoals
-from ppaas.nodes.explore.known_map import KnownMap
-from ppaas.nodes.explore.survey import Build, Survey
+from ppaas.nodes.explore.goals import Exploration, ExplorationGoals
+from ppaas.nodes.explore.known_map import Build, KnownMap, Survey
 from ppaas.nodes.frames import MAP, FrameListener, FrameNames
 from ppaas.nodes.key_frame_path import key_frames_of
 from ppaas.nodes.nav2_actions import EXPLORE, NAVIGATE_THROUGH_POSES

@@ -16,7 +16,7 @@ from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Payload, Topic
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.nav2_actions import BACKUP, NAVIGATE_THROUGH_POSES, SPIN, WAIT
-from ppaas.people.nodes import FOLLOWING_GOAL
+from ppaas.people.names import FOLLOWING_GOAL
 
 MOVED, TURNED, FASTER = 0.1, 0.2, 0.03
 """Changes of a goal below which it is not updated [m, rad, m/s]."""

@@ -1,20 +1,135 @@
-"""Node ``move_base`` of a robot that drives as far as the traffic of its map grants."""
+"""Node ``move_base`` of a robot that drives as far as traffic grants, with its global and local planner."""
 
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, ClassVar
 
+import numpy as np
+
+from ppaas.controllers.base import Controller, ControlRequest, Velocity
 from ppaas.cost_values import INSCRIBED_INFLATED_OBSTACLE, NO_INFORMATION
-from ppaas.errors import PPaaSError
-from ppaas.geometry import Pose2D
+from ppaas.errors import GoalOccupied, PPaaSError
+from ppaas.geometry import Pose2D, Poses, poses_along
 from ppaas.messages.fleet.traffic import MapPoint, TrafficGrants
 from ppaas.navigation import events
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Payload, Topic
-from ppaas.nodes.granted_move_base.grant_follower import GrantFollower
-from ppaas.nodes.granted_move_base.granted_planner import GrantedPlanner
 from ppaas.nodes.granted_move_base.traffic_link import TrafficLink, Wanted
 from ppaas.nodes.move_base.node import MoveBaseNode
-from ppaas.nodes.move_base.robot_planner import RobotPlanner
+from ppaas.nodes.move_base.robot_planner import NoPlan, Planned, RobotPlanner, Waiting
+from ppaas.planners.base import PlanResult
+from ppaas.traffic.granted_way import STEP, path_along
+from ppaas.traffic.room_in_cells import Point
+
+# -- grant follower ----------------------------------------------------------------------------------------------------
+
+
+class GrantFollower(Controller):
+    """Drives by the robot's own local planner while the robot drives freely, and else along the granted way.
+
+    Parameters
+    ----------
+    link : TrafficLink
+    free : Controller
+        Local planner of the robot.
+    granted : Controller
+        Local planner that stays on its path.
+    """
+
+    name = "traffic"
+    purpose = "Stays on the way that the traffic of the map grants."
+    predicts = True
+
+    def __init__(self, link: TrafficLink, free: Controller, granted: Controller) -> None:
+        self._link = link
+        self._free, self._granted = free, granted
+        self._in_use = granted
+
+    def set_plan(self, poses: Poses) -> None:
+        """Follow this plan (n, 7) from now on."""
+        self._in_use = self._free if self._link.way.free else self._granted
+        self._in_use.set_plan(poses)
+
+    def is_goal_reached(self, pose: Pose2D, velocity: Velocity) -> bool:
+        """Return whether the robot stands at its goal; the end of what is granted so far is none."""
+        final = self._in_use is self._free or self._link.path_is_final
+        return final and self._in_use.is_goal_reached(pose, velocity)
+
+    def compute_velocity(self, request: ControlRequest) -> Velocity:
+        """Return the velocity for this cycle; none for a robot that has to stop.
+
+        Raises
+        ------
+        NoValidControl
+            Something is in the way: the caller must stop.
+        """
+        if self._link.must_stop:
+            return Velocity()
+        return self._in_use.compute_velocity(request)
+
+
+# -- planner of a robot in traffic -------------------------------------------------------------------------------------
+
+NAME = "traffic"
+"""Name of the planner in plans."""
+
+
+class GrantedPlanner(RobotPlanner):
+    """Plans as any robot's planner while the robot drives freely, and else returns the granted way.
+
+    Parameters
+    ----------
+    link : TrafficLink
+    options
+        As of `RobotPlanner`.
+    """
+
+    def __init__(self, link: TrafficLink, *arguments: object, **options: object) -> None:
+        super().__init__(*arguments, **options)  # type: ignore[arg-type]
+        self._link = link
+
+    def is_blocked(self, poses: Poses) -> bool:
+        """Return whether a plan is blocked now; a granted way is as it is."""
+        return self._link.way.free and super().is_blocked(poses)
+
+    def request(
+        self, start: Pose2D, goal: Pose2D, done: Callable[[Planned], None], through: Sequence[Pose2D] = ()
+    ) -> None:
+        """Plan to a goal, or pass on the granted way; ``done`` is called with the result."""
+        self._link.path_is_final = False
+        if self._link.way.free and not self._link.must_stop:
+            super().request(start, goal, done, through)
+        else:
+            done(self._granted(start, goal))
+
+    def _granted(self, start: Pose2D, goal: Pose2D) -> Planned:
+        link, way = self._link, self._link.way
+        if reason := link.refusal:
+            return NoPlan(GoalOccupied(f"the traffic of the map refuses the goal: {reason}"), final=True)
+        if link.must_stop or not way.spacing:
+            return Waiting(link.waits_for())
+        leg, ends = way.leg()
+        final = self._final_pose(goal) if ends else None
+        if final is None and (not link.has_to_move or len(leg) < 2):
+            return Waiting(link.waits_for())
+        poses = path_along(leg, way.spacing, start, final)
+        link.path_is_final = final is not None
+        length = float(np.hypot(*np.diff(poses[:, :2], axis=0).T).sum())
+        return PlanResult(np.empty((0, 2), np.int32), poses, 0.0, length, 0, 0.0, NAME)
+
+    def _final_pose(self, goal: Pose2D) -> Pose2D | None:
+        """Return where the robot stops at its goal; None on the way there."""
+        way = self._link.way
+        return way.stop_at(goal, self._is_free) if way.leads_to(self._link.goal_id) else None
+
+    def _is_free(self, begin: Point, end: Point) -> bool:
+        """Return whether the robot sees nothing on a straight way."""
+        steps = max(math.ceil(math.dist(begin, end) / STEP), 1)
+        return not super().is_blocked(poses_along(np.linspace(begin, end, steps + 1)))
+
+
+# -- the node ----------------------------------------------------------------------------------------------------------
 
 PERIOD = 0.1
 """Time between two looks at the granted way [s]."""

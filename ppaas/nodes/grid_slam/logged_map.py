@@ -1,33 +1,148 @@
-"""Logged map: a node with the map that it makes, from which another node of its kind continues."""
+"""Logged map: a node with the map that it makes, restored from a log or file, and continued by another node."""
 
+import contextlib
 import logging
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
-from typing import ClassVar
+from typing import ClassVar, NamedTuple, TypeVar
 
 import msgspec
 
 from ppaas.change_log import LogChange, LogEntry
 from ppaas.decoding import from_json
-from ppaas.errors import PPaaSError, Unavailable
+from ppaas.errors import PPaaSError, QuotaExceeded, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.mapping.live.joint_mapper import JointMapper
 from ppaas.mapping.live.live_mapper import LiveMapper
 from ppaas.mapping.merging.united import frame_name
+from ppaas.mapping.parameters import SlamParameters
 from ppaas.mapping.parts.map_parts import check_is_main, current_part
 from ppaas.mapping.serialization.mapping import Mapping
+from ppaas.mapping.serialization.mapping_log import LogWriter, read_log
 from ppaas.messages.base.message import Message
 from ppaas.messages.slam_toolbox import GetPoseGraphRequest
 from ppaas.nodes.base import Context, Node
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.grid_slam.joint_maps import Current
 from ppaas.nodes.grid_slam.laser import MappingLaser
-from ppaas.nodes.grid_slam.logbook import Head, Located, Logbook
-from ppaas.nodes.grid_slam.map_jobs import MapJobs
+from ppaas.nodes.grid_slam.logbook import Head, Located, Logbook, resume
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
-from ppaas.nodes.grid_slam.restoration import Restoration, RestoredMap
+from ppaas.nodes.jobs import LongWork, Work
+
+T = TypeVar("T")
+
+
+# -- jobs of ``grid_slam`` that make the map of a log or of a file; calls that depend on the map wait for them ---------
+
+
+class MapJobs:
+    """Runs one job at once, and calls that come meanwhile after it, in their order.
+
+    Parameters
+    ----------
+    context : Context
+        Of the node.
+    """
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        self._running = False
+        self._waiting: deque[Callable[[], None]] = deque()
+
+    def start(self, work: Work[T], done: Callable[[T | PPaaSError], None]) -> None:
+        """Start a job; ``done`` is called with its result in the node's thread. None may be running: see `run`."""
+        self._running = True
+        self._context.start(LongWork(work), partial(self._finish, done))
+
+    def run(self, call: Callable[[], None]) -> None:
+        """Call a function now, or as soon as no job is running. It raises nothing."""
+        self._waiting.append(call)
+        self._run_waiting()
+
+    def _finish(self, done: Callable[[T | PPaaSError], None], result: T | PPaaSError) -> None:
+        self._running = False
+        done(result)
+        self._run_waiting()
+
+    def _run_waiting(self) -> None:
+        while self._waiting and not self._running:
+            self._waiting.popleft()()
+
+
+# -- restoration of a map ----------------------------------------------------------------------------------------------
+
+
+class RestoredMap(NamedTuple):
+    """Map of a log.
+
+    Parameters
+    ----------
+    laser : MappingLaser
+    mapper : LiveMapper
+    writer : LogWriter
+        Of the same log, which it continues.
+    """
+
+    laser: MappingLaser
+    mapper: LiveMapper
+    writer: LogWriter
+
+
+@dataclass(frozen=True, slots=True)
+class Restoration:
+    """Work that rebuilds the map of a log. It may be run again.
+
+    Parameters
+    ----------
+    entries : sequence of LogEntry
+        All entries, sorted by number.
+    head : Head or None
+        Where the robot is.
+    parameters : SlamParameters
+        Of the front end.
+    new_mapper : callable
+        Returns a mapper without a map for a laser.
+    """
+
+    entries: Sequence[LogEntry]
+    head: Head | None
+    parameters: SlamParameters
+    new_mapper: Callable[[MappingLaser], LiveMapper]
+
+    def __call__(self, _cancelled: Callable[[], bool]) -> RestoredMap:
+        """Return the map.
+
+        Raises
+        ------
+        InvalidGraph
+            The log is damaged.
+        QuotaExceeded
+            The map has more key frames than allowed.
+        """
+        mapping = read_log(self.entries)
+        writer = LogWriter.resumed(self.entries, mapping)
+        laser = MappingLaser(mapping.laser_frame, mapping.frames.geometry, self.parameters)
+        mapper = self.new_mapper(laser)
+        resume(mapper, mapping, self.head)
+        draw(mapper)
+        return RestoredMap(laser, mapper, writer)
+
+
+def draw(mapper: LiveMapper) -> None:
+    """Draw the key frames of a mapper that was just made, while no scan waits for it.
+
+    A map that is too large to be drawn is reported when the next key frame is.
+    """
+    with contextlib.suppress(QuotaExceeded):
+        mapper.draw()
+
 
 logger = logging.getLogger(__name__)
+
+
+# -- logged map --------------------------------------------------------------------------------------------------------
 
 
 class LoggedMapNode(Node):

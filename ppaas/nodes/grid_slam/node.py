@@ -25,8 +25,7 @@ from ppaas.nodes.base import Context, Demands, Payload, Reply, Service, Topic
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.grid_slam.joint_maps import USE_JOINT_MAP, JointMaps
 from ppaas.nodes.grid_slam.laser import MappingLaser
-from ppaas.nodes.grid_slam.map_services import DYNAMIC_MAP, SAVE_MAP, MapSaver
-from ppaas.nodes.grid_slam.map_services import SERVICES as MAP_SERVICES
+from ppaas.nodes.grid_slam.logged_map import draw
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
 from ppaas.nodes.grid_slam.posegraph_services import (
     DESERIALIZE,
@@ -38,7 +37,8 @@ from ppaas.nodes.grid_slam.posegraph_services import (
     PoseGraphStore,
 )
 from ppaas.nodes.grid_slam.posegraph_services import SERVICES as GRAPH_SERVICES
-from ppaas.nodes.grid_slam.restoration import draw
+from ppaas.nodes.grid_slam.publishing import DYNAMIC_MAP, SAVE_MAP, MapSaver
+from ppaas.nodes.grid_slam.publishing import SERVICES as MAP_SERVICES
 from ppaas.nodes.grid_slam.scan_mapping import Preparation, ScanMappingNode
 from ppaas.nodes.message_checks import expect, finite_pose
 

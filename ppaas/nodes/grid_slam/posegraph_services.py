@@ -1,6 +1,7 @@
-"""Services of pose graphs: they save a mapping, continue another one, and hand out the current one page by page."""
+"""Services of pose graphs: they save a mapping, continue another one, and hand out the current one by pages."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 from ppaas.errors import InvalidInput, PPaaSError, Unavailable
@@ -9,7 +10,7 @@ from ppaas.mapping.graph.pose_graph import EdgeKind
 from ppaas.mapping.map_drawing import DrawingSettings
 from ppaas.mapping.merging.united import frame_name
 from ppaas.mapping.serialization.mapping import Mapping
-from ppaas.mapping.serialization.mapping_file import unpack_mapping
+from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping
 from ppaas.messages.base.message import Message
 from ppaas.messages.slam_toolbox import (
     DeserializePoseGraph,
@@ -23,7 +24,69 @@ from ppaas.messages.slam_toolbox import (
     SerializePoseGraphResponse,
 )
 from ppaas.nodes.base import Context, Reply, Service
-from ppaas.nodes.grid_slam.posegraph_pages import PosegraphPages
+from ppaas.nodes.file_pages import FilePages
+from ppaas.nodes.jobs import LongWork
+
+# -- pages of a pose graph ---------------------------------------------------------------------------------------------
+
+
+class PosegraphPages:
+    """Serves the file of a mapping page by page.
+
+    Parameters
+    ----------
+    context : Context
+        Of the node.
+    """
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        self._pages = FilePages("pose graph")
+
+    def make(self, mapping: Mapping, done: Callable[[bytes | PPaaSError], None]) -> None:
+        """Make the file of a mapping in a job, and call back with it."""
+        self._context.start(LongWork(lambda _cancelled: b"".join(pack_mapping(mapping))), done)
+
+    def serve(self, mapping: Mapping, offset: int, numbers: GetPoseGraphResponse, reply: Reply) -> None:
+        """Reply with a page.
+
+        Parameters
+        ----------
+        mapping : Mapping
+            Of which a new file is made for the first page.
+        offset : int
+            Offset in the file [bytes].
+        numbers : GetPoseGraphResponse
+            Response without the page.
+        reply : callable
+
+        Raises
+        ------
+        InvalidInput
+            There is no file to continue, or the offset is beyond its end.
+        """
+        if offset == 0:
+            self.make(mapping, partial(self._first, numbers, reply))
+        else:
+            reply(self._page(numbers, offset))
+
+    def forget(self) -> None:
+        """Forget the file."""
+        self._pages.forget()
+
+    def _first(self, numbers: GetPoseGraphResponse, reply: Reply, file: bytes | PPaaSError) -> None:
+        if isinstance(file, PPaaSError):
+            reply(file)
+            return
+        self._pages.use(file)
+        reply(self._page(numbers, 0))
+
+    def _page(self, numbers: GetPoseGraphResponse, offset: int) -> GetPoseGraphResponse:
+        numbers.data, numbers.size = self._pages.page(offset)
+        return numbers
+
+
+# -- services of pose graphs -------------------------------------------------------------------------------------------
 
 SERIALIZE = Service("serialize_map", SerializePoseGraph)
 DESERIALIZE = Service("deserialize_map", DeserializePoseGraph)

@@ -1,19 +1,86 @@
-"""Intake of scans: they are checked, wait until odometry has reached their stamps, and are thinned out."""
+"""Intake of scans: they are checked, cleared of other robots and thinned out; a status says why some are not."""
 
 from collections.abc import Callable
 
+import numpy as np
+from numpy.typing import NDArray
+
+from ppaas.costmap.moving_obstacles import MovingObstacle
+from ppaas.diagnosis.observations.scans import scan_facts
+from ppaas.diagnosis.rules.scans import BLIND, missing_readings
+from ppaas.diagnosis.rules.sensors import SCANS_ALONE
 from ppaas.errors import PPaaSError, TransformError
 from ppaas.geometry import Pose2D
+from ppaas.mapping.key_frames import KeyFrames
+from ppaas.mapping.live.live_mapper import LiveMapper
+from ppaas.mapping.scan_points import ScanPoints, without_discs
+from ppaas.messages.base.std_msgs import String
+from ppaas.messages.ppaas_msgs import RobotStates
 from ppaas.messages.sensor_msgs import LaserScan
+from ppaas.nodes import topics
 from ppaas.nodes.amcl.continuity import Continuity
-from ppaas.nodes.base import Context
-from ppaas.nodes.frames import FrameListener
+from ppaas.nodes.base import Context, Payload
+from ppaas.nodes.frames import MAP, FrameListener
 from ppaas.nodes.grid_slam.laser import MappingLaser
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
-from ppaas.nodes.grid_slam.status import StatusPublisher
+from ppaas.nodes.message_checks import expect
+from ppaas.nodes.other_robots import OTHERS_FRESH, others_of
 from ppaas.nodes.robot_scans import RobotScan, ScanReader, WaitingScans
 from ppaas.nodes.scan_odometry import ScanOdometry
 from ppaas.nodes.scan_silence import ScanSilence
+
+# -- publisher of ``grid_slam/status`` ---------------------------------------------------------------------------------
+
+
+class StatusPublisher:
+    """Publishes the status when it changes.
+
+    Parameters
+    ----------
+    context : Context
+        Of the node.
+
+    Attributes
+    ----------
+    reported : str
+        The newest status.
+    """
+
+    def __init__(self, context: Context) -> None:
+        self._context, self.reported = context, ""
+
+    def report(self, text: str) -> None:
+        """Publish the reason for which scans or parts of the map are left out; empty if none is."""
+        if text != self.reported:
+            self.reported = text
+            self._context.publish(topics.GRID_SLAM_STATUS.name, String(text))
+
+
+def odometry_status(frames: FrameListener) -> str:
+    """Return what a robot without odometry has to do without; empty if it has some."""
+    return SCANS_ALONE if frames.is_without_odometry else ""
+
+
+def lost_status(mapper: LiveMapper | None) -> str:
+    """Return what to do for a robot that was carried away while it mapped; empty if its map is whole."""
+    if mapper is None or mapper.parts.is_whole:
+        return ""
+    return "the robot was carried away: it maps where it is now until it recognizes a place where it was before"
+
+
+def blindness_status(scan: LaserScan) -> str:
+    """Return why a scan without a reading shows nothing, as the doctor says it, and what to do; empty if it shows some.
+
+    Space without anything in range is unknown, unless ``inf_is_valid`` says that it is free.
+    """
+    problem = missing_readings(scan_facts(scan))
+    if problem is None:
+        return ""
+    text, advice = problem
+    return f"{BLIND}{text} {advice}"
+
+
+# -- intake of scans ---------------------------------------------------------------------------------------------------
 
 
 class ScanIntake:
@@ -116,3 +183,66 @@ class ScanIntake:
     def restart(self) -> None:
         """Use the next scan in any case: the map was cleared."""
         self._count, self._used_at = 0, float("-inf")
+
+
+# -- other robots in the frame of a published map that is continued, or of a joint map ---------------------------------
+
+RADIUS = 0.3
+"""Radius of robots that do not report one [m]."""
+
+SAME = 1e-6
+"""Difference of the coordinates of equal poses [m, rad]."""
+
+
+class OtherRobots:
+    """Positions of other robots. They hold only while the map has the first key frame of the map in common.
+
+    A robot that starts a separate map, by ``clear`` or another pose graph, is in a frame that the others do not know.
+
+    Attributes
+    ----------
+    frame : str
+        Name of the frame for the other robots: ``map`` on a published map, or the name of a joint map's frame.
+    """
+
+    def __init__(self) -> None:
+        self.frame = MAP
+        self._heard: tuple[float, tuple[MovingObstacle, ...]] = float("-inf"), ()
+        self._first: tuple[NDArray[np.float32], NDArray[np.float64]] | None = None
+
+    def use_frame_of(self, common: KeyFrames, frame: str = MAP) -> None:
+        """Compare maps with this one from now on; positions that were heard before are forgotten."""
+        self._first = common.points[0].copy(), common.poses[0].copy()
+        if frame != self.frame:
+            self.frame, self._heard = frame, (float("-inf"), ())
+
+    def are_in(self, frames: KeyFrames) -> bool:
+        """Return whether the poses of other robots are in the frame of a map."""
+        if self._first is None or not len(frames):
+            return False
+        scan, pose = self._first
+        return np.array_equal(frames.points[0], scan) and np.allclose(frames.poses[0], pose, atol=SAME)
+
+    def hear(self, message: Payload, now: float) -> None:
+        """Take the states of all other robots; raises as `ppaas.nodes.other_robots.others_of` does."""
+        self._heard = now, others_of(expect(message, RobotStates), RADIUS)
+
+    def cut_from(self, scan: ScanPoints, laser: Pose2D, frames: KeyFrames, now: float) -> ScanPoints:
+        """Return a scan without the points on other robots.
+
+        Parameters
+        ----------
+        scan : ScanPoints
+        laser : Pose2D
+            Expected pose of the laser in the map frame.
+        frames : KeyFrames
+            Key frames of the map.
+        now : float
+            Monotonic time [s].
+        """
+        at, robots = self._heard
+        age = now - at
+        if not robots or age > OTHERS_FRESH or not self.are_in(frames):
+            return scan
+        moved = (robot.after(age) for robot in robots)
+        return without_discs(scan, laser, np.array([(robot.x, robot.y, robot.radius) for robot in moved]))

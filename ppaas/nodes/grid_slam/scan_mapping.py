@@ -1,31 +1,115 @@
-"""Scan mapping: a node that tracks scans, and publishes the map that they become and the pose of the robot."""
+"""Scan mapping: tracks scans, closes loops in jobs, and publishes the map and the pose of the robot."""
 
 import logging
 from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
 from ppaas.mapping.live.live_mapper import LiveMapper
+from ppaas.mapping.live.refining_mapper import RefiningMapper
+from ppaas.mapping.live.refining_work import RefinedMap
 from ppaas.messages.base.std_msgs import Time
 from ppaas.messages.sensor_msgs import LaserScan
-from ppaas.nodes.base import Context
+from ppaas.nodes.base import Context, Job
 from ppaas.nodes.frames import FrameListener
-from ppaas.nodes.grid_slam.closure_jobs import ClosureJobs
 from ppaas.nodes.grid_slam.laser import MappingLaser
 from ppaas.nodes.grid_slam.logbook import Head
 from ppaas.nodes.grid_slam.logged_map import LoggedMapNode
-from ppaas.nodes.grid_slam.map_services import MapSaver, MapServices
-from ppaas.nodes.grid_slam.other_robots import OtherRobots
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
-from ppaas.nodes.grid_slam.pose_publisher import PosePublisher
-from ppaas.nodes.grid_slam.scan_intake import ScanIntake
-from ppaas.nodes.grid_slam.status import StatusPublisher, blindness_status, lost_status, odometry_status
+from ppaas.nodes.grid_slam.publishing import MapSaver, MapServices, PosePublisher
+from ppaas.nodes.grid_slam.scan_intake import (
+    OtherRobots,
+    ScanIntake,
+    StatusPublisher,
+    blindness_status,
+    lost_status,
+    odometry_status,
+)
 from ppaas.nodes.jobs import LongWork
 from ppaas.nodes.key_frame_path import KeyFramePublisher
 from ppaas.nodes.robot_scans import RobotScan
 from ppaas.nodes.scan_silence import SILENT
 
 logger = logging.getLogger(__name__)
+
+# -- jobs of ``grid_slam`` that search for loop closures, and thin and refine the map, one after the other -------------
+
+IDLE = 10.0
+"""Time without a key frame after which the robot is taken to stand, and its map is refined [s]."""
+
+PERIOD = 1.0
+"""Time between two checks whether the robot stands [s]."""
+
+
+class ClosureJobs:
+    """Does the work of a mapper in jobs and applies the results: no scan waits for it.
+
+    Searches and thinnings are done at once, and refinements while the robot stands; one is cancelled by a key frame.
+
+    Parameters
+    ----------
+    context : Context
+        Of the node.
+    current : callable
+        Returns the mapper whose closures are searched for; what was found for another one is dropped.
+    on_moved : callable
+        Called with the motion of the robot's pose in the map frame, when key frames have moved.
+    """
+
+    def __init__(
+        self, context: Context, current: Callable[[], LiveMapper | None], on_moved: Callable[[Pose2D], None]
+    ) -> None:
+        self._context, self._current, self._on_moved = context, current, on_moved
+        self._changed_at = 0.0
+        self._refining: Job | None = None
+
+    def watch(self) -> None:
+        """Refine the map from now on when the robot stands."""
+        self._changed_at = self._context.elapsed()
+        self._context.every(PERIOD, self._refine)
+
+    def start(self) -> None:
+        """Start the search that is due after a key frame, if there is one and none is running."""
+        self._changed_at = self._context.elapsed()
+        if self._refining is not None:
+            self._refining.cancel()  # without effect if it has ended
+            self._refining = None
+        self._start_due()
+
+    def _start_due(self) -> None:
+        mapper = self._current()
+        if mapper is not None and (work := mapper.next_work()) is not None:
+            self._context.start(LongWork(work), partial(self._on_closed, mapper))
+
+    def _refine(self) -> None:
+        """Start the refinement that is due if the robot stands, and nothing else is."""
+        mapper = self._current()
+        if not isinstance(mapper, RefiningMapper) or self._context.elapsed() - self._changed_at < IDLE:
+            return
+        self._start_due()
+        if (work := mapper.next_idle_work()) is not None:
+            self._refining = self._context.start(LongWork(work), partial(self._on_refined, mapper))
+
+    def _on_refined(self, mapper: RefiningMapper, result: RefinedMap | PPaaSError | None) -> None:
+        if isinstance(result, PPaaSError):
+            mapper.give_up()
+        self._on_closed(mapper, result)
+
+    def _on_closed(self, mapper: LiveMapper, result: Any) -> None:
+        if mapper is not self._current():
+            return  # the map was cleared meanwhile
+        if isinstance(result, PPaaSError):
+            logger.warning("a search for loop closures or redundant key frames, or a refinement, failed: %s", result)
+            result = None
+        motion = mapper.apply(result)
+        if motion is not None:
+            self._on_moved(motion)
+        self._start_due()
+
+
+# -- scan mapping ------------------------------------------------------------------------------------------------------
 
 MAP_PERIOD = 1.0
 """Time between two publications of changes of the map [s]."""

@@ -10,7 +10,7 @@ from ppaas.maps.cell_rectangle import Rectangle, changed_rectangles
 from ppaas.maps.occupancy import GridMapMessage, MapChange
 from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import Header, Time
-from ppaas.messages.fleet.zones import GetZones, ZonesOfMap
+from ppaas.messages.fleet.traffic import GetZones, ZonesOfMap
 from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.nav_msgs import GetMap, GetMapResponse, MapMetaData, OccupancyGrid
 from ppaas.nodes import topics

@@ -7,18 +7,93 @@ import msgspec
 
 from ppaas.controllers.base import Velocity
 from ppaas.errors import InvalidInput, PPaaSError
+from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import GoalID, Status
 from ppaas.messages.base.message import Message
 from ppaas.navigation.action_goals import GoalList, cancels
 from ppaas.navigation.events import CancelReceived
+from ppaas.navigation.progress_checker import ProgressChecker
 from ppaas.nodes.action_publisher import ActionPublisher
 from ppaas.nodes.base import Context, Payload, Timer, Topic
 from ppaas.nodes.message_checks import expect
 from ppaas.nodes.move_base.behavior_kinds import BehaviorGoal, BehaviorKind, behavior_kinds
-from ppaas.nodes.move_base.behavior_run import BehaviorRun
 from ppaas.nodes.move_base.surroundings import Surroundings
 from ppaas.nodes.nav2_actions import BACKUP, SPIN, WAIT
 from ppaas.recoveries.base import Recovery, RecoveryRequest
+
+# -- one run of a behaviour --------------------------------------------------------------------------------------------
+
+
+class BehaviorRun:
+    """Progress of a behaviour.
+
+    Parameters
+    ----------
+    kind : BehaviorKind
+    goal : BehaviorGoal
+    now : float
+        Time at which it begins here [s].
+    spent : float
+        Time for which it ran in another executor [s].
+
+    Attributes
+    ----------
+    done : float
+        How far it has come [rad, m, s].
+    sent : Velocity
+        Last velocity sent to the base.
+    progress : ProgressChecker
+        Watches whether the base follows.
+    """
+
+    def __init__(self, kind: BehaviorKind, goal: BehaviorGoal, now: float, spent: float) -> None:
+        self.kind = kind
+        self.goal = goal
+        self.done = 0.0
+        self.sent = Velocity()
+        self.progress = ProgressChecker()
+        self._recovery = kind.recovery(goal)
+        self._here = now
+        self._began = now - spent
+        self._start: Pose2D | None = None
+        self._last = Pose2D(0.0, 0.0)
+        self._stepped = False
+
+    def spent(self, now: float) -> float:
+        """Return how long the behaviour has taken in all [s]."""
+        return now - self._began
+
+    def is_late(self, now: float) -> bool:
+        """Return whether the time allowance has passed."""
+        return self.spent(now) > self.goal.allowance
+
+    def see(self, pose: Pose2D) -> None:
+        """Take the pose of the robot."""
+        if self._start is None:
+            self._start = self._last = pose
+        self.done = self.kind.traveled(self.done, self._start, self._last, pose)
+        self._last = pose
+
+    def wait(self, now: float) -> bool:
+        """Take the time of a behaviour that does not move the robot; return whether it is over."""
+        self.done = now - self._here
+        return self.done >= self.goal.amount
+
+    def step(self, request: RecoveryRequest) -> Velocity | None:
+        """Return the velocity of this cycle, or None when the goal is reached; raises ``RecoveryFailed``."""
+        if self.goal.amount == 0.0:
+            return None
+        if not self._stepped:
+            self._recovery.start(request)
+            self._stepped = True
+        return self._recovery.step(request)
+
+    def rest(self) -> BehaviorGoal:
+        """Return what is left of the goal."""
+        return self.kind.rest(self.done, self.goal)
+
+
+# -- actions ``spin``, ``backup`` and ``wait`` -------------------------------------------------------------------------
 
 _ACTIONS = (SPIN, BACKUP, WAIT)
 

@@ -36,13 +36,11 @@ from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Demands, Node, Payload, Reply, Service, Timer, Topic
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.message_checks import pose_in
-from ppaas.nodes.move_base.action_topics import ActionTopics
 from ppaas.nodes.move_base.behaviors import Behaviors, BehaviorState
 from ppaas.nodes.move_base.costmap_topics import CLEARED, PUBLISHED, CostmapTopics, answer_to_clear
-from ppaas.nodes.move_base.goal_progress import GoalProgress
+from ppaas.nodes.move_base.goal_progress import ActionTopics, GoalProgress
 from ppaas.nodes.move_base.order_executor import OrderExecutor
-from ppaas.nodes.move_base.path_actions import PathActions, PathGoal
-from ppaas.nodes.move_base.robot_paths import RobotPaths
+from ppaas.nodes.move_base.path_actions import PathActions, PathGoal, RobotPaths
 from ppaas.nodes.move_base.robot_planner import RobotPlanner
 from ppaas.nodes.move_base.speed_limits import LimitsByPlace, SpeedLimits, without_limits
 from ppaas.nodes.move_base.static_layer import Build, StaticLayer

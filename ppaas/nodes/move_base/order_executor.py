@@ -1,26 +1,55 @@
-"""Executes the orders of Move Base's state machine, and feeds the results back as events."""
+"""Executes the orders of Move Base's state machine, feeds back results, and publishes the local plan."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
 
+import numpy as np
+
 from ppaas.controllers.base import Controller, ControlRequest, PathGivenUp, Velocity
+from ppaas.controllers.motion import advance
 from ppaas.errors import PPaaSError, TransformError
-from ppaas.geometry import Pose2D
+from ppaas.geometry import Pose2D, quaternion_of
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Twist, Vector3
-from ppaas.navigation import events, orders
+from ppaas.messages.nav_msgs import Path
+from ppaas.navigation import events, move_base
 from ppaas.navigation.action_goals import GoalList
 from ppaas.navigation.passive_safety import PassiveSafety
 from ppaas.nodes.base import Context
-from ppaas.nodes.move_base.action_topics import ActionTopics
-from ppaas.nodes.move_base.goal_progress import GoalProgress
-from ppaas.nodes.move_base.local_plan import publish_local_plan
+from ppaas.nodes.frames import MAP
+from ppaas.nodes.move_base.goal_progress import ActionTopics, GoalProgress
 from ppaas.nodes.move_base.robot_planner import Detour, NoPlan, Outdated, Planned, RobotPlanner, Waiting
 from ppaas.nodes.move_base.speed_limits import SpeedLimits
 from ppaas.nodes.move_base.surroundings import Surroundings
-from ppaas.nodes.topics import CMD_VEL, PLAN
+from ppaas.nodes.topics import CMD_VEL, LOCAL_PLAN, PLAN
 from ppaas.planners.base import PlanResult
+from ppaas.planners.path_json import path_message
 from ppaas.recoveries.base import Recovery, RecoveryRequest
 from ppaas.thread_budget import Threads
+
+# -- the local plan ----------------------------------------------------------------------------------------------------
+
+AHEAD = 1.7
+"""Time that the path covers, ``sim_time`` of dwa_local_planner [s]."""
+
+STEPS = 17
+"""Number of poses after the first."""
+
+
+def publish_local_plan(context: Context, pose: Pose2D, velocity: Velocity) -> None:
+    """Publish the arc of a velocity from a pose in the frame of the map, if anybody subscribes to it."""
+    if context.has_subscribers(LOCAL_PLAN.name):
+        context.publish(LOCAL_PLAN.name, local_plan(pose, velocity, context.now()))
+
+
+def local_plan(pose: Pose2D, velocity: Velocity, now: float) -> Path:
+    """Return the path of a robot that keeps a velocity, stamped ``now`` [s since the epoch]."""
+    arc = [advance(pose, velocity, AHEAD * step / STEPS) for step in range(STEPS + 1)]
+    rows = np.array([(at.x, at.y, 0.0, *quaternion_of(at.theta)) for at in arc])
+    return path_message(rows, Header(stamp=Time.of(now), frame_id=MAP))
+
+
+# -- execution of the orders of Move Base's state machine --------------------------------------------------------------
 
 
 class OrderExecutor:
@@ -90,43 +119,43 @@ class OrderExecutor:
         self._threads = threads
         self.progress = progress
 
-    def execute(self, order: orders.Order) -> None:
+    def execute(self, order: move_base.Order) -> None:
         """Execute one order."""
         match order:
-            case orders.RequestPlan():
+            case move_base.RequestPlan():
                 self._request_plan(order)
-            case orders.CancelPlan():
+            case move_base.CancelPlan():
                 self._planner.cancel()
-            case orders.FollowPlan():
+            case move_base.FollowPlan():
                 self._follow(order)
-            case orders.ComputeVelocity():
+            case move_base.ComputeVelocity():
                 self._feed(self._compute_velocity(order.pose))
-            case orders.SendVelocity():
+            case move_base.SendVelocity():
                 self.send(order.velocity)
-            case orders.Stop():
+            case move_base.Stop():
                 self.send(Velocity())
-            case orders.Recover():
+            case move_base.Recover():
                 self._feed(self._recover(order))
             case _:
                 self._publish(order)
 
-    def _publish(self, order: orders.Order) -> None:
+    def _publish(self, order: move_base.Order) -> None:
         active = self._goals.active
         match order:
-            case orders.PublishGoal():
+            case move_base.PublishGoal():
                 if order.updated:
                     self.progress.aim(order.goal.pose)
                 else:
                     self.progress.begin(order.goal.pose, self._context.elapsed())
                 self._topics.current_goal(order.goal)
-            case orders.PublishStatus():
+            case move_base.PublishStatus():
                 self._topics.status(self._goals)
-            case orders.PublishFeedback():
+            case move_base.PublishFeedback():
                 self._feed_back(order, active.text if active else "")
-            case orders.PublishResult():
+            case move_base.PublishResult():
                 self._topics.result(order.goal, order.status, order.text)
 
-    def _feed_back(self, order: orders.PublishFeedback, text: str) -> None:
+    def _feed_back(self, order: move_base.PublishFeedback, text: str) -> None:
         self._topics.feedback(order.goal, order.pose, text)
         self.progress.update(order.pose, self._surroundings.velocity.linear, self._context.elapsed())
         self._topics.progress(order.goal, order.pose, self.progress, order.recoveries)
@@ -137,7 +166,7 @@ class OrderExecutor:
         self._surroundings.loop.command(self._context.elapsed(), velocity)
         self._context.publish(CMD_VEL.name, Twist(Vector3(x=velocity.linear), Vector3(z=velocity.angular)))
 
-    def _follow(self, order: orders.FollowPlan) -> None:
+    def _follow(self, order: move_base.FollowPlan) -> None:
         try:
             active = self._goals.active
             self.progress.follow(order.poses, active.goal.through if active else ())
@@ -180,7 +209,7 @@ class OrderExecutor:
         publish_local_plan(self._context, pose, velocity)
         return events.VelocityComputed(self._context.elapsed(), velocity, reached)
 
-    def _recover(self, order: orders.Recover) -> events.Event:
+    def _recover(self, order: move_base.Recover) -> events.Event:
         around, now = self._surroundings, self._context.elapsed()
         assert around.costs is not None, "a control tick brings the costs up to date"
         recovery = self._recoveries[order.index]
@@ -193,7 +222,7 @@ class OrderExecutor:
             return events.RecoveryEnded(now, str(error))
         return events.RecoveryEnded(now) if velocity is None else events.RecoveryStepped(now, velocity)
 
-    def _request_plan(self, order: orders.RequestPlan) -> None:
+    def _request_plan(self, order: move_base.RequestPlan) -> None:
         try:
             start = self._surroundings.pose(self._context.elapsed())
         except TransformError as error:
@@ -201,7 +230,7 @@ class OrderExecutor:
             return
         self._planner.request(start, order.goal, partial(self._on_planned, order), order.through)
 
-    def _on_planned(self, order: orders.RequestPlan, result: Planned) -> None:
+    def _on_planned(self, order: move_base.RequestPlan, result: Planned) -> None:
         now, number = self._context.elapsed(), order.number
         match result:
             case Outdated():

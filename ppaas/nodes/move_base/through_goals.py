@@ -13,7 +13,7 @@ from ppaas.nodes.base import Payload
 from ppaas.nodes.frames import MAP
 from ppaas.nodes.message_checks import pose_in
 from ppaas.nodes.topics import GOAL_UPDATE
-from ppaas.people.nodes import FOLLOWING_GOAL
+from ppaas.people.names import FOLLOWING_GOAL
 from ppaas.transforms.planar import TransformTree
 
 MAX_POSES = 100

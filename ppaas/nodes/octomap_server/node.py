@@ -32,12 +32,9 @@ from ppaas.nodes.file_pages import FilePages
 from ppaas.nodes.frames import MAP, FrameListener, FrameNames
 from ppaas.nodes.key_frame_path import key_frames_of
 from ppaas.nodes.message_checks import expect
-from ppaas.nodes.octomap_server.cloud_poses import CloudPoses
-from ppaas.nodes.octomap_server.clouds import CloudReader, SensorCloud
 from ppaas.nodes.octomap_server.job_queue import JobQueue
-from ppaas.nodes.octomap_server.map_log import MapLog
-from ppaas.nodes.octomap_server.map_work import MapWork, Rendered
-from ppaas.nodes.octomap_server.messages import OctomapFile, poses_of
+from ppaas.nodes.octomap_server.map_work import CloudPoses, MapLog, MapWork, Rendered
+from ppaas.nodes.octomap_server.messages import CloudReader, OctomapFile, SensorCloud, poses_of
 from ppaas.nodes.octomap_server.parameters import OctomapServerParameters
 from ppaas.nodes.robot_scans import WaitingData
 from ppaas.thread_budget import Threads, one_thread

@@ -22,7 +22,7 @@ from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
 from ppaas.nodes.message_checks import expect
 from ppaas.people.coordinator.coordinator import Coordinator
-from ppaas.people.nodes import PEOPLE_COORDINATOR
+from ppaas.people.names import PEOPLE_COORDINATOR
 from ppaas.people.settings import settings_of
 from ppaas.people.tracks.assignment import solver
 

@@ -1,28 +1,143 @@
 """Node ``people_tracker``: tracks the people that a robot sees, and reports them to the coordinator."""
 
-from typing import ClassVar
+import math
+from typing import ClassVar, NamedTuple
 
 import msgspec
+import numpy as np
 
 from ppaas.decoding import from_json
 from ppaas.errors import PPaaSError, TransformError
-from ppaas.messages.base.std_msgs import String
-from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
-from ppaas.messages.people_coordination import FollowStatus, SensorView
-from ppaas.messages.people_msgs import People, PositionMeasurementArray
+from ppaas.geometry import Pose2D
+from ppaas.messages.base.std_msgs import Header, String, Time
+from ppaas.messages.geometry_msgs import Point, PoseWithCovarianceStamped, TransformStamped
+from ppaas.messages.people_coordination import FollowStatus, PeopleReport, SensorView
+from ppaas.messages.people_msgs import People, PositionMeasurement, PositionMeasurementArray
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.messages.vision_msgs import Detection3DArray
 from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Demands, Node, Payload, Topic
-from ppaas.nodes.frames import FrameListener, FrameNames
+from ppaas.nodes.frames import MAP, FrameListener, FrameNames
 from ppaas.nodes.message_checks import expect
 from ppaas.nodes.people_tracker.parameters import PeopleTrackerParameters
-from ppaas.nodes.people_tracker.person_frames import PersonFrames
 from ppaas.nodes.people_tracker.poses import RobotPoses
-from ppaas.nodes.people_tracker.readings import Reading, measured, of_detections, of_frames, of_people
-from ppaas.nodes.people_tracker.reporting import Follower, Reporter
+from ppaas.nodes.people_tracker.readings import PersonFrames, Reading, measured, of_detections, of_frames, of_people
 from ppaas.nodes.people_tracker.tracking import ReadingTracker, TrackingState
 from ppaas.nodes.robot_scans import WaitingData
+from ppaas.people.tracks.tracker import LocalTrack
+
+# -- reports of a people tracker ---------------------------------------------------------------------------------------
+
+HEIGHT_VARIANCE = 0.04
+"""Variance of the height of a person's position [m²]."""
+
+
+class Follower(NamedTuple):
+    """What a robot does to follow a person, for its reports: see `PeopleReport`."""
+
+    can_follow: bool = False
+    following: int = 0
+    gave_up: int = 0
+
+    @classmethod
+    def of(cls, status: FollowStatus) -> "Follower":
+        """Return it from the status of the robot's follower."""
+        return cls(status.can_follow, status.following, status.gave_up)
+
+
+class SeenPeople(NamedTuple):
+    """The people that a robot sees at a time.
+
+    Parameters
+    ----------
+    stamp : float
+        Time by the clock of the odometry [s].
+    measurements : PositionMeasurementArray
+        In the robot's frame.
+    frames : list of TransformStamped
+        Frames of those that the robot does not publish itself.
+    """
+
+    stamp: float
+    measurements: PositionMeasurementArray
+    frames: list[TransformStamped]
+
+
+class Reporter:
+    """Makes the messages of a people tracker.
+
+    Parameters
+    ----------
+    robot : str
+        Robot ID.
+    poses : RobotPoses
+    tracking : ReadingTracker
+    frames : PersonFrames
+    """
+
+    def __init__(self, robot: str, poses: RobotPoses, tracking: ReadingTracker, frames: PersonFrames) -> None:
+        self._robot, self._poses = robot, poses
+        self._tracking, self._frames = tracking, frames
+
+    def people(self, base: str, now: float) -> SeenPeople:
+        """Return the people that the robot sees at the time of the last measurement.
+
+        Parameters
+        ----------
+        base : str
+            Frame of the robot's body.
+        now : float
+            Time by the executor's clock [s].
+
+        Raises
+        ------
+        TransformError
+            The pose of the robot at that time is unknown.
+        """
+        stamp = self._stamp()
+        inverse = self._poses.robot(stamp).inverse()
+        header = Header(stamp=Time.of(stamp), frame_id=base)
+        seen = self._tracking.seen()
+        self._frames.ids.keep(self._tracking.tracks())
+        taken = self._frames.taken(now)
+        people = []
+        for each in seen:
+            name = self._frames.ids.of(each.id, self._tracking.own_id(each.id), taken)
+            people.append(_measurement(header, self._frames.frame(name), name, each, inverse))
+        return SeenPeople(stamp, PositionMeasurementArray(header, people), self._frames.transforms(people, now))
+
+    def _stamp(self) -> float:
+        """Return the time of the people: of the last measurement, or of the newest pose before the first."""
+        newest = self._poses.newest()
+        assert newest is not None
+        return self._tracking.at if math.isfinite(self._tracking.at) else newest
+
+    def report(self, seen: SeenPeople, follower: Follower, now: float) -> PeopleReport:
+        """Return the report to the coordinator.
+
+        Raises
+        ------
+        TransformError
+            The robot is not localized.
+        """
+        pose = self._poses.in_map(seen.stamp, now)
+        header = Header(stamp=Time.of(self._tracking.clocks.here(seen.stamp)), frame_id=MAP)
+        return PeopleReport(
+            header, self._robot, pose, seen.measurements.people, self._tracking.views(seen.stamp), *follower
+        )
+
+
+def _measurement(header: Header, frame: str, name: str, seen: LocalTrack, to_base: Pose2D) -> PositionMeasurement:
+    place = to_base @ Pose2D(seen.x, seen.y)
+    cos, sin = math.cos(to_base.theta), math.sin(to_base.theta)
+    turn = np.array(((cos, -sin), (sin, cos)))
+    xx, xy, yy = seen.covariance
+    (a, b), (_, d) = (turn @ np.array(((xx, xy), (xy, yy))) @ turn.T).tolist()
+    covariance = [a, b, 0.0, b, d, 0.0, 0.0, 0.0, HEIGHT_VARIANCE]
+    return PositionMeasurement(header, frame, name, Point(place.x, place.y, seen.z), seen.score, covariance, 1)
+
+
+# -- node ``people_tracker`` -------------------------------------------------------------------------------------------
 
 MOST_WAITING = 50
 """Largest number of readings that wait for transforms."""

@@ -12,9 +12,10 @@ from ppaas.messages.people_coordination import SensorView
 from ppaas.nodes.people_tracker.poses import RobotPoses
 from ppaas.nodes.people_tracker.readings import FramedPerson, Reading
 from ppaas.nodes.topics import DETECTIONS, PEOPLE, TF
-from ppaas.people.robot_tracks.clock_offsets import LATEST, TOLERANCE, ClockOffset, corrected
-from ppaas.people.robot_tracks.robot_tracker import HELD, Found, RobotTracker, RobotTrackerState, SeenPerson
+from ppaas.people.clock_offsets import LATEST, TOLERANCE, ClockOffset, corrected
 from ppaas.people.state_checks import check_view
+from ppaas.people.tracks.robot_tracker import HELD, RobotTracker, RobotTrackerState
+from ppaas.people.tracks.tracker import Detection, LocalTrack
 
 IN_USE = HELD
 """Time after its last measurement for which a detector counts as in use [s]: that for which its people count as seen.
@@ -143,7 +144,7 @@ class ReadingTracker:
         if newest is not None:
             self._tracker.predict(newest)
 
-    def seen(self) -> list[SeenPerson]:
+    def seen(self) -> list[LocalTrack]:
         """Return the people whom the robot sees, in the frame in which they are tracked."""
         return self._tracker.seen()
 
@@ -183,11 +184,11 @@ def _matrix(pose: Pose2D) -> NDArray[np.float64]:
     return matrix
 
 
-def _found(person: FramedPerson, matrix: NDArray[np.float64], to_base: NDArray[np.float64]) -> Found:
+def _found(person: FramedPerson, matrix: NDArray[np.float64], to_base: NDArray[np.float64]) -> Detection:
     """Return a person in the frame in which people are tracked; ``z`` is the height in the robot's frame."""
     place = np.array((*person.position, 1.0))
     x, y = (matrix @ place)[:2].tolist()
     turn = matrix[:2, :3]
     (xx, xy), (_, yy) = (turn @ np.array(person.covariance).reshape(3, 3) @ turn.T).tolist()
     z = float((to_base @ place)[2])
-    return Found(x, y, z, (xx, xy, yy), person.score, person.begins, person.id)
+    return Detection(x, y, (xx, xy, yy), person.score, person.begins, z=z, id=person.id)

@@ -17,12 +17,10 @@ from ppaas.nodes import topics
 from ppaas.nodes.base import Context, Node, Payload, Reply, Service, Topic
 from ppaas.nodes.message_checks import expect
 from ppaas.nodes.other_robots import others_of
-from ppaas.traffic.checkpoint import checkpoint_of, restore
-from ppaas.traffic.coordinator import Coordinator
-from ppaas.traffic.outsiders import PERSON, ROBOT
+from ppaas.traffic.coordinator import Coordinator, checkpoint_of, restore, state_of
+from ppaas.traffic.members import PERSON, ROBOT
 from ppaas.traffic.settings import TrafficParameters
 from ppaas.traffic.sizes import MakeRoadmap
-from ppaas.traffic.state import state_of
 from ppaas.traffic.taking_part import TRAFFIC
 from ppaas.zones.zone import ZonesInForce
 

@@ -6,26 +6,82 @@ import msgspec
 
 from ppaas.decoding import from_json
 from ppaas.errors import InvalidInput
+from ppaas.mapping.volume.key_frame_poses import NO_KEY_FRAMES
 from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, Status
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
 from ppaas.messages.nav2_msgs import (
+    FollowWaypointsActionFeedback,
     FollowWaypointsActionGoal,
+    FollowWaypointsActionResult,
     FollowWaypointsError,
+    FollowWaypointsFeedback,
+    FollowWaypointsResult,
     NavigateThroughPosesActionGoal,
+    Progress,
+    WaypointStatus,
 )
 from ppaas.messages.tf2_msgs import TFMessage
-from ppaas.navigation.action_goals import GoalList, cancels
+from ppaas.navigation.action_goals import GoalList, GoalState, cancels
 from ppaas.navigation.events import CancelReceived
 from ppaas.navigation.waypoints import Waypoints, check
 from ppaas.nodes import topics
+from ppaas.nodes.action_publisher import status_array, status_of
 from ppaas.nodes.base import Context, Demands, Node, Payload, Timer, Topic
 from ppaas.nodes.frames import MAP, FrameListener
+from ppaas.nodes.key_frame_path import key_frames_of
 from ppaas.nodes.message_checks import pose_in
 from ppaas.nodes.nav2_actions import NAVIGATE_THROUGH_POSES
-from ppaas.nodes.waypoint_follower.action_topics import WaypointTopics
 from ppaas.parameters import Parameters
+
+# -- publishers of the action ``follow_waypoints`` ---------------------------------------------------------------------
+
+
+class WaypointTopics:
+    """Publishes status, feedback and results of lists of waypoints.
+
+    Parameters
+    ----------
+    context : Context
+        The node's context.
+    """
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+
+    def _header(self) -> Header:
+        return Header(stamp=Time.of(self._context.now()))
+
+    def status(self, lists: GoalList[Waypoints]) -> None:
+        """Publish the status of all lists."""
+        self._context.publish(topics.WAYPOINTS_STATUS.name, status_array(lists, self._context))
+
+    def feedback(self, state: GoalState[Waypoints]) -> None:
+        """Publish the waypoint that the robot drives to."""
+        status = status_of(state.goal, Status.ACTIVE, state.text)
+        feedback = FollowWaypointsActionFeedback(self._header(), status, FollowWaypointsFeedback(state.goal.index))
+        self._context.publish(topics.WAYPOINTS_FEEDBACK.name, feedback)
+
+    def result(self, ended: GoalState[Waypoints], error: FollowWaypointsError) -> None:
+        """Publish the result of a list."""
+        waypoints = ended.goal
+        missed = [
+            WaypointStatus(
+                Progress.FAILED,
+                missed.index,
+                PoseStamped(Header(frame_id=MAP), Pose.of(waypoints.poses[missed.index])),
+                FollowWaypointsError.UNKNOWN,
+                missed.reason,
+            )
+            for missed in sorted(waypoints.missed, key=lambda each: each.index)
+        ]
+        result = FollowWaypointsResult(missed, int(error), ended.text if error else "")
+        status = status_of(waypoints, ended.status, ended.text)
+        self._context.publish(topics.WAYPOINTS_RESULT.name, FollowWaypointsActionResult(self._header(), status, result))
+
+
+# -- node ``waypoint_follower`` ----------------------------------------------------------------------------------------
 
 STATUS_PERIOD = 1.0
 
@@ -274,3 +330,37 @@ class WaypointFollowerNode(Node):
         self._counter = restored.counter
         if restored.waypoints is not None:
             self._follow(restored.waypoints)
+
+
+# -- node ``waypoint_follower`` of a robot that makes its map ----------------------------------------------------------
+
+
+class MappingWaypointFollowerNode(WaypointFollowerNode):
+    """Waypoint follower of a robot that makes its map: waypoints move with the key frames that are nearest to them.
+
+    Move Base moves the waypoint that the robot drives to, once the map shows the moved key frames.
+
+    Parameters
+    ----------
+    context : Context
+        The node's context.
+    parameters : WaypointFollowerParameters
+        Named as in Nav2.
+    """
+
+    subscribes: ClassVar[tuple[Topic, ...]] = (*WaypointFollowerNode.subscribes, topics.KEY_FRAMES)
+
+    def __init__(self, context: Context, parameters: WaypointFollowerParameters) -> None:
+        super().__init__(context, parameters)
+        self._key_frames = NO_KEY_FRAMES
+
+    def on_message(self, topic: str, message: Payload) -> None:
+        """Handle a message; raises as the waypoint follower's method does."""
+        if topic != topics.KEY_FRAMES.name:
+            super().on_message(topic, message)
+            return
+        before, after = self._key_frames, key_frames_of(message)
+        self._key_frames = after
+        active = self._lists.active
+        if active is not None and len(before) and len(after) and after.differs(before):
+            active.goal.poses = [after.carry(pose, before) for pose in active.goal.poses]

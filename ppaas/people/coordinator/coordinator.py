@@ -6,37 +6,162 @@ A cycle has the five steps of the paper's case study: the maximum position devia
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.costmap.costmap import Costmap
 from ppaas.errors import InvalidInput
-from ppaas.messages.people_coordination import LOST, PeopleReport, PeopleState, ZoneCount
-from ppaas.people.coordinator import agreement, conversations
-from ppaas.people.coordinator.contradictions import Contradictions
+from ppaas.messages.people_coordination import LOST, PREDICTED, SEEN, PeopleReport, PeopleState, ZoneCount
+from ppaas.people.coordinator import agreement
+from ppaas.people.coordinator.agreement import RobotComparison
 from ppaas.people.coordinator.cost_fields import PathCosts
 from ppaas.people.coordinator.duplicates import Duplicates
 from ppaas.people.coordinator.follow_controller import FollowController, Scene
+from ppaas.people.coordinator.group import MOST_ROBOTS, Robot, Robots
 from ppaas.people.coordinator.parameters import CoordinatorParameters
-from ppaas.people.coordinator.people_table import MOST_PEOPLE, PeopleTable
-from ppaas.people.coordinator.presence import forgotten, update_presence
-from ppaas.people.coordinator.robot_comparison import RobotComparison
-from ppaas.people.coordinator.robots.group import MOST_ROBOTS, Robot, Robots
-from ppaas.people.coordinator.robots.reports import Report, detected_twice, read_report
-from ppaas.people.coordinator.saved_state import load_state, save_state
+from ppaas.people.coordinator.people_table import MOST_PEOPLE, PeopleTable, PersonRecord
+from ppaas.people.coordinator.reports import Report, detected_twice, read_report
 from ppaas.people.coordinator.sightings import observe
-from ppaas.people.coordinator.state_message import state_of
-from ppaas.people.coordinator.visibility import View, Walls, view_of, visible_pairs
+from ppaas.people.coordinator.state import load_state, save_state, state_of
+from ppaas.people.coordinator.visibility import MapArea, View, Walls, hidden_by_people, in_views, view_of, visible_pairs
 from ppaas.people.coordinator.zone_counts import ZoneCounts
-from ppaas.people.map_area import MapArea
 from ppaas.people.rules.base import Candidate
 from ppaas.people.rules.registry import create
 from ppaas.people.settings import PeopleSettings
 from ppaas.planar_poses import moved_points
 
 Array = NDArray[np.float64]
+# -- contradictions between identities ---------------------------------------------------------------------------------
+
+Mask = NDArray[np.bool_]
+
+
+class Contradictions:
+    """Finds the pairs of people of which some robot of either should see the other, in one cycle.
+
+    Parameters
+    ----------
+    table : PeopleTable
+    robots : sequence of str
+        Robot IDs, by the numbers of the views.
+    views : sequence of View
+    walls : Walls
+    radius : float
+        Radius of people who hide others [m].
+    """
+
+    def __init__(
+        self, table: PeopleTable, robots: Sequence[str], views: Sequence[View], walls: Walls, radius: float
+    ) -> None:
+        self._table, self._views, self._walls, self._radius = table, views, walls, radius
+        self._within = in_views(views, table.positions)
+        self._views_of: dict[str, list[int]] = {}
+        for number, view in enumerate(views):
+            self._views_of.setdefault(robots[view.robot], []).append(number)
+        self._present = np.array(table.present, np.intp)
+
+    def __call__(self, pairs: Sequence[tuple[int, int]]) -> list[bool]:
+        """Return for each pair of rows whether some robot of either should see the other; both do not hide anybody."""
+        lines = [self._lines(a, b) + self._lines(b, a) for a, b in pairs]
+        counts = [len(each) for each in lines]
+        views, targets, seers = (np.array([line for each in lines for line in each], np.intp).reshape(-1, 3)).T
+        seen = self._clear(views, targets, seers)
+        found = []
+        for (a, b), start, count in zip(pairs, np.cumsum([0, *counts]).tolist(), counts, strict=False):
+            shown = set(targets[start : start + count][seen[start : start + count]].tolist())
+            found.append(shown == {a, b})
+        return found
+
+    def _lines(self, seen: int, other: int) -> list[tuple[int, int, int]]:
+        """Return view, target and person seen for each view with the other of the robots that see one person."""
+        views = [view for robot in self._table.rows[seen].seen_by for view in self._views_of.get(robot, ())]
+        return [(view, other, seen) for view in views if self._within[view, other]]
+
+    def _clear(self, views: NDArray[np.intp], targets: NDArray[np.intp], seers: NDArray[np.intp]) -> Mask:
+        """Return on which lines from views to targets neither a wall nor a third person is."""
+        origins = np.array([self._views[view].pose[:2] for view in views.tolist()]).reshape(-1, 2)
+        points, bodies = self._table.positions[targets], self._table.positions[self._present]
+        apart = (self._present == targets[:, np.newaxis]) | (self._present == seers[:, np.newaxis])
+        clear = self._walls.free_between(origins, points)
+        clear[clear] = ~hidden_by_people(origins[clear], points[clear], bodies, self._radius, apart[clear])
+        return clear
+
+
+# -- presence of people ------------------------------------------------------------------------------------------------
+
+MISSED = 0.9
+"""Evidence that a person loses for each cycle in which a robot with a new report should see them and does not."""
+SPREAD = 1.0
+"""Standard deviation that is added to the position of a person who is not where predicted [m]."""
+UNCONFIRMED = 1.0
+"""Time without a sighting after which a person who was never confirmed is forgotten [s]."""
+
+
+def update_presence(
+    table: PeopleTable,
+    missed_by: Mapping[int, Collection[bool]],
+    seconds: float,
+    now: float,
+    parameters: CoordinatorParameters,
+) -> None:
+    """Update the states of all people.
+
+    Parameters
+    ----------
+    table : PeopleTable
+    missed_by : mapping of int to collection of bool
+        Of people without a sighting in this cycle, by row: for each robot that should see them whether its report is
+        new. An empty collection means that they are hidden from all robots.
+    seconds : float
+        Time since the last cycle [s].
+    now : float
+        [s]
+    parameters : CoordinatorParameters
+    """
+    for row, person in enumerate(table.rows):
+        missing = missed_by.get(row, ())
+        if any(missing) and not person.seen_by:
+            person.evidence -= MISSED
+        before = person.state
+        person.state = _state(person, bool(missing), now, parameters)
+        if person.state == SEEN:
+            person.seen_total += seconds
+        elif person.state == LOST and before != LOST:
+            table.bank.covariances[row, :, :2, :2] += SPREAD**2 * np.eye(2)
+
+
+def _state(person: PersonRecord, in_view: bool, now: float, parameters: CoordinatorParameters) -> str:
+    """Return the state of a person.
+
+    A person whom the robots just saw, and who is still in somebody's view, counts as seen: detectors miss people now
+    and then. A person who is hidden is predicted. One who should be seen and is not has left.
+    """
+    hidden = now - person.last_seen
+    if person.seen_by or (in_view and hidden <= parameters.seen_for and person.evidence > 0.0):
+        return SEEN
+    if person.evidence <= 0.0 or hidden > parameters.predict_for or person.state == LOST:
+        return LOST
+    return PREDICTED
+
+
+def forgotten(table: PeopleTable, now: float, parameters: CoordinatorParameters, most: int) -> set[int]:
+    """Return the rows of people to forget: hidden for too long, never confirmed, or more than the table holds."""
+    gone = set()
+    for row, person in enumerate(table.rows):
+        hidden = now - person.last_seen
+        limit = parameters.forget_after if person.confirmed else UNCONFIRMED
+        if hidden > limit or (not person.confirmed and person.evidence <= 0.0):
+            gone.add(row)
+    surplus = len(table) - len(gone) - most
+    if surplus > 0:
+        rest = sorted(set(range(len(table))) - gone, key=lambda row: (table.rows[row].last_seen, -table.rows[row].id))
+        gone |= set(rest[:surplus])
+    return gone
+
+
+# -- the coordinator: reports in, identities, a count and orders to follow out -----------------------------------------
 
 SET_BACK = 1.0
 """Lateness of a time from which the clock was set back [s]."""
@@ -176,7 +301,7 @@ class Coordinator:
             )  # fmt: skip
             comparison.judge(self._turn // 2, 2.0 * seconds)
         self.table.drop(forgotten(self.table, now, self.parameters, MOST_PEOPLE))
-        conversations.update_groups(self.table, now, self._free_between)
+        update_groups(self.table, now, self._free_between)
         self._count_zones(now)
         self._follow(reporting, now)
         return state_of(self, now)
@@ -329,3 +454,62 @@ class Coordinator:
             followed = each in self.follow.orders
             candidates.append(Candidate(each, reached, person.first_seen, person.seen_total, followed, name))
         return candidates
+
+
+# -- groups of people who stand together and talk ----------------------------------------------------------------------
+
+NEAR = 1.6
+"""Distance between two who talk: the social distance of Hall (The Hidden Dimension, 1966) begins at 1.2 m [m]."""
+STILL = 0.3
+"""Speed below which a person stands [m/s]."""
+LASTS = 3.0
+"""Time for which people must have stood [s]."""
+
+FreeBetween = Callable[[Array, Array], bool]
+"""Called with two positions [m]; whether no wall is between them."""
+
+
+def update_groups(table: PeopleTable, now: float, free_between: FreeBetween) -> None:
+    """Update who stands together: each group is numbered by the least id in it, others get 0.
+
+    Parameters
+    ----------
+    table : PeopleTable
+    now : float
+        [s]
+    free_between : callable
+        See `FreeBetween`.
+    """
+    speeds = np.hypot(table.velocities[:, 0], table.velocities[:, 1])
+    present = set(table.present)
+    for row, person in enumerate(table.rows):
+        person.group = 0
+        if row not in present or speeds[row] > STILL:
+            person.still_since = float("inf")
+        else:
+            person.still_since = min(person.still_since, now)
+    still = [row for row in sorted(present) if now - table.rows[row].still_since >= LASTS]
+    for members in _together(table.positions, still, free_between):
+        number = min(table.rows[row].id for row in members)
+        for row in members:
+            table.rows[row].group = number
+
+
+def _together(positions: Array, rows: list[int], free_between: FreeBetween) -> list[list[int]]:
+    """Return the sets of two or more rows that are connected by steps of less than `NEAR`."""
+    at = positions[rows]
+    x, y = at[:, 0, np.newaxis] - at[:, 0], at[:, 1, np.newaxis] - at[:, 1]
+    leader = list(range(len(rows)))
+
+    def lead(k: int) -> int:
+        while leader[k] != k:
+            k = leader[k]
+        return k
+
+    for i, k in np.argwhere(np.triu(x * x + y * y < NEAR * NEAR, 1)).tolist():
+        if lead(i) != lead(k) and free_between(at[i], at[k]):
+            leader[lead(k)] = lead(i)
+    groups: dict[int, list[int]] = {}
+    for k, row in enumerate(rows):
+        groups.setdefault(lead(k), []).append(row)
+    return [members for members in groups.values() if len(members) > 1]

@@ -1,15 +1,89 @@
-"""Orders to follow people: who follows whom, since when, and why."""
+"""Orders to follow people: who follows whom by least cost, since when, why, and when another robot takes over."""
 
 import math
 from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
-from ppaas.people.coordinator.follow_action import cheapest, follow_actions
+import numpy as np
+
 from ppaas.people.coordinator.parameters import CoordinatorParameters
-from ppaas.people.coordinator.switch_rule import takes_over
+from ppaas.people.tracks.assignment import assign
 
 Costs = Mapping[int, Mapping[str, float]]
+"""Cost of the shortest path from each robot to each person it identified: by person, then by Robot ID."""
+
+# -- step 4: each person to follow is given to the robot of least cost -------------------------------------------------
+
+BEYOND = 1e9
+"""Cost above the cost of any path."""
+
+
+def cheapest(costs: Mapping[str, float]) -> str | None:
+    """Return the robot of least cost, the first by name of equal ones; None if no robot reaches the person."""
+    reached = {robot: cost for robot, cost in costs.items() if cost < BEYOND}
+    return min(reached, key=lambda robot: (reached[robot], robot), default=None)
+
+
+def follow_actions(people: Sequence[int], costs: Costs, free: Sequence[str]) -> dict[int, str]:
+    """Return which robot follows each person.
+
+    The paper: the "Follow Action Controller" takes the "shortest path by Dijkstra from each robot to each person it
+    identified, the cheapest robot follows". Of several people, each has one robot: as many as possible are followed,
+    and of all such assignments the one of least total cost is taken. If fewer robots are free than people are to be
+    followed, the first people have precedence.
+
+    Parameters
+    ----------
+    people : sequence of int
+        Ids of the people to follow, the most important first.
+    costs : Costs
+    free : sequence of str
+        Robots that may follow.
+    """
+    robots = sorted(free)
+    given: dict[int, str] = {}
+    chosen: list[int] = []
+    for person in people:
+        tried = _assigned([*chosen, person], costs, robots)
+        if len(tried) > len(given):
+            given, chosen = tried, [*chosen, person]
+        if len(given) == len(robots):
+            break
+    return given
+
+
+def _assigned(people: Sequence[int], costs: Costs, robots: Sequence[str]) -> dict[int, str]:
+    matrix = np.array([[costs.get(person, {}).get(robot, np.inf) for robot in robots] for person in people])
+    rows, columns = assign(matrix.reshape(len(people), len(robots)), BEYOND)
+    return {people[row]: robots[column] for row, column in zip(rows.tolist(), columns.tolist(), strict=True)}
+
+
+# -- step 5: when one robot takes a person over from another -----------------------------------------------------------
+
+
+def takes_over(current: float, other: Sequence[float], samples: int) -> bool:
+    """Return whether robot R′ takes the followed person over from robot R.
+
+    The paper: "switch to R′ only if R′'s cost is strictly decreasing over the observed history and smaller than R's".
+
+    Parameters
+    ----------
+    current : float
+        Cost of the shortest path from R to the person now.
+    other : sequence of float
+        Costs of R′ over the observed history, the newest last.
+    samples : int
+        Length of the history; with fewer costs R keeps the person.
+    """
+    if len(other) < samples or not math.isfinite(other[-1]):
+        return False
+    decreasing = all(later < earlier for earlier, later in pairwise(other[-samples:]))
+    return decreasing and other[-1] < current
+
+
+# -- orders to follow people -------------------------------------------------------------------------------------------
 
 
 @dataclass(slots=True)

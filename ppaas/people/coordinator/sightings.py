@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.people.coordinator.group import Robot
 from ppaas.people.coordinator.identities import NOBODY, Known, Torsos, recognize
 from ppaas.people.coordinator.parameters import CoordinatorParameters
 from ppaas.people.coordinator.people_table import CONFIRMED, MOST_EVIDENCE, PeopleTable
-from ppaas.people.coordinator.robots.group import Robot
-from ppaas.people.coordinator.robots.offsets import without_offset
+from ppaas.people.coordinator.positions import without_offset
 from ppaas.people.tracks.filter_bank import inverse_2x2
 
 Array = NDArray[np.float64]

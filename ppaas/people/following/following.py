@@ -1,10 +1,12 @@
-"""Decides how a robot follows one person: where it stands or drives to, how fast, and when it searches or gives up."""
+"""Decides how a robot follows a person: where it stands or drives to, how fast, when it searches or gives up."""
 
 import math
+from collections import deque
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ppaas.geometry import Pose2D, wrap_angle
 from ppaas.messages.people_coordination import (
@@ -16,14 +18,168 @@ from ppaas.messages.people_coordination import (
     WAITING,
     PeopleState,
     SensorView,
+    TrackedPerson,
 )
 from ppaas.people.following.parameters import FollowParameters
-from ppaas.people.following.places import Places
-from ppaas.people.following.progress import Progress
+from ppaas.people.following.places import GROUP_MARGIN, PlaceRequest, Places, choose_place, facing
 from ppaas.people.following.search import Search
-from ppaas.people.following.standing_place import GROUP_MARGIN, PlaceRequest, choose_place, facing
-from ppaas.people.following.target import Target
 from ppaas.people.talking_groups import Points, distances_to, groups_of, predicted
+
+# -- progress of a robot towards the places that were chosen for it ----------------------------------------------------
+
+STUCK = 5.0
+"""Time without progress after which a place counts as not reachable [s]."""
+
+MOVED, SAME = 0.15, 0.5
+"""Distance that counts as progress, and distance up to which a place is the one of before [m]."""
+
+REACHED = 0.3
+"""Distance from a place within which the robot has reached it [m]."""
+
+FORGOTTEN = 20.0
+"""Time for which a place that was not reached is avoided [s]."""
+
+MOST_FAILURES = 3
+
+
+class Progress:
+    """Notes places that the robot does not get to.
+
+    Attributes
+    ----------
+    failures : int
+        Number of places not reached since the robot last stood well.
+    most : int
+        Number of them that are tried.
+    """
+
+    def __init__(self) -> None:
+        self.failures, self.most = 0, MOST_FAILURES
+        self._failed: list[tuple[float, float, float]] = []
+        self._place: Pose2D | None = None
+        self._from, self._since = Pose2D(0.0, 0.0), 0.0
+
+    def rest(self) -> None:
+        """Note that the robot stands on purpose."""
+        self._place = None
+
+    def reset(self) -> None:
+        """Note that the robot has got to where it should be."""
+        self.failures, self._place = 0, None
+
+    def is_stuck(self, now: float, robot: Pose2D, place: Pose2D) -> bool:
+        """Return whether the robot makes no progress to a place, which is avoided from then on."""
+        other = self._place is None or self._place.distance_to(place) > SAME
+        if other or robot.distance_to(self._from) > MOVED or robot.distance_to(place) <= REACHED:
+            self._from, self._since = robot, now
+            self._place = place
+            return False
+        self._place = place
+        if now - self._since <= STUCK:
+            return False
+        self.fail(now)
+        return True
+
+    def fail(self, now: float) -> int:
+        """Avoid the last place from now on; return how many places were not reached."""
+        place, self._place = self._place, None
+        if place is not None:
+            self._failed.append((place.x, place.y, now + FORGOTTEN))
+        self.failures += 1
+        return self.failures
+
+    def failed(self, now: float) -> Points:
+        """Return the places to avoid, (n, 2) x, y [m]."""
+        self._failed = [each for each in self._failed if math.isfinite(each[2]) and now < each[2]]
+        return np.array([each[:2] for each in self._failed]).reshape(-1, 2)
+
+
+# -- person whom a robot follows ---------------------------------------------------------------------------------------
+
+STARTS, STOPS = 0.3, 0.15
+"""Speeds above which a standing person walks, and below which a walking person stands [m/s]."""
+
+LONGEST_PREDICTION = 3.0
+"""Time for which a position is predicted after the last message [s]."""
+
+STEP, MOST_STEPS = 0.1, 100
+"""Distance between points of the path walked [m], and their number."""
+
+
+class Target:
+    """Position and motion of one person, from the messages of the coordinator.
+
+    Parameters
+    ----------
+    now : float
+        Start, by the clock of the node [s].
+
+    Attributes
+    ----------
+    known : bool
+        Whether a position is known.
+    seen_at : float
+        Last time at which a robot saw the person [s].
+    walking : bool
+        Whether the person walks.
+    heading : float or None
+        Direction in which the person last walked [rad].
+    last : TrackedPerson or None
+        Last message in which the person was not lost.
+    seen : TrackedPerson or None
+        Last message in which a robot saw the person, or the first if none did.
+    """
+
+    def __init__(self, now: float) -> None:
+        self.known, self.walking = False, False
+        self.seen_at = self._at = now
+        self.heading: float | None = None
+        self.last: TrackedPerson | None = None
+        self.seen: TrackedPerson | None = None
+        self._path: deque[tuple[float, float]] = deque(maxlen=MOST_STEPS)
+
+    def take(self, person: TrackedPerson | None, now: float) -> None:
+        """Take the person of a message, None if it has none; one who is lost keeps the last position."""
+        if person is None or person.state == LOST:
+            return
+        if person.state == SEEN or not self.known:
+            self.seen_at, self.seen = now, person
+        self.last, self._at, self.known = person, now, True
+        speed = self.speed
+        self.walking = speed > (STOPS if self.walking else STARTS)
+        if self.walking:
+            self.heading = math.atan2(person.velocity.y, person.velocity.x)
+        x, y = person.position.x, person.position.y
+        if not self._path or math.dist(self._path[-1], (x, y)) >= STEP:
+            self._path.append((x, y))
+
+    @property
+    def speed(self) -> float:
+        """Speed by the last message [m/s]."""
+        return 0.0 if self.last is None else math.hypot(self.last.velocity.x, self.last.velocity.y)
+
+    def position(self, now: float, ahead: float = 0.0) -> tuple[float, float]:
+        """Return where the person is now, or after a time ``ahead`` [s]: x, y [m]."""
+        assert self.last is not None, "the person is known"
+        return predicted(self.last, min(now - self._at, LONGEST_PREDICTION) + (ahead if self.walking else 0.0))
+
+    def behind(self, now: float, ahead: float, distance: float) -> tuple[float, float] | None:
+        """Return the point of the path walked that is a length of it [m] behind the person after a time ``ahead`` [s].
+
+        Returns
+        -------
+        tuple of float or None
+            x, y [m]; None if the path is too short.
+        """
+        path: NDArray[np.float64] = np.array([*self._path, self.position(now), self.position(now, ahead)])[::-1]
+        lengths = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))))
+        if lengths[-1] < distance:
+            return None
+        x, y = (float(np.interp(distance, lengths, path[:, axis])) for axis in (0, 1))
+        return x, y
+
+
+# -- the decision: where the robot stands or drives to, how fast, when it searches or gives up -------------------------
 
 AHEAD = 1.0
 """Time for which the goal is ahead of a walking person: the robot does not stop at it before it moves on [s]."""

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.people.tracks.assignment import assign
-from ppaas.people.tracks.filter_bank import MODELS, FilterBank, inverse_2x2
+from ppaas.people.tracks.filter_bank import MODELS, FilterBank, MotionParameters, inverse_2x2
 from ppaas.people.tracks.hungarian import least_cost
-from ppaas.people.tracks.motion import MotionParameters
 
 Array = NDArray[np.float64]
 
@@ -33,6 +32,10 @@ class Detection:
     believed : int
         Id of the track that it is by the ids of a detector that tracks people itself; 0 if it has none. It decides
         between tracks that are near enough, so that an id which the detector reuses does no harm.
+    z : float
+        Height above the floor, 0 if it is unknown: lasers do not measure it [m].
+    id : str
+        Id that the detector keeps for the person; empty if it tracks nobody.
     """
 
     x: float
@@ -41,6 +44,8 @@ class Detection:
     score: float = 0.9
     begins: bool = True
     believed: int = 0
+    z: float = 0.0
+    id: str = ""
 
 
 @dataclass(slots=True)
@@ -63,6 +68,8 @@ class LocalTrack:
         State [m, m/s].
     covariance : (xx, xy, yy)
         Covariance of the position [m²].
+    z : float
+        Last known height above the floor, 0 if there is none [m].
     """
 
     id: int
@@ -76,6 +83,7 @@ class LocalTrack:
     vx: float = 0.0
     vy: float = 0.0
     covariance: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    z: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -259,6 +267,7 @@ class Tracker:
         track.score += 0.3 * (detection.score - track.score)
         track.confirmed |= track.evidence >= self.parameters.confirmed_at
         track.last_seen = self.at
+        track.z = detection.z or track.z
 
     def _miss(self, tracks: list[LocalTrack], expected: Expected) -> None:
         loss = math.log(1.0 - self.parameters.detected)
@@ -274,7 +283,7 @@ class Tracker:
             self._bank.add([(detection.x, detection.y)], spreads[k : k + 1])
             evidence = _evidence(detection.score)
             track = LocalTrack(self._next, self.at, self.at, evidence, detection.score, x=detection.x, y=detection.y)
-            track.confirmed = evidence >= self.parameters.confirmed_at
+            track.confirmed, track.z = evidence >= self.parameters.confirmed_at, detection.z
             self.tracks.append(track)
             self.assigned[k] = track.id
             self._next += 1

@@ -1,6 +1,11 @@
-"""Detection of people in laser scans by their legs."""
+"""Detection of people in laser scans: legs form pairs, and what stands where a beam passed before has moved.
+
+Source of the memory of scans: "free-space violations", as in Leigh et al., "Person tracking and following with 2D
+laser scanners" (ICRA 2015), where a local occupancy grid holds the free space.
+"""
 
 import math
+from collections import deque
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -10,14 +15,177 @@ from numpy.typing import NDArray
 from ppaas.costmap.map_layers import MapLayers
 from ppaas.costmap.obstacle_layer import LaserReading
 from ppaas.geometry import Pose2D
-from ppaas.perception.legs.pairing import Legs, people_of
 from ppaas.perception.legs.parameters import LegDetectorParameters
-from ppaas.perception.legs.seen_through import SeenThrough
-from ppaas.perception.legs.segments import Segments, segments_of
-from ppaas.perception.legs.shape import both_evidence, leg_evidence
+from ppaas.perception.legs.segments import Segments, both_evidence, is_circle, leg_evidence, segments_of, spacing_of
 from ppaas.perception.unmapped_objects import unmapped
 
 Floats = NDArray[np.float64]
+
+# -- pairs of legs -----------------------------------------------------------------------------------------------------
+
+STANDING, STRIDING = 0.4, 0.8
+"""Distance between the legs of a person who stands, and the largest one of a person who walks [m]."""
+
+STRIDE_SPREAD = 0.15
+"""Standard deviation of the distance beyond `STANDING` [m]."""
+
+AROUND = 0.7
+"""Distance from the middle of two legs within which further legs speak against a person: tables have four [m]."""
+
+LIKE = -0.5
+"""Evidence from which a segment counts as like a leg."""
+
+BONUS, ALONE = 1.0, -3.0
+"""Evidence of a second leg, and of a leg alone, whose second one is hidden or not a leg at all."""
+
+
+class Legs(NamedTuple):
+    """One or two legs of a person.
+
+    Parameters
+    ----------
+    x, y : float
+        Middle of the legs [m].
+    evidence : float
+        Logarithm of the odds that they belong to a person.
+    apart : float
+        Distance between the two legs [m]; 0 for one leg, or for two that are one segment.
+    both : bool
+        Whether both legs are seen.
+    """
+
+    x: float
+    y: float
+    evidence: float
+    apart: float
+    both: bool
+
+
+def people_of(centres: Floats, legs: Floats, motion: Floats) -> list[Legs]:
+    """Join legs to people, the best pairs first; each leg belongs to one person.
+
+    Parameters
+    ----------
+    centres : (n, 2) array
+        Centres of the legs [m].
+    legs : (n,) array
+        Evidence that each is a leg.
+    motion : (n,) array
+        Evidence that it has moved.
+    """
+    pairs = _pairs(centres, legs + motion)
+    used: set[int] = set()
+    found = []
+    for evidence, i, k in pairs:
+        if i in used or k in used:
+            continue
+        middle = 0.5 * (centres[i] + centres[k])
+        others = _others(middle, centres, legs, motion, (i, k))
+        if evidence - others <= max(legs[i] + motion[i], legs[k] + motion[k]) + ALONE:
+            continue
+        used |= {i, k}
+        x, y = middle.tolist()
+        found.append(Legs(x, y, evidence - others, float(np.hypot(*(centres[i] - centres[k]))), True))
+    for i in sorted(set(range(len(centres))) - used):
+        x, y = centres[i].tolist()
+        found.append(Legs(x, y, float(legs[i] + motion[i]) + ALONE, 0.0, False))
+    return found
+
+
+def _pairs(centres: Floats, evidence: Floats) -> list[tuple[float, int, int]]:
+    """Return the pairs that may be the legs of one person, with their evidence, the best first."""
+    i, k = np.triu_indices(len(centres), 1)
+    apart = np.hypot(*(centres[i] - centres[k]).T)
+    near = apart <= STRIDING
+    i, k, apart = i[near], k[near], apart[near]
+    odds = evidence[i] + evidence[k] + BONUS - (np.maximum(apart - STANDING, 0.0) / STRIDE_SPREAD) ** 2
+    # Of pairs that are as likely, the nearer legs belong to one person.
+    order = np.argsort(-(odds - apart), kind="stable")
+    return list(zip(odds[order].tolist(), i[order].tolist(), k[order].tolist(), strict=True))
+
+
+def _others(middle: Floats, centres: Floats, legs: Floats, motion: Floats, pair: tuple[int, int]) -> float:
+    """Return the evidence against a pair of further legs around it that do not move."""
+    around = (np.hypot(*(centres - middle).T) < AROUND) & (legs > LIKE) & (motion <= 0.0)
+    around[list(pair)] = False
+    return float(around.sum())
+
+
+# -- memory of the last scans, which shows what has moved --------------------------------------------------------------
+
+PERIOD = 0.3
+"""Least time between two scans that are kept [s]."""
+
+LENGTH = 5
+"""Number of scans that are kept."""
+
+BEYOND = 0.25
+"""Distance behind a point beyond which a beam must have ended [m]."""
+
+HALF_WIDTH = 0.08
+"""Half of the width around a point in which all beams must have passed [m]."""
+
+
+class SeenThrough:
+    """Last scans of one laser, with the poses of the laser in the frame of the odometry."""
+
+    def __init__(self) -> None:
+        self._scans: deque[tuple[float, LaserReading]] = deque(maxlen=LENGTH)
+
+    def add(self, reading: LaserReading, stamp: float) -> None:
+        """Add a scan in the frame of the odometry, at its time [s], unless one of a moment before is kept.
+
+        If the clock was set back, the scans before are forgotten.
+        """
+        if self._scans and stamp < self._scans[-1][0]:
+            self._scans.clear()
+        if not self._scans or stamp - self._scans[-1][0] >= PERIOD:
+            self._scans.append((stamp, reading))
+
+    def share(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the share of the kept scans that saw through each point, from 0 to 1.
+
+        Parameters
+        ----------
+        points : (n, 2) array
+            x, y in the frame of the odometry [m].
+
+        Returns
+        -------
+        (n,) array
+        """
+        if not self._scans or not len(points):
+            return np.zeros(len(points))
+        passed = np.stack([_passed(reading, points) for _, reading in self._scans])
+        share: NDArray[np.float64] = passed.mean(axis=0)
+        return share
+
+
+def _passed(reading: LaserReading, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return whether all beams of a scan towards each point ended behind it, or hit nothing."""
+    origin: Pose2D = reading.origin
+    x, y = points[:, 0] - origin.x, points[:, 1] - origin.y
+    away, step = np.hypot(x, y), spacing_of(reading)
+    if step <= 0.0:
+        return np.zeros(len(points), bool)
+    sign = 1.0 if reading.angles[-1] >= reading.angles[0] else -1.0
+    bearing = np.mod(sign * (np.arctan2(y, x) - origin.theta - reading.angles[0]), 2.0 * np.pi)
+    middle = np.rint(bearing / step).astype(np.int64)
+    half = np.ceil(HALF_WIDTH / np.maximum(away, HALF_WIDTH) / step).astype(np.int64)
+    widest = int(half.max())
+    offsets = np.arange(-widest, widest + 1)
+    beams = middle[:, None] + offsets
+    count = len(reading.ranges)
+    known = np.ones_like(beams, bool) if is_circle(reading) else (beams >= 0) & (beams < count)
+    ranges = reading.ranges[beams % count]
+    # NaN compares as false: a beam without a reading has seen nothing.
+    with np.errstate(invalid="ignore"):
+        beyond = known & (ranges > (away + BEYOND)[:, None])
+    passed: NDArray[np.bool_] = (beyond | (np.abs(offsets) > half[:, None])).all(axis=1)
+    return passed
+
+
+# -- detection of people in laser scans by their legs ------------------------------------------------------------------
 
 MAP_MARGIN = 0.12
 """Distance from what is in the map up to which a hit is on it [m]; a wall a person leans on hides the legs."""

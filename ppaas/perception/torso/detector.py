@@ -19,13 +19,11 @@ from numpy.typing import NDArray
 
 from ppaas.perception.kernels.depth import Depths
 from ppaas.perception.torso.floor_view import FloorPoints, FloorView
+from ppaas.perception.torso.models import Trees, UpperBody
 from ppaas.perception.torso.parameters import TorsoDetectorParameters
-from ppaas.perception.torso.patches import patches_at
-from ppaas.perception.torso.proposals import propose
+from ppaas.perception.torso.patches import patches_at, propose
 from ppaas.perception.torso.relief import features_at
-from ppaas.perception.torso.template import UpperBody
 from ppaas.perception.torso.trained import trained_templates, trained_trees
-from ppaas.perception.torso.trees import Trees
 
 APART = 0.4
 """Least distance between two people [m]."""

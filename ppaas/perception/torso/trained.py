@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ppaas.perception.torso import template_weights, tree_weights
-from ppaas.perception.torso.template import SHAPE, UpperBody
-from ppaas.perception.torso.trees import LEAVES, NODES, Trees
+from ppaas.perception.torso.models import LEAVES, NODES, SHAPE, Trees, UpperBody
 
 
 @cache

@@ -1,16 +1,56 @@
-"""Packing of messages for a client: as JSON, as PNG, in CBOR, in bytes of ROS or as compact frames."""
+"""Packing of messages for a client: as JSON, as PNG, in CBOR, in bytes of ROS or as compact frames.
 
+As PNG, the text of a frame becomes the bytes of an RGB image that is nearly square, padded with line feeds, which comes
+in base64 in the operation ``png`` (``rosbridge_library/internal/pngcompression.py`` of
+``RobotWebTools/rosbridge_suite``).
+"""
+
+import base64
+import io
+import json
+import math
+import re
 from collections.abc import Callable
 from functools import partial
 from typing import Final, NamedTuple, TypeAlias
 
 from ppaas.clock import Clock, epoch
 from ppaas.errors import InvalidInput, MalformedMessage, PPaaSError
-from ppaas.wire.binary.cbor_decoder import cbor_to_json, is_cbor
-from ppaas.wire.binary.cbor_encoder import cbor_frame
-from ppaas.wire.binary.cbor_raw import RosType, Serialize, cbor_raw_frame, not_serialized
+from ppaas.wire.binary.cbor import RosType, Serialize, cbor_frame, cbor_raw_frame, cbor_to_json, is_cbor, not_serialized
 from ppaas.wire.binary.compact import compact_cmd_vel, compact_to_json, is_compact
-from ppaas.wire.binary.png import png_frame
+
+# -- messages with ``compression: png`` --------------------------------------------------------------------------------
+
+_NOT_ASCII: Final = re.compile(r"[^\x00-\x7f]")
+
+_PIXEL: Final = 3
+"""Size of a pixel [bytes]."""
+
+_LEVEL: Final = 3
+"""Level of zlib: 6 takes three times as long for messages that are a sixth smaller."""
+
+
+def png_frame(frame: bytes) -> bytes:
+    """Return the frame of ``png`` that contains a frame, which is JSON."""
+    from PIL.Image import frombytes  # noqa: PLC0415  # Pillow is needed only for clients of PNG
+
+    text = _ascii(frame)
+    width = max(math.isqrt(len(text) // _PIXEL), 1)
+    height = max(-(-len(text) // (_PIXEL * width)), 1)
+    file = io.BytesIO()
+    image = frombytes("RGB", (width, height), text.ljust(width * height * _PIXEL, b"\n"))
+    image.save(file, "png", compress_level=_LEVEL)
+    return b'{"op":"png","data":"%b"}' % base64.b64encode(file.getvalue())
+
+
+def _ascii(frame: bytes) -> bytes:
+    """Return a frame with other characters escaped: web pages read each byte of the image as a character."""
+    if frame.isascii():
+        return frame
+    return _NOT_ASCII.sub(lambda character: json.dumps(character[0])[1:-1], frame.decode()).encode()
+
+
+# -- packing of messages for a client ----------------------------------------------------------------------------------
 
 Pack: TypeAlias = Callable[[str, bytes], bytes]
 """Called with the name of a topic as the client spells it, and a message as JSON; returns the frame to publish it."""

@@ -14,7 +14,7 @@ from uuid import uuid4
 
 from ppaas.clock import Clock, monotonic
 from ppaas.errors import MalformedMessage, MessageTooLarge, QuotaExceeded
-from ppaas.messages.spellings.tolerant_json import read_json
+from ppaas.messages.base.spelling import read_json
 
 TIMEOUT = 60.0
 """Time after the last part at which an incomplete message, or a part without a message, is dropped [s]."""

@@ -5,7 +5,7 @@ from functools import cache, lru_cache
 from typing import Final
 
 from ppaas.errors import InvalidInput, UnknownType
-from ppaas.wire.binary.cbor_raw import RosType
+from ppaas.wire.binary.cbor import RosType
 from ppaas.wire.ros.types import ROS_1, ros_types
 
 ROS_2: Final = "jazzy"

@@ -13,8 +13,7 @@ import msgspec
 from ppaas.distribution import install_hint
 from ppaas.errors import InvalidInput, MalformedMessage, MessageTooLarge, UnknownType
 from ppaas.wire.ros.definitions import DEFINITIONS
-from ppaas.wire.ros.interfaces import NAME, SEQUENCE, parsed
-from ppaas.wire.ros.values import Converter, to_json_value
+from ppaas.wire.ros.values import NAME, SEQUENCE, Converter, parsed, to_json_value
 
 ROS_1: Final = "noetic"
 """Release with the messages of ROS 1."""

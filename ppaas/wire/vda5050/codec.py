@@ -18,7 +18,7 @@ from ppaas.wire.vda5050.fields import Fields
 from ppaas.wire.vda5050.headers import Header
 from ppaas.wire.vda5050.orders import InstantActions, Order
 from ppaas.wire.vda5050.states import Connection, State, Visualization
-from ppaas.wire.vda5050.versions import Version, understand
+from ppaas.wire.vda5050.topics import Version, understand
 from ppaas.wire.vda5050.zones import Responses, ZoneSet
 
 MAX_PAYLOAD = 1 << 20

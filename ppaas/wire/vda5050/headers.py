@@ -5,8 +5,7 @@ from datetime import UTC, datetime
 
 from ppaas.errors import MalformedMessage
 from ppaas.wire.vda5050.fields import Fields
-from ppaas.wire.vda5050.topics import Address
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Address, Version
 
 WRAP = 1 << 32
 """Number of header ids: they are uint32."""

@@ -29,7 +29,7 @@ from ppaas.wire.vda5050 import zones as wire
 from ppaas.wire.vda5050.codec import encode
 from ppaas.wire.vda5050.fields import Point
 from ppaas.wire.vda5050.headers import Header, timestamp
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Version
 from ppaas.zones.reading import zones_of
 from ppaas.zones.shapes import LineString, MultiLineString, MultiPolygon, Polygon, Position, Ring, lines_of
 from ppaas.zones.zone import Capacity, KeepOut, Lane, NoStop, OneWay, SpeedZone, Zone, ZoneSet

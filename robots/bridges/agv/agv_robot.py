@@ -14,7 +14,6 @@ from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.factsheets import Factsheet
 from ppaas.wire.vda5050.fields import Position, Velocity
 from ppaas.wire.vda5050.headers import Header
-from ppaas.wire.vda5050.master.instant_actions import init_position, instant_action
 from ppaas.wire.vda5050.master.instructions import (
     Complaint,
     Instruction,
@@ -23,9 +22,12 @@ from ppaas.wire.vda5050.master.instructions import (
     SendActions,
     SendOrder,
     SendZones,
+    init_position,
+    instant_action,
+    knows_place,
+    standing,
 )
 from ppaas.wire.vda5050.master.master_control import MasterControl, Path
-from ppaas.wire.vda5050.master.reports import knows_place, standing
 from ppaas.wire.vda5050.states import Connection, State, Visualization
 from ppaas.zones.zone import Zone
 from robots.bridges.agv.agv_side import AgvSide, LeftOut

@@ -12,8 +12,7 @@ from ppaas.wire.vda5050.fields import Fields
 from ppaas.wire.vda5050.headers import Header, HeaderCounter
 from ppaas.wire.vda5050.master.header_watch import Arrival, HeaderWatch
 from ppaas.wire.vda5050.orders import InstantActions, Order
-from ppaas.wire.vda5050.topics import Address
-from ppaas.wire.vda5050.versions import Version, version_of
+from ppaas.wire.vda5050.topics import Address, Version, version_of
 from ppaas.wire.vda5050.zones import ZoneSet
 from robots.bridges.vda5050.outbox import Outbox, Outgoing
 

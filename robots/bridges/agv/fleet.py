@@ -9,8 +9,7 @@ from ppaas.errors import PPaaSError
 from ppaas.listener_faults import ListenerFaults
 from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.codec import decode
-from ppaas.wire.vda5050.topics import Address, parse_topic
-from ppaas.wire.vda5050.versions import version_of
+from ppaas.wire.vda5050.topics import Address, parse_topic, version_of
 from robots.bridges.agv.agv_robot import AgvRobot
 from robots.bridges.agv.agv_side import AgvSide
 from robots.bridges.agv.options import MAJORS, FleetOptions

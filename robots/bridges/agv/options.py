@@ -6,8 +6,7 @@ from dataclasses import dataclass, field
 from hashlib import blake2b
 
 from ppaas.wire.vda5050.master.settings import Settings
-from ppaas.wire.vda5050.topics import Address
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Address, Version
 
 OWN_MANUFACTURER = "ppaas"
 """Manufacturer of robots of the cloud that are presented as AGVs: they are not taken as robots again."""

@@ -27,8 +27,7 @@ from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.frames import BASE_LINK, MAP, ODOM
 from ppaas.transforms.planar import transform_message
 from ppaas.wire.vda5050.fields import Velocity
-from ppaas.wire.vda5050.master.instructions import PathEnded, Progress
-from ppaas.wire.vda5050.master.reports import STOPPING, in_words, standing
+from ppaas.wire.vda5050.master.instructions import STOPPING, PathEnded, Progress, in_words, standing
 from ppaas.wire.vda5050.states import State
 
 DEVIATION = 0.05

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from ppaas.wire.vda5050.factsheets import Factsheet
 from ppaas.wire.vda5050.map_zones import expressed_zones
 from ppaas.wire.vda5050.master.zone_control import ZoneControl, zone_set_of
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Version
 from ppaas.wire.vda5050.zones import Zone as AgvZone
 from ppaas.zones.zone import Zone
 from robots.bridges.agv.limits import top_speed_of

@@ -105,7 +105,7 @@ def _loop_factory() -> "Callable[[], AbstractEventLoop] | None":
 
 async def _run(arguments: argparse.Namespace) -> None:
     # Imported here because ``ppaas --help`` loads this module.
-    from ppaas.wire.vda5050.versions import version_of  # noqa: PLC0415
+    from ppaas.wire.vda5050.topics import version_of  # noqa: PLC0415
     from robots.bridges.vda5050.agv_bridge import present  # noqa: PLC0415
     from robots.bridges.vda5050.agv_options import AgvOptions  # noqa: PLC0415
 

@@ -3,7 +3,7 @@
 import logging
 import re
 
-from ppaas.bounded_dict import BoundedDict
+from ppaas.bounded import BoundedDict
 from ppaas.clock import monotonic
 
 logger = logging.getLogger("ppaas.bridge")

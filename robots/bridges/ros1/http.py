@@ -7,7 +7,7 @@ from urllib.parse import urlsplit
 
 from ppaas.distribution import install_hint
 from ppaas.errors import InvalidInput, MessageTooLarge, PPaaSError, Unavailable
-from ppaas.wire.ros.xml_rpc import (
+from ppaas.wire.ros.ros1_master import (
     ERROR,
     MAX_CALL,
     MAX_RESPONSE,

@@ -4,7 +4,7 @@ import asyncio
 from typing import Any
 
 from ppaas.errors import MalformedMessage
-from ppaas.wire.ros.master_state import MasterState, read_state, read_types
+from ppaas.wire.ros.ros1_master import MasterState, read_state, read_types
 from robots.bridges.ros1.http import call
 
 MAX_CALLS = 4

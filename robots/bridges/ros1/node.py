@@ -18,7 +18,7 @@ from ppaas.errors import Conflict, InvalidInput, PPaaSError, Unavailable
 from ppaas.wire.names import MAX_NAME
 from ppaas.wire.ros import ros_types
 from ppaas.wire.ros.graph import Entity, Kind, Qos
-from ppaas.wire.ros.master_state import MasterState
+from ppaas.wire.ros.ros1_master import MasterState
 from ppaas.wire.ros.tcpros import unpack_header
 from robots.bridges.core.notices import Notices
 from robots.bridges.core.robot_graph import name_in_graph

@@ -5,7 +5,7 @@ from collections.abc import Awaitable, Callable, Mapping
 
 from ppaas.wire.names import ros1_type
 from ppaas.wire.ros.graph import Kind
-from ppaas.wire.ros.master_state import MasterState, Nodes
+from ppaas.wire.ros.ros1_master import MasterState, Nodes
 from robots.bridges.core.notices import Notices
 from robots.bridges.ros1.master import Master
 from robots.bridges.ros1.publication import Publication

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from ppaas.wire.names import ros1_type
-from ppaas.wire.ros.xml_rpc import FAILURE, SUCCESS
+from ppaas.wire.ros.ros1_master import FAILURE, SUCCESS
 from robots.bridges.ros1.http import Method
 from robots.bridges.ros1.master import read_uris
 from robots.bridges.ros1.peer import Peer

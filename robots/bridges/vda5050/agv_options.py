@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Version
 
 
 @dataclass(frozen=True, slots=True)

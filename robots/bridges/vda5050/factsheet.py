@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from ppaas.robot_model.known_models import RobotModel, robot_model
-from ppaas.wire.vda5050.agv.instant_book import INSTANT_2, INSTANT_3
+from ppaas.wire.vda5050.agv.action_book import INSTANT_2, INSTANT_3
 from ppaas.wire.vda5050.agv.order_check import MAX_ACTIONS, MAX_NODES
 from ppaas.wire.vda5050.agv.zone_book import MAX_ZONES, SUPPORTED
 from ppaas.wire.vda5050.codec import MAX_PAYLOAD

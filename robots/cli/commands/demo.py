@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ppaas.bounded_numbers import whole
+from ppaas.bounded import whole
 from ppaas.errors import InvalidInput, InvalidParameter
 from ppaas.log_lines import log_lines
 from robots.cli import event_loop

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from ppaas.bounded_numbers import above_zero, whole
+from ppaas.bounded import above_zero, whole
 from robots.cli import event_loop
 from robots.cli.output import show
 from robots.cli.progress import progress_bar

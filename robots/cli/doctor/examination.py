@@ -9,8 +9,7 @@ from ppaas import __version__
 from ppaas.clock import epoch, monotonic
 from ppaas.diagnosis.observations.cloud import CloudFacts, MachineFacts, RobotLine
 from ppaas.diagnosis.rules.cloud import cloud
-from ppaas.diagnosis.rules.finding import Finding, error, worst
-from ppaas.diagnosis.rules.words import names, nearest
+from ppaas.diagnosis.rules.finding import Finding, error, names, nearest, worst
 from ppaas.errors import NotAuthenticated, NotFound, NotPermitted, PPaaSError
 from robots.client.rest import RestClient
 from robots.client.rest_paths import path_of

@@ -4,7 +4,7 @@ import textwrap
 from collections import Counter
 from typing import Any
 
-from ppaas.diagnosis.rules.words import hertz, seconds, size
+from ppaas.diagnosis.rules.finding import hertz, seconds, size
 from robots.cli.output import printable, table
 
 WIDTH = 100

@@ -49,7 +49,7 @@ from ppaas.errors import Conflict, NotFound, PPaaSError, Unavailable
 from ppaas.geometry import Pose2D, Poses, poses_along
 from ppaas.messages.base.message import Message
 from ppaas.messages.fleet.traffic import TrafficState
-from ppaas.messages.health.recorder import RecorderState
+from ppaas.messages.health.watching import RecorderState
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
 from ppaas.messages.people_coordination import PeopleState, ZoneCount
 from ppaas.messages.ppaas_msgs import NodeHome

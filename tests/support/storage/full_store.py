@@ -3,7 +3,7 @@
 import numpy as np
 
 from ppaas.geometry import poses_along
-from ppaas.people.group_names import coordinator_checkpoint
+from ppaas.people.names import coordinator_checkpoint
 from ppaas.people.settings import PeopleSettings, Zone
 from ppaas.plans.history import LinkHistory, PlannerHistory
 from ppaas.tasks.records import Task

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.codec import BODIES, encode
 from ppaas.wire.vda5050.headers import HeaderCounter
-from ppaas.wire.vda5050.topics import Address
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Address, Version
 from tests.support.vda5050.messages import MESSAGES
 
 TOPICS_2 = (*topics.FROM_AGV, *topics.TO_AGV)

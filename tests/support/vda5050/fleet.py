@@ -6,8 +6,7 @@ from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.codec import decode, encode
 from ppaas.wire.vda5050.fields import Fields
 from ppaas.wire.vda5050.headers import HeaderCounter
-from ppaas.wire.vda5050.topics import Address
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Address, Version
 from robots.bridges.agv.agv_robot import AgvRobot
 from robots.bridges.agv.agv_side import AgvSide
 from robots.bridges.agv.fleet import Fleet

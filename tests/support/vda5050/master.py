@@ -14,8 +14,7 @@ from ppaas.wire.vda5050.codec import decode, encode
 from ppaas.wire.vda5050.fields import Fields
 from ppaas.wire.vda5050.headers import HeaderCounter
 from ppaas.wire.vda5050.orders import Action, ActionParameter, Edge, InstantActions, Node, NodePosition, Order
-from ppaas.wire.vda5050.topics import Address
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Address, Version
 from tests.support.vda5050.mosquitto import Mosquitto
 from tests.support.vda5050.schemas import problems
 

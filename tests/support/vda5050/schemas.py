@@ -6,7 +6,7 @@ from pathlib import Path
 
 from jsonschema import Draft202012Validator, FormatChecker
 
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Version
 
 SCHEMAS = Path(__file__).parent / "schemas"
 

@@ -8,8 +8,8 @@ import msgspec
 from ppaas.clock import ManualClock
 from ppaas.diagnosis.diagnose import diagnose
 from ppaas.diagnosis.observations.facts import LinkFacts, Observations, PlaceFacts, TopicFacts
-from ppaas.diagnosis.observations.traffic import Traffic
-from ppaas.diagnosis.observations.watched_robot import WatchedRobot
+from ppaas.diagnosis.observations.place import WatchedRobot
+from ppaas.diagnosis.observations.topic_table import Traffic
 from ppaas.diagnosis.rules.finding import Finding
 from ppaas.errors import PPaaSError
 from ppaas.geometry import Pose2D
@@ -17,7 +17,7 @@ from ppaas.messages import encode
 from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import Header, String, Time
 from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, Twist, TwistWithCovariance
-from ppaas.messages.health.observe import ObserveRequest, ObserveResponse
+from ppaas.messages.health.watching import ObserveRequest, ObserveResponse
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.nodes.base import Node

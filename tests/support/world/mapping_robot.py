@@ -19,10 +19,10 @@ from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.frames import FrameListener
 from ppaas.nodes.graph import Graph
-from ppaas.nodes.grid_slam.map_services import MapSaver
 from ppaas.nodes.grid_slam.node import GridSlamNode
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
 from ppaas.nodes.grid_slam.posegraph_services import NO_STORE, PoseGraphStore
+from ppaas.nodes.grid_slam.publishing import MapSaver
 from ppaas.nodes.jobs import Worker, run_inline
 from ppaas.transforms.planar import transform_message
 from tests.support.world.service_calls import call_service

@@ -5,10 +5,8 @@ import numpy as np
 from ppaas.errors import NoValidPath
 from ppaas.geometry import Pose2D
 from ppaas.navigation.events import ControlTick, Goal, GoalReceived, PlanFailed, PlanSucceeded
-from ppaas.navigation.move_base import MoveBase, State
-from ppaas.navigation.orders import RequestPlan
-from ppaas.navigation.parameters import MoveBaseParameters
-from ppaas.navigation.recovery_sequence import recovery_behaviors
+from ppaas.navigation.move_base import MoveBase, RequestPlan, State
+from ppaas.navigation.parameters import MoveBaseParameters, recovery_behaviors
 
 HERE = Pose2D(0.0, 0.0, 0.0)
 THERE = Pose2D(5.0, 0.0, 0.0)

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -12,6 +13,7 @@ from ppaas.errors import InvalidParameter
 from ppaas.footprints import MAX_CORNERS, read_footprint
 from ppaas.parameters import read_parameters
 from ppaas.planners.lattice.parameters import LatticeParameters
+from ppaas.polygons import within_polygon
 
 SQUARE = [[0.2, 0.2], [0.2, -0.2], [-0.2, -0.2], [-0.2, 0.2]]
 
@@ -65,3 +67,15 @@ def test_any_text_is_a_list_of_corners_or_refused(text):
     assert isinstance(corners, list)
     assert all(len(corner) == 2 and all(isinstance(number, float) for number in corner) for corner in corners)
     assert not any(math.isnan(number) for corner in corners for number in corner)
+
+
+@pytest.mark.parametrize(("point", "inside"), [((1.0, 0.5), True), ((3.0, 0.5), False), ((1.0, 1.9), False)])
+def test_a_polygon_may_have_a_notch(point: tuple[float, float], inside: bool) -> None:
+    corners = np.array([(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (1.0, 1.0), (0.0, 2.0)])
+    assert within_polygon(corners, np.array([point])).tolist() == [inside]
+
+
+@pytest.mark.filterwarnings("error")
+def test_an_edge_that_is_nearly_level_overflows_nothing() -> None:
+    corners = np.array([(0.0, 0.0), (4e9, 5e-324), (4e9, 2.0), (0.0, 2.0)])
+    assert within_polygon(corners, np.array([(1.0, 1.0), (1.0, 3.0)])).tolist() == [True, False]

@@ -9,10 +9,8 @@ import msgspec
 from ppaas.errors import MalformedMessage
 from ppaas.messages import decode
 from ppaas.messages.geometry_msgs import PoseWithCovarianceStamped
-from ppaas.wire.foxglove.conversion.base import Conversion, read_object
-from ppaas.wire.foxglove.conversion.drawn import DRAWN
-from ppaas.wire.foxglove.conversion.frames import SharedFrames
-from ppaas.wire.foxglove.conversion.scenes import PEOPLE
+from ppaas.wire.foxglove.conversion.base import Conversion, SharedFrames, read_object
+from ppaas.wire.foxglove.conversion.scenes import DRAWN, PEOPLE
 from ppaas.wire.foxglove.conversion.schemas import cdr, json_schema
 from ppaas.wire.ros.own_types import has_type, types_with
 

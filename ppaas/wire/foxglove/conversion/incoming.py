@@ -4,8 +4,7 @@ from typing import Any
 
 from ppaas.errors import InvalidInput
 from ppaas.wire.foxglove.answers import ENCODINGS
-from ppaas.wire.foxglove.conversion.base import read_object
-from ppaas.wire.foxglove.conversion.frames import SharedFrames
+from ppaas.wire.foxglove.conversion.base import SharedFrames, read_object
 from ppaas.wire.ros.own_types import types_with
 from ppaas.wire.ros.types import ROS_1, ros_types, to_json
 

@@ -1,4 +1,4 @@
-"""Master control of one AGV: takes paths and what the AGV says, returns instructions.
+"""Master control of one AGV: takes paths and what the AGV reports, returns instructions.
 
 Each event ends in `_advance`, which compares the path that is wanted with the order that the AGV has::
 
@@ -13,17 +13,240 @@ So a bridge that restarts, a broker that loses messages and an AGV that does som
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 from ppaas.messages.nav2_motions import FollowPathError
-from ppaas.wire.vda5050.master.adoption import adopted, is_active, is_of_this_bridge
-from ppaas.wire.vda5050.master.cancelling import Cancelling
-from ppaas.wire.vda5050.master.contradictions import contradiction, distance_off
-from ppaas.wire.vda5050.master.instructions import Complaint, Instruction, PathEnded, Progress, SendOrder
-from ppaas.wire.vda5050.master.order_plan import OrderPlan
-from ppaas.wire.vda5050.master.reports import errors_in_words, fatal_error, rejection, standing
+from ppaas.wire.vda5050.fields import Position
+from ppaas.wire.vda5050.master.instructions import (
+    Complaint,
+    Instruction,
+    PathEnded,
+    Progress,
+    SendActions,
+    SendOrder,
+    errors_in_words,
+    fatal_error,
+    instant_action,
+    rejection,
+    standing,
+)
+from ppaas.wire.vda5050.master.order_plan import OrderPlan, PlannedNode, index_of, is_ours, key_of, route_nodes
 from ppaas.wire.vda5050.master.route import Route
 from ppaas.wire.vda5050.master.settings import TRIES, Settings
-from ppaas.wire.vda5050.states import ConnectionState, State
+from ppaas.wire.vda5050.states import ENDED, ConnectionState, NodeState, State
+
+# -- adoption of an order that an AGV drives already, after a restart of the bridge ------------------------------------
+
+
+def is_active(state: State) -> bool:
+    """Return whether an AGV has an order that it has not finished."""
+    return bool(state.order_id) and bool(state.node_states or state.edge_states)
+
+
+def is_of_this_bridge(state: State) -> bool:
+    """Return whether the order of an AGV looks like one of this bridge."""
+    return is_ours(state.order_id, [node.node_id for node in state.node_states])
+
+
+def adopted(path: str, route: Route, map_id: str, state: State) -> OrderPlan | None:
+    """Return the order of an AGV that leads along a path; None if its order leads elsewhere.
+
+    Parameters
+    ----------
+    path : str
+        Id of the path.
+    route : Route
+        Route of that path, the same as before the restart.
+    map_id : str
+        Map, as the AGV names it.
+    state : State
+        Newest state of the AGV.
+    """
+    key = key_of(path)
+    told = [(node.node_id, node.sequence_id) for node in state.node_states]
+    last = state.last_node_id, state.last_node_sequence_id
+    known = [(index, sequence) for name, sequence in (*told, last) if (index := index_of(key, name)) is not None]
+    if not state.order_id or not known:
+        return None
+    index, sequence = known[0]
+    first = sequence - 2 * index
+    if first < 0 or first % 2:
+        return None
+    prefix = [_planned(node) for node in state.node_states if node.sequence_id <= first]
+    nodes = prefix + route_nodes(key, route, first)[1:] if prefix else route_nodes(key, route, first)
+    plan = OrderPlan(state.order_id, path, route, map_id, nodes, before=last)
+    if not _agrees(plan, told):
+        return None
+    _take_state(plan, state)
+    return plan
+
+
+def _take_state(plan: OrderPlan, state: State) -> None:
+    last = plan.node(state.last_node_sequence_id)
+    plan.reached = last.sequence if last is not None and last.id == state.last_node_id else None
+    released = [node.sequence_id for node in state.node_states if node.released]
+    plan.released = max(released, default=state.last_node_sequence_id)
+    plan.update_id, plan.is_sent, plan.accepted = state.order_update_id, True, True
+
+
+def _planned(node: NodeState) -> PlannedNode:
+    position = node.node_position
+    return PlannedNode(node.node_id, node.sequence_id, None if position is None else (position.x, position.y))
+
+
+def _agrees(plan: OrderPlan, told: list[tuple[str, int]]) -> bool:
+    """Return whether the sequence ids have no gap, and all nodes that the AGV names are in the order."""
+    if any(b.sequence - a.sequence != 2 for a, b in pairwise(plan.nodes)):
+        return False
+    return all((node := plan.node(sequence)) is not None and node.id == name for name, sequence in told)
+
+
+# -- cancellation of an order by the instant action ``cancelOrder`` ----------------------------------------------------
+
+SILENT = 3.0
+"""Time after which an AGV without an order has cancelled it, although it says nothing of the action [s]."""
+
+
+class Cancelling:
+    """Cancellation in progress, if there is one.
+
+    Attributes
+    ----------
+    since : float
+        Time of the last message [s].
+    """
+
+    def __init__(self) -> None:
+        self.since = 0.0
+        self._action = ""
+        self._tries = 0
+
+    @property
+    def active(self) -> bool:
+        """True while an order is to be cancelled."""
+        return bool(self._action)
+
+    def begin(self, now: float) -> SendActions:
+        """Return the message that cancels the order."""
+        self._tries = 0
+        return self._send(now)
+
+    def again(self, now: float) -> SendActions | None:
+        """Return the message once more; None if it was sent often enough, which ends the cancellation."""
+        if self._tries >= TRIES:
+            self._action = ""
+            return None
+        return self._send(now)
+
+    def is_done(self, state: State, now: float, *, idle: bool) -> bool:
+        """Return whether the AGV has cancelled its order, or has none; this ends the cancellation."""
+        states = (*state.instant_action_states, *state.action_states)
+        status = next((one.action_status for one in states if one.action_id == self._action), None)
+        answered = status in ENDED or (status is None and now - self.since > SILENT)
+        done = idle and not state.driving and answered
+        if done:
+            self._action = ""
+        return done
+
+    def _send(self, now: float) -> SendActions:
+        self._tries += 1
+        self.since = now
+        message = instant_action("cancelOrder", now)
+        self._action = message.actions[0].action_id
+        return SendActions(message)
+
+
+# -- contradictions between an order and the state that an AGV reports, in words ---------------------------------------
+
+MARGIN = 1.5
+"""Factor on the top speed up to which a distance between two nodes is believed."""
+
+SLACK = 2.0
+"""Distance that is always believed [m]: clocks and networks are not exact."""
+
+
+def contradiction(plan: OrderPlan, state: State, now: float, settings: Settings) -> str:
+    """Return the first contradiction of a state to the order that it names; empty if there is none.
+
+    Parameters
+    ----------
+    plan : OrderPlan
+        Order as it was sent.
+    state : State
+        State with the order's id.
+    now : float
+        Time of the state [s].
+    settings : Settings
+    """
+    return _numbers(plan, state) or _nodes(plan, state) or _last_node(plan, state, now, settings)
+
+
+def _numbers(plan: OrderPlan, state: State) -> str:
+    if state.order_update_id <= plan.update_id:
+        return ""
+    return f"it names update {state.order_update_id} of its order, whose newest is {plan.update_id}"
+
+
+def _nodes(plan: OrderPlan, state: State) -> str:
+    for told in state.node_states:
+        node = plan.node(told.sequence_id)
+        if node is None or node.id != told.node_id:
+            return f"it is to reach node {told.node_id[:60]!r} ({told.sequence_id}), which its order does not have"
+        if told.released and node.sequence > plan.released:
+            return f"it counts node {told.node_id[:60]!r} ({told.sequence_id}) as released, which it is not"
+    return ""
+
+
+def _last_node(plan: OrderPlan, state: State, now: float, settings: Settings) -> str:
+    name, sequence = state.last_node_id, state.last_node_sequence_id
+    if plan.reached is None and (not name or (name, sequence) == plan.before):
+        return ""
+    node, words = plan.node(sequence), f"node {name[:60]!r} ({sequence})"
+    if node is None or node.id != name:
+        return f"the last node that it reached is {words}, which its order does not have"
+    if plan.reached is not None and sequence < plan.reached:
+        return f"it went back to {words} after it had reached {plan.reached}"
+    if sequence > plan.released:
+        return f"it reached {words}, beyond the end of its base ({plan.released})"
+    seconds = now - plan.reached_at
+    far = plan.between(plan.position(plan.reached), plan.position(sequence))
+    if far > MARGIN * settings.top_speed * seconds + SLACK:
+        return f"it jumped {far:.1f} m along its route to {words} in {seconds:.1f} s"
+    return _far_from_node(node.place, state, words, settings) if node is plan.last else ""
+
+
+def _far_from_node(place: tuple[float, float] | None, state: State, words: str, settings: Settings) -> str:
+    """Return a contradiction of an AGV that says to be at its last node, with no node left, and is elsewhere."""
+    position = state.mobile_robot_position
+    if place is None or position is None or not position.localized or state.node_states:
+        return ""
+    far = math.hypot(position.x - place[0], position.y - place[1])
+    limit = settings.end_deviation + 0.5
+    return f"it says that it reached {words}, but is {far:.2f} m away from it" if far > limit else ""
+
+
+def distance_off(plan: OrderPlan, state: State) -> float:
+    """Return the distance of an AGV from the edge that it drives on, by its own position [m]; 0 if that is unknown.
+
+    Edges next to it count as well, since the node between may be reached any moment.
+    """
+    position = state.mobile_robot_position
+    if position is None or not position.localized or position.map_id != plan.map_id:
+        return 0.0
+    at = plan.position(plan.reached)
+    places = [node.place for node in plan.nodes[max(at - 1, 0) : at + 3] if node.place is not None]
+    return min((_apart(begin, end, position) for begin, end in pairwise(places)), default=0.0)
+
+
+def _apart(begin: tuple[float, float], end: tuple[float, float], position: Position) -> float:
+    """Return the distance of a position from an edge [m]: for one, numpy takes five times as long."""
+    along_x, along_y = end[0] - begin[0], end[1] - begin[1]
+    x, y = position.x - begin[0], position.y - begin[1]
+    part = min(max((x * along_x + y * along_y) / max(along_x**2 + along_y**2, 1e-12), 0.0), 1.0)
+    return math.hypot(x - part * along_x, y - part * along_y)
+
+
+# -- the master control: paths and reports of an AGV in, instructions out ----------------------------------------------
 
 PROGRESS_PERIOD = 1.0
 """Period of progress while nothing changes [s]."""

@@ -1,14 +1,43 @@
-"""Order as it was sent so far: its nodes, which of them are released, and how it grows."""
+"""Order as it was sent so far: its identifiers, its nodes, which of them are released, and how it grows."""
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from hashlib import blake2b
 from itertools import pairwise
 
-from ppaas.wire.vda5050.master.identifiers import key_of, node_id
 from ppaas.wire.vda5050.master.route import Route
 from ppaas.wire.vda5050.master.settings import Settings
 from ppaas.wire.vda5050.orders import Deviation, Edge, Node, NodePosition, Order
+
+# -- identifiers of orders and nodes -----------------------------------------------------------------------------------
+
+_KEY = re.compile(r"(?P<key>[0-9a-f]{16})(-(?P<index>\d{1,6}))?")
+
+
+def key_of(path: str) -> str:
+    """Return the key of a path: 16 hexadecimal digits."""
+    return blake2b(path.encode(), digest_size=8).hexdigest()
+
+
+def node_id(key: str, index: int) -> str:
+    """Return the id of the node at a corner of the route of a path."""
+    return f"{key}-{index}"
+
+
+def index_of(key: str, node: str) -> int | None:
+    """Return the corner of a node of a path; None for a node of another path."""
+    found = _KEY.fullmatch(node)
+    return int(found["index"]) if found and found["index"] and found["key"] == key else None
+
+
+def is_ours(order: str, nodes: list[str]) -> bool:
+    """Return whether an order and its nodes have identifiers as this module makes them."""
+    return bool(_KEY.fullmatch(order)) and all(_KEY.fullmatch(node) for node in nodes)
+
+
+# -- order as it was sent so far ---------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,9 +11,14 @@ from hashlib import blake2b
 
 import msgspec
 
-from ppaas.wire.vda5050.master.instant_actions import instant_action
-from ppaas.wire.vda5050.master.instructions import Complaint, Instruction, SendActions, SendZones
-from ppaas.wire.vda5050.master.reports import errors_in_words
+from ppaas.wire.vda5050.master.instructions import (
+    Complaint,
+    Instruction,
+    SendActions,
+    SendZones,
+    errors_in_words,
+    instant_action,
+)
 from ppaas.wire.vda5050.master.settings import TRIES
 from ppaas.wire.vda5050.states import State
 from ppaas.wire.vda5050.zones import Zone, Zones, ZoneSet

@@ -10,7 +10,7 @@ import pytest
 import ppaas.nodes
 from engine.container.executor import NodeExecutor
 from ppaas.clone.assembly import DEPTH_CAMERA, build_clone
-from ppaas.clone.follow_path import FOLLOW_PATH
+from ppaas.clone.driving import FOLLOW_PATH
 from ppaas.clone.people_coordination import build_coordinator
 from ppaas.clone.planning_container import build_planning
 from ppaas.clone.traffic import build_traffic
@@ -28,7 +28,7 @@ from ppaas.nodes.base import Node, Payload
 from ppaas.nodes.diagnostics.node import DiagnosticsNode
 from ppaas.nodes.graph import Graph
 from ppaas.nodes.recorder.node import RecorderNode
-from ppaas.people.nodes import FOLLOW_PERSON, LEG_DETECTOR, TORSO_DETECTOR
+from ppaas.people.names import FOLLOW_PERSON, LEG_DETECTOR, TORSO_DETECTOR
 from ppaas.people.settings import PeopleSettings
 from ppaas.traffic.taking_part import TRAFFIC
 from tests.support.waiting import patience

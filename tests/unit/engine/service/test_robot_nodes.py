@@ -8,7 +8,7 @@ from engine.service.robot_nodes import RobotNodes
 from ppaas.diagnosis.observations.facts import LinkFacts, Observations
 from ppaas.errors import Conflict, NotFound, Unavailable
 from ppaas.messages import encode
-from ppaas.messages.health.observe import ObserveResponse
+from ppaas.messages.health.watching import ObserveResponse
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
 from ppaas.messages.ppaas_msgs import NodeHome, NodeHomes
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse, UseJointMapRequest, UseJointMapResponse

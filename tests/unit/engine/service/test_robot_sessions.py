@@ -18,7 +18,7 @@ from engine.service.robot_sessions import RobotSessions
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.containers import MapVersion, RobotConfig
 from ppaas.errors import Conflict, Idle, InvalidParameter, NotFound, NotPermitted, QuotaExceeded, Unavailable
-from ppaas.nodes.follow_path.path_follower import PathFollower
+from ppaas.nodes.follow_path.node import PathFollower
 from ppaas.nodes.tf.urdf_text import UrdfText
 from ppaas.robot_model.describe import describe
 from storage.memory.maps import MemoryMapStore

@@ -7,7 +7,7 @@ import pytest
 
 from engine.protocols import robot_link
 from engine.protocols.refusals import Refusal
-from ppaas.wire.cancel_goal import UNKNOWN_GOAL_ID
+from ppaas.wire.actions import UNKNOWN_GOAL_ID
 from tests.support.endpoints.still_place import POSE, StillClient, StillPlace, answers
 
 GOAL = {

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from ppaas.clock import ManualClock
-from ppaas.clone.body_planners import planner_of
-from ppaas.clone.outline_planning import SHORTER, Outline
+from ppaas.clone.outline_planning import SHORTER, Outline, planner_of
 from ppaas.clone.robot_body import robot_body
 from ppaas.costmap import narrow_passages
 from ppaas.costmap.build_layers import build_layers

@@ -6,7 +6,7 @@ import math
 import pytest
 
 from ppaas.clone.assembly import build_clone
-from ppaas.clone.body_planners import planner_of
+from ppaas.clone.outline_planning import planner_of
 from ppaas.clone.robot_body import robot_body, robot_heights
 from ppaas.costmap.build_layers import build_layers
 from ppaas.errors import InvalidParameter, NotFound

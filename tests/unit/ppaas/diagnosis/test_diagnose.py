@@ -1,17 +1,17 @@
-"""The whole diagnosis: rules over observations, whatever a robot sends."""
+"""Diagnosis: findings by how bad they are, and their words."""
 
 import msgspec
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.costmap.build_layers import build_layers
 from ppaas.diagnosis.diagnose import diagnose
-from ppaas.diagnosis.observations.facts import LinkFacts, TopicFacts
+from ppaas.diagnosis.observations.facts import LinkFacts, TopicFacts, observations_from_json, observations_to_json
+from ppaas.diagnosis.observations.place import WatchedRobot
 from ppaas.diagnosis.observations.recorder import HEARD, Recorder
-from ppaas.diagnosis.observations.serialization import observations_from_json, observations_to_json
-from ppaas.diagnosis.observations.watched_robot import WatchedRobot
-from ppaas.diagnosis.rules.finding import LEVELS
+from ppaas.diagnosis.rules.finding import LEVELS, capital, count, hertz, names, nearest, percent, seconds, size
 from ppaas.messages.base.message import Message
 from tests.support.world.diagnosed_robot import LINK, healthy, kinds
 from tests.support.world.planar_world import walled_map
@@ -80,3 +80,19 @@ def test_worst_findings_come_first_and_notes_last() -> None:
 
 def test_robot_that_is_not_connected_is_not_judged_further() -> None:
     assert kinds(diagnose(healthy(topics=[], link=LinkFacts()))) == ["robot-not-connected"]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (seconds(0.42), "0.4 s"), (seconds(200.0), "3 min"), (seconds(9e3), "2 h"),
+        (seconds(3e5), "3 days"), (size(800), "800 bytes"), (size(12e3), "12 kB"),
+        (size(1.44e6), "1.4 MB"), (hertz(10.02), "10 Hz"), (hertz(0.4), "0.4 Hz"),
+        (percent(0.256), "26 %"), (count(1, "message"), "1 message"), (count(3, "time"), "3 times"),
+        (names([]), "none"), (names("abcdefghijklmn"), "a, b, c, d, e, f, g, h, i, j, k, l and 2 more"),
+        (capital("it is"), "It is."), (nearest("lasr", ["laser", "odom"]), "laser"),
+        (nearest("zzz", ["laser", "odom"]), ""), (nearest("laser", ["r1/laser"]), "r1/laser"),
+    ],
+)  # fmt: skip
+def test_values_are_put_in_words(text: str, expected: str) -> None:
+    assert text == expected

@@ -25,8 +25,7 @@ from ppaas.navigation.events import (
     RecoveryStepped,
     VelocityComputed,
 )
-from ppaas.navigation.move_base import State
-from ppaas.navigation.orders import (
+from ppaas.navigation.move_base import (
     CancelPlan,
     ComputeVelocity,
     FollowPlan,
@@ -37,6 +36,7 @@ from ppaas.navigation.orders import (
     Recover,
     RequestPlan,
     SendVelocity,
+    State,
     Stop,
 )
 from ppaas.navigation.parameters import MoveBaseParameters, RecoveryBehavior

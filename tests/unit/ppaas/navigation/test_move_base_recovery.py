@@ -1,5 +1,7 @@
 """Transitions of Move Base: control, recovery, and an unknown pose."""
 
+import pytest
+
 from ppaas.controllers.base import Velocity
 from ppaas.geometry import Pose2D
 from ppaas.messages.actionlib_msgs import Status
@@ -11,16 +13,18 @@ from ppaas.navigation.events import (
     RecoveryStepped,
     VelocityComputed,
 )
-from ppaas.navigation.move_base import State
-from ppaas.navigation.orders import (
+from ppaas.navigation.move_base import (
     ComputeVelocity,
+    Oscillation,
     PublishResult,
     PublishStatus,
     Recover,
     RequestPlan,
     SendVelocity,
+    State,
     Stop,
 )
+from ppaas.navigation.parameters import MoveBaseParameters, RecoveryBehavior, recovery_behaviors, recovery_defaults
 from tests.support.world.move_base_driver import PLAN, Driver
 
 # -- control -----------------------------------------------------------------------------------------------------------
@@ -324,3 +328,58 @@ def test_robot_continues_when_the_pose_is_known_again():
     driver.tick()
     assert driver.of(ComputeVelocity)
     assert driver.text == "controlling: the plan was computed"
+
+
+def test_the_first_place_counts_as_left():
+    watch = Oscillation(0.5, 10.0)
+    assert watch.has_left(0.0, Pose2D(0, 0, 0))
+    assert not watch.has_left(1.0, Pose2D(0.4, 0, 0))
+
+
+def test_distance_is_measured_from_the_last_place_left():
+    watch = Oscillation(0.5, 10.0)
+    watch.has_left(0.0, Pose2D(0, 0, 0))
+    assert not watch.has_left(1.0, Pose2D(0.3, 0, 0))
+    assert watch.has_left(2.0, Pose2D(0.6, 0, 0))
+
+
+def test_turning_does_not_count_as_leaving():
+    watch = Oscillation(0.5, 10.0)
+    watch.has_left(0.0, Pose2D(0, 0, 0))
+    assert not watch.has_left(1.0, Pose2D(0, 0, 3))
+
+
+def test_timeout_applies_only_if_positive():
+    watch, never = Oscillation(0.5, 10.0), Oscillation(0.5, 0.0)
+    for each in (watch, never):
+        each.has_left(0.0, Pose2D(0, 0, 0))
+    assert not watch.timed_out(10.0)
+    assert watch.timed_out(10.1)
+    assert not never.timed_out(1e9)
+    watch.reset(10.0)
+    assert not watch.timed_out(20.0)
+
+
+OWN = (RecoveryBehavior("back", "back_up"), RecoveryBehavior("rest", "wait"))
+
+
+@pytest.mark.parametrize(
+    ("parameters", "names"),
+    [
+        ({}, ["conservative_reset", "rotate_recovery", "aggressive_reset", "rotate_recovery"]),
+        ({"clearing_rotation_allowed": False}, ["conservative_reset", "aggressive_reset"]),
+        ({"recovery_behavior_enabled": False}, []),
+        ({"recovery_behaviors": OWN}, ["back", "rest"]),
+        ({"recovery_behaviors": OWN, "clearing_rotation_allowed": False}, ["back", "rest"]),
+        ({"recovery_behaviors": OWN, "recovery_behavior_enabled": False}, []),
+        ({"recovery_behaviors": ()}, []),
+    ],
+)
+def test_recovery_behaviors_are_the_given_ones_or_move_base_defaults(parameters, names):
+    assert [each.name for each in recovery_behaviors(MoveBaseParameters(**parameters))] == names
+
+
+def test_move_base_presets_only_its_own_behaviours():
+    own = recovery_defaults(MoveBaseParameters(conservative_reset_dist=2.0))
+    assert own == {"conservative_reset": {"reset_distance": 2.0}, "aggressive_reset": {"reset_distance": 0.0}}
+    assert recovery_defaults(MoveBaseParameters(recovery_behaviors=OWN)) == {}

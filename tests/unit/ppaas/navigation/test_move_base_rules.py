@@ -8,7 +8,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 from ppaas.controllers.base import Velocity
 from ppaas.errors import NoValidPath
 from ppaas.geometry import Pose2D
-from ppaas.navigation import events, orders
+from ppaas.navigation import events, move_base
 from ppaas.navigation.move_base import MoveBase, State
 from ppaas.navigation.parameters import MoveBaseParameters
 
@@ -46,26 +46,26 @@ class Rules(RuleBasedStateMachine):
         known = {state.goal.id for state in self.machine.goals.states(self.now)}
         for order in self.machine.handle(event):
             match order:
-                case orders.PublishResult():
+                case move_base.PublishResult():
                     self.ended += 1
                     assert order.status.terminal
-                case orders.PublishGoal():
+                case move_base.PublishGoal():
                     assert order.goal.id not in known
                     self.accepted += 1
-                case orders.RequestPlan():
+                case move_base.RequestPlan():
                     assert not self.plans, "a plan is requested while another is being computed"
                     self.plans.append(order.number)
-                case orders.CancelPlan():
+                case move_base.CancelPlan():
                     assert order.number in self.plans
                     self.plans.remove(order.number)
-                case orders.Recover():
+                case move_base.Recover():
                     assert order.begin == (order.index != self.recovering), "a run begins once"
                     assert not self.plans
                     self.recovering = order.index
-                case orders.SendVelocity():
+                case move_base.SendVelocity():
                     assert self.machine.goals.active is not None
                     self.moving = any(order.velocity)
-                case orders.Stop():
+                case move_base.Stop():
                     self.moving = False
         if self.machine.state is not State.CLEARING:
             self.recovering = None

@@ -4,6 +4,7 @@ import msgspec
 import pytest
 
 from ppaas.errors import InvalidInput
+from ppaas.people.names import hears_coordinator, tracks_people
 from ppaas.people.settings import PeopleSettings, Zone, settings_of
 
 SQUARE = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)]
@@ -39,3 +40,13 @@ def test_invalid_settings_are_refused_with_a_reason(text: str, words: str) -> No
 def test_corners_must_be_finite() -> None:
     with pytest.raises(InvalidInput, match="must be finite"):
         PeopleSettings(zones=[Zone("a", [*SQUARE, (float("nan"), 0.0)])])
+
+
+@pytest.mark.parametrize("name", ["torso_detector", "leg_detector", "people_tracker"])
+def test_a_robot_with_a_detector_or_a_tracker_tracks_people(name: str) -> None:
+    assert tracks_people({name: {}}) and hears_coordinator({name: {}})
+
+
+def test_a_robot_that_only_follows_hears_the_coordinator() -> None:
+    assert hears_coordinator({"follow_person": {}}) and not tracks_people({"follow_person": {}})
+    assert not hears_coordinator({"amcl": {}})

@@ -1,4 +1,4 @@
-"""MCAP files: written, read back by us and by the libraries of others, cut off, damaged and hostile."""
+"""MCAP files: written, copied, read, and refused where they are hostile."""
 
 import struct
 from io import BytesIO
@@ -6,22 +6,25 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 from rosbags.highlevel import AnyReader
 
-from ppaas.errors import InvalidInput, MalformedMessage, MessageTooLarge
+from ppaas import distribution
+from ppaas.errors import InvalidInput, InvalidParameter, MalformedMessage, MessageTooLarge, Unavailable
 from ppaas.messages import decode
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.messages.tf2_web_republisher import TFSubscriptionActionGoal, TFSubscriptionGoal
 from ppaas.recording import reader as reading
 from ppaas.recording.batches import Entry
-from ppaas.recording.copying import McapCopy
-from ppaas.recording.decoding import McapDecoder, decoded
-from ppaas.recording.reader import MAGIC, McapReader
-from ppaas.recording.writer import McapFile, encoded
+from ppaas.recording.mcap_library import mcap_modules
+from ppaas.recording.parameters import checked_globs, recorder_parameters, selects
+from ppaas.recording.reader import MAGIC, McapDecoder, McapReader, decoded
+from ppaas.recording.writer import McapCopy, McapFile, encoded
+from ppaas.wire.ros import ros_types
+from tests.support.fuzzing import EXAMPLES
 from tests.support.recordings.entries import ABOUT, START, entry, mcap, read, scan, text, twist
 
 DRIVE = (
@@ -225,3 +228,103 @@ def _overhead() -> int:
     """Return the size of the channel and the head of the message in the chunk of `_written`."""
     channel = 9 + 2 + 2 + (4 + 2) + (4 + 4) + 4
     return channel + 9 + 22
+
+
+def test_the_writer_and_its_records_are_returned() -> None:
+    writer, records = mcap_modules()
+    assert (writer.__name__, records.__name__) == ("mcap.writer", "mcap.records")
+
+
+def test_a_library_that_cannot_flush_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    version = distribution.version
+    monkeypatch.setattr(distribution, "version", lambda name: "1.4.0" if name == "mcap" else version(name))
+    with pytest.raises(Unavailable, match=r"mcap 1\.4\.0 \(needed: >=1\.5\)"):
+        mcap_modules()
+
+
+def plain(data: bytes) -> bytes:
+    """Return a file without compression and checksums, so that changes reach the records and the messages."""
+    stream = BytesIO()
+    writer: Any = Writer(stream, compression=CompressionType.NONE, enable_crcs=False)
+    writer.start()
+    for message in read(data)[1]:
+        of = message.channel
+        schema = writer.register_schema(of.type, of.schema_encoding, of.definition)
+        channel = writer.register_channel(of.topic, of.encoding, schema, of.metadata)
+        writer.add_message(channel, message.log_time, message.data, message.publish_time)
+    writer.finish()
+    return stream.getvalue()
+
+
+def of_ros_1() -> bytes:
+    """Return a file of ROS 1, likewise."""
+    types, stream = ros_types("noetic"), BytesIO()
+    writer: Any = Writer(stream, compression=CompressionType.NONE, use_chunking=False)
+    writer.start(profile="ros1")
+    for kind in ("sensor_msgs/LaserScan", "tf2_msgs/TFMessage"):
+        schema = writer.register_schema(kind, "ros1msg", types.definition(kind).encode())
+        channel = writer.register_channel("/a", "ros1", schema)
+        writer.add_message(channel, 1, types.encode(kind, {}), 1)
+    writer.finish()
+    return stream.getvalue()
+
+
+FILES = (mcap(*DRIVE), plain(mcap(*DRIVE)), of_ros_1(), mcap(*DRIVE, finish=False))
+CHANGES = st.lists(st.tuples(st.floats(0.0, 1.0, exclude_max=True), st.binary(min_size=1, max_size=9)), max_size=4)
+
+
+@settings(max_examples=EXAMPLES)
+@given(st.sampled_from(FILES), CHANGES, st.floats(0.0, 1.0))
+def test_hostile_bytes_are_read_or_refused(file: bytes, changes: list[tuple[float, bytes]], kept: float) -> None:
+    data = bytearray(file)
+    for place, patch in changes:
+        at = int(place * len(data))
+        data[at : at + len(patch)] = patch
+    data = data[: len(data) if kept > 0.5 else int(2.0 * kept * len(data))]
+    decoder = McapDecoder()
+    try:
+        for message in McapReader(BytesIO(data)).messages():
+            decoder.json(message)
+    except InvalidInput as error:
+        assert str(error)
+    output = BytesIO()
+    copied = McapCopy(output, lambda _: True).copy([BytesIO(data)])
+    assert len(read(output.getvalue())[1]) == copied.messages  # what is copied is a good file
+
+
+def test_defaults_record_nothing() -> None:
+    assert recorder_parameters({}).ring_seconds == 0.0
+    assert recorder_parameters({"ring_minutes": 5}).ring_seconds == 300.0
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"ring_minutes": -1},
+        {"ring_minutes": 61},
+        {"max_mb": 0},
+        {"max_mb": 513},
+        {"topics": []},
+        {"topics": ["a b"]},
+        {"topics": ["x"] * 65},
+        {"rings": 1},
+        [],
+    ],
+)
+def test_invalid_parameters_are_refused(given: object) -> None:
+    with pytest.raises(InvalidParameter, match="known: max_mb, ring_minutes, topics"):
+        recorder_parameters(given)
+
+
+def test_star_leaves_heavy_topics_out() -> None:
+    assert selects(("*",), "scan")
+    assert not selects(("*",), "camera/depth/image_raw")
+    assert selects(("*", "camera/depth/*"), "camera/depth/image_raw")
+    assert selects(("octomap_full",), "octomap_full")
+    assert not selects(("scan",), "odom")
+
+
+def test_globs_may_have_a_leading_slash() -> None:
+    assert checked_globs(("/scan", "tf*")) == ("scan", "tf*")
+    with pytest.raises(InvalidParameter, match="topics to record"):
+        checked_globs(())

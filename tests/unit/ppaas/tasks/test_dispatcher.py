@@ -2,8 +2,7 @@
 
 import pytest
 
-from ppaas.tasks.dispatcher import GONE_AFTER, MOST_FAILURES, REST, Dispatcher
-from ppaas.tasks.orders import Cancel, Order, RobotNow, Send, Store
+from ppaas.tasks.dispatcher import GONE_AFTER, MOST_FAILURES, REST, Cancel, Dispatcher, Order, RobotNow, Send, Store
 from ppaas.tasks.records import Place, Task
 
 A, B, C = (0.0, 0.0, 0.0), (10.0, 0.0, 0.0), (20.0, 0.0, 0.0)

@@ -6,8 +6,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
-from ppaas.tasks.dispatcher import GONE_AFTER, REST, Dispatcher
-from ppaas.tasks.orders import Cancel, Order, RobotNow, Send
+from ppaas.tasks.dispatcher import GONE_AFTER, REST, Cancel, Dispatcher, Order, RobotNow, Send
 from ppaas.tasks.records import Task
 from tests.support.budget import examples
 

@@ -7,8 +7,7 @@ import pytest
 from ppaas.geometry import Pose2D
 from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.fleet.traffic import MapPoint, TrafficGrants
-from ppaas.traffic.granted_way import GrantedWay
-from ppaas.traffic.leg_path import path_along
+from ppaas.traffic.granted_way import GrantedWay, path_along
 
 START = Pose2D(0.0, 0.0)
 

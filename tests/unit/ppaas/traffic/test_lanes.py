@@ -11,9 +11,8 @@ from benchmarks.fleet.stand_ins.simulation import Simulation
 from ppaas.errors import InvalidInput
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.polygons import distances_to_edges
-from ppaas.traffic.coordinator import Coordinator
+from ppaas.traffic.coordinator import Coordinator, state_of
 from ppaas.traffic.settings import TrafficParameters
-from ppaas.traffic.state import state_of
 from ppaas.zones.shapes import LineString
 from ppaas.zones.zone import Lane, Zone
 from tests.support.fleet.lanes import SITE, SPACING, hall, line

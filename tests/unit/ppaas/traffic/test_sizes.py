@@ -1,5 +1,6 @@
 """Robots of several sizes in one traffic: small ones use lanes in which large ones have no room."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -12,6 +13,7 @@ from benchmarks.fleet.stand_ins.robot import StandIn
 from benchmarks.fleet.stand_ins.simulation import Simulation, roadmap_of
 from ppaas.fleet.metric_roadmap import MetricRoadmap
 from ppaas.traffic.coordinator import Coordinator
+from ppaas.traffic.room_in_cells import beside, nearest_in_cell
 from ppaas.traffic.settings import TrafficParameters
 from ppaas.traffic.sizes import with_size
 from tests.support.budget import examples
@@ -130,3 +132,26 @@ def test_nobody_touches_anybody_and_large_robots_stay_out_of_narrow_lanes(
 )
 def test_three_sizes_are_told_apart(radii: tuple[float, ...], radius: float, expected: tuple[float, ...]) -> None:
     assert with_size(radii, radius) == expected
+
+
+PLACES = st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
+
+
+@given(PLACES, st.floats(0.3, 1.0), st.floats(0.0, 1.2))
+def test_the_place_in_a_cell_is_the_nearest_one(place: tuple[float, float], spacing: float, radius: float) -> None:
+    apart = beside(spacing, radius)
+    x, y = nearest_in_cell(place, (0.5, -0.5), apart)
+    assert max(abs(x - 0.5), abs(y + 0.5)) <= apart + 1e-12
+    if max(abs(place[0] - 0.5), abs(place[1] + 0.5)) <= apart:
+        assert (x, y) == place
+
+
+@given(PLACES, PLACES, st.floats(0.1, 0.4), st.floats(0.0, 0.3))
+def test_two_robots_in_cells_side_by_side_keep_a_margin(
+    one: tuple[float, float], other: tuple[float, float], radius: float, margin: float
+) -> None:
+    spacing = 2.0 * (radius + margin)
+    here, there = [
+        nearest_in_cell(place, (x, 0.0), beside(spacing, radius)) for place, x in ((one, 0.0), (other, spacing))
+    ]
+    assert math.dist(here, there) >= 2.0 * radius + margin - 1e-9

@@ -11,11 +11,10 @@ from benchmarks.fleet.stand_ins.simulation import SPACING, Simulation, roadmap_o
 from ppaas.costmap.moving_obstacles import MovingObstacle
 from ppaas.errors import InvalidInput
 from ppaas.messages.fleet.traffic import MapPoint
-from ppaas.traffic.checkpoint import checkpoint_of
+from ppaas.traffic.coordinator import checkpoint_of
 from ppaas.traffic.granted_way import REACHED, GrantedWay
-from ppaas.traffic.members import Member
-from ppaas.traffic.outsiders import PERSON
-from ppaas.traffic.spurs import SETTLES, Spurs
+from ppaas.traffic.members import PERSON, Member
+from ppaas.traffic.plan_ahead import SETTLES, Spurs
 from ppaas.zones.shapes import Polygon
 from ppaas.zones.zone import NoStop, Zone
 from tests.support.budget import examples

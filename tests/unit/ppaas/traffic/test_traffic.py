@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from benchmarks.fleet.stand_ins.reported_cases import CASES, ReportedCase
 from benchmarks.fleet.stand_ins.simulation import Simulation, roadmap_of
 from ppaas.costmap.moving_obstacles import MovingObstacle
-from ppaas.traffic import checkpoint, coordinator
-from ppaas.traffic.coordinator import Coordinator
-from ppaas.traffic.outsiders import PERSON, ROBOT, Kind
+from ppaas.traffic import coordinator
+from ppaas.traffic.coordinator import Coordinator, checkpoint_of
+from ppaas.traffic.members import PERSON, ROBOT, Kind
 from ppaas.traffic.settings import TrafficParameters
 from tests.support.budget import examples
 
@@ -192,7 +192,7 @@ def test_what_silent_robots_held_by_a_checkpoint_is_held() -> None:
     simulation.run(20.0, again=True)
     coordinator = simulation.coordinator
     assert coordinator is not None
-    state = checkpoint.checkpoint_of(coordinator)
+    state = checkpoint_of(coordinator)
     held = coordinator.members["tb0"].held
     simulation.robots[0].silent = True
     coordinator = simulation.start_node(state=state)
@@ -205,7 +205,7 @@ def test_what_a_robot_may_hold_by_a_checkpoint_is_not_granted_to_it() -> None:
     simulation = fleet(4, 14)
     simulation.run(20.0, again=True)
     assert simulation.coordinator is not None
-    state = checkpoint.checkpoint_of(simulation.coordinator)
+    state = checkpoint_of(simulation.coordinator)
     coordinator = simulation.start_node(state=state)
     sent = [grants for k in range(30) for grants in coordinator.step(simulation.now + 0.1 * k)]
     assert {grants.robot for grants in sent} == {"tb0", "tb1", "tb2", "tb3"}
@@ -220,7 +220,7 @@ def test_a_report_replaces_what_a_robot_may_hold_by_a_checkpoint_before_the_next
     simulation = fleet(4, 14)
     simulation.run(20.0, again=True)
     assert simulation.coordinator is not None
-    state = checkpoint.checkpoint_of(simulation.coordinator)
+    state = checkpoint_of(simulation.coordinator)
     coordinator = simulation.start_node(state=state)
     for robot in simulation.robots:
         coordinator.report(robot.report(simulation.now + 0.1), simulation.now + 0.1)
@@ -236,7 +236,7 @@ def test_a_robot_that_was_taken_out_stays_out_with_the_next_node(silent: bool) -
     simulation.run(20.0, again=True)
     assert simulation.coordinator is not None
     simulation.coordinator.occupancy.take_out("tb0")
-    state = checkpoint.checkpoint_of(simulation.coordinator)
+    state = checkpoint_of(simulation.coordinator)
     simulation.robots[0].silent = silent  # it does not learn of it, and reports what it held
     coordinator = simulation.start_node(state=state)
     simulation.run(0.5)

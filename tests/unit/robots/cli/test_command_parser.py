@@ -1,6 +1,6 @@
 import pytest
 
-from ppaas.bounded_numbers import whole
+from ppaas.bounded import whole
 from robots.cli.command_parser import CommandParser
 
 

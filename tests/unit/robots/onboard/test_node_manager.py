@@ -12,7 +12,7 @@ from ppaas.geometry import Pose2D
 from ppaas.messages import ppaas_msgs
 from ppaas.messages.base.message import Message
 from ppaas.messages.base.std_msgs import Header
-from ppaas.messages.fleet.zones import ZonesOfMap
+from ppaas.messages.fleet.traffic import ZonesOfMap
 from ppaas.messages.geometry_msgs import Pose
 from ppaas.messages.nav_msgs import GetMapResponse, MapMetaData, OccupancyGrid
 from ppaas.zones.reading import geojson_of, zones_of

@@ -14,7 +14,7 @@ from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.ppaas_msgs import TopicMessage
 from ppaas.messages.sensor_msgs import Image
 from ppaas.messages.tf2_msgs import TFMessage
-from ppaas.nodes.message_fingerprint import fingerprint
+from ppaas.nodes.message_checks import fingerprint
 from ppaas.nodes.topics import TOPICS
 from robots.onboard.executor import protocol
 from robots.onboard.node_manager import SENSORS

@@ -3,9 +3,8 @@ import pytest
 
 from benchmarks.people.torso.source import template_source, tree_source
 from benchmarks.people.torso.template_fit import Fitted, Samples, fit
+from ppaas.perception.torso.models import LEAVES, NODES, SHAPE, Trees
 from ppaas.perception.torso.patches import COLUMNS, LOWEST, ROW_HEIGHT, ROWS
-from ppaas.perception.torso.template import SHAPE
-from ppaas.perception.torso.trees import LEAVES, NODES, Trees
 
 
 def samples() -> Samples:

@@ -6,7 +6,7 @@ import pytest
 from endpoints.services.services import Services
 from engine.service.views import PeopleGroupView
 from ppaas.errors import InvalidInput, NotFound, Unavailable
-from ppaas.people.group_names import coordinator_checkpoint
+from ppaas.people.names import coordinator_checkpoint
 from ppaas.people.settings import PeopleSettings
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.people import add_group, person

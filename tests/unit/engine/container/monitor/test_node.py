@@ -31,7 +31,7 @@ from ppaas.messages.ppaas_msgs import (
 )
 from ppaas.nodes.base import Demands, Payload
 from ppaas.nodes.graph import Graph
-from ppaas.nodes.message_fingerprint import fingerprint
+from ppaas.nodes.message_checks import fingerprint
 from ppaas.nodes.topic_bus import Tap
 
 STRONG = TellRobotRequest(8, 3.0, 5.0, 0.3, 100e3, ["driver", "locator"])

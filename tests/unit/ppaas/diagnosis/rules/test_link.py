@@ -1,10 +1,12 @@
-"""Rules on the connection of a robot, its topics, refusals, nodes and reports."""
+"""Rules on the connection, on absent robots and on the cloud."""
 
 import msgspec
 import pytest
 
-from ppaas.diagnosis.observations.facts import LinkFacts, NodeFacts, ReportFacts, ScanFacts, TopicFacts
-from ppaas.diagnosis.rules.link import AGV, link, nodes, refusals, reports
+from ppaas.diagnosis.observations.cloud import CloudFacts, MachineFacts, RobotLine
+from ppaas.diagnosis.observations.facts import AbsenceFacts, LinkFacts, NodeFacts, ReportFacts, ScanFacts, TopicFacts
+from ppaas.diagnosis.rules.cloud import cloud
+from ppaas.diagnosis.rules.link import AGV, absence, link, nodes, refusals, reports
 from tests.support.world.diagnosed_robot import LINK, healthy, kinds, with_topic
 
 
@@ -93,3 +95,67 @@ def test_the_agv_that_a_robot_is_is_shown_in_any_case(level: int, word: str) -> 
     report = ReportFacts(name=f"acme/7{AGV}", level=level, text="in use (connection ONLINE)")
     [finding] = reports(healthy(reports=[report]))
     assert (finding.kind, finding.level, finding.text) == ("agv", word, "AGV acme/7: in use (connection ONLINE).")
+
+
+FREE = {"robot": "tb1", "cores": 1.0, "free": (0.5, 4.0)}
+
+
+@pytest.mark.parametrize(
+    ("changed", "kinds"),
+    [
+        ({}, []),
+        ({"refusal": "conflict: it is connected already", "refused_ago": 3.0}, ["connect-refused"]),
+        ({"map_problem": "unknown map 'office'"}, ["map-unusable"]),
+        ({"quota_problem": "user 'ann' may have 2 containers"}, ["quota"]),
+        ({"free": ()}, ["no-machine"]),
+        ({"free": (0.5,)}, ["no-capacity"]),
+    ],
+)
+def test_what_would_stop_a_robot_from_connecting_is_named(changed: dict[str, object], kinds: list[str]) -> None:
+    found = list(absence(AbsenceFacts(**FREE | changed)))
+    assert [finding.kind for finding in found] == [*kinds, "robot-not-connected"]
+    assert all(finding.level == "error" and finding.advice for finding in found)
+
+
+def test_a_robot_that_is_an_agv_is_looked_for_at_its_bridge() -> None:
+    *_, finding = absence(AbsenceFacts(robot="fork-7", agv="acme/fork-7", free=(4.0,)))
+    assert "which is AGV acme/fork-7" in finding.text
+    assert "ppaas bridge agv" in finding.advice
+
+
+ROBOT = RobotLine(name="tb1", connected=True, level="ok", text="all is well.")
+ROOM = MachineFacts(name="m1", state="ready", capacity=8.0, given=1.0)
+GOOD = {
+    "url": "http://cloud", "round_trip": 0.004, "version": "0.2.0", "own_version": "0.2.0", "user": "ann",
+    "machines": [ROOM], "robots": [ROBOT],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("changed", "kinds"),
+    [
+        ({}, []),
+        ({"problem": "connection refused"}, ["cloud-unreachable"]),
+        ({"round_trip": 0.9}, ["link-slow"]),
+        ({"version": "0.1.0"}, ["versions-differ"]),
+        ({"ahead": -30.0}, ["clock-skew"]),
+        ({"token_problem": "it expired", "user": "", "robots": []}, ["token"]),
+        ({"away": {"map store": "timed out"}}, ["store-away"]),
+        ({"disk": "it is full"}, ["disk"]),
+        ({"plans_waiting": 4}, ["plans-waiting"]),
+        ({"machines": []}, ["no-machine"]),
+        ({"machines": None}, []),
+        ({"machines": [MachineFacts(name="m1", state="draining", capacity=8.0, given=0.0)]}, ["no-machine"]),
+        ({"machines": [MachineFacts(name="m1", state="ready", capacity=8.0, given=8.0)]}, ["no-capacity"]),
+        ({"robots": []}, ["no-robots"]),
+        ({"robots": [RobotLine(name="tb2", connected=True, level="error", text="No scan.")]}, ["robot"]),
+    ],
+)
+def test_each_fault_of_a_cloud_is_found(changed: dict[str, object], kinds: list[str]) -> None:
+    found = cloud(CloudFacts(**GOOD | changed))
+    assert [finding.kind for finding in found if finding.level != "ok"] == kinds
+
+
+def test_well_robots_have_one_line_each() -> None:
+    texts = [finding.text for finding in cloud(CloudFacts(**GOOD)) if finding.kind == "robot"]
+    assert texts == ["Robot 'tb1': all is well."]

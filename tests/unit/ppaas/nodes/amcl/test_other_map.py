@@ -10,6 +10,7 @@ from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.messages.base.message import Empty
 from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped
+from ppaas.nodes.amcl.continuity import FASTEST, LONGEST_GAP, SLACK, has_driven
 from tests.support.world.closed_loop import ClosedLoop
 from tests.support.world.planar_world import World, error_of, walled_map
 
@@ -67,3 +68,18 @@ def test_a_lost_robot_is_found_on_the_new_map(driving: ClosedLoop) -> None:
         driving.step()
     assert driving.told is not None
     assert error_of(driving.told, driving.world.pose)[0] < 0.1
+
+
+@pytest.mark.parametrize(
+    ("metres", "seconds", "expected"),
+    [
+        (LONGEST_GAP, None, True),
+        (LONGEST_GAP, 0.0, True),
+        (LONGEST_GAP + 0.1, None, False),
+        (LONGEST_GAP + 0.1, -60.0, False),
+        (SLACK + 20.0 * FASTEST, 20.0, True),
+        (SLACK + 20.0 * FASTEST + 0.1, 20.0, False),
+    ],
+)
+def test_a_robot_has_driven_as_far_as_it_can_in_the_time(metres, seconds, expected):
+    assert has_driven(metres, seconds) == expected

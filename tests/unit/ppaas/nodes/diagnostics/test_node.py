@@ -6,7 +6,7 @@ from collections.abc import Callable
 import pytest
 
 from ppaas.costmap.build_layers import build_layers
-from ppaas.diagnosis.observations.watched_robot import WatchedRobot
+from ppaas.diagnosis.observations.place import WatchedRobot
 from ppaas.diagnosis.rules.place import place
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
@@ -14,7 +14,7 @@ from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, S
 from ppaas.messages.base.std_msgs import Header, String, Time
 from ppaas.messages.geometry_msgs import Pose, PoseWithCovariance, PoseWithCovarianceStamped, Twist, Vector3
 from ppaas.messages.health.diagnostic_msgs import DiagnosticArray, DiagnosticStatus
-from ppaas.messages.health.observe import ObserveRequest
+from ppaas.messages.health.watching import ObserveRequest
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.diagnostics.node import IDLE, MOST_REPORTS
 from ppaas.transforms.planar import transform_message

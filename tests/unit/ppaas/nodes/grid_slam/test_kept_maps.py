@@ -5,7 +5,7 @@ import base64
 import numpy as np
 import pytest
 
-from ppaas.change_log import LogEntry
+from ppaas.change_log import LogChange, LogEntry
 from ppaas.errors import InvalidGraph, InvalidInput, InvalidParameter, NotFound, TransformError, Unavailable
 from ppaas.geometry import Pose2D
 from ppaas.mapping.serialization.mapping_file import unpack_mapping
@@ -22,7 +22,7 @@ from ppaas.messages.slam_toolbox import (
     SerializePoseGraphRequest,
 )
 from ppaas.nodes import file_pages
-from ppaas.nodes.grid_slam import times_log
+from ppaas.nodes.grid_slam import logbook
 from ppaas.nodes.grid_slam.parameters import GridSlamParameters
 from ppaas.nodes.grid_slam.posegraph_services import PoseGraphStore
 from ppaas.nodes.jobs import run_inline
@@ -145,7 +145,7 @@ def all_anew(kept):
 
 
 def test_times_of_key_frames_are_few_entries(monkeypatch):
-    monkeypatch.setattr(times_log, "FOLD", 3)
+    monkeypatch.setattr(logbook, "FOLD", 3)
     robot, kept = MappingRobot(ring_drive()), Kept()
     for _ in range(30):
         robot.step()
@@ -407,3 +407,46 @@ def test_a_map_that_cannot_be_loaded_is_an_error_at_the_start():
 def test_parameters_that_contradict_each_other_are_refused(given):
     with pytest.raises(InvalidParameter):
         GridSlamParameters(**given)
+
+
+STEPS = 30
+
+
+def applied(log: dict[int, bytes], change: LogChange | None) -> dict[int, bytes]:
+    """Return a stored log after a change."""
+    if change is None:
+        return log
+    return {number: data for number, data in (log | dict(change.entries)).items() if number not in change.obsolete}
+
+
+def moved(robot, log):
+    """Return a robot whose node continues the map of another's."""
+    another = MappingRobot(ring_drive())
+    state = robot.node.checkpoint()
+    another.node.restore(state)
+    another.node.restore_log([LogEntry(*entry) for entry in sorted(log.items())])
+    another.next = robot.next
+    return another
+
+
+def test_the_map_moves_with_its_node_and_the_stored_log_follows():
+    robot = MappingRobot(ring_drive())
+    robot.step(STEPS)
+    stored = applied({}, robot.node.log_change())
+    robot.step(STEPS)
+    for _ in range(2):  # to the robot, and back to the cloud
+        before = set(stored)
+        stored = applied(stored, robot.node.whole_log())
+        assert not before & set(stored), "entries have new numbers, so that no change of before applies to them"
+        frames = len(robot.node._mapper.key_frames)
+        robot = moved(robot, stored)
+        assert len(robot.node._mapper.key_frames) == frames
+        robot.step(STEPS)
+        stored = applied(stored, robot.node.log_change())
+    assert robot.true_error() < 0.05
+    last = moved(robot, stored)
+    np.testing.assert_array_equal(last.node._mapper.key_frames.poses, robot.node._mapper.key_frames.poses)
+
+
+def test_a_node_without_a_map_has_no_log_to_move():
+    assert MappingRobot(ring_drive()).node.whole_log() is None

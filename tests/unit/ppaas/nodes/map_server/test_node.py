@@ -1,9 +1,13 @@
 """Node ``map_server``."""
 
+import math
+
 import numpy as np
+import pytest
 
 from ppaas.costmap.build_layers import build_layers
 from ppaas.costmap.map_layers import MapLayers
+from ppaas.errors import InvalidParameter
 from ppaas.maps.cell_rectangle import Rectangle
 from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.maps.occupancy import from_message, from_update
@@ -11,6 +15,7 @@ from ppaas.messages.base.message import Empty
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.nav_msgs import GetMapResponse, OccupancyGrid
 from ppaas.nodes.graph import Graph
+from ppaas.nodes.map_server.costmap_filters import filter_masks
 from ppaas.nodes.map_server.node import MapServerNode
 from tests.support.world.planar_world import walled_map
 
@@ -123,3 +128,28 @@ def test_the_whole_map_is_published_if_most_of_it_or_its_geometry_changed():
 
 def test_an_equal_map_is_not_published():
     assert replaced(build_layers(LARGE))[:2] == (True, [])
+
+
+def test_filter_masks_lists_the_masks_of_enabled_filters():
+    keepout, speed = {"filter_mask": "kept"}, {"filter_mask": "slow", "base": 100, "multiplier": -1}
+    assert filter_masks({"keepout_filter": keepout, "speed_filter": speed, "dwa": {}}) == {
+        "keepout_filter": "kept",
+        "speed_filter": "slow",
+    }
+    assert filter_masks({"keepout_filter": keepout | {"enabled": False}, "speed_filter": {}}) == {}
+    assert filter_masks({}) == {}
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters", "why"),
+    [
+        ("keepout_filter", {"mask": "kept"}, "known: enabled, filter_mask"),
+        ("keepout_filter", {"filter_mask": 3}, "filter_mask"),
+        ("speed_filter", {"filter_mask": "slow", "type": 0}, "type"),
+        ("speed_filter", {"multiplier": math.inf}, "multiplier must be finite"),
+        ("speed_filter", [], "speed_filter"),
+    ],
+)
+def test_invalid_parameters_are_refused_by_name(name, parameters, why):
+    with pytest.raises(InvalidParameter, match=why):
+        filter_masks({name: parameters})

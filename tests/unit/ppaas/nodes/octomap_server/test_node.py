@@ -5,7 +5,7 @@ import base64
 import numpy as np
 import pytest
 
-from ppaas.errors import InvalidInput, TransformError
+from ppaas.errors import InvalidInput, InvalidParameter, TransformError
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import FREE, OCCUPIED
 from ppaas.maps.occupancy import from_message
@@ -15,6 +15,8 @@ from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.geometry_msgs import Point
 from ppaas.messages.octomap_msgs import BoundingBoxQueryRequest, GetOctomapFileRequest, GetOctomapFileResponse, Octomap
 from ppaas.messages.sensor_msgs import CameraInfo, CompressedImage, Image
+from ppaas.nodes.octomap_server.parameters import OctomapServerParameters, spelled
+from ppaas.parameters import read_parameters
 from ppaas.perception.compressed_depth import compress
 from tests.support.world.cloud_robot import HEIGHT, START, CloudRobot, cloud_message, tree_of, wall
 from tests.support.world.mapping_robot import HeldJobs
@@ -234,3 +236,54 @@ def test_the_file_is_got_page_by_page_and_is_empty_without_a_map():
     assert np.array_equal(parse_octomap(file).corners, robot.tree().corners)
     with pytest.raises(InvalidInput, match="begin at 0"):
         robot.call("octomap_server/file", GetOctomapFileRequest(5))
+
+
+def read(given):
+    return read_parameters(OctomapServerParameters, "octomap_server", spelled(given))
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"sensor_model/max_range": 4.0, "pointcloud_min_z": -0.5, "ground_filter/distance": 0.1, "filter_ground": True},
+        {"sensor_model.max_range": 4.0, "point_cloud_min_z": -0.5, "ground_filter.distance": 0.1,
+         "filter_ground_plane": True},
+        {"sensor_model": {"max_range": 4.0}, "point_cloud_min_z": -0.5, "ground_filter": {"distance": 0.1},
+         "filter_ground": True},
+    ],
+)  # fmt: skip
+def test_names_of_ros_1_and_ros_2_are_read(given):
+    parameters = read(given)
+    assert (parameters.volume().max_range, parameters.volume().point_cloud_min_z) == (4.0, -0.5)
+    assert (parameters.ground_filter().distance, parameters.filter_ground_plane) == (0.1, True)
+
+
+def test_parameters_of_markers_and_compression_have_no_effect():
+    given = {
+        "compress_map": False,
+        "color": {"r": 1.0},
+        "color_free/a": 0.5,
+        "max_depth": 16,
+        "incremental_2D_projection": True,
+    }
+    assert read(given) == OctomapServerParameters()
+
+
+@pytest.mark.parametrize(
+    ("given", "why"),
+    [
+        ({"colored_map": True}, "no colours"),
+        ({"max_depth": 14}, "coarser 'resolution'"),
+        ({"octomap_path": "/tmp/a.bt"}, "reads no files"),
+        ({"sensor_model/hit": 0.2}, "sensor_model.hit"),
+        ({"filter_ground": True, "pointcloud_min_z": 0.5}, "points of the floor"),
+        ({"ground_filter/angle": 0.0}, "angle"),
+        ({"point_cloud_max_x": float("inf")}, "finite"),
+        ({"min_x_size": -1.0}, "min_x_size"),
+        ({"max_blocks": 1 << 30}, "at most 1048576"),
+        ({"nonsense": 1}, "nonsense"),
+    ],
+)
+def test_parameters_that_are_not_supported_are_refused_with_the_reason(given, why):
+    with pytest.raises(InvalidParameter, match=why):
+        read(given)

@@ -10,7 +10,7 @@ from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, Status
 from ppaas.messages.base.message import Empty, Message
 from ppaas.messages.base.std_msgs import Header, String, Time
 from ppaas.messages.geometry_msgs import Pose, PoseStamped, TransformStamped, Twist
-from ppaas.messages.health.recorder import RecorderState, StartRecordingRequest
+from ppaas.messages.health.watching import RecorderState, StartRecordingRequest
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
 from ppaas.messages.nav_msgs import MapMetaData, OccupancyGrid, Path
 from ppaas.messages.tf2_msgs import TFMessage
@@ -222,7 +222,7 @@ def test_plans_that_repeat_are_recorded_seldom_and_at_each_goal() -> None:
 
 
 def test_too_large_messages_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ppaas.nodes.recorder.intake.MOST_PAYLOAD", 10)
+    monkeypatch.setattr("ppaas.nodes.recorder.node.MOST_PAYLOAD", 10)
     machine = Machine(RING)
     machine.wait(0.5)
     assert machine.heard == []

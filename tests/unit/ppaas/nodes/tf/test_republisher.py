@@ -9,8 +9,7 @@ from ppaas.messages.base.std_msgs import Duration, Time
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.messages.tf2_web_republisher import RepublishTFsRequest, TFSubscriptionActionGoal, TFSubscriptionGoal
 from ppaas.nodes.graph import Graph
-from ppaas.nodes.tf.republisher import MAX_PATIENCE, MAX_STREAMS, TfRepublisherNode
-from ppaas.nodes.tf.stream import MAX_SOURCES
+from ppaas.nodes.tf.republisher import MAX_PATIENCE, MAX_SOURCES, MAX_STREAMS, TfRepublisherNode
 from ppaas.nodes.topics import TF_REPUBLISHER_CANCEL as CANCEL
 from ppaas.nodes.topics import TF_REPUBLISHER_FEEDBACK as FEEDBACK
 from ppaas.nodes.topics import TF_REPUBLISHER_GOAL as GOAL

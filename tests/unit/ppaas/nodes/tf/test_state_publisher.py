@@ -27,6 +27,7 @@ from ppaas.nodes.tf.urdf_text import UrdfText
 from ppaas.robot_model.known_models import robot_model
 from ppaas.transforms.planar import transform_message
 from tests.support.world.other_robots import link
+from tests.support.world.urdf import example
 
 
 def odometry(pose: Pose2D, stamp: float, parent: str = "odom", child: str = "base_link") -> Odometry:
@@ -220,3 +221,20 @@ def test_transforms_that_are_refused_do_not_replace_odometry():
     graph.inject("tf", TFMessage([broken]))
     graph.inject("odom", odometry(Pose2D(2.0, 0.0), 5.0))
     assert frames.tree.lookup("odom", "base_link").x == 2.0
+
+
+@pytest.mark.parametrize(
+    "text", ["<robot name='r'/>", "<?xml version='1.0' encoding='utf-8'?>\n<robot name='Zoë'/>\r\n"]
+)
+def test_a_urdf_is_returned_as_it_was_stored(text: str) -> None:
+    assert UrdfText.of(text.encode()).text() == text
+
+
+def test_a_byte_order_mark_is_left_out() -> None:
+    assert UrdfText.of(b"\xef\xbb\xbf<robot/>").to_message() == String("<robot/>")
+
+
+def test_a_urdf_takes_a_part_of_its_memory() -> None:
+    urdf = example("turtlebot3_waffle")
+    assert len(UrdfText.of(urdf).compressed) < len(urdf) / 2
+    assert UrdfText.of(urdf) == UrdfText.of(urdf)

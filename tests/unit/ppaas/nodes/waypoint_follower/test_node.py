@@ -6,15 +6,19 @@ import pytest
 
 from ppaas.errors import InvalidInput, PPaaSError, TransformError
 from ppaas.geometry import Pose2D
-from ppaas.messages.actionlib_msgs import GoalID, Status
-from ppaas.messages.base.std_msgs import Header
+from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, Status
+from ppaas.messages.base.message import Empty
+from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.codec import decode, encode
 from ppaas.messages.geometry_msgs import Point, Pose, PoseStamped, Quaternion
-from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseGoal
+from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
 from ppaas.messages.nav2_msgs import FollowWaypointsActionResult, FollowWaypointsError
+from ppaas.messages.nav_msgs import Path
+from ppaas.nodes.graph import Graph
+from ppaas.nodes.waypoint_follower.node import MappingWaypointFollowerNode, WaypointFollowerParameters
 from tests.support.world.closed_loop import ClosedLoop
 from tests.support.world.planar_world import World, walled_map
-from tests.support.world.touring import Tour, stamped
+from tests.support.world.touring import Tour, stamped, waypoints
 
 START = Pose2D(1.0, 1.0, 0.0)
 A, B, C = Pose2D(1.8, 1.0, 0.0), Pose2D(1.8, 1.6, math.pi / 2), Pose2D(1.2, 1.6, math.pi)
@@ -316,3 +320,46 @@ def test_checkpoint_without_a_list_keeps_the_goal_counter():
     assert not second.goals
     second.send([A], "")
     assert second.goals[0].startswith("waypoint_follower-2-")
+
+
+FIRST, SECOND = Pose2D(1.0, 1.0, 0.0), Pose2D(9.0, 1.0, 0.0)
+
+
+def key_frames(*poses: Pose2D) -> Path:
+    return Path(Header(), [PoseStamped(Header(stamp=Time.of(float(i))), Pose.of(pose)) for i, pose in enumerate(poses)])
+
+
+@pytest.fixture
+def mapped_tour():
+    """Return a graph with a follower that drives to FIRST and then to SECOND, and the targets that it has sent."""
+    graph, sent = Graph(), []
+    graph.add(lambda context: MappingWaypointFollowerNode(context, WaypointFollowerParameters()))
+    graph.tap("move_base/goal", lambda _, message: sent.append(message))
+    graph.inject("key_frames", key_frames(Pose2D(0.0, 0.0), Pose2D(10.0, 0.0)))
+    graph.inject("follow_waypoints/goal", waypoints([FIRST, SECOND]))
+    return graph, sent
+
+
+def reach(graph: Graph, goal_id: str) -> None:
+    status = GoalStatus(GoalID(id=goal_id), Status.SUCCEEDED)
+    graph.inject("move_base/result", MoveBaseActionResult(Header(), status, Empty()))
+
+
+def target(message) -> Pose2D:
+    return message.goal.target_pose.pose.planar()
+
+
+def test_waypoints_move_with_the_key_frames_nearest_to_them(mapped_tour):
+    graph, sent = mapped_tour
+    graph.inject("key_frames", key_frames(Pose2D(0.0, 0.0), Pose2D(10.0, 0.5), Pose2D(11.0, 0.5)))
+    assert len(sent) == 1
+    reach(graph, sent[0].goal_id.id)
+    assert [target(message) for message in sent] == [FIRST, pytest.approx(Pose2D(9.0, 1.5, 0.0))]
+
+
+def test_waypoints_stay_in_a_map_that_was_cleared(mapped_tour):
+    graph, sent = mapped_tour
+    graph.inject("key_frames", key_frames())
+    graph.inject("key_frames", key_frames(Pose2D(5.0, 5.0)))
+    reach(graph, sent[0].goal_id.id)
+    assert target(sent[1]) == SECOND

@@ -1,4 +1,4 @@
-"""Decisions of a robot that follows one person."""
+"""Following of a person: progress, the person's path, and what the robot does."""
 
 import math
 
@@ -23,11 +23,18 @@ from ppaas.messages.people_coordination import (
     SensorView,
     TrackedPerson,
 )
-from ppaas.people.following.following import AHEAD, UNKNOWN, Following
+from ppaas.people.following.following import (
+    AHEAD,
+    FORGOTTEN,
+    LONGEST_PREDICTION,
+    STUCK,
+    UNKNOWN,
+    Following,
+    Progress,
+    Target,
+)
 from ppaas.people.following.parameters import FollowParameters
-from ppaas.people.following.places import Places
-from ppaas.people.following.progress import STUCK
-from ppaas.people.following.standing_place import GROUP_MARGIN
+from ppaas.people.following.places import GROUP_MARGIN, Places
 from ppaas.people.talking_groups import distances_to
 from tests.support.world.planar_world import walled_map
 
@@ -235,3 +242,99 @@ def test_search_ends_for_somebody_who_appears_where_the_person_may_be(x, first_s
     assert done.state == state
     if state == GAVE_UP:
         assert done.reason == "person 9 appeared where person 1 may be"
+
+
+PLACE = Pose2D(5.0, 0.0)
+
+
+def test_robot_that_stands_before_a_place_is_stuck_after_a_while_and_the_place_is_avoided_for_a_time():
+    progress = Progress()
+    assert not progress.is_stuck(0.0, Pose2D(0.0, 0.0), PLACE)
+    assert not progress.is_stuck(STUCK, Pose2D(0.1, 0.0), PLACE)
+    assert progress.is_stuck(STUCK + 0.5, Pose2D(0.1, 0.0), PLACE)
+    assert progress.failed(STUCK + 1.0).tolist() == [[5.0, 0.0]] and progress.failures == 1
+    assert not len(progress.failed(STUCK + 1.0 + FORGOTTEN))
+
+
+def test_robot_that_moves_or_has_arrived_is_not_stuck():
+    progress = Progress()
+    for second in range(30):
+        assert not progress.is_stuck(float(second), Pose2D(0.1 * second, 0.0), PLACE)
+    arrived = Progress()
+    assert not any(arrived.is_stuck(float(second), Pose2D(4.9, 0.0), PLACE) for second in range(30))
+
+
+@pytest.mark.parametrize("pauses", [True, False])
+def test_time_counts_anew_for_another_place_and_after_a_rest(pauses):
+    progress, here = Progress(), Pose2D(0.0, 0.0)
+    progress.is_stuck(0.0, here, PLACE)
+    if pauses:
+        progress.rest()
+    other = PLACE if pauses else Pose2D(0.0, 5.0)
+    assert not progress.is_stuck(STUCK + 1.0, here, other)
+    assert not progress.is_stuck(2.0 * STUCK, here, other)
+
+
+def test_failures_are_forgotten_where_the_robot_stands_well():
+    progress = Progress()
+    assert [progress.fail(0.0), progress.fail(0.0)] == [1, 2]
+    progress.reset()
+    assert progress.fail(0.0) == 1
+
+
+def walker(x: float, y: float = 0.0, vx: float = 0.5, vy: float = 0.0, state: str = SEEN) -> TrackedPerson:
+    return TrackedPerson(1, Point(x, y), Point(vx, vy), [0.0] * 4, state=state)
+
+
+def test_position_is_predicted_from_the_arrival_for_a_limited_time():
+    target = Target(0.0)
+    target.take(walker(1.0), 10.0)
+    assert target.position(11.0) == (1.5, 0.0)
+    assert target.position(11.0, 1.0) == (2.0, 0.0)
+    assert target.position(99.0) == (1.0 + 0.5 * LONGEST_PREDICTION, 0.0)
+
+
+def test_person_who_stands_is_not_expected_ahead():
+    target = Target(0.0)
+    target.take(walker(1.0, vx=0.05), 10.0)
+    assert not target.walking and target.position(10.0, 1.0) == (1.0, 0.0)
+    assert target.heading is None
+
+
+def test_walking_begins_and_ends_at_different_speeds():
+    target = Target(0.0)
+    walks = []
+    for speed in (0.2, 0.35, 0.2, 0.1, 0.2):
+        target.take(walker(1.0, vx=speed), 1.0)
+        walks.append(target.walking)
+    assert walks == [False, True, True, False, False]
+    assert target.heading == 0.0
+
+
+def test_lost_or_missing_person_keeps_the_last_position():
+    target = Target(0.0)
+    target.take(None, 1.0)
+    assert not target.known
+    target.take(walker(1.0), 2.0)
+    target.take(walker(5.0, state=LOST), 3.0)
+    target.take(None, 4.0)
+    assert target.known and target.position(2.0) == (1.0, 0.0) and target.seen_at == 2.0
+
+
+def test_predicted_person_was_last_seen_before():
+    target = Target(0.0)
+    target.take(walker(1.0), 2.0)
+    target.take(walker(3.0, state=PREDICTED), 6.0)
+    assert target.seen_at == 2.0 and target.seen.position.x == 1.0 and target.last.position.x == 3.0
+
+
+def test_place_behind_is_on_the_path_walked_also_around_a_corner():
+    target = Target(0.0)
+    for step in range(11):
+        target.take(walker(0.2 * step), float(step))
+    for step in range(1, 6):
+        target.take(walker(2.0, 0.2 * step, 0.0, 0.5), 10.0 + step)
+    assert target.behind(15.0, 0.0, 2.0) == pytest.approx((1.0, 0.0))
+    assert target.behind(15.0, 1.0, 1.0) == pytest.approx((2.0, 0.5))
+    assert target.behind(15.0, 0.0, 9.0) is None
+    assert target.heading == pytest.approx(math.pi / 2)

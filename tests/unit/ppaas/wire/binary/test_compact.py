@@ -14,8 +14,8 @@ from ppaas.messages import decode
 from ppaas.messages.nav_msgs import Odometry
 from ppaas.messages.sensor_msgs import LaserScan
 from ppaas.wire.binary.compact import compact_cmd_vel, compact_to_json, is_compact
-from ppaas.wire.operation_decoder import decode_operation
 from ppaas.wire.operations import Publish
+from ppaas.wire.rosbridge import decode_operation
 
 FLOATS = st.floats(width=32, allow_nan=False, allow_infinity=False)
 STAMPS = st.integers(0, 2**32 - 1)

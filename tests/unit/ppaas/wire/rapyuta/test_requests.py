@@ -1,13 +1,17 @@
 """Requests of robots, as docs of the protocol show them."""
 
+import itertools
+import json
 from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppaas.errors import InvalidInput, PPaaSError
+from ppaas.errors import InvalidInput, NotFound, PPaaSError, Unavailable
 from ppaas.wire.rapyuta import requests
+from ppaas.wire.rapyuta.answers import MAX_ERROR, Frames, data_message, error_message, interface_status
+from ppaas.wire.rapyuta.interface_types import TYPES, check_joinable, interface_type
 from ppaas.wire.rapyuta.requests import MAX_ITEMS, MAX_MESSAGE_ID, read_request
 
 NODE = {"containerTag": "c1", "nodeTag": "n1", "pkg": "amcl", "exe": "amcl"}
@@ -98,3 +102,74 @@ def test_any_data_is_a_request_or_refused(kind: str, data: Any) -> None:
         read_request({"type": kind, "data": data})
     except PPaaSError as error:
         assert str(error)
+
+
+def test_a_message_has_four_fields() -> None:
+    frames = data_message("req", "std_msgs/String", "7", {"data": "hi"})
+    assert json.loads(frames.text) == {
+        "type": "DM",
+        "data": {"iTag": "req", "type": "std_msgs/String", "msgID": "7", "msg": {"data": "hi"}},
+    }
+    assert frames.parts == ()
+
+
+def test_bytes_follow_their_message_with_their_uuid() -> None:
+    frames = data_message("img", "sensor_msgs/CompressedImage", "7", {"format": "png", "data": b"\1\2"})
+    message = json.loads(frames.text)["data"]["msg"]
+    assert message.keys() == {"format", "data*"}
+    assert frames.parts == (message["data*"].encode() + b"\1\2",)
+    assert len(message["data*"]) == 32
+    forwarded = data_message("img", "sensor_msgs/CompressedImage", "7", b"zlib")
+    assert forwarded.parts == (json.loads(forwarded.text)["data"]["msg*"].encode() + b"zlib",)
+
+
+def test_a_status_is_of_an_interface() -> None:
+    expected = {"type": "ST", "data": {"topic": "iu", "iTag": "req", "status": True}}
+    assert json.loads(interface_status("req", active=True).text) == expected
+
+
+def test_errors_of_the_robot_are_invalid_requests() -> None:
+    assert json.loads(error_message(InvalidInput("no")).text) == {"type": "ER", "data": "Invalid Request: no"}
+    assert json.loads(error_message(NotFound("node", "a b", ["x y"])).text)["data"].endswith("known: 'x y'")
+    assert json.loads(error_message(Unavailable("full")).text)["data"] == "full"
+    assert json.loads(error_message(InvalidInput("Invalid Request: no")).text)["data"] == "Invalid Request: no"
+    assert len(json.loads(error_message(InvalidInput("x" * 9999)).text)["data"]) == MAX_ERROR
+
+
+@given(st.binary(max_size=9), st.lists(st.binary(max_size=9)))
+def test_packed_frames_are_unpacked(text: bytes, parts: list[bytes]) -> None:
+    frames = Frames(text, tuple(parts))
+    assert Frames.unpack(frames.packed()) == frames
+
+
+def test_there_are_four_roles_in_three_forms() -> None:
+    roles, forms = (
+        ("ServiceClient", "ServiceProvider", "Publisher", "Subscriber"),
+        ("Interface", "Converter", "Forwarder"),
+    )
+    assert set(TYPES) == {"".join(parts) for parts in itertools.product(roles, forms)}
+    assert all(str(interface_type(name)) == name for name in TYPES)
+
+
+@pytest.mark.parametrize("name", ["", "Publisher", "Interface", "publisherInterface", "ServiceInterface", "PublisherX"])
+def test_other_types_are_refused_with_those_that_exist(name: str) -> None:
+    with pytest.raises(InvalidInput, match="ServiceClient, ServiceProvider"):
+        interface_type(name)
+
+
+def test_publishers_join_subscribers_and_clients_join_providers() -> None:
+    pairs = {"Publisher": "Subscriber", "Subscriber": "Publisher"}
+    pairs |= {"ServiceClient": "ServiceProvider", "ServiceProvider": "ServiceClient"}
+    for names in itertools.product(TYPES, TYPES):
+        one, other = ((interface_type(name), "std_msgs/String") for name in names)
+        if pairs[one[0].role] == other[0].role:
+            check_joinable(one, other)
+        else:
+            with pytest.raises(InvalidInput, match="Can not connect"):
+                check_joinable(one, other)
+
+
+def test_different_classes_do_not_join() -> None:
+    one, other = interface_type("PublisherInterface"), interface_type("SubscriberConverter")
+    with pytest.raises(InvalidInput, match="different classes"):
+        check_joinable((one, "std_msgs/String"), (other, "std_msgs/Bool"))

@@ -15,7 +15,7 @@ from ppaas.wire.vda5050.codec import BODIES, MAX_PAYLOAD, decode, encode
 from ppaas.wire.vda5050.factsheets import Factsheet
 from ppaas.wire.vda5050.fields import Fields
 from ppaas.wire.vda5050.states import State
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Version
 from tests.support.vda5050.damaged import HERE, damaged, payload_of
 from tests.support.vda5050.schemas import problems
 

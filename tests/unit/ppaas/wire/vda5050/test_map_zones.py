@@ -14,7 +14,7 @@ from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.codec import decode
 from ppaas.wire.vda5050.fields import Point
 from ppaas.wire.vda5050.map_zones import expressed_zones, vda5050_of, zones_of_vda5050
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Version
 from ppaas.wire.vda5050.zones import Zone, Zones
 from ppaas.zones.reading import zones_of
 from ppaas.zones.zone import OneWay, ZoneSet

@@ -1,11 +1,13 @@
 """Topics of VDA 5050."""
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from ppaas.errors import InvalidInput
+from ppaas.errors import InvalidInput, MalformedMessage, NotFound
 from ppaas.wire.vda5050 import topics
-from ppaas.wire.vda5050.topics import Address, parse_topic
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.headers import HeaderCounter, seconds_of, timestamp
+from ppaas.wire.vda5050.topics import Address, Version, parse_topic, understand, version_of
 
 
 def test_topics_have_the_interface_of_the_version() -> None:
@@ -39,3 +41,59 @@ def test_connections_alone_are_retained() -> None:
 def test_zones_are_of_version_3() -> None:
     assert topics.ZONE_SET in topics.topics_to_agv(Version.V3_0)
     assert topics.topics_to_agv(Version.V2_1) == ("order", "instantActions")
+
+
+def test_ids_count_by_topic() -> None:
+    counter = HeaderCounter(Version.V2_1, Address.of(Version.V2_1, "ppaas", "tb1"))
+    made = [counter.next(topic, 0.0) for topic in ("state", "state", "connection", "state")]
+    assert [header.header_id for header in made] == [0, 1, 0, 2]
+    assert (made[0].version, made[0].manufacturer, made[0].serial_number) == ("2.1.0", "ppaas", "tb1")
+
+
+def test_times_are_in_utc_to_the_millisecond() -> None:
+    assert timestamp(0.1234) == "1970-01-01T00:00:00.123Z"
+
+
+@given(st.floats(0, 4e9))
+def test_times_are_read_as_they_were_written(seconds: float) -> None:
+    assert seconds_of(timestamp(seconds)) == pytest.approx(seconds, abs=0.001)
+
+
+def test_offsets_of_times_are_read() -> None:
+    assert seconds_of("1970-01-01T01:00:00+01:00") == 0.0
+    assert seconds_of("1970-01-01T00:00:01.5") == 1.5
+
+
+@pytest.mark.parametrize("text", ["", "soon", "2026-13-01T00:00:00Z"])
+def test_other_times_are_refused(text: str) -> None:
+    with pytest.raises(MalformedMessage, match="ISO 8601"):
+        seconds_of(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "version"),
+    [
+        ("2.0.0", Version.V2_0),
+        ("2.0", Version.V2_0),
+        ("2.1.0", Version.V2_1),
+        ("2.7.1", Version.V2_1),
+        ("v2", Version.V2_1),
+        ("2", Version.V2_1),
+        ("3.0.0-rc1", Version.V3_0),
+        ("v3", Version.V3_0),
+    ],
+)
+def test_the_nearest_version_is_spoken(text: str, version: Version) -> None:
+    assert version_of(text) is version
+
+
+@pytest.mark.parametrize("text", ["1.1.0", "4.0.0", "", "two", "2.", "99999.0"])
+def test_unknown_versions_are_refused(text: str) -> None:
+    with pytest.raises(NotFound, match=r"2\.0\.0, 2\.1\.0, 3\.0\.0"):
+        version_of(text)
+
+
+def test_minor_versions_understand_each_other() -> None:
+    assert understand(Version.V2_0, "2.1.0")
+    assert not understand(Version.V2_1, "3.0.0")
+    assert not understand(Version.V2_1, "nothing")

@@ -12,7 +12,7 @@ from ppaas.messages import decode
 from ppaas.messages.health.diagnostic_msgs import DiagnosticArray
 from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.states import Connection, ConnectionState
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Version
 from robots.bridges.agv import agv_robot
 from robots.bridges.agv.cloud_side import CloudSide, Requests
 from tests.support.vda5050.fleet import FleetWithAgv

@@ -10,8 +10,7 @@ from ppaas.geometry import Pose2D
 from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.headers import Header
 from ppaas.wire.vda5050.states import Connection
-from ppaas.wire.vda5050.topics import Address
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Address, Version
 from robots.bridges.agv import agv_robot
 from robots.bridges.agv.agv_robot import LEAVE_AFTER
 from robots.bridges.agv.agv_side import AgvSide

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from ppaas.geometry import Pose2D
 from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.states import Connection, NodeState, Visualization
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Version
 from tests.support.fuzzing import EXAMPLES
 from tests.support.hostile_bytes import mutations
 from tests.support.vda5050.fleet import FleetWithAgv

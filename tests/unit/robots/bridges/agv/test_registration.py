@@ -8,8 +8,7 @@ import pytest
 
 from ppaas.errors import Conflict, NotFound
 from ppaas.wire.vda5050.factsheets import Factsheet
-from ppaas.wire.vda5050.topics import Address
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Address, Version
 from robots.bridges.agv.options import FleetOptions
 from robots.bridges.agv.registration import Registry, differences, radius_of, robot_file
 from robots.client.robot_file import RobotFile

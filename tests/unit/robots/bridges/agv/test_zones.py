@@ -12,7 +12,7 @@ from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.codec import decode
 from ppaas.wire.vda5050.factsheets import Factsheet
 from ppaas.wire.vda5050.states import Connection
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Version
 from ppaas.zones.reading import zones_of
 from ppaas.zones.zone import Zone
 from robots.bridges.agv.zone_reader import PERIOD, ZoneReader

@@ -15,7 +15,7 @@ from ppaas.wire.own_topics import PRESENCE
 from ppaas.wire.vda5050.agv.agv import Abilities, Agv
 from ppaas.wire.vda5050.agv.report import Telemetry, state_of
 from ppaas.wire.vda5050.states import PowerSupply
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Version
 from robots.bridges.core.cloud_link import CloudLink
 from robots.bridges.vda5050 import clone_side
 from robots.bridges.vda5050.agv_options import AgvOptions

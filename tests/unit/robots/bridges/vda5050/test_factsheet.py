@@ -6,8 +6,7 @@ from ppaas.errors import NotFound
 from ppaas.wire.vda5050 import topics
 from ppaas.wire.vda5050.codec import encode
 from ppaas.wire.vda5050.headers import HeaderCounter
-from ppaas.wire.vda5050.topics import Address
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Address, Version
 from robots.bridges.vda5050.agv_options import AgvOptions
 from robots.bridges.vda5050.factsheet import factsheet_of
 from tests.support.vda5050.schemas import problems

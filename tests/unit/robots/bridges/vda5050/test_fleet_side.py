@@ -16,8 +16,7 @@ from ppaas.wire.vda5050.fields import Fields
 from ppaas.wire.vda5050.headers import HeaderCounter
 from ppaas.wire.vda5050.orders import InstantActions
 from ppaas.wire.vda5050.states import PowerSupply
-from ppaas.wire.vda5050.topics import Address
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Address, Version
 from robots.bridges.vda5050.agv_options import AgvOptions
 from robots.bridges.vda5050.factsheet import factsheet_of
 from robots.bridges.vda5050.fleet_side import FleetSide

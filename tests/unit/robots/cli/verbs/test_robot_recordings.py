@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from ppaas.messages.health.recorder import RecorderState
+from ppaas.messages.health.watching import RecorderState
 from robots import cli
 from robots.cli.event_loop import TERMINATED
 from tests.support.cloud.command_line import CommandLine

@@ -1,6 +1,7 @@
 """Messages of a clone as Foxglove draws them."""
 
 import base64
+import json
 import math
 from typing import Any
 
@@ -9,18 +10,28 @@ from google.protobuf import descriptor_pb2
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ppaas.errors import MalformedMessage
-from ppaas.messages import encode, geometry_msgs, people_msgs, type_name
+from ppaas.errors import InvalidInput, MalformedMessage, PPaaSError
+from ppaas.messages import decode, encode, geometry_msgs, people_msgs, type_name
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.codec import decode_tolerantly
-from ppaas.messages.geometry_msgs import PoseArray, PoseStamped, PoseWithCovariance, PoseWithCovarianceStamped
+from ppaas.messages.geometry_msgs import (
+    Point,
+    Pose,
+    PoseArray,
+    PoseStamped,
+    PoseWithCovariance,
+    PoseWithCovarianceStamped,
+    Quaternion,
+)
 from ppaas.messages.nav_msgs import Path
 from ppaas.messages.sensor_msgs import CameraInfo, LaserScan
 from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.topics import TOPICS
 from ppaas.wire.foxglove.conversion import scenes
+from ppaas.wire.foxglove.conversion.base import SharedFrames
 from ppaas.wire.foxglove.conversion.conversions import PICTURES, conversion_of
-from ppaas.wire.foxglove.conversion.frames import SharedFrames
+from ppaas.wire.foxglove.conversion.incoming import read_published
+from ppaas.wire.ros import ros_types
 from ppaas.wire.ros.own_types import types_with
 from tests.support.clients.foxglove_viewer import read_protobuf
 from tests.support.world.frame_ids import FRAME_IDS
@@ -155,3 +166,72 @@ def test_a_body_has_its_outline_and_name(outline: tuple[tuple[float, float], ...
     else:
         assert all(math.isclose(math.hypot(x, y), 0.2) for x, y in corners)
     assert (body.frame_id, body.frame_locked, body.texts[0].text) == ("tb1/base_link", True, "tb1")
+
+
+ON_MAP, ALONE = SharedFrames("tb1", "office"), SharedFrames("ann/tb1")
+NAMES = st.text("abz_/", min_size=1, max_size=8).map(lambda name: name.strip("/")).filter(bool)
+
+
+def test_robots_of_a_map_share_its_frame() -> None:
+    assert [ON_MAP.shared(frame) for frame in ("map", "/map", "odom", "")] == ["office", "office", "tb1/odom", ""]
+    assert [ALONE.shared(frame) for frame in ("map", "odom")] == ["ann/tb1/map", "ann/tb1/odom"]
+    assert ON_MAP.shared("tb1/torso_3") == "tb1/torso_3"
+
+
+@given(NAMES)
+def test_a_frame_of_the_tree_is_that_of_the_robot(name: str) -> None:
+    for frames in (ON_MAP, ALONE):
+        if not name.startswith(f"{frames.robot}/") and name != frames.map:
+            assert frames.own(frames.shared(name)) == name
+
+
+def test_all_frames_of_a_message_are_renamed() -> None:
+    message = {
+        "header": {"frame_id": "map", "stamp": {"secs": 1}},
+        "poses": [{"header": {"frame_id": "odom"}}, {"child_frame_id": "base_link", "ranges": [1.0]}],
+        "names": ["map"],
+        "frame_id": 7,
+    }
+    ON_MAP.share_all(message)
+    assert message == {
+        "header": {"frame_id": "office", "stamp": {"secs": 1}},
+        "poses": [{"header": {"frame_id": "tb1/odom"}}, {"child_frame_id": "tb1/base_link", "ranges": [1.0]}],
+        "names": ["map"],
+        "frame_id": 7,
+    }
+    ON_MAP.own_all(message)
+    assert message["header"] == {"frame_id": "map", "stamp": {"secs": 1}}
+
+
+KIND = "geometry_msgs/PoseStamped"
+NUMBERS = st.floats(-1e6, 1e6)
+
+
+@given(NUMBERS, NUMBERS, st.integers(0, 2**31 - 1), st.sampled_from(["json", "cdr", "ros1"]))
+def test_a_message_is_the_same_in_each_encoding(x: float, y: float, secs: int, encoding: str) -> None:
+    shared = PoseStamped(Header(0, Time(secs, 1), "office"), Pose(Point(x, y), Quaternion(z=0.0, w=1.0)))
+    text = encode(shared)
+    data = (
+        text if encoding == "json" else ros_types({"cdr": "jazzy", "ros1": "noetic"}[encoding]).encode_json(KIND, text)
+    )
+    found = decode(PoseStamped, read_published(encoding, KIND, data, FRAMES))
+    assert (found.header.frame_id, found.header.stamp, found.pose) == ("map", Time(secs, 1), shared.pose)
+
+
+def test_times_of_foxglove_are_read() -> None:
+    sent = {"header": {"stamp": {"sec": 1, "nsec": 2}}, "list": [{"sec": 3, "nsec": 4}], "sec": 5}
+    found = json.loads(read_published("json", KIND, json.dumps(sent).encode(), FRAMES))
+    assert found == {
+        "header": {"stamp": {"secs": 1, "nsecs": 2}},
+        "list": [{"secs": 3, "nsecs": 4}],
+        "sec": 5,
+    }
+
+
+@given(st.sampled_from(["json", "cdr", "ros1"]), st.sampled_from([KIND, "no/Such", "sensor_msgs/LaserScan"]),
+       st.binary(max_size=80))  # fmt: skip
+def test_any_bytes_are_read_or_refused(encoding: str, kind: str, data: bytes) -> None:
+    try:
+        read_published(encoding, kind, data, FRAMES)
+    except PPaaSError as error:
+        assert isinstance(error, InvalidInput)

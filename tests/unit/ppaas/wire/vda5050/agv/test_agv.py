@@ -21,7 +21,7 @@ from ppaas.wire.vda5050.agv.commands import (
 from ppaas.wire.vda5050.agv.zone_book import SUPPORTED
 from ppaas.wire.vda5050.fields import Point, Trajectory
 from ppaas.wire.vda5050.orders import Deviation, InstantActions, Order
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Version
 from ppaas.wire.vda5050.zones import Zone, Zones, ZoneSet
 from tests.support.vda5050.orders import MAP, action, edge, node, order
 

@@ -13,8 +13,7 @@ from ppaas.wire.vda5050.fields import Velocity
 from ppaas.wire.vda5050.headers import HeaderCounter
 from ppaas.wire.vda5050.orders import InstantActions
 from ppaas.wire.vda5050.states import PowerSupply
-from ppaas.wire.vda5050.topics import Address
-from ppaas.wire.vda5050.versions import Version
+from ppaas.wire.vda5050.topics import Address, Version
 from tests.support.vda5050.orders import MAP, action, order
 from tests.support.vda5050.schemas import problems
 

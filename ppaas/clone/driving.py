@@ -1,0 +1,126 @@
+"""Move Base of robots that drive as far as traffic grants, or follow paths themselves, and its parameters."""
+
+from collections.abc import Callable
+from typing import Any
+
+from ppaas.clone.node_parameters import NodeParameters
+from ppaas.clone.plugins import controller_of
+from ppaas.errors import InvalidParameter
+from ppaas.nodes.base import Context
+from ppaas.nodes.follow_path.node import DEFAULTS, FollowPathParameters, PathFollower, PathFollowingNode
+from ppaas.nodes.move_base.node import MoveBaseNode
+from ppaas.parameters import Parameters, check_numbers
+from ppaas.plugins import parameters_in_use
+from ppaas.robot_model.known_models import RobotModel
+from ppaas.traffic.taking_part import TRAFFIC
+
+STAYS_ON_PATH = "pure_pursuit"
+"""Local planner for granted ways: unlike others it does not drive around what is in the way."""
+
+ALONG_WAY = {
+    "xy_goal_tolerance": 0.08, "lookahead_dist": 0.3, "min_lookahead_dist": 0.2,
+    "use_cost_regulated_linear_velocity_scaling": False, "approach_velocity_scaling_dist": 0.4,
+}  # fmt: skip
+"""Its parameters: it keeps near to its path, beside others that do so too."""
+
+
+class DrivingInTraffic(Parameters, frozen=True):
+    """Parameters of a robot that takes part in the traffic of its map.
+
+    Parameters
+    ----------
+    yaw_goal_tolerance : float
+        Largest difference to the direction of a goal [rad].
+    reaction : float
+        Time from a command until the base obeys, for the distance in which the robot stops [s].
+    """
+
+    yaw_goal_tolerance: float = 0.1
+    reaction: float = 0.2
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        check_numbers(self, positive=("yaw_goal_tolerance",))
+
+
+def in_traffic(
+    given: NodeParameters, usual: Callable[..., MoveBaseNode], body: RobotModel, robot: str, *, maps: bool
+) -> Callable[..., MoveBaseNode]:
+    """Return the maker of Move Base for a robot that takes part in traffic, and for other robots the usual one.
+
+    Parameters
+    ----------
+    given : NodeParameters
+    usual : callable
+        Maker of Move Base for other robots.
+    body : RobotModel
+    robot : str
+        Robot ID.
+    maps : bool
+        Whether the robot makes a map.
+
+    Raises
+    ------
+    InvalidParameter
+        A parameter is unknown or invalid, or a robot in traffic makes a map or follows paths itself.
+    """
+    if not given.has(TRAFFIC):
+        return usual
+    if maps:
+        raise InvalidParameter(f"a robot with parameters for {TRAFFIC!r} needs a map: it does not make one")
+    if usual is not MoveBaseNode:
+        raise InvalidParameter(f"a robot that follows paths itself has no parameters for {TRAFFIC!r}")
+    # Imported only here, so that other containers do not load what only robots in traffic use.
+    from ppaas.nodes.granted_move_base.node import GrantedMoveBaseNode, GrantFollower  # noqa: PLC0415
+    from ppaas.nodes.granted_move_base.traffic_link import RobotFacts, TrafficLink  # noqa: PLC0415
+
+    parameters = given.read(DrivingInTraffic, TRAFFIC)
+    speed, limits = body.limits.max_vel_x, body.limits
+    braking = speed * speed / (2.0 * limits.acc_lim_x) + speed * parameters.reaction
+    along = controller_of(body, STAYS_ON_PATH, ALONG_WAY | {"yaw_goal_tolerance": parameters.yaw_goal_tolerance})
+
+    def make(context: Context, **options: Any) -> MoveBaseNode:
+        own = options.pop("controller")
+        tolerance = float(parameters_in_use(own).get("xy_goal_tolerance", 0.0))
+        link = TrafficLink(context, RobotFacts(robot, body.robot_radius, speed, braking, tolerance))
+        follower = GrantFollower(link, own, along)
+        return GrantedMoveBaseNode(context, link=link, controller=follower, **options)
+
+    return make
+
+
+FOLLOW_PATH = PathFollower.name
+"""Name of the parameters; a robot that has them, even empty ones, follows paths itself."""
+
+
+def move_base_defaults(given: NodeParameters) -> dict[str, Any]:
+    """Return the parameters of Move Base that differ for a robot that follows paths itself."""
+    return dict(DEFAULTS) if given.has(FOLLOW_PATH) else {}
+
+
+def move_base_kind(given: NodeParameters, usual: type[MoveBaseNode], *, maps: bool) -> Callable[..., MoveBaseNode]:
+    """Return the maker of Move Base for a robot that follows paths itself, and for other robots the usual class.
+
+    Parameters
+    ----------
+    given : NodeParameters
+    usual : type of MoveBaseNode
+    maps : bool
+        Whether the robot makes a map.
+
+    Raises
+    ------
+    InvalidParameter
+        A parameter is unknown or invalid, or a robot that follows paths makes a map.
+    """
+    if not given.has(FOLLOW_PATH):
+        return usual
+    if maps:
+        raise InvalidParameter(f"a robot with parameters for {FOLLOW_PATH!r} needs a map: it does not make one")
+    parameters = given.read(FollowPathParameters, FOLLOW_PATH)
+
+    def make(context: Context, **options: Any) -> MoveBaseNode:
+        """Make the node; the local planner of the options is not used."""
+        return PathFollowingNode(context, **options | {"controller": PathFollower(context, parameters)})
+
+    return make

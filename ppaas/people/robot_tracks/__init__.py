@@ -1,1 +1,0 @@
-"""Tracks of the people that one robot sees, by all of its detectors."""
