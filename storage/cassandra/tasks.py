@@ -3,8 +3,7 @@
 from ppaas.errors import NotFound
 from ppaas.tasks.records import check_task
 from storage.cassandra.connection.session import CassandraSession
-from storage.cassandra.generations import generation_of
-from storage.cassandra.sorted_rows import SortedRows, remove_marked
+from storage.cassandra.sorted_rows import SortedRows, generation_of, remove_marked
 from storage.encoding import decode, decode_readable, encode
 from storage.names import Group, check_group, check_name, check_task_key
 from storage.records import MapTask
@@ -14,7 +13,7 @@ _ROWS = SortedRows("tasks", _GROUP, "id", "user DESC, generation DESC, id DESC",
 _PUT = f"UPDATE tasks SET record = ? WHERE {_GROUP} AND id = ? IF record = ?"
 
 Key = tuple[str, str, int, str]
-"""Map, user, the user's generation (``storage.cassandra.connection.schema``), task."""
+"""Map, user, the user's generation (``storage.cassandra.connection.cluster``), task."""
 
 
 class CassandraTasks:

@@ -15,7 +15,7 @@ from ppaas.people.group_names import coordinator_checkpoint
 from ppaas.traffic.taking_part import takes_part, traffic_checkpoint
 from storage.migration.copying import PAGE, Key, RecordKind, by_pages, each
 from storage.names import Group
-from storage.people_records import BEFORE_ALL, MapPeople, PeopleCount
+from storage.people import BEFORE_ALL, MapPeople, PeopleCount
 from storage.ports import Store
 from storage.records import CloneCheckpoint, CloneLogChange, MapTask, PlanRecord, RobotRecord, Token
 

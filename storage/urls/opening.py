@@ -12,8 +12,7 @@ from typing import TypeVar, cast
 
 from ppaas.distribution import check_versions, install_hint
 from ppaas.errors import InvalidInput, NotFound
-from storage.disk_space.guarded import GuardedStore
-from storage.disk_space.reserve import DiskReserve
+from storage.disk_space import DiskReserve, GuardedStore
 from storage.ports import MapStore, Store
 from storage.urls.base import Backend
 from storage.urls.passwords import with_password

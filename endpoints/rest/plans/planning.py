@@ -18,8 +18,7 @@ from endpoints.rest.plans.representations import Representation, asked, describe
 from endpoints.rest.plans.schemas import NewPlanAnswer, PlanFile
 from endpoints.rest.schemas import triple
 from endpoints.rest.strict_json import StrictRoute
-from endpoints.services.request_limits import RequestLimits
-from endpoints.services.services import Services
+from endpoints.services.services import RequestLimits, Services
 from engine.service.planning.path_requests import PathAnswer, PathRequest
 from engine.specs.containers import MapVersion
 from ppaas.clock import epoch

@@ -1,6 +1,6 @@
 """Findings of robots in the reviews of a map."""
 
-from endpoints.proposals.findings import confirmed_places, known_changes, waits
+from endpoints.proposals.change_watch import confirmed_places, known_changes, waits
 from engine.service.views import LifelongRobot
 from ppaas.mapping.lifelong.changed_places import ChangedPlace
 from storage.records import MapChange, MapReview, ReviewState

@@ -1,6 +1,6 @@
 """Reasons of proposals."""
 
-from endpoints.proposals.reasons import MOST_PLACES, reason_of
+from endpoints.proposals.change_watch import MOST_PLACES, reason_of
 from endpoints.rest.schemas import MAX_DESCRIPTION
 from ppaas.mapping.lifelong.changed_places import ChangedPlace
 

@@ -12,8 +12,8 @@ from engine.recorder.open_file import FLUSH_PERIOD, OpenFile
 from engine.recorder.robot_recorder import SEGMENT
 from ppaas.recording.batches import Batch, Entry, batch_bytes
 from ppaas.recording.writer import Encoded, encoded
-from storage.disk_space.reserve import DiskReserve, DiskSpace
-from storage.recordings.folder import RecordingsFolder
+from storage.disk_space import DiskReserve, DiskSpace
+from storage.recordings import RecordingsFolder
 from tests.support.recordings.entries import ABOUT, entry, read, scan, text
 
 ALL = ("*",)
