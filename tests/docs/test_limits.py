@@ -2,23 +2,23 @@
 
 import pytest
 import uvicorn
-from interfaces.foxglove import app
-from interfaces.foxglove.app import Foxglove
-from interfaces.foxglove.robot_view import MAX_ROBOTS
-from interfaces.foxglove.viewer import MAX_WORK
-from interfaces.http import connection_table, frame_pacing, http_protocol, tls, websocket_protocol
-from interfaces.merging.coordinator import TRANSFER_TIMEOUT, TURN_TIMEOUT
-from interfaces.protocols import MAX_FRAME
-from interfaces.rapyuta import clone, executor, interfaces
-from interfaces.rest import paging, schemas, strict_json
-from interfaces.rest.maps import map_programs, multipart
-from interfaces.rest.maps.upload_form import MAX_FIELDS, MAX_ZONES
-from interfaces.rest.plans.schemas import MAX_MATRIX, MAX_WAYPOINTS
-from interfaces.services import heavy_work, plan_writer
-from interfaces.services.joint_maps import MOST_ROBOTS
-from interfaces.services.services import RequestLimits
 from python_multipart.multipart import DEFAULT_MAX_HEADER_COUNT, DEFAULT_MAX_HEADER_SIZE
 
+from endpoints.foxglove import app
+from endpoints.foxglove.app import Foxglove
+from endpoints.foxglove.robot_view import MAX_ROBOTS
+from endpoints.foxglove.viewer import MAX_WORK
+from endpoints.http import connection_table, frame_pacing, http_protocol, tls, websocket_protocol
+from endpoints.merging.coordinator import TRANSFER_TIMEOUT, TURN_TIMEOUT
+from endpoints.protocols import MAX_FRAME
+from endpoints.rapyuta import clone, executor, interfaces
+from endpoints.rest import paging, schemas, strict_json
+from endpoints.rest.maps import map_programs, multipart
+from endpoints.rest.maps.upload_form import MAX_FIELDS, MAX_ZONES
+from endpoints.rest.plans.schemas import MAX_MATRIX, MAX_WAYPOINTS
+from endpoints.services import heavy_work, plan_writer
+from endpoints.services.joint_maps import MOST_ROBOTS
+from endpoints.services.services import RequestLimits
 from engine.endpoint import link_listener
 from engine.protocols import sockets, unproven_peers
 from engine.recorder import robot_recorder
