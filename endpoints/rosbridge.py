@@ -506,7 +506,6 @@ class SessionRegistry:
         return attachment
 
     async def _take_over(self, user: str, request: ConnectRequest) -> None:
-        """Displace the socket here that the session has now."""
         if request.session is None:
             return
         wanted = request.client(user)

@@ -263,7 +263,6 @@ class Viewer:
             self.answer(answers.unadvertise_services(list(view.services.values())))
 
     def _close(self, view: RobotView, gone: Collection[Shown]) -> None:
-        """Close channels of a robot."""
         if not gone:
             return
         closed = []
@@ -490,7 +489,6 @@ class ViewerRequests:
         await self._send_changed_parameters()
 
     def _each(self, work: Callable[[Any], None], items: list[Any]) -> None:
-        """Do something with each item of a list; show the errors."""
         for item in items:
             try:
                 work(item)
@@ -498,7 +496,6 @@ class ViewerRequests:
                 self._viewer.report(error)
 
     def _start(self, work: Coroutine[Any, Any, None]) -> None:
-        """Start work that waits for a clone."""
         if self._working >= MAX_WORK:
             work.close()
             raise QuotaExceeded(f"at most {MAX_WORK} requests may wait for an answer: wait for one")
@@ -575,7 +572,6 @@ class ViewerRequests:
         return values
 
     def _views_of(self, names: Collection[str]) -> list[RobotView]:
-        """Return the robots that names of parameters are of; without names, all robots."""
         views = self._viewer.views.values()
         return [view for view in views if not names or any(name.startswith(f"/{view.name}/") for name in names)]
 

@@ -189,7 +189,6 @@ class Gate:
         await self._app(scope, receive, send)
 
     def _fault_of(self, scope: Scope) -> PPaaSError | None:
-        """Return what is wrong with the request for a WebSocket."""
         path = scope["path"]
         if path != "/":
             own = f"{prefix_of(scope)}/?robot=ID"

@@ -340,7 +340,6 @@ class DirectHttp(HttpToolsProtocol):
         return self._lingering
 
     def _end(self) -> None:
-        """Close the connection; abort it if the client does not read the answer."""
         self.transport.close()
         self._set_state(_CLOSING, UNREAD_SECONDS)
 

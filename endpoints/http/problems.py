@@ -171,7 +171,6 @@ def problem_response(error: errors.PPaaSError, *, to_admin: bool = False) -> Res
 
 
 def _members(error: errors.PPaaSError) -> dict[str, Any]:
-    """Return the members of a problem that only some errors have."""
     if isinstance(error, errors.PlanningError) and error.code:
         return {"code": error.code}
     if isinstance(error, errors.InvalidZones | errors.InvalidRobot) and error.faults:

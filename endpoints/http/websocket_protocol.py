@@ -195,7 +195,6 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
             self._complete(bytes(parts))
 
     def _complete(self, message: bytes) -> None:
-        """Pass a complete message on."""
         if self.close_sent:
             return
         binary = self.curr_msg_data_type == "bytes"

@@ -85,7 +85,6 @@ class JointMapCoordinator:
         return join
 
     async def _reports(self) -> dict[str, list[RobotMap]]:
-        """Return the maps of robots, by the names of joint maps that have several robots."""
         named: dict[str, list[MappingRobot]] = {}
         for robot in await run_in_threadpool(self._permitted, await self._cloud.maps.mapping_robots()):
             named.setdefault(robot.joint_map, []).append(robot)

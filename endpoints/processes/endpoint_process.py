@@ -157,7 +157,6 @@ def _own_master(config: EndpointConfig, store: Store) -> OwnMaster:
 async def _services(
     config: EndpointConfig, endpoint: Endpoint, store: Store, stack: contextlib.AsyncExitStack, *, is_far: bool
 ) -> Services:
-    """Return the services of the application, connected with the services of other processes; ``stack`` closes them."""
     turns, reserve = MasterTurns(endpoint.master), _path(config.reserve)
     accounts = Accounts(store, logins=remote(SharedLogins, endpoint.master), turns=turns)
     stack.callback(accounts.close)

@@ -108,7 +108,6 @@ def endpoint_configs(arguments: argparse.Namespace, engine: Engine, ports: Ports
 
 
 def _config(arguments: argparse.Namespace, engine: Engine, ports: Ports) -> EndpointConfig:
-    """Return the settings of an endpoint process without a name."""
     cloud = engine.config
     return EndpointConfig(
         name="",

@@ -227,7 +227,6 @@ async def _start(
     ports: Ports,
     spares: SpareProcesses,
 ) -> EndpointKeeper:
-    """Start the local machine, and meanwhile the endpoints."""
     machine = asyncio.create_task(engine.start())
     try:
         refused = RefusedTokenFile(arguments.data)

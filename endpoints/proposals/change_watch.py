@@ -219,7 +219,6 @@ class ChangeWatch:
         return rest
 
     def _write(self, folder: Path, head: MapRecord, posegraph: bytes) -> None:
-        """Write the files of a map, and the pose graph of the robot that continues it."""
         with contextlib.ExitStack() as stack, disk_errors(folder):
             opened = stack.enter_context(self._services.map_store.open_map(head.id, head.version, only=PARTS))
             for part in PARTS:

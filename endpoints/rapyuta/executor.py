@@ -243,7 +243,6 @@ class Executor:
                 self._each(request.disconnect, self._endpoints.disconnect)
 
     def _each(self, items: Iterable[T], work: Callable[[T], None]) -> None:
-        """Do what can be done, and report the rest."""
         for item in items:
             try:
                 work(item)
@@ -344,7 +343,6 @@ class Executor:
         )
 
     async def _try(self, work: Any) -> Any:
-        """Return the result of a coroutine; report its error and return None."""
         try:
             return await work
         except NotAuthenticated:
@@ -394,7 +392,6 @@ class Executor:
         await delete_parameter(container, name, record, changes.setdefault(container, FileChange()))
 
     async def _change_file(self, container: Container, change: FileChange) -> None:
-        """Change the file of the container's robot; its clone is started again, with all interfaces."""
         clone = container.clone
         before = clone.client
         try:
@@ -408,7 +405,6 @@ class Executor:
                 self._reopen(clone)
 
     def _reopen(self, clone: Clone) -> None:
-        """Move the interfaces of all containers to a clone that was reopened."""
         containers = [one for one in self._endpoints.all() if isinstance(one, Container) and one.clone is clone]
         for container in containers:
             self._each(container.own_interfaces(), lambda interface: interface.open())

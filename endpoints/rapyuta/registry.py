@@ -169,7 +169,6 @@ class RobotRegistry:
         carrier.left.set()
 
     def _end(self, robot: Robot) -> None:
-        """Remove a robot with its containers and interfaces."""
         key = robot.identity.user, robot.tag
         known = self._robots.get(key)
         if known is None or known[0] is not robot:

@@ -226,7 +226,6 @@ async def _tell(services: Services, record: MapTask) -> None:
 
 
 def _page(store: TaskStore, group: tuple[str, str], after: str, paging: TaskPaging) -> list[MapTask]:
-    """Return the tasks of a page, and one more if there is one; blocks."""
     return list(islice(filter(paging.seeks, _read(store, group, after)), paging.fetch_limit))
 
 

@@ -113,14 +113,12 @@ async def _end_shares(services: Services, grantee: str) -> None:
 
 
 def _groups_of_one(store: Store, user_id: str) -> list[str]:
-    """Return the groups of which a user is the only member."""
     users = store.users()
     others = {group for user in users if user.id != user_id and not user.leaving for group in user.groups}
     return [group for user in users if user.id == user_id for group in user.groups if group not in others]
 
 
 def _read_maps(map_store: MapStore, user_id: str) -> list[tuple[str, str]]:
-    """Return the maps that name a user as a reader, with their owners."""
     return [(head.id, head.owner) for head in map_store.maps(user_id) if user_id in head.readers]
 
 
@@ -169,7 +167,6 @@ async def make_robot_free(services: Services, owner: str, robot: str) -> None:
 
 
 def _own_tokens(store: Store, owner: str, robot: str) -> list[str]:
-    """Return the hashes of the owner's tokens that are for one robot alone."""
     names = {robot, f"{owner}:{robot}"}
     return [
         token.hash

@@ -115,7 +115,6 @@ class CassandraPeople:
         ]
 
     def _sweep_people(self, user: str, generation: int) -> None:
-        """Remove the rows of an old generation of a user."""
         for map_id in self.people_maps():
             if self._people_record((map_id, user, generation)) is not None:
                 self._drop_people((map_id, user, generation))

@@ -216,7 +216,6 @@ class CassandraRobots(RobotShares):
         self._session.write_each(remove, [(*log, *bounds) for bounds in joined(runs, beside)])
 
     def _sweep_robots(self, user: str, generation: int) -> None:
-        """Remove the rows of an old generation of a user."""
         query = "SELECT id, urdf, record FROM robots WHERE user = ? AND generation = ?"
         for row in self._session.rows(query, user, generation):
             self._unlist_shares(user, row.id, row.record)
@@ -227,7 +226,6 @@ class CassandraRobots(RobotShares):
             self._session.write(f"DELETE FROM {table} WHERE user = ? AND generation = ?", user, generation)
 
     def _list_shares(self, user: str, robot_id: str, grantees: Iterable[str]) -> None:
-        """List a robot for those with whom it is shared."""
         insert = "INSERT INTO robots_by_grantee (grantee, user, robot) VALUES (?, ?, ?)"
         self._session.write_each(insert, [(grantee, user, robot_id) for grantee in grantees])
 
@@ -288,7 +286,6 @@ def _place(key: Key) -> str:
 
 
 def _number(rows: Sequence[Any], otherwise: int) -> int:
-    """Return the number in the only row, if there is one."""
     return next((int(row.number) for row in rows), otherwise)
 
 

@@ -78,7 +78,6 @@ class CassandraTasks:
     # -- internals -----------------------------------------------------------------------------------------------------
 
     def _sweep_tasks(self, user: str, generation: int) -> None:
-        """Remove the rows of an old generation of a user."""
         for map_id in self._session.partitions("tasks", "map"):
             if self._session.row(f"SELECT id FROM tasks WHERE {_GROUP} LIMIT 1", map_id, user, generation) is not None:
                 self._session.write(f"DELETE FROM tasks WHERE {_GROUP}", map_id, user, generation)

@@ -141,7 +141,6 @@ class LocalDisk:
 
 
 def _make_folder(folder: Path) -> None:
-    """Create a folder and its parents, and sync their entries."""
     if folder.is_dir():
         return
     _make_folder(folder.parent)

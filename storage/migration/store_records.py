@@ -158,8 +158,6 @@ def _task_keys(store: Store) -> Iterator[list[Key]]:
 
 
 def _each(keep: Callable[[Store, Any], object]) -> Callable[[Store, Store, Sequence[Any]], None]:
-    """Return a function that stores records in a target one by one."""
-
     def keep_each(_source: Store, target: Store, records: Sequence[Any]) -> None:
         for record in records:
             keep(target, record)

@@ -260,6 +260,9 @@ RECORDS: dict[str, tuple[Callable[[Store], None], Callable[[Store], object]]] = 
 }
 
 
+# A record that another release wrote in a form that this one cannot read is named so, and spoils no other.
+
+
 @pytest.mark.parametrize("store", STORES, indirect=True)
 @pytest.mark.parametrize("place", RECORDS)
 def test_a_record_of_another_release_is_named_with_both(store: Store, of_later_release: None, place: str) -> None:

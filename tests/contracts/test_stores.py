@@ -377,6 +377,9 @@ NEVER_TAKEN = Lease("master")
 FIRST = Lease("master", "a", 1)
 
 
+# The contract of every ``LeaseStore``.
+
+
 def test_a_lease_that_was_never_taken_has_no_holder(store: Store) -> None:
     assert store.lease("master") == NEVER_TAKEN
 
@@ -443,6 +446,9 @@ def shared(store: Store, owner: str, name: str, *shares: Share) -> RobotRecord:
 
 def ids(records: list[RobotRecord]) -> list[str]:
     return [f"{record.user}:{record.id}" for record in records]
+
+
+# The contract of every ``RobotStore`` for robots that are shared.
 
 
 def test_shares_and_scopes_and_groups_are_returned_as_stored(store: Store) -> None:

@@ -113,7 +113,6 @@ def _merge(
 
 
 def _copy_graph(opened: OpenMap, to: Path) -> None:
-    """Write the pose graph of a map to a file; ``Conflict`` if the map has none."""
     if POSEGRAPH not in opened.record.present.files:
         raise Conflict(
             f"map {opened.record.id!r} has no pose graph, and cannot be merged: publish one that a robot or "

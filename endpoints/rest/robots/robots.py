@@ -142,7 +142,6 @@ async def remove_robot(robot: Removable, services: Provided) -> None:
 
 
 async def _listed(services: Services, robots: Sequence[ReachedRobot]) -> list[RobotListed]:
-    """Return robots for a list, as far as the caller may read them."""
     connected = await services.cloud.connected([(robot.user, robot.id) for robot in robots])
     return [
         RobotListed(**msgspec.structs.asdict(robot.record) | {"connected": here} | _shown(robot))

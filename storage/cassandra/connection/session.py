@@ -209,7 +209,6 @@ class CassandraSession:
 
 
 def _small_groups(rows: Iterable[Write]) -> Iterator[list[Write]]:
-    """Yield rows in groups that Cassandra accepts without a warning."""
     group: list[Write] = []
     size = 0
     for row in rows:

@@ -79,5 +79,8 @@ async def test_a_list_with_many_faults_is_refused_for_its_first_item(
     assert len(problem_of(answer, 422, "invalid-request")["errors"]) == 2
 
 
+# The description of the REST service can be had without a cloud.
+
+
 async def test_it_is_the_one_that_a_cloud_serves(client: httpx.AsyncClient) -> None:
     assert (await client.get("/openapi.json")).json() == description()

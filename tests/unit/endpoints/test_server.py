@@ -177,6 +177,9 @@ async def start(data: Path, *arguments: str) -> None:
         assert leadership.leads()
 
 
+# A standby with options that cannot work ends at once with one line.
+
+
 @pytest.mark.parametrize(
     ("arguments", "error", "why"),
     [
@@ -205,6 +208,9 @@ async def test_a_cloud_that_nobody_has_stood_by_for_leads_with_the_option_too(tm
     (tmp_path / MACHINES / ADDRESS).write_text("tls://127.0.0.1:8600")
     await asyncio.wait_for(start(tmp_path, "--standby", *LISTEN), 60.0)
     assert not (tmp_path / MACHINES / ADDRESS).exists(), "a standby makes no tickets"
+
+
+# Settings of endpoints are those of the options.
 
 
 @pytest.mark.parametrize(("command", "words"), [(up, []), (machine_join, ["ticket"])])

@@ -1,4 +1,4 @@
-"""TODO"""
+"""Disk space: the reserve, stores that refuse new data without it, and revocations on a full disk."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -134,6 +134,9 @@ def fill_disk(folder: Path) -> None:
     (folder / RESERVE).unlink()  # as the owner of the folder does when the disk is full
 
 
+# Stores on a full disk: nothing new is stored, and calls that withdraw a right or free space still work.
+
+
 def test_a_full_disk_stores_no_new_data(store: Store, tmp_path: Path) -> None:
     store.add_user(user("ann"))
     store.put_robot(robot("tb1"))
@@ -202,6 +205,9 @@ HASHES = [f"{number:064x}" for number in range(5)]
 def opened(folder: Path, slots: int = SLOTS) -> tuple[RefusedTokenFile, list[tuple[str, str]]]:
     file = RefusedTokenFile(folder, slots)
     return file, file.open()
+
+
+# File of revoked tokens that are not removed from the store yet.
 
 
 def test_tokens_are_there_after_a_restart_until_they_are_removed(tmp_path: Path) -> None:

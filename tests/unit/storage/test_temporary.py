@@ -1,4 +1,4 @@
-"""Temporary folders are removed, also those of processes that were killed."""
+"""Temporary folders are removed, also those of killed processes; files of others are not read."""
 
 import os
 import signal
@@ -55,6 +55,9 @@ def test_other_things_stay(tmp_path: Path) -> None:
     sweep_temporary_folders(tmp_path)
     sweep_temporary_folders(tmp_path / "none")
     assert sorted(tmp_path.iterdir()) == before
+
+
+# Files in folders that strangers can write to.
 
 
 def test_a_regular_file_is_read_up_to_the_limit(tmp_path: Path) -> None:

@@ -131,6 +131,9 @@ async def ann(services: Services) -> Services:
     return services
 
 
+# Passwords for robots that log in by the protocol of Rapyuta.
+
+
 async def test_the_hash_of_the_password_is_a_login_whose_token_nobody_knows(ann: Services) -> None:
     user, token = await ann.accounts.rapyuta.sign_in("ann", _digest(ROBOTS).upper(), "10.0.0.1")
     assert user.id == "ann"

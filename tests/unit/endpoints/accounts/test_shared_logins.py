@@ -1,4 +1,4 @@
-"""Tests of the throttle of logins.
+"""Logins that endpoints share: their throttle, tokens that are not stored, and tickets. First the throttle.
 
 Members of the kind, guessing a password: one user from one address; one user from many addresses; many users from one
 address; the old password of a change. None may lock the owner out.
@@ -148,6 +148,9 @@ async def accounts(store: FullStore, clock: ManualClock, passwords: Passwords) -
     return made
 
 
+# Logins while the store refuses writes: an administrator must be able to log in and free space.
+
+
 async def test_a_token_that_cannot_be_stored_works_for_a_while(accounts: Accounts, clock: ManualClock) -> None:
     login = await accounts.sign_in("ann", PASSWORD)
     assert login.expires == clock() + UNSAVED_LIFETIME
@@ -205,6 +208,9 @@ def test_of_many_tokens_the_oldest_are_forgotten() -> None:
 @pytest.fixture
 def tickets(clock: ManualClock) -> SocketTickets:
     return SocketTickets(clock)
+
+
+# Tickets for one handshake each.
 
 
 def test_a_ticket_is_redeemed_once(tickets: SocketTickets) -> None:

@@ -130,6 +130,12 @@ def admitted(guard: FloodGuard, events: list[AuditEvent]) -> int:
     return sum(len(guard.admit(event)) for event in events)
 
 
+# Folding of similar events.
+#
+# Who may flood: a stranger with logins or tokens that are wrong, from one address or many; a user with actions that
+# are refused; a user who repeats an action on one object.
+
+
 def test_similar_events_beyond_a_number_are_folded_into_one() -> None:
     clock = ManualClock()
     guard = FloodGuard(clock)
@@ -175,6 +181,9 @@ def test_the_memory_of_the_guard_is_bounded() -> None:
 
 def actions(data: Path) -> list[str]:
     return [event.action for event in AuditFiles(data / AUDIT).read(AuditQuery())][::-1]
+
+
+# The audit log of a data folder: of a cloud, and of commands beside it.
 
 
 async def test_start_and_stop_of_a_cloud_are_recorded(tmp_path: Path) -> None:
@@ -226,6 +235,9 @@ def start(path: Path, writer: int) -> subprocess.Popen[str]:
     return subprocess.Popen(
         [sys.executable, "-c", PROGRAM, *arguments], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )
+
+
+# Several processes append to the audit log of one data folder, while its files are rotated and read.
 
 
 def test_no_event_of_several_processes_is_lost_repeated_or_out_of_order(tmp_path: Path) -> None:

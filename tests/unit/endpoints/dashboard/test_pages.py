@@ -93,6 +93,9 @@ HERE = Path(__file__).parent
 TESTS = sorted(HERE.glob("*.test.js"))
 
 
+# Pure JavaScript modules of the dashboard, tested by node, which comes with Playwright.
+
+
 @pytest.mark.parametrize("file", TESTS, ids=lambda file: file.name.removesuffix(".test.js"))
 def test_javascript_module_passes_its_tests(file: Path) -> None:
     node, _ = compute_driver_executable()

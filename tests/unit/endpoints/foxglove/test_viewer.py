@@ -190,6 +190,9 @@ async def test_a_viewer_that_does_not_read_what_it_must_disconnects(viewer: Stil
 BOX = [[0.3, 0.2], [0.3, -0.2], [-0.1, -0.2], [-0.1, 0.2]]
 
 
+# Bodies of robots as viewers see them.
+
+
 @pytest.mark.parametrize("given", [{}, {"footprint": BOX}, {"robot_radius": 0.5}])
 async def test_a_body_has_the_outline_that_the_clone_plans_with(services: Services, given: dict[str, Any]) -> None:
     record = records.robot(parameters={"global_costmap": given})

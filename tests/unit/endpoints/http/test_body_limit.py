@@ -1,4 +1,4 @@
-"""Eagerly started coroutines."""
+"""Eagerly started coroutines, by which bodies are read."""
 
 import asyncio
 

@@ -168,6 +168,9 @@ def soft_limit() -> Iterator[int]:
     resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
 
 
+# The limit of open files is raised to its hard limit, and bounds the connections.
+
+
 def test_the_limit_of_open_files_is_raised_to_its_hard_limit(soft_limit: int) -> None:
     highest = MAX_FILES if soft_limit == resource.RLIM_INFINITY else min(soft_limit, MAX_FILES)
     assert raise_file_limit() == highest == resource.getrlimit(resource.RLIMIT_NOFILE)[0]

@@ -268,6 +268,9 @@ class Taker:
             self._queue.add(self)
 
 
+# Turns of connections: one per iteration of the loop, shared by those that wait.
+
+
 async def test_short_turns_share_an_iteration_and_long_ones_take_one_each() -> None:
     clock = ManualClock()
     queue = TurnQueue(asyncio.get_running_loop(), clock)

@@ -239,6 +239,13 @@ async def passed(make: Any, scope: Scope) -> Scope:
     return seen[0]
 
 
+# Path prefixes and headers of proxies.
+#
+# The kind: a proxy that changes what the cloud sees. It may remove the prefix of a path or keep it, name it in a
+# header or not, and add the address of the client behind those that the client claims. Everybody else may send such
+# headers.
+
+
 @pytest.mark.parametrize(
     ("path", "inner"),
     [
@@ -308,6 +315,12 @@ async def test_a_prefix_that_is_none_is_ignored(given: str) -> None:
 
 
 HTML = {"Accept": "text/html"}
+
+
+# HEAD is answered wherever GET is, with the same head and no body.
+#
+# Its members: operations of REST, pages, redirects, files of the dashboard, problems, and answers that are sent in
+# parts, which are not read to their end.
 
 
 @pytest.mark.parametrize(

@@ -57,6 +57,9 @@ def test_another_origin_is_refused(text: str) -> None:
         allowed_origin(text)
 
 
+# Origins of pages that open WebSockets.
+
+
 @pytest.mark.parametrize(
     ("origin", "host"),
     [

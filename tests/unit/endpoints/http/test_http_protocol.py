@@ -72,6 +72,9 @@ async def test_the_first_body_block_is_not_copied() -> None:
 HOST = (b"host", b"cloud:8500")
 
 
+# Rules of the head of a request: its version, and its Host.
+
+
 @pytest.mark.parametrize(
     ("version", "headers", "websocket", "status"),
     [

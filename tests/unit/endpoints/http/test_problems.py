@@ -201,6 +201,9 @@ def log(clock: ManualClock, caplog: pytest.LogCaptureFixture) -> RefusalLog:
     return RefusalLog(logging.getLogger("refusals"), clock)
 
 
+# Warnings about clients: few a second for one address, one line each.
+
+
 def test_a_refusal_is_one_warning_with_its_address(log: RefusalLog, caplog: pytest.LogCaptureFixture) -> None:
     log.add("203.0.113.7", "robot ann/tb1: conflict: connected already")
     [record] = caplog.records

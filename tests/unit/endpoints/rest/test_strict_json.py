@@ -110,6 +110,9 @@ def test_any_bytes_are_read_or_refused(body: bytes) -> None:
         parse(body)
 
 
+# Media types of request bodies.
+
+
 @pytest.mark.parametrize(
     ("header", "found"),
     [
@@ -137,6 +140,9 @@ def test_the_media_type_has_no_parameters(header: bytes | None, found: str) -> N
 )
 def test_a_format_is_named_alone_or_after_a_plus(media_type: str, is_json: bool) -> None:
     assert is_format(media_type, "json") == is_json
+
+
+# JSON merge patch: the examples of RFC 7396, appendix A.
 
 
 @pytest.mark.parametrize(
@@ -169,6 +175,13 @@ JSON = {"Content-Type": "application/json"}
 def depth_of(value: Any) -> int:
     children = value.values() if isinstance(value, dict) else value if isinstance(value, list) else None
     return 0 if children is None else 1 + max(map(depth_of, children), default=0)
+
+
+# Values that are nested too deeply are refused before they are stored, and stored ones do not break a list.
+#
+# The kind: input that is accepted and cannot be shown again. Its members: objects, lists and both, in the parameters
+# and properties of robots and the parameters of plans, by PUT and by PATCH; text that is not Unicode; numbers that
+# are not finite or too large.
 
 
 @given(values)

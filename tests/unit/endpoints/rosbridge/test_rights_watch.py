@@ -86,6 +86,9 @@ def map_watch(world: World) -> MapRightsWatch:
     return MapRightsWatch(world.sessions, world.services)
 
 
+# Places close when their map, or a mask, is no longer shared with the owner of their robot.
+
+
 async def test_robots_on_a_map_that_is_no_longer_shared_are_disconnected(
     world: World, map_watch: MapRightsWatch
 ) -> None:

@@ -318,6 +318,9 @@ async def test_a_robot_reconnects_at_once_after_an_aborted_connection(world: Wor
             assert (await next_of(container, robot_link.Deliver)).topic == "goal"
 
 
+# Frames that a client is sent by what its handshake says of it, and content of the messages it sends.
+
+
 @pytest.mark.parametrize("agent", ["AutobahnPython/24.4.2", "Python/3.11 websockets/15.0.1"])
 def test_libraries_of_roslibpy_are_not_sent_png(agent: str) -> None:
     assert not reads_png(agent)
@@ -359,6 +362,9 @@ def limit(world: World, containers: int) -> None:
 async def told(client: ClientConnection) -> dict[str, Any]:
     frame: dict[str, Any] = json.loads(await asyncio.wait_for(client.recv(), 10))
     return frame
+
+
+# Robots that wait in the queue for a container.
 
 
 async def test_queued_robots_get_their_positions_and_are_served_in_order(crowded: World) -> None:

@@ -55,6 +55,9 @@ async def test_a_cancelled_turn_is_given_to_the_next() -> None:
     assert not work._users
 
 
+# Calls from threads to the event loop.
+
+
 async def test_a_thread_gets_the_result_or_the_error_of_a_coroutine() -> None:
     async def half(number: int) -> int:
         await asyncio.sleep(0.0)

@@ -99,6 +99,9 @@ def recorded(services: Services) -> Path:
     return folder
 
 
+# Robots that are removed and made again with the same id.
+
+
 async def test_a_robot_that_is_made_again_has_nothing_of_the_former_one(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish, services: Services
 ) -> None:

@@ -1,4 +1,4 @@
-"""Heads of maps are cached, and read again when they may have changed."""
+"""Caches of services: heads of maps, which are read again when they may have changed, and refused connects."""
 
 import asyncio
 import threading
@@ -129,6 +129,9 @@ class Unreachable(MemoryMapStore):
 def refuse(refused: RefusedConnects, robot: str, role: str = "robot") -> None:
     with pytest.raises(Conflict), refused.attempt("ann", robot, role):
         raise Conflict("it is connected already")
+
+
+# Last refusals of robots that tried to connect.
 
 
 def test_refusal_is_kept_with_its_age_until_the_robot_connects() -> None:

@@ -1,4 +1,4 @@
-"""TODO"""
+"""Watch over the disk of the data folder: it keeps the reserve, and logs when space runs out and when it is back."""
 
 import logging
 from pathlib import Path

@@ -37,6 +37,9 @@ def test_a_stray_file_in_the_folder_is_not_a_map(tmp_path: Path) -> None:
 ENTRY = LogEntry(3, "ann", ("bob",), "a house", removed=(1, 2))
 
 
+# Entries of a map's log have a checksum; a damaged one makes its own map unusable, and no other.
+
+
 def test_an_entry_is_read_as_written() -> None:
     assert decode_entry(encode_entry(ENTRY), "house/log/1") == ENTRY
 
@@ -79,6 +82,9 @@ def test_a_damaged_map_is_left_out_of_lists_and_named_once_in_the_log(
     with pytest.raises(Unavailable, match="house/log/00000001 of the maps is damaged"):
         store.map_head("house")
     assert found_map(store, "shed").files == house().files
+
+
+# Damaged files of maps are detected.
 
 
 def test_damaged_files_are_reported_and_repaired_by_publishing_again(tmp_path: Path) -> None:

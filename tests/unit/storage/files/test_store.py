@@ -278,6 +278,9 @@ def limited(folder: Path, what: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
+# Maps of 8192 × 8192 cells are published and read with a fraction of their size in memory.
+
+
 def test_a_map_is_published_read_and_compared_within_half_its_size(large: Path) -> None:
     ended = limited(large, "stream")
     assert ended.returncode == 0, ended.stderr

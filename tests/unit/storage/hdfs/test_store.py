@@ -1,4 +1,4 @@
-"""URLs of folders in HDFS."""
+"""Maps in HDFS: URLs of folders."""
 
 import getpass
 

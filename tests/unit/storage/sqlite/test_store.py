@@ -238,6 +238,12 @@ def damage(tmp_path: Path, table: str, key: str, value: str) -> None:
         connection.execute(f"UPDATE {table} SET record = x'00' WHERE {key} = ?", (value,))
 
 
+# A record that cannot be read affects no other record.
+#
+# The kind is "damaged records". Its members: heads of maps (``tests/unit/storage/files/test_log_entries.py``), files
+# of maps (by their hash), users, tokens and robots in lists, plans in the outbox.
+
+
 def test_a_damaged_user_hides_no_other(
     three_users: SqliteStore, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -82,6 +82,9 @@ def test_an_old_driver_is_named(url: str, driver: str, monkeypatch: pytest.Monke
         (open_map_store if driver == "hdfs" else open_store)(url)
 
 
+# Backends of stores, by URL scheme.
+
+
 @pytest.mark.parametrize(
     "url", ["sqlite:", "sqlite:///", "sqlite://store.db", "sqlite://[x", "sqlite:///a?b", "sqlite:///a#b"]
 )

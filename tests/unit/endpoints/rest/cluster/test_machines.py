@@ -91,6 +91,9 @@ async def test_a_machine_with_containers_is_removed_only_by_force(
     assert list(cloud.known) == ["m1"]
 
 
+# Endpoints over REST, for administrators.
+
+
 async def test_endpoints_are_listed_by_id_in_pages(client: httpx.AsyncClient, log_in: LogIn, cloud: FakeCloud) -> None:
     cloud.serving = [endpoint("hall-1", state="silent"), endpoint("local-2"), endpoint("local-1")]
     admin = await log_in("admin")

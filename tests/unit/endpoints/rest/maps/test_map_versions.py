@@ -161,6 +161,9 @@ async def test_every_version_of_a_map_stays_readable(
         )
 
 
+# Transfer of a map's cells; their values are tested in ppaas.maps.
+
+
 async def test_cells_are_gzipped_for_clients_that_accept_gzip(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish
 ) -> None:

@@ -201,6 +201,9 @@ async def test_occupancy_rules_are_stored_with_the_map(
 MERGE = {"Content-Type": "application/merge-patch+json"}
 
 
+# Changes of maps: readers and description.
+
+
 async def test_the_owner_changes_readers_and_description(
     client: httpx.AsyncClient, log_in: LogIn, publish: Publish
 ) -> None:

@@ -1,4 +1,4 @@
-"""The URDF of a robot over REST."""
+"""The URDF of a robot over REST, and the check of its clone before that."""
 
 from collections.abc import AsyncIterator
 from dataclasses import replace
@@ -129,6 +129,9 @@ def checker() -> FakeChecker:
 @pytest.fixture
 def services(services: Services, checker: FakeChecker) -> Services:
     return replace(services, clones=checker)  # type: ignore[arg-type]
+
+
+# Robot files and URDFs that a clone would refuse are refused when they are sent.
 
 
 async def test_all_faults_are_listed_with_their_parameters(

@@ -1,4 +1,4 @@
-"""Robots over REST."""
+"""Robots over REST, their changes, models and nodes."""
 
 import json
 from typing import Any
@@ -245,6 +245,9 @@ async def test_a_connected_robot_cannot_be_removed(
     problem_of(await client.delete("/v1/robots/tb1", headers=ann), 404, "not-found")
 
 
+# Robot models over REST.
+
+
 async def test_every_model_is_listed_with_its_radius(client: httpx.AsyncClient, log_in: LogIn) -> None:
     answer = await client.get("/v1/models?limit=500", headers=await log_in("ann"))
     listed = answer.json()
@@ -264,6 +267,9 @@ NODES = "/v1/robots/tb1/nodes"
 async def put_robot(client: httpx.AsyncClient, ann: dict[str, str], publish: Publish) -> None:
     await publish(ann)
     await client.put("/v1/robots/tb1", headers=ann, json={"map": "house"})
+
+
+# Homes of a robot's nodes over REST.
 
 
 async def test_each_node_is_listed_with_its_home_and_reasons(
@@ -327,6 +333,9 @@ MERGE = {"Content-Type": "application/merge-patch+json"}
 
 
 TUNED = {"map": "house", "cores": 0.25, "parameters": {"amcl": {"max_particles": 800, "min_particles": 100}}}
+
+
+# Changes of robots, by JSON merge patch.
 
 
 async def test_a_patch_changes_only_the_given_fields_of_a_robot(

@@ -124,6 +124,9 @@ async def test_guesses_of_the_old_password_are_throttled_too(
     assert answers == [403] * USER_AT_ADDRESS.failures + [429]
 
 
+# Tickets over REST.
+
+
 async def test_a_ticket_stands_for_the_token_of_the_request(
     client: httpx.AsyncClient, services: Services, log_in: LogIn
 ) -> None:
@@ -160,6 +163,9 @@ async def created(client: httpx.AsyncClient, header: Header, **wanted: Any) -> H
     assert answer.status_code == 201, answer.text
     assert answer.headers["cache-control"] == "no-store"
     return {"Authorization": f"Bearer {answer.json()['token']}"}
+
+
+# Tokens for some robots only, over REST.
 
 
 async def test_a_token_is_good_for_its_robots_alone(client: httpx.AsyncClient, ann: Header) -> None:

@@ -113,6 +113,9 @@ async def test_a_user_is_logged_out_everywhere_by_the_user_or_an_administrator(
 NEW = "battery staple"
 
 
+# Changes of users: passwords and roles.
+
+
 async def test_a_user_changes_the_password_and_other_logins_end(
     client: httpx.AsyncClient, log_in: LogIn, services: Services
 ) -> None:
@@ -161,6 +164,9 @@ async def test_users_cannot_change_roles_or_access_other_users(client: httpx.Asy
 
 
 ROBOTS = "battery staple"
+
+
+# Password for robots of Rapyuta in the changes of users.
 
 
 async def test_an_administrator_sets_and_removes_it(

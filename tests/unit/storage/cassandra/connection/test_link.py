@@ -146,6 +146,9 @@ def advice(error: Exception) -> str:
     return str(caught.value)
 
 
+# Errors of the driver, with advice.
+
+
 def test_too_many_deleted_rows_come_with_what_to_do() -> None:
     told = advice(ReadFailure("failed", error_code_map={"127.0.0.1": 1}))
     assert "deleted rows" in told
