@@ -60,6 +60,9 @@ from storage.sharing_records import Share
 logger = logging.getLogger(__name__)
 
 
+# Connect request of a client: the query in the address of its WebSocket.
+
+
 @dataclass(frozen=True, slots=True)
 class ConnectRequest:
     """Parameters of a client's connection to a robot.
@@ -148,6 +151,9 @@ def parse_connect_request(query: Mapping[str, str]) -> ConnectRequest:
     )
 
 
+# Admission of clients to robots: their own, and those that are shared with them.
+
+
 async def admitted(services: Services, user: User, request: ConnectRequest) -> tuple[ConnectRequest, Access]:
     """Return the request of a client, and the client's rights on the robot.
 
@@ -226,6 +232,8 @@ async def only_robot(store: RobotStore, user: User) -> str:
 def _first_robots(store: RobotStore, user: User) -> list[RobotRecord]:
     return own_robots(store, user, limit=MAX_LISTED + 1)
 
+
+# Attachment of a socket to a session in the container of its place.
 
 PROBE_TIMEOUT = 2.0
 """Time limit of the probe of a robot's socket when another socket connects for the same robot [s]."""
@@ -309,6 +317,9 @@ class Attachment:
         """Detach the socket from the session, which is retained for a while unless the client left for good."""
         self._left.set()
         self.session.detach(for_good=for_good)
+
+
+# Places of robots, as the engine opens them for sockets.
 
 
 class RobotPlaces(Protocol):

@@ -246,6 +246,7 @@ class RapyutaPasswords:
         stored = ""
         if password is not None:
             if user.role == "admin":
+                # The token of an administrator's robot would administer the cloud (ADR 0044).
                 raise Conflict("robots of an administrator do not log in by the protocol of Rapyuta: create a user")
             if await self._passwords.verify(user.password_hash, password):
                 raise InvalidInput(

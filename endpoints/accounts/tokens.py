@@ -25,6 +25,8 @@ from storage.store_cache import StoreCache
 
 logger = logging.getLogger(__name__)
 
+# Revocations, which hold at once also where the store cannot be written yet.
+
 RETRY = 2.0
 """Time between two attempts to remove a revoked token from the store [s]."""
 

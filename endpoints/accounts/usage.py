@@ -16,6 +16,8 @@ from storage.records import MapFile, MapRecord
 from storage.staged_uploads import StagedUpload
 from storage.versions import map_version
 
+# Stored bytes of a user: the files of all versions of the user's maps, and the URDFs of the user's robots.
+
 PAGE = 32
 """Number of versions that are read at once; usually only the newest ones are new."""
 

@@ -97,6 +97,7 @@ def _read_definitions() -> None:
 # A refused viewer gets the reason in a status of the protocol, which Foxglove shows, and is disconnected then. A
 # client that offers no subprotocol of Foxglove gets an HTTP problem instead.
 
+# foxglove-sdk offers the first, @foxglove/ws-protocol the second; the messages of both are the same (ADR 0048).
 SUBPROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 """Subprotocols, the preferred one first."""
 
@@ -251,6 +252,7 @@ async def _refuse(socket: WebSocket, error: PPaaSError, subprotocol: str | None)
 
 async def _show_and_close(socket: WebSocket, error: PPaaSError) -> None:
     """Close the socket with the reason, after a status with it, which Foxglove shows."""
+    # Browsers and Foxglove show no answer of HTTP to a handshake, so the reason goes by the protocol (ADR 0048).
     await close_with(socket, error, last=answers.status(Level.ERROR, f"{error.slug}: {error.public}"))
 
 

@@ -116,6 +116,8 @@ class Feed:
             self._task.cancel()
 
 
+# Robots that a viewer sees: those of the user and those that are shared with the user, or the ones it names.
+
 MAX_ROBOTS = 200
 """Largest number of robots that one viewer sees; further ones are not shown unless it names them."""
 

@@ -416,6 +416,8 @@ async def read_all(views: list[RobotView]) -> tuple[dict[str, Parameter], list[P
     return found, errors
 
 
+# Requests of a viewer, and what it asked for that changes with time.
+
 PERIOD = 2.0
 """Interval at which robots, channels, services, watched parameters and the graph are looked at again [s]."""
 

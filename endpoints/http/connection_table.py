@@ -154,6 +154,8 @@ class _Address:
         self.waiting: dict[Evictable, None] = {}
 
 
+# Limit of open files of the web process, which bounds its connections.
+
 MAX_FILES = 1 << 20
 """Limit of open files that is enough for any cloud; a higher one makes some programs slow."""
 

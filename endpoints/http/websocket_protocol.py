@@ -328,6 +328,8 @@ def connection_of(socket: WebSocket) -> DirectWebSocket:
     return connection
 
 
+# Closing of WebSockets by the cloud, with the reason.
+
 CLOSED_BY_CLOUD = 1011
 """Close code: the session is over."""
 

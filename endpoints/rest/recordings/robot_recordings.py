@@ -105,6 +105,7 @@ async def assembled(
 def _put_together(sources: list[FilePath], readable: list[list[str]], target: int) -> None:
     arguments = {"sources": [str(source) for source in sources], "target": target, "readable": readable}
     failure = "the recording could not be put together"
+    # A separate process has a limit of memory, and what was cut off is put together there (ADR 0049).
     run_program(_ASSEMBLY, [json.dumps(arguments)], failure, SECONDS, inherited=(target,))
 
 
