@@ -259,8 +259,8 @@ class LocalLogins:
 
     def __init__(self, clock: Clock = monotonic, file: RefusedTokenFile | None = None) -> None:
         self._file = file
-        # One throttle a kind: in a common one, a success with a hash that was read on the network would clear the failures
-        # of somebody who guesses the user's own password from the same address (ADR 0044).
+        # One throttle a kind: in a common one, a success with a hash that was read on the network would clear the
+        # failures of somebody who guesses the user's own password from the same address (ADR 0044).
         self._throttles: dict[LoginKind, LoginThrottle] = {
             "password": LoginThrottle(clock),
             "rapyuta": LoginThrottle(clock),

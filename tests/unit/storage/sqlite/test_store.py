@@ -240,7 +240,7 @@ def damage(tmp_path: Path, table: str, key: str, value: str) -> None:
 
 # A record that cannot be read affects no other record.
 #
-# The kind is "damaged records". Its members: heads of maps (``tests/unit/storage/files/test_log_entries.py``), files
+# The kind is "damaged records". Its members: heads of maps (``tests/unit/storage/files/test_map_log.py``), files
 # of maps (by their hash), users, tokens and robots in lists, plans in the outbox.
 
 
