@@ -22,7 +22,8 @@ COPY engine/__init__.py engine/
 COPY engine/processes engine/processes
 COPY engine/runtimes/__init__.py engine/runtimes/
 COPY engine/runtimes/compilation engine/runtimes/compilation
-COPY storage/__init__.py storage/store_errors.py storage/temporary.py storage/
+COPY storage/__init__.py storage/
+COPY storage/own_files.py storage/
 RUN NUMBA_CACHE_DIR=/opt/ppaas/kernels /opt/ppaas/bin/python -m engine.runtimes.compilation.rest_compiler
 
 FROM dependencies AS installed

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from storage.temporary import PREFIX, YOUNG, is_own_folder, read_own, sweep_temporary_folders, temporary_folder
+from storage.own_files import is_own_folder, read_own
+from storage.temporary import PREFIX, YOUNG, sweep_temporary_folders, temporary_folder
 
 
 def age(folder: Path) -> None:
