@@ -23,7 +23,7 @@ COPY engine/processes engine/processes
 COPY engine/runtimes/__init__.py engine/runtimes/
 COPY engine/runtimes/compilation engine/runtimes/compilation
 COPY storage/__init__.py storage/
-COPY storage/temporary storage/temporary
+COPY storage/own_files.py storage/
 RUN NUMBA_CACHE_DIR=/opt/ppaas/kernels /opt/ppaas/bin/python -m engine.runtimes.compilation.rest_compiler
 
 FROM dependencies AS installed

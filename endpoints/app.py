@@ -10,14 +10,14 @@ from endpoints.audit.requests import AuditedRequests
 from endpoints.dashboard.pages import add_dashboard
 from endpoints.documentation.site import BUILT, add_documentation
 from endpoints.http.body_limit import BodyLimit, BodyLimits
-from endpoints.http.front import front
+from endpoints.http.front import HeadRequests, front
 from endpoints.http.front_settings import FrontSettings
-from endpoints.http.head_requests import HeadRequests
 from endpoints.http.problems import add_problem_handlers
+from endpoints.rest import tasks, traffic
 from endpoints.rest.cluster import audit, containers, endpoints, health, machines
 from endpoints.rest.dependencies import single_query_values
 from endpoints.rest.maps import map_cells, map_merge, map_reviews, map_versions, map_zones, maps
-from endpoints.rest.openapi import EVERYWHERE, TAGS, describe, operation_id
+from endpoints.rest.openapi import EVERYWHERE, TAGS, add_viewer, describe, operation_id
 from endpoints.rest.people import people, people_history
 from endpoints.rest.plans import (
     evaluation,
@@ -34,15 +34,11 @@ from endpoints.rest.robots import (
     robot_diagnosis,
     robot_goals,
     robot_map,
-    robot_nodes,
     robot_shares,
     robot_urdf,
     robots,
 )
-from endpoints.rest.tasks import tasks
-from endpoints.rest.traffic import traffic
-from endpoints.rest.users import groups, scoped_tokens, tickets, tokens, users
-from endpoints.rest.viewer import add_viewer
+from endpoints.rest.users import groups, tokens, users
 from endpoints.services.services import Services
 from ppaas import __version__
 
@@ -63,8 +59,6 @@ RESOURCES = (
     planning,
     fleet_plans,
     tokens,
-    scoped_tokens,
-    tickets,
     users,
     groups,
     maps,
@@ -82,7 +76,6 @@ RESOURCES = (
     planners,
     robots,
     robot_urdf,
-    robot_nodes,
     robot_map,
     robot_goals,
     robot_diagnosis,
@@ -129,7 +122,7 @@ class Application(FastAPI):
         limits = services.limits
         posts = {
             f"{PREFIX}{maps.router.prefix}": BodyLimits(limits.max_upload, limits.max_upload_seconds),
-            f"{PREFIX}{tokens.router.prefix}": BodyLimits(limits.max_login, limits.max_body_seconds),
+            f"{PREFIX}{tokens.PATH}": BodyLimits(limits.max_login, limits.max_body_seconds),
         }
         fast_path = PlanFastPath(super().__call__, prefix=PREFIX, services=services)
         bodies = BodyLimit(fast_path, BodyLimits(limits.max_body, limits.max_body_seconds), posts)

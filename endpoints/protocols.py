@@ -6,7 +6,7 @@ from typing import ClassVar
 from starlette.types import ASGIApp
 
 from endpoints.http.front_settings import FrontSettings
-from endpoints.rosbridge.session_registry import SessionRegistry
+from endpoints.rosbridge import SessionRegistry
 from endpoints.services.services import Services
 from ppaas.plugins import PluginRegistry
 

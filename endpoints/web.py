@@ -17,14 +17,10 @@ from endpoints.app import create_app
 from endpoints.http.connection_table import ConnectionTable
 from endpoints.http.front_settings import FrontSettings
 from endpoints.http.http_protocol import DirectHttp, http_protocol
-from endpoints.http.tls import ServerTls
-from endpoints.http.tls_handshake import TlsListener
+from endpoints.http.tls import ServerTls, TlsListener
 from endpoints.http.websocket_protocol import DirectWebSocket
 from endpoints.protocols import MAX_FRAME, PROTOCOLS, ClientProtocol
-from endpoints.rosbridge.rights_watch import RightsWatch
-from endpoints.rosbridge.robot_socket import serve_robot_socket
-from endpoints.rosbridge.session_registry import SessionRegistry
-from endpoints.services.robot_places import RobotPlaces
+from endpoints.rosbridge import RightsWatch, RobotPlaces, SessionRegistry, serve_robot_socket
 from endpoints.services.services import Services
 from engine.processes.background import Background
 

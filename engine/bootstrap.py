@@ -35,9 +35,9 @@ from engine.service.robot_sessions import RobotSessions
 from engine.specs.checkpoints import CheckpointSelection
 from engine.specs.start_state import log_start
 from ppaas.errors import InvalidInput, Unavailable
-from storage.disk_space.reserve import DiskReserve
+from storage.disk_space import DiskReserve
 from storage.ports import MapStore, Store
-from storage.recordings.folder import RecordingsFolder
+from storage.recordings import RecordingsFolder
 from storage.urls.opening import open_map_store, open_store
 
 if TYPE_CHECKING:

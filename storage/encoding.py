@@ -136,7 +136,6 @@ class Written(msgspec.Struct, frozen=True):
 
 
 def _header(data: bytes) -> tuple[int, int]:
-    """Return the number of fields of a record, and where the first of them begins."""
     if data[0] == _MAP16:
         return int.from_bytes(data[1:3]), 3
     return data[0] - _FIX, 1

@@ -15,7 +15,7 @@ from typing import Protocol
 from ppaas.plans.history import LinkHistory, PlannerHistory
 from storage.map_port import MapStore
 from storage.names import Group
-from storage.people_port import PeopleStore
+from storage.people import PeopleStore
 from storage.plan_query import PlanStoreQuery
 from storage.records import (
     CloneCheckpoint,

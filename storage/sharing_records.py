@@ -12,6 +12,7 @@ ShareRole = Literal["look", "drive", "administer"]
 TokenRole = Literal["look", "drive", "administer", "robot"]
 """Roles of scoped tokens. ``robot`` connects as the robot itself."""
 
+# Each role includes those before: more would be combinations that nobody remembers (ADR 0045).
 SHARE_ROLES: tuple[ShareRole, ...] = get_args(ShareRole)
 
 GROUP = "group:"

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import BinaryIO
 
 from ppaas.errors import InvalidInput
-from storage.disk_errors import disk_errors
 from storage.records import MapFile
+from storage.store_errors import disk_errors
 from storage.versions import PARTS, files_after
 
 Buffer = bytes | mmap.mmap

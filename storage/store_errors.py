@@ -1,5 +1,10 @@
 """Errors of stores: the text for operators names the file or the address, the text for clients does not."""
 
+import errno
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
 from ppaas import __version__
 from ppaas.errors import Damaged, Unavailable
 
@@ -43,3 +48,31 @@ def of_another_release(place: str, release: str, reason: object) -> Unavailable:
         f"{place} is a record of another release of PPaaS ({release or 'unknown'}), which this one ({__version__}) "
         f"cannot read ({reason}): run the release that wrote it, or a newer one"
     )
+
+
+# Errors of disks, with advice for the operator.
+
+_ADVICE = {
+    errno.ENOSPC: "the disk is full: free space",
+    errno.EDQUOT: "the disk quota is used up: free space",
+    errno.EROFS: "the file system is read-only: mount it writable",
+    errno.EACCES: "permission denied: give the user that runs the cloud read and write access",
+    errno.EPERM: "permission denied: give the user that runs the cloud read and write access",
+    errno.EMFILE: "too many open files: raise the limit (ulimit -n)",
+    errno.ENFILE: "too many open files on this machine: raise the limit (fs.file-max)",
+    errno.EIO: "the disk fails: check its health, and restore from a backup",
+    errno.ENOTDIR: "a file is where a folder should be: move it away",
+    errno.EEXIST: "a file is where a folder should be: move it away",
+}
+
+
+@contextmanager
+def disk_errors(path: Path, *, but: type[OSError] | tuple[()] = ()) -> Iterator[None]:
+    """Turn an ``OSError`` raised in the block into ``Unavailable``, except one of type ``but``."""
+    try:
+        yield
+    except but:
+        raise
+    except OSError as error:
+        advice = _ADVICE.get(error.errno or 0, error.strerror or type(error).__name__)
+        raise unusable(path, advice, advice) from error

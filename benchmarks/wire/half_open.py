@@ -14,7 +14,7 @@ from benchmarks.engine.samples import median_and_p99
 from benchmarks.engine.site import EngineSite
 from benchmarks.harness.figures import Figure
 from benchmarks.wire.site import Endpoints
-from endpoints.http.open_files import raise_file_limit
+from endpoints.http.connection_table import raise_file_limit
 from ppaas.errors import PPaaSError
 from robots.client.rest import RestClient
 

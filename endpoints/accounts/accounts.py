@@ -9,16 +9,14 @@ import msgspec
 from starlette.concurrency import run_in_threadpool
 
 from endpoints.accounts.fair_queue import Origin
-from endpoints.accounts.passwords import Passwords
-from endpoints.accounts.rapyuta_passwords import RapyutaPasswords
+from endpoints.accounts.passwords import Passwords, RapyutaPasswords
 from endpoints.accounts.shared_logins import LocalLogins, SharedLogins
-from endpoints.accounts.token_cache import TokenCache
-from endpoints.accounts.tokens import TOKEN_LIFETIME, IssuedToken, Tokens, received_token_id
+from endpoints.accounts.tokens import TOKEN_LIFETIME, IssuedToken, TokenCache, Tokens, received_token_id
 from endpoints.accounts.user_lookup import counted_name, find_user
 from endpoints.accounts.user_turns import LocalTurns, UserTurns, in_turn
 from ppaas.clock import Clock, epoch
 from ppaas.errors import Conflict, InvalidInput, NotAuthenticated, NotFound, NotPermitted, Unavailable
-from storage.disk_space.refused_tokens import RefusedToken
+from storage.disk_space import RefusedToken
 from storage.names import check_name
 from storage.ports import UserStore
 from storage.records import Role, User

@@ -7,16 +7,36 @@ ticket. A token in the query of a WebSocket's address is taken, too, because cli
 """
 
 import base64
-from typing import NamedTuple
+from collections.abc import MutableMapping
+from typing import Any, NamedTuple
 
 from starlette.requests import HTTPConnection
 from starlette.websockets import WebSocket
 
 from endpoints.accounts.accounts import Accounts
-from endpoints.accounts.caller import note_caller
 from endpoints.accounts.tokens import received_token_id
 from ppaas.errors import NotAuthenticated
 from storage.records import User
+
+_KEY = "ppaas.caller"
+
+
+class Caller(NamedTuple):
+    """User of a connection, and id of the token that authenticated it."""
+
+    user: str
+    token: str
+
+
+def note_caller(scope: MutableMapping[str, Any], user: str, token: str) -> None:
+    """Note the user of a connection, and the id of the token."""
+    scope[_KEY] = Caller(user, token)
+
+
+def caller_of(scope: MutableMapping[str, Any]) -> Caller | None:
+    """Return the caller of a connection; None if it is not authenticated."""
+    return scope.get(_KEY)
+
 
 BEARER_PROTOCOL = "ppaas.bearer."
 """Prefix of a subprotocol that carries a token."""
@@ -53,7 +73,7 @@ def credentials_of(connection: HTTPConnection) -> Credentials:
 def address_of(connection: HTTPConnection) -> str:
     """Return the address of the client, without its port; empty if it is unknown.
 
-    Behind a trusted proxy, it is the address of the proxy's client (`endpoints.http.forwarding`).
+    Behind a trusted proxy, it is the address of the proxy's client (`endpoints.http.front`).
     """
     return connection.client.host if connection.client is not None else ""
 

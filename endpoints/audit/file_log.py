@@ -1,19 +1,109 @@
-"""Audit log in files, which a thread writes, so that no caller waits for the disk."""
+"""Audit log of a data folder: files that a thread writes, so that no caller waits for the disk.
 
+A flood guard folds many similar events into one, so that nobody fills the log and pushes older events out.
+"""
+
+import asyncio
 import contextlib
+import getpass
 import logging
 import queue
 import threading
+from collections import OrderedDict
+from collections.abc import AsyncIterator, Hashable, Iterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
 from pathlib import Path
+
+import msgspec
 
 from endpoints.audit.event import AuditEvent, AuditQuery, lost_events
 from endpoints.audit.files import FILES, MAX_SIZE, AuditFiles
-from endpoints.audit.flood_guard import FloodGuard
 from engine.processes.private_files import PRIVATE
-from ppaas.clock import monotonic
+from ppaas import __version__
+from ppaas.clock import Clock, monotonic
 from ppaas.errors import InvalidInput, Unavailable
 
 logger = logging.getLogger(__name__)
+
+
+WINDOW = 60.0
+"""Time for which similar events are counted [s]."""
+
+PER_KEY = 20
+"""Largest number of similar events of a user, or of unknown callers at an address, in a window."""
+
+OF_STRANGERS = 120
+"""Largest number of similar events of all unknown callers in a window."""
+
+MAX_WINDOWS = 10_000
+"""Largest number of windows; the oldest ends first."""
+
+
+@dataclass(slots=True)
+class _Window:
+    began: float
+    allowed: int
+    last: AuditEvent
+    count: int = 0
+
+
+class FloodGuard:
+    """Passes events on; of similar ones beyond a number per minute, only the last, with their number.
+
+    Events are similar if user, action, outcome and reason are the same, and also the object if the action was
+    performed. Unknown callers count by their address instead of their user, and all together. Each process counts those
+    that it records itself.
+
+    Parameters
+    ----------
+    clock : callable
+        Returns monotonic time [s].
+    """
+
+    def __init__(self, clock: Clock = monotonic) -> None:
+        self._clock = clock
+        self._windows: OrderedDict[Hashable, _Window] = OrderedDict()
+
+    def admit(self, event: AuditEvent) -> list[AuditEvent]:
+        """Return the events to store now that this one has happened."""
+        stored = list(self.ended())
+        for key, allowed in _keys(event):
+            window = self._windows.setdefault(key, _Window(self._clock(), allowed, event))
+            window.count += 1
+            if window.count > window.allowed:
+                window.last = event
+                break
+        else:
+            stored.append(event)
+        while len(self._windows) > MAX_WINDOWS:
+            stored += _folded(self._windows.popitem(last=False)[1])
+        return stored
+
+    def ended(self, *, all_windows: bool = False) -> Iterator[AuditEvent]:
+        """Yield the folded events of windows that have ended, or of all windows."""
+        now = self._clock()
+        while self._windows:
+            window = next(iter(self._windows.values()))
+            if not all_windows and now - window.began < WINDOW:
+                return
+            self._windows.popitem(last=False)
+            yield from _folded(window)
+
+
+def _keys(event: AuditEvent) -> list[tuple[Hashable, int]]:
+    """Return the keys of the windows of an event, and the numbers of events that these allow."""
+    what = event.action, event.outcome, event.reason
+    if event.token is None and event.address:
+        return [(("address", event.address, *what), PER_KEY), (("all", *what), OF_STRANGERS)]
+    target = event.object if event.outcome == "ok" else None
+    return [(("user", event.user, target, *what), PER_KEY)]
+
+
+def _folded(window: _Window) -> list[AuditEvent]:
+    excess = window.count - window.allowed
+    return [msgspec.structs.replace(window.last, repeats=excess)] if excess > 0 else []
+
 
 PERIOD = 1.0
 """Interval of attempts to store events while they cannot be stored [s]."""
@@ -152,3 +242,45 @@ class FileAuditLog:
         if fault != self.fault:
             logger.error("%s. Up to %d events wait in memory", fault, MAX_WAITING)
         self.fault = fault
+
+
+AUDIT = "audit.jsonl"
+"""File in the data folder with the latest events."""
+
+
+@asynccontextmanager
+async def cloud_audit(data: Path, *, is_cloud: bool = True) -> AsyncIterator[FileAuditLog]:
+    """Open the audit log in a data folder; raises as ``FileAuditLog`` does.
+
+    Parameters
+    ----------
+    data : Path
+        Data folder.
+    is_cloud : bool
+        Whether this process is the cloud, whose start and stop are recorded, and not one of several endpoints of it.
+    """
+    log = await asyncio.to_thread(FileAuditLog, data / AUDIT)
+    if is_cloud:
+        log.record(AuditEvent(action="start_cloud", user=host_user(), details={"version": __version__}))
+    try:
+        yield log
+    finally:
+        if is_cloud:
+            log.record(AuditEvent(action="stop_cloud"))
+        await asyncio.to_thread(log.close)
+
+
+def record_on_host(data: Path, event: AuditEvent) -> None:
+    """Record what a command of the host did in a data folder; log an error if that fails. It blocks."""
+    try:
+        AuditFiles(data / AUDIT).append([msgspec.structs.replace(event, user=host_user())])
+    except OSError as error:
+        logger.error("the audit log in %s cannot be written: %s", data, error.strerror or error)
+
+
+def host_user() -> str:
+    """Return the user of this host, marked as such: it is no user of the cloud."""
+    try:
+        return f"{getpass.getuser()} (host)"
+    except (KeyError, OSError):  # a user id without a name, as in containers
+        return "(host)"

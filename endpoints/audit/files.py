@@ -176,7 +176,6 @@ def _end_before(file: int, size: int, before: int) -> int:
 
 
 def _lines(file: int, end: int) -> Iterator[bytes]:
-    """Yield the lines of a file up to an offset, the last first."""
     rest = b""
     while end > 0:
         begin = max(0, end - BLOCK)
@@ -189,7 +188,6 @@ def _lines(file: int, end: int) -> Iterator[bytes]:
 
 
 def _events(lines: Iterator[bytes]) -> Iterator[AuditEvent]:
-    """Yield the events of these lines, without those that are damaged."""
     for line in lines:
         try:
             yield _decoder.decode(line)

@@ -82,7 +82,7 @@ def _endpoints(arguments: argparse.Namespace) -> "EndpointProcesses":
     """
     from endpoints.http.tls import server_tls  # noqa: PLC0415
     from endpoints.processes.config import front_config  # noqa: PLC0415
-    from endpoints.processes.joined_processes import joined_processes  # noqa: PLC0415
+    from endpoints.processes.keeper import joined_processes  # noqa: PLC0415
 
     server_tls(arguments.tls_cert, arguments.tls_key)
     return joined_processes(arguments.endpoints, front_config(arguments, port=arguments.port), arguments.listen)

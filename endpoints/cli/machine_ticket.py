@@ -32,8 +32,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print the ticket."""
-    from endpoints.audit.cloud_audit import record_on_host  # noqa: PLC0415 - ``ppaas --help`` loads this module
     from endpoints.audit.event import AuditEvent  # noqa: PLC0415
+    from endpoints.audit.file_log import record_on_host  # noqa: PLC0415 - ``ppaas --help`` loads this module
     from engine.remote.authority import STANDBY  # noqa: PLC0415
     from engine.remote.machines import make_ticket  # noqa: PLC0415
     from engine.remote.replica import MACHINES  # noqa: PLC0415

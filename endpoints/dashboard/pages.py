@@ -15,7 +15,7 @@ from starlette.responses import RedirectResponse, Response
 from starlette.staticfiles import StaticFiles
 from starlette.types import Scope
 
-from endpoints.http.forwarding import prefix_of
+from endpoints.http.front import prefix_of
 
 PATH: Final = "/dashboard"
 FOLDER: Final = Path(__file__).parent / "static"

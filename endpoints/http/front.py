@@ -4,20 +4,113 @@ Its path prefix is removed, the address of the client is taken from the headers 
 and WebSockets at wrong paths or of foreign pages are refused, and answers of the REST service are kept out of caches.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any, cast
 
 from starlette.datastructures import Headers, MutableHeaders, QueryParams
 from starlette.middleware.cors import CORSMiddleware
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
+from uvicorn.middleware.proxy_headers import ProxyHeadersMiddleware
 
-from endpoints.http.forwarding import PathPrefix, TrustedProxies, prefix_of
-from endpoints.http.front_settings import FrontSettings
-from endpoints.http.origins import may_open
+from endpoints.http.front_settings import FrontSettings, is_prefix, may_open
 from endpoints.http.problems import problem_response, status_problem
 from endpoints.http.websocket_protocol import CONNECTION
 from ppaas.errors import NotPermitted, PPaaSError, rebuild
+
+# Changes that proxies make to requests: a prefix of the path, and another address of the client.
+
+PREFIX = "ppaas.prefix"
+"""Key of the path prefix in the ASGI scope."""
+
+
+def prefix_of(scope: Mapping[str, Any]) -> str:
+    """Return the path below which a proxy serves the cloud, if it is known; otherwise empty."""
+    return str(scope.get(PREFIX, ""))
+
+
+class PathPrefix:
+    """ASGI middleware that removes a path prefix; requests whose proxy has removed it pass, too.
+
+    Parameters
+    ----------
+    app : ASGI application
+        Wrapped application.
+    prefix : str
+        Prefix.
+    """
+
+    def __init__(self, app: ASGIApp, prefix: str) -> None:
+        self._app = app
+        self._prefix = prefix
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one request or connection."""
+        if scope["type"] in ("http", "websocket"):
+            scope = without_prefix(scope, self._prefix)
+        await self._app(scope, receive, send)
+
+
+def without_prefix(scope: Scope, prefix: str) -> Scope:
+    """Return the scope of a request below a prefix."""
+    path: str = scope["path"]
+    if path == prefix:
+        path = "/"
+    elif path.startswith(f"{prefix}/"):
+        path = path[len(prefix) :]
+    return {**scope, "path": path, PREFIX: prefix}
+
+
+class TrustedProxies:
+    """ASGI middleware that believes the headers ``X-Forwarded-For``, ``-Proto``, ``-Host`` and ``-Prefix`` of proxies.
+
+    Parameters
+    ----------
+    app : ASGI application
+        Wrapped application.
+    root_path : str
+        Path prefix of requests without ``X-Forwarded-Prefix``.
+    proxies : iterable of str
+        Addresses and networks of the proxies; the headers of others are ignored.
+    """
+
+    def __init__(self, app: ASGIApp, root_path: str, proxies: Iterable[str]) -> None:
+        self._app = app
+        self._root_path = root_path
+        self._clients = ProxyHeadersMiddleware(cast(Any, self._serve), list(proxies))
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one request or connection."""
+        if scope["type"] not in ("http", "websocket"):
+            await self._app(scope, receive, send)
+            return
+        prefix = self._root_path
+        client = scope.get("client")
+        if client and client[0] in self._clients.trusted_hosts:
+            headers = Headers(scope=scope)
+            given = headers.get("x-forwarded-prefix", "").rstrip("/")
+            prefix = given if is_prefix(given) else prefix
+            scope = _with_host(scope, headers.get("x-forwarded-host"))
+        if prefix:
+            scope = without_prefix(scope, prefix)
+        await self._clients(cast(Any, scope), cast(Any, receive), cast(Any, send))
+
+    async def _serve(self, scope: Scope, receive: Receive, send: Send) -> None:
+        connection = scope.get("state", {}).get(CONNECTION)
+        if connection is not None and scope.get("client"):
+            connection.client = tuple(scope["client"])  # by which it logs what a client did wrong
+        await self._app(scope, receive, send)
+
+
+def _with_host(scope: Scope, host: str | None) -> Scope:
+    """Return a scope with another Host; of a list, the first is the one that the client sent."""
+    if not host:
+        return scope
+    first = host.partition(",")[0].strip().encode("latin-1")
+    others = [(name, value) for name, value in scope["headers"] if name != b"host"]
+    return {**scope, "headers": [(b"host", first), *others]}
+
 
 METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")
 HEADERS_TAKEN = ("Authorization", "Content-Type", "If-Match")
@@ -96,7 +189,6 @@ class Gate:
         await self._app(scope, receive, send)
 
     def _fault_of(self, scope: Scope) -> PPaaSError | None:
-        """Return what is wrong with the request for a WebSocket."""
         path = scope["path"]
         if path != "/":
             own = f"{prefix_of(scope)}/?robot=ID"
@@ -140,3 +232,45 @@ def _uncached(send: Send) -> Send:
         await send(message)
 
     return uncached
+
+
+# HEAD for every resource that has GET (RFC 9110, section 9.1).
+
+
+class HeadRequests:
+    """ASGI middleware that answers HEAD like GET, without the body.
+
+    The server drops the body of the answer. A body that is sent in parts is not read to its end: after the first part,
+    the application receives the message that the client has disconnected.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one request."""
+        if scope["type"] == "http" and scope["method"] == "HEAD":
+            head = _Head(receive, send)
+            await self._app({**scope, "method": "GET"}, head.receive, head.send)
+        else:
+            await self._app(scope, receive, send)
+
+
+class _Head:
+    """Answer to one HEAD request."""
+
+    def __init__(self, receive: Receive, send: Send) -> None:
+        self._receive = receive
+        self._send = send
+        self._complete = False
+
+    async def receive(self) -> Message:
+        return {"type": "http.disconnect"} if self._complete else await self._receive()
+
+    async def send(self, message: Message) -> None:
+        if self._complete:
+            return
+        if message["type"] == "http.response.body":
+            self._complete = True
+            message = {"type": "http.response.body", "body": b"", "more_body": False}
+        await self._send(message)

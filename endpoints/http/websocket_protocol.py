@@ -7,20 +7,21 @@ Frames are processed in fair turns; see `endpoints.http.frame_pacing`.
 """
 
 import asyncio
+import contextlib
 import logging
 import secrets
 from collections.abc import Awaitable, Callable, Iterable
 from typing import Any, Literal, Protocol
 
-from starlette.websockets import WebSocket
+from starlette.websockets import WebSocket, WebSocketDisconnect
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.frames import CloseCode, Frame
 from websockets.http11 import Request
 from websockets.protocol import State
 
-from endpoints.http.frame_pacing import FramePacer
-from endpoints.http.frame_turns import turns_of
-from endpoints.http.refusal_log import RefusalLog
+from endpoints.http.frame_pacing import FramePacer, turns_of
+from endpoints.http.problems import RefusalLog
+from ppaas.errors import NotAuthenticated, NotPermitted, PPaaSError
 from ppaas.wire.binary.binary_frame import BinaryFrame
 
 logger = logging.getLogger(__name__)
@@ -194,7 +195,6 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
             self._complete(bytes(parts))
 
     def _complete(self, message: bytes) -> None:
-        """Pass a complete message on."""
         if self.close_sent:
             return
         binary = self.curr_msg_data_type == "bytes"
@@ -326,3 +326,42 @@ def connection_of(socket: WebSocket) -> DirectWebSocket:
     """Return the connection of a WebSocket served by this protocol."""
     connection: DirectWebSocket = socket.scope["state"][CONNECTION]
     return connection
+
+
+# Closing of WebSockets by the cloud, with the reason.
+
+CLOSED_BY_CLOUD = 1011
+"""Close code: the session is over."""
+
+NO_RIGHT = 1008
+"""Close code: the client lost a right, such as its token (policy violation, RFC 6455, section 7.4.1)."""
+
+CLOSE_TIMEOUT = 2.0
+"""Time limit of the closing handshake [s]."""
+
+MAX_REASON = 123
+"""Largest reason in a close frame [bytes] (RFC 6455, section 5.5)."""
+
+
+async def close_with(socket: WebSocket, error: PPaaSError, code: int | None = None, *, last: bytes = b"") -> None:
+    """Close a WebSocket because of an error; a client that does not take part is left.
+
+    Parameters
+    ----------
+    socket : WebSocket
+        Accepted WebSocket.
+    error : PPaaSError
+        Reason.
+    code : int, optional
+        Close code; default: `NO_RIGHT` for a lost right, `CLOSED_BY_CLOUD` for all else.
+    last : bytes
+        Text that is sent before it; empty for none.
+    """
+    if code is None:
+        code = NO_RIGHT if isinstance(error, NotAuthenticated | NotPermitted) else CLOSED_BY_CLOUD
+    reason = f"{error.slug}: {error.public}".encode()[:MAX_REASON].decode(errors="ignore")
+    with contextlib.suppress(TimeoutError, WebSocketDisconnect):
+        async with asyncio.timeout(CLOSE_TIMEOUT):
+            if last:
+                await socket.send_text(last.decode())
+            await socket.close(code, reason)

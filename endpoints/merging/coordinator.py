@@ -20,8 +20,8 @@ from engine.specs.robot_maps import joint_map_owner
 from ppaas.errors import NotPermitted, PPaaSError, Unavailable
 from ppaas.maps.new_map import new_map_id
 from ppaas.messages.slam_toolbox import UseJointMapRequest
-from storage.disk_errors import disk_errors
-from storage.temporary.folders import temporary_folder
+from storage.store_errors import disk_errors
+from storage.temporary import temporary_folder
 
 if TYPE_CHECKING:
     from endpoints.merging import join_program  # noqa: F401 - the program named below
@@ -85,7 +85,6 @@ class JointMapCoordinator:
         return join
 
     async def _reports(self) -> dict[str, list[RobotMap]]:
-        """Return the maps of robots, by the names of joint maps that have several robots."""
         named: dict[str, list[MappingRobot]] = {}
         for robot in await run_in_threadpool(self._permitted, await self._cloud.maps.mapping_robots()):
             named.setdefault(robot.joint_map, []).append(robot)

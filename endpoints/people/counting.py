@@ -12,7 +12,7 @@ from ppaas.clock import epoch
 from ppaas.errors import PPaaSError
 from ppaas.messages.people_coordination import ZoneCount
 from ppaas.people.settings import PeopleSettings
-from storage.people_records import HOUR, PeopleCount
+from storage.people import HOUR, PeopleCount
 
 logger = logging.getLogger(__name__)
 

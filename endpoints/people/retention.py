@@ -3,7 +3,7 @@
 import math
 
 from ppaas.people.settings import PeopleSettings
-from storage.people_records import HOUR, MapPeople
+from storage.people import HOUR, MapPeople
 from storage.ports import Store
 
 

@@ -13,7 +13,7 @@ from ppaas.errors import Conflict, InvalidInput, InvalidParameter, InvalidZones,
 from ppaas.people.rules.registry import create
 from ppaas.people.settings import PeopleSettings
 from ppaas.zones.validity import outline_fault
-from storage.people_records import HOUR, MapPeople, changed_meanwhile
+from storage.people import HOUR, MapPeople, changed_meanwhile
 from storage.ports import Store
 
 NAMED = "named"

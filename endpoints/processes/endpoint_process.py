@@ -11,19 +11,17 @@ import uvloop
 from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.shared_logins import SharedLogins
 from endpoints.accounts.usage import Usage
-from endpoints.audit.cloud_audit import cloud_audit
-from endpoints.audit.data_folder import DataFolderCalls
+from endpoints.accounts.user_turns import MasterTurns
+from endpoints.audit.data_folder import DataFolderCalls, FarAuditLog
 from endpoints.audit.event import AuditLog
+from endpoints.audit.file_log import cloud_audit
+from endpoints.http.connection_table import connection_table, raise_file_limit
 from endpoints.http.front_settings import FrontSettings
-from endpoints.http.open_files import connection_table, raise_file_limit
 from endpoints.http.tls import ServerTls
 from endpoints.listeners import listen
 from endpoints.processes.config import Config, EndpointConfig, FrontConfig
-from endpoints.processes.far_data_folder import FarAuditLog
-from endpoints.processes.shared_turns import MasterTurns
 from endpoints.robot_checks.clone_checker import CloneChecker
-from endpoints.services.caches import Caches
-from endpoints.services.robot_facts import RobotFacts
+from endpoints.services.news import Caches, RobotFacts
 from endpoints.services.services import Services
 from endpoints.web import Web
 from engine.calls.interface import remote
@@ -37,9 +35,9 @@ from engine.protocols.address import UnixAddress, parse_host_port
 from engine.service.endpoints.server import SOCKET
 from ppaas.errors import PPaaSError
 from ppaas.plugins import permit_only
-from storage.disk_space.reserve import DiskReserve
+from storage.disk_space import DiskReserve
 from storage.ports import Store
-from storage.recordings.folder import RecordingsFolder
+from storage.recordings import RecordingsFolder
 from storage.urls.opening import open_map_store, open_store
 
 if TYPE_CHECKING:
@@ -159,7 +157,6 @@ def _own_master(config: EndpointConfig, store: Store) -> OwnMaster:
 async def _services(
     config: EndpointConfig, endpoint: Endpoint, store: Store, stack: contextlib.AsyncExitStack, *, is_far: bool
 ) -> Services:
-    """Return the services of the application, connected with the services of other processes; ``stack`` closes them."""
     turns, reserve = MasterTurns(endpoint.master), _path(config.reserve)
     accounts = Accounts(store, logins=remote(SharedLogins, endpoint.master), turns=turns)
     stack.callback(accounts.close)

@@ -1,4 +1,4 @@
-"""Keeper of the endpoint processes of the cloud's own host, which must serve before the cloud does."""
+"""Keeper of the endpoint processes of a host: a cloud's own, which must serve before it does, or those that join."""
 
 import asyncio
 import logging
@@ -6,12 +6,15 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+import msgspec
+
 from endpoints.processes import serving
-from endpoints.processes.config import EndpointConfig
+from endpoints.processes.config import EndpointConfig, FrontConfig, JoinedEndpointConfig
 from engine.local.kept_process import SpareProcesses
 from engine.local.process_keeper import ProcessKeeper
+from engine.remote.endpoint_processes import EndpointProcesses
 from engine.service.endpoints.server import EndpointServer
-from ppaas.errors import Unavailable
+from ppaas.errors import InvalidInput, Unavailable
 
 logger = logging.getLogger(__name__)
 
@@ -80,3 +83,26 @@ class EndpointKeeper:
     async def stop(self) -> None:
         """Stop all endpoints."""
         await self._keeper.stop()
+
+
+def joined_processes(count: int, front: FrontConfig, listen: str = "") -> EndpointProcesses:
+    """Return the endpoint processes of a joined machine.
+
+    Parameters
+    ----------
+    count : int
+        Number of processes.
+    front : FrontConfig
+        Settings with which they serve clients.
+    listen : str
+        Host or address at which containers of other hosts reach them.
+
+    Raises
+    ------
+    InvalidInput
+        They would not have one port.
+    """
+    if front.port == 0:
+        raise InvalidInput("endpoints of other hosts need a --port other than 0: all of a host listen there")
+    config = JoinedEndpointConfig(name="", run_dir="", folder="", listen=listen, front=front)
+    return EndpointProcesses(serving.__name__, count, msgspec.to_builtins(config))

@@ -1,4 +1,7 @@
-"""Ports of a cloud on this host, reserved for its endpoint processes, and the settings of these."""
+"""Endpoint processes of this host: their ports, which are reserved for them, their settings, and the record of them.
+
+By the record, a cloud process finds the endpoints of a killed one.
+"""
 
 import argparse
 import contextlib
@@ -6,16 +9,33 @@ import logging
 import socket
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import msgspec
 
 from endpoints.listeners import listen, url_of
 from endpoints.processes.config import EndpointConfig, FrontConfig, front_config
-from endpoints.processes.records import ENDPOINTS_HERE, left_endpoints
 from engine.bootstrap import Engine
 from engine.leadership.leadership import holder_of
+from engine.local.process_keeper import left_processes
+from ppaas.decoding import from_json
 
 logger = logging.getLogger(__name__)
+
+
+ENDPOINTS_HERE = "endpoints-here.json"
+"""File in the data folder that a killed process leaves to the next."""
+
+
+def left_endpoints(file: Path) -> list[EndpointConfig]:
+    """Return the settings of the endpoints of a killed cloud process that still run."""
+    found = []
+    for left in left_processes(file):
+        try:
+            found.append(from_json(left.settings, EndpointConfig))
+        except msgspec.DecodeError:  # of another release
+            continue
+    return found
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +108,6 @@ def endpoint_configs(arguments: argparse.Namespace, engine: Engine, ports: Ports
 
 
 def _config(arguments: argparse.Namespace, engine: Engine, ports: Ports) -> EndpointConfig:
-    """Return the settings of an endpoint process without a name."""
     cloud = engine.config
     return EndpointConfig(
         name="",

@@ -17,22 +17,18 @@ import uvloop
 from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.shared_logins import LocalLogins, SharedLogins
 from endpoints.accounts.usage import Usage
-from endpoints.accounts.user_turns import LocalTurns, UserTurns
-from endpoints.audit.cloud_audit import cloud_audit
+from endpoints.accounts.user_turns import LocalTurns, ServedTurns, TurnCalls, UserTurns
 from endpoints.audit.data_folder import DataFolderCalls
-from endpoints.http.open_files import raise_file_limit
+from endpoints.audit.file_log import cloud_audit
+from endpoints.http.connection_table import raise_file_limit
 from endpoints.http.tls import server_tls, warn_if_open_to_others
 from endpoints.listeners import url_of
 from endpoints.processes.cloud_jobs import CloudJobs
 from endpoints.processes.config import front_config
-from endpoints.processes.joined_processes import joined_processes
-from endpoints.processes.keeper import COMMAND, EndpointKeeper
+from endpoints.processes.keeper import COMMAND, EndpointKeeper, joined_processes
 from endpoints.processes.leading import take_the_lead
-from endpoints.processes.ports import Ports, endpoint_configs
-from endpoints.processes.records import ENDPOINTS_HERE
-from endpoints.processes.shared_turns import ServedTurns, TurnCalls
-from endpoints.services.caches import Caches
-from endpoints.services.robot_facts import RobotFacts
+from endpoints.processes.ports import ENDPOINTS_HERE, Ports, endpoint_configs
+from endpoints.services.news import Caches, RobotFacts
 from endpoints.services.services import Services
 from engine.bootstrap import CloudConfig, Engine
 from engine.local.kept_process import SpareProcesses
@@ -48,7 +44,7 @@ from ppaas.errors import InvalidInput
 from ppaas.log_lines import log_lines
 from ppaas.plugins import permit_only
 from ppaas.wire.foxglove.installed import check_installed
-from storage.disk_space.refused_tokens import RefusedTokenFile
+from storage.disk_space import RefusedTokenFile
 from storage.urls.opening import local_path
 from storage.urls.passwords import chosen_url
 
@@ -230,7 +226,6 @@ async def _start(
     ports: Ports,
     spares: SpareProcesses,
 ) -> EndpointKeeper:
-    """Start the local machine, and meanwhile the endpoints."""
     machine = asyncio.create_task(engine.start())
     try:
         refused = RefusedTokenFile(arguments.data)

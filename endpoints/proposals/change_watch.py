@@ -3,7 +3,7 @@
 import contextlib
 import json
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -13,28 +13,90 @@ from starlette.concurrency import run_in_threadpool
 
 from endpoints.audit.event import AuditEvent
 from endpoints.proposals.compared_files import BEFORE, PARTS, SETTINGS
-from endpoints.proposals.findings import confirmed_places, known_changes, waits
-from endpoints.proposals.reasons import reason_of
 from endpoints.rest.maps.map_programs import MAKE_SECONDS, run_program
 from endpoints.rest.maps.version_proposals import check_may_propose, propose
+from endpoints.services.heavy_work import callable_in_thread
 from endpoints.services.services import Services
-from endpoints.services.thread_calls import callable_in_thread
 from engine.processes.background import repeat
 from engine.service.views import LifelongRobot
 from ppaas.clock import epoch
 from ppaas.errors import PPaaSError
 from ppaas.mapping.lifelong.changed_places import NOTHING, ChangedPlace, KnownChanges, centres, is_among
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse
-from storage.disk_errors import disk_errors
 from storage.records import ConfirmedPlaces, MapRecord, MapReview, Publication, User
 from storage.staged_uploads import StagedUpload, blocks, mapped
-from storage.temporary.folders import temporary_folder
+from storage.store_errors import disk_errors
+from storage.temporary import temporary_folder
 from storage.versions import ONLY_ZONES, POSEGRAPH, ZONES
 
 if TYPE_CHECKING:
     from endpoints.proposals import change_program  # noqa: F401 - the program named below
 
+
 logger = logging.getLogger(__name__)
+
+
+# Findings of robots in the reviews of a map: written with a proposal, and read so that none is proposed again.
+
+
+def confirmed_places(robot: str, left: Sequence[ChangedPlace], new: Sequence[ChangedPlace]) -> ConfirmedPlaces:
+    """Return what a review stores of the places that a robot found gone and new.
+
+    The search for changes bounds their number: each entry of a map's log has the places of all its reviews.
+    """
+    return ConfirmedPlaces(robot, _rounded(left), _rounded(new))
+
+
+def waits(reviews: Iterable[MapReview], robot: LifelongRobot) -> bool:
+    """Return whether a proposal of a robot waits for its review."""
+    return any(
+        review.waits and review.author == robot.user and confirmed.robot == robot.robot
+        for review in reviews
+        if (confirmed := review.change.confirmed) is not None
+    )
+
+
+def known_changes(reviews: Iterable[MapReview]) -> KnownChanges:
+    """Return the changes that robots have proposed and that wait or were refused."""
+    found = [
+        confirmed
+        for review in reviews
+        if review.state != "approved" and (confirmed := review.change.confirmed) is not None
+    ]
+    return KnownChanges([place for one in found for place in one.left], [place for one in found for place in one.new])
+
+
+def _rounded(places: Sequence[ChangedPlace]) -> tuple[tuple[float, float], ...]:
+    """Return the centres of places, rounded to centimetres."""
+    return tuple((round(x, 2), round(y, 2)) for x, y in centres(places))
+
+
+# Reasons of proposals: which robot found a change, what is gone and what is new.
+
+MOST_PLACES = 6
+"""Largest number of places of a kind that a reason names; it gives the number of all."""
+
+
+def reason_of(robot: str, left: Sequence[ChangedPlace], new: Sequence[ChangedPlace]) -> str:
+    """Return the reason of a proposal.
+
+    Parameters
+    ----------
+    robot : str
+        Id of the robot.
+    left, new : sequence of ChangedPlace
+        Places where something is gone, and places where something is new; the largest first.
+    """
+    kinds = [f"{name}: {_listed(places)}" for name, places in (("gone", left), ("new", new)) if places]
+    return f"{robot}: two passes show {'; '.join(kinds)}"
+
+
+def _listed(places: Sequence[ChangedPlace]) -> str:
+    named = [f"{one.width:.2f} × {one.height:.2f} m at ({one.x:.2f}, {one.y:.2f})" for one in places[:MOST_PLACES]]
+    more = [f"and {len(places) - MOST_PLACES} more"] if len(places) > MOST_PLACES else []
+    cells = sum(place.cells for place in places)
+    return f"{len(places)} place{'s' * (len(places) > 1)}, {cells} cells, {', '.join([*named, *more])}"
+
 
 _PROGRAM = "endpoints.proposals.change_program"
 
@@ -157,7 +219,6 @@ class ChangeWatch:
         return rest
 
     def _write(self, folder: Path, head: MapRecord, posegraph: bytes) -> None:
-        """Write the files of a map, and the pose graph of the robot that continues it."""
         with contextlib.ExitStack() as stack, disk_errors(folder):
             opened = stack.enter_context(self._services.map_store.open_map(head.id, head.version, only=PARTS))
             for part in PARTS:

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 from endpoints.http.websocket_protocol import DirectWebSocket
 from endpoints.rapyuta.clone import Clone, Container
-from endpoints.rapyuta.endpoints import Endpoint
-from endpoints.rapyuta.robot_interfaces import ROBOT_INTERFACES, RobotInterface
+from endpoints.rapyuta.interfaces import ROBOT_INTERFACES, Endpoint, RobotInterface
 from engine.sessions.outbox import FrameOutbox
 from ppaas.errors import InvalidInput, PPaaSError
 from ppaas.nodes.topics import policy_of

@@ -8,15 +8,13 @@ from fastapi import Depends, Request
 from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.accounts.authentication import authenticate
-from endpoints.accounts.caller import caller_of
-from endpoints.accounts.scoped_user import ScopedUser
+from endpoints.accounts.authentication import authenticate, caller_of
+from endpoints.accounts.tokens import ScopedUser
 from endpoints.rest.names import RobotAddress
 from endpoints.rest.paging import Paging
 from endpoints.services.services import Services
-from endpoints.sharing.access import access_of
+from endpoints.sharing.access import access_of, check_told
 from endpoints.sharing.shared_robots import ReachedRobot, reach, reads_itself, shows_map
-from endpoints.sharing.told_topics import check_told
 from engine.rights.globs import split_address
 from ppaas.errors import Damaged, InvalidParameter, NotFound, NotPermitted
 from storage.records import MapRecord, User

@@ -1,11 +1,15 @@
-"""Description of errors in the OpenAPI document: the problems of each operation and their examples."""
+"""OpenAPI document: the problems of each operation and their examples; the Swagger UI that shows it."""
 
 import asyncio
+from importlib.resources import as_file, files
 from typing import Any
 
 from fastapi import FastAPI
+from fastapi.openapi.docs import get_swagger_ui_html
 from fastapi.openapi.utils import get_openapi
+from fastapi.responses import HTMLResponse
 from fastapi.routing import APIRoute
+from fastapi.staticfiles import StaticFiles
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
@@ -122,3 +126,28 @@ def describe(app: FastAPI) -> None:
 
     app.openapi = openapi  # type: ignore[method-assign]
     app.add_route(DOCUMENT, document, include_in_schema=False)
+
+
+# Swagger UI of the REST service, served without files from the internet, which labs often cannot reach.
+#
+# Its links are relative, so it also works below a path of a proxy.
+
+PAGE = "/docs"
+FILES = "/docs/viewer"
+
+
+def add_viewer(app: FastAPI) -> None:
+    """Serve the page and its files."""
+    with as_file(files("fastapi_offline") / "static") as folder:
+        app.mount(FILES, StaticFiles(directory=folder))
+
+    @app.get(PAGE, include_in_schema=False)
+    async def show() -> HTMLResponse:
+        folder = FILES.removeprefix("/")
+        return get_swagger_ui_html(
+            openapi_url=DOCUMENT.removeprefix("/"),
+            title=app.title,
+            swagger_js_url=f"{folder}/swagger-ui-bundle.js",
+            swagger_css_url=f"{folder}/swagger-ui.css",
+            swagger_favicon_url=f"{folder}/favicon.png",
+        )

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from endpoints.rest.names import Name
-from endpoints.rest.nesting import MAX_NESTING, is_deeper
+from endpoints.rest.strict_json import MAX_NESTING, is_deeper
 from engine.rights.globs import GLOB, MAX_GLOBS, bare
 from engine.specs.machine_settings import MOST_LABELS
 from ppaas.plans.path_service import MAX_COORDINATE

@@ -4,7 +4,7 @@ A body is read only after its caller was authenticated, if the route wants a tok
 """
 
 import json
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Iterable
 from typing import Any
 
 from fastapi import HTTPException, Request, Response
@@ -12,11 +12,51 @@ from fastapi.dependencies.models import Dependant
 from fastapi.routing import APIRoute
 
 from endpoints.accounts.authentication import authenticate
-from endpoints.http.parsed_body import note_body
+from endpoints.audit.requests import note_body
 from endpoints.rest.dependencies import any_user, services_of
-from endpoints.rest.media_types import is_format, media_type_of
-from endpoints.rest.nesting import is_deeper
 from ppaas.errors import MalformedMessage, MessageTooLarge
+
+
+def media_type_of(request: Request) -> str:
+    """Return the media type of a body in lower case, without its parameters; empty if it is not declared."""
+    return request.headers.get("content-type", "").partition(";")[0].strip().lower()
+
+
+def is_format(media_type: str, name: str) -> bool:
+    """Return whether a media type is a format such as ``json``, or is based on it (RFC 6838, 4.2.8)."""
+    return media_type == f"application/{name}" or (
+        media_type.startswith("application/") and media_type.endswith(f"+{name}")
+    )
+
+
+# Nesting of JSON values: objects and lists within each other.
+
+MAX_NESTING = 32
+"""Largest number of objects and lists within each other in free-form values, such as parameters."""
+
+MAX_SHOWN = 200
+"""Largest number of these that is shown of a stored value; pydantic writes no more than some 250."""
+
+HIDDEN = {"error": "this value is nested too deeply to be shown: replace it"}
+"""Stands for a stored value that cannot be shown."""
+
+
+def is_deeper(value: Any, depth: int) -> bool:
+    """Return whether a JSON value has more than ``depth`` objects and lists within each other."""
+    level = [value] if isinstance(value, dict | list) else []
+    for _ in range(depth):
+        level = [child for parent in level for child in _children(parent) if isinstance(child, dict | list)]
+    return bool(level)
+
+
+def showable(value: Any) -> Any:
+    """Return a stored value, or `HIDDEN` if an earlier release stored one that is nested too deeply."""
+    return HIDDEN if is_deeper(value, MAX_SHOWN) else value
+
+
+def _children(parent: Any) -> Iterable[Any]:
+    return parent.values() if isinstance(parent, dict) else parent
+
 
 MERGE_PATCH = "application/merge-patch+json"
 MAX_KEY_SHOWN = 64
@@ -108,10 +148,25 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _repeated(pairs: list[tuple[str, Any]]) -> str:
-    """Return the first name that was given before."""
     seen = set[str]()
     return next(name for name, _ in pairs if name in seen or seen.add(name))  # type: ignore[func-returns-value]
 
 
 _decoder = json.JSONDecoder(object_pairs_hook=_object)
 """A single decoder: ``json.loads`` would build one per call with this hook."""
+
+
+def merge(target: Any, patch: Any) -> Any:
+    """Return a JSON value with a patch applied: objects are merged, null removes a key, other values replace.
+
+    This is the algorithm of RFC 7396, section 2; the arguments are not modified.
+    """
+    if not isinstance(patch, dict):
+        return patch
+    merged = dict(target) if isinstance(target, dict) else {}
+    for name, value in patch.items():
+        if value is None:
+            merged.pop(name, None)
+        else:
+            merged[name] = merge(merged.get(name), value)
+    return merged

@@ -113,7 +113,6 @@ class CloneChecker:
         return answer
 
     async def _answer(self, request: bytes) -> list[RobotFault] | None:
-        """Return the answer of the process; None if it has exited."""
         if self._process is None:
             self._process = asyncio.create_task(_started(self._folder))
         try:
@@ -137,7 +136,6 @@ class CloneChecker:
         return _answers.decode(line)
 
     def _stay(self) -> None:
-        """Keep the process alive."""
         if self._dismissal is not None:
             self._dismissal.cancel()
             self._dismissal = None

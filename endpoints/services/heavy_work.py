@@ -1,8 +1,15 @@
-"""Turns for heavy work: decoding of images and checks of octrees, which take seconds and hundreds of megabytes."""
+"""Heavy work: turns for it, and its last step, which a thread takes on the event loop.
+
+Decoding of images and checks of octrees take seconds and hundreds of megabytes.
+"""
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable, Coroutine
+from concurrent.futures import wait
 from contextlib import asynccontextmanager
+from typing import Any, ParamSpec, TypeVar
+
+from ppaas.errors import Unavailable
 
 MAX_AT_ONCE = 4
 """Number of requests with such work that run at once."""
@@ -45,3 +52,31 @@ class _UserTurns:
     def __init__(self, count: int) -> None:
         self.free = asyncio.Semaphore(count)
         self.waiting = 0
+
+
+# Long work in a thread ends with a step that waits for its turn on the event loop.
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+PERIOD = 1.0
+"""Interval at which a waiting thread looks whether its event loop has ended [s]."""
+
+
+def callable_in_thread(function: Callable[P, Coroutine[Any, Any, T]]) -> Callable[P, T]:
+    """Return a function for threads that runs a coroutine function on the present event loop.
+
+    It blocks until there is a result, and raises the errors of the coroutine; ``Unavailable`` if the loop has ended.
+    """
+    loop = asyncio.get_running_loop()
+
+    def call(*args: P.args, **kwargs: P.kwargs) -> T:
+        running = function(*args, **kwargs)
+        future = None if loop.is_closed() else asyncio.run_coroutine_threadsafe(running, loop)
+        while future is None or not wait([future], PERIOD).done:
+            if loop.is_closed():
+                running.close()
+                raise Unavailable("this server is stopping: try again in a moment")
+        return future.result()
+
+    return call

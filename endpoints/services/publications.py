@@ -9,7 +9,7 @@ from typing import NamedTuple
 import msgspec
 
 from ppaas.decoding import from_json
-from storage.disk_errors import disk_errors
+from storage.store_errors import disk_errors
 
 
 class Stage(StrEnum):

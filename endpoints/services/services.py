@@ -1,6 +1,12 @@
-"""Services that requests use: the stores, the accounts, the control plane of the cloud, and caches."""
+"""Services that requests use: the stores, the accounts, the control plane of the cloud, limits and caches."""
 
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from starlette.concurrency import run_in_threadpool
 
 from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.usage import Usage
@@ -10,18 +16,131 @@ from endpoints.robot_checks.clone_checker import CloneChecker
 from endpoints.services.heavy_work import HeavyWork
 from endpoints.services.installed_planners import InstalledPlanners
 from endpoints.services.joint_maps import JointMaps
-from endpoints.services.map_cache import MapHeadCache
 from endpoints.services.plan_writer import PlanWriter
 from endpoints.services.publications import Publications
-from endpoints.services.refused_connects import RefusedConnects
-from endpoints.services.request_limits import RequestLimits
 from endpoints.services.robot_files import PosegraphReader
 from endpoints.services.store_health import StoreHealthCheck
 from endpoints.sharing.shared_robots import ShareCache
 from engine.service.endpoints.control_plane import ControlPlane
-from storage.disk_space.reserve import DiskReserve
+from ppaas.bounded import BoundedDict
+from ppaas.clock import Clock, monotonic
+from ppaas.errors import PPaaSError
+from storage.disk_space import DiskReserve
 from storage.ports import MapStore, Store
-from storage.recordings.folder import RecordingsFolder
+from storage.recordings import RecordingsFolder
+from storage.records import MapRecord
+from storage.store_cache import LIFETIME, PATIENCE, SIZE, StoreCache
+
+MIB = 1 << 20
+
+
+@dataclass(frozen=True, slots=True)
+class RequestLimits:
+    """Limits of the REST service.
+
+    Parameters
+    ----------
+    max_body : int
+        Largest body of a request except uploads and logins [bytes].
+    max_login : int
+        Largest body of a login [bytes]: the only body that is read before its caller is authenticated.
+    max_upload : int
+        Largest body of a map upload: its files and the form [bytes].
+    max_body_seconds, max_upload_seconds : float
+        Time limit for receiving such a body [s].
+    max_plan_seconds : float
+        Largest time limit of a path request [s].
+    """
+
+    max_body: int = 1 * MIB
+    max_login: int = 16 << 10
+    max_upload: int = 260 * MIB  # a binary PGM of 16384 x 16384 cells, zones and YAML
+    max_body_seconds: float = 30.0
+    max_upload_seconds: float = 300.0
+    max_plan_seconds: float = 60.0
+
+
+class MapHeadCache(StoreCache[MapRecord]):
+    """Heads of recently requested maps.
+
+    Parameters
+    ----------
+    size, lifetime, patience
+        As of ``StoreCache``.
+    clock : callable
+        Returns monotonic time [s].
+    """
+
+    def __init__(
+        self,
+        size: int = SIZE,
+        lifetime: float = LIFETIME,
+        clock: Clock = monotonic,
+        patience: float = PATIENCE,
+    ) -> None:
+        super().__init__(size, lifetime, patience)
+        self._clock = clock
+
+    async def head(self, store: MapStore, map_id: str) -> MapRecord:
+        """Return a map without its files; ``NotFound`` if it does not exist.
+
+        While the store is unreachable, the last known head is returned, if there is one.
+        """
+
+        async def load() -> tuple[MapRecord, float]:
+            return await run_in_threadpool(store.map_head, map_id), math.inf
+
+        return await self.read(map_id, self._clock(), load)
+
+
+# Refused connects: why the last attempt of a robot to connect failed, for its diagnosis.
+
+MOST_ROBOTS = 1000
+"""Largest number of robots whose last refusal is kept."""
+
+MOST_TEXT = 400
+"""Length of the reason that is kept [characters]."""
+
+
+class RefusedConnect(NamedTuple):
+    """Refusal of an attempt to connect: its reason, and the time since then [s]."""
+
+    reason: str
+    ago: float
+
+
+class RefusedConnects:
+    """Last refusals by user and robot.
+
+    They belong to this endpoint: a diagnosis by way of another endpoint does not name them, and a connect by way of
+    another endpoint does not end them.
+
+    Parameters
+    ----------
+    clock : callable
+        Returns monotonic time [s].
+    """
+
+    def __init__(self, clock: Clock = monotonic) -> None:
+        self._clock = clock
+        self._refused: BoundedDict[tuple[str, str], tuple[float, str]] = BoundedDict(MOST_ROBOTS)
+
+    @contextmanager
+    def attempt(self, user: str, robot: str, role: str) -> Iterator[None]:
+        """Note the error with which an attempt of a robot fails in the block; a success forgets the one before."""
+        try:
+            yield
+        except PPaaSError as error:
+            if role == "robot":
+                self._refused[user, robot] = self._clock(), f"{error.slug}: {error.public}"[:MOST_TEXT]
+            raise
+        if role == "robot":
+            self._refused.pop((user, robot), None)
+
+    def last(self, user: str, robot: str) -> RefusedConnect | None:
+        """Return the last refusal of a robot; None if it connected since, or never tried."""
+        refused = self._refused.get((user, robot))
+        return None if refused is None else RefusedConnect(refused[1], self._clock() - refused[0])
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.accounts.scoped_user import ScopedUser
+from endpoints.accounts.tokens import ScopedUser
 from endpoints.sharing.access import access_of
 from engine.rights.access import Access
 from engine.rights.globs import split_address

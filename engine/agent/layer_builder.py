@@ -19,9 +19,9 @@ from engine.runtimes.fork_server.server import UNKNOWN_STATUS, fork
 from engine.specs.containers import LayerSpec, MapVersion
 from engine.specs.robot_maps import no_grid_in, no_mask
 from ppaas.errors import InvalidMap, NotFound, Unavailable
-from storage.disk_errors import disk_errors
-from storage.opened_maps import no_grid
+from storage.map_port import no_grid
 from storage.ports import MapStore
+from storage.store_errors import disk_errors
 from storage.versions import IMAGE, OCTOMAP, POSEGRAPH, YAML, ZONES
 
 ENDING = 1.0

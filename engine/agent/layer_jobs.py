@@ -14,8 +14,8 @@ from engine.specs.containers import Heights, LayerSpec
 from engine.specs.layer_files import open_layers, write_index, write_layers
 from ppaas.errors import NotFound, PPaaSError
 from ppaas.nodes.map_server.costmap_filters import KEEPOUT_FILTER, SPEED_FILTER
-from storage.disk_errors import disk_errors
 from storage.staged_uploads import mapped
+from storage.store_errors import disk_errors
 
 if TYPE_CHECKING:
     from ppaas.maps.grid import GridInfo, GridMap

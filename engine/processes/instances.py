@@ -7,7 +7,7 @@ import shutil
 from multiprocessing import process
 from pathlib import Path
 
-from storage.temporary.own_files import is_own_file, is_own_folder
+from storage.own_files import is_own_file, is_own_folder
 
 SHARED_MEMORY = Path("/dev/shm")
 

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from engine.processes.instances import instance_name, is_dead
 from ppaas.errors import InvalidInput
-from storage.temporary.folders import sweep_temporary_folders
-from storage.temporary.own_files import is_own_folder, read_own
+from storage.own_files import is_own_folder, read_own
+from storage.temporary import sweep_temporary_folders
 
 LONGEST_PATH = 107
 """Longest path of a Unix socket without the terminating zero [bytes] (``sun_path`` in unix(7))."""

@@ -23,9 +23,8 @@ from ppaas.log_lines import log_lines
 from ppaas.recording.batches import batch_of
 from ppaas.recording.mcap_library import mcap_modules
 from ppaas.wire.ros.own_types import types_with
-from storage.disk_space.guarded import FULL
-from storage.disk_space.reserve import DiskReserve
-from storage.recordings.folder import RecordingsFolder
+from storage.disk_space import FULL, DiskReserve
+from storage.recordings import RecordingsFolder
 
 logger = logging.getLogger(__name__)
 

@@ -11,7 +11,7 @@ from ppaas.errors import MalformedMessage, QuotaExceeded, UnknownType
 from ppaas.recording.batches import About, Batch, Entry
 from ppaas.recording.parameters import selects
 from ppaas.recording.writer import Encoded, McapFile, encoded
-from storage.recordings.folder import FINISHED, PARTIAL, RING, RecordingsFolder
+from storage.recordings import FINISHED, PARTIAL, RING, RecordingsFolder
 
 logger = logging.getLogger(__name__)
 

@@ -12,7 +12,7 @@ from ppaas.nodes.map_server.costmap_filters import check_no_masks
 from ppaas.nodes.tf.urdf_text import UrdfText
 from ppaas.robot_model.describe import describe
 from ppaas.traffic.taking_part import on_map_with_traffic
-from storage.opened_maps import no_grid
+from storage.map_port import no_grid
 from storage.ports import MapStore, RobotStore
 from storage.records import MapRecord, RobotRecord
 from storage.versions import OCTOMAP, YAML

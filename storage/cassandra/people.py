@@ -3,10 +3,10 @@
 from collections.abc import Iterable, Sequence
 
 from storage.cassandra.connection.session import CassandraSession, Write
-from storage.cassandra.generations import generation_of
+from storage.cassandra.sorted_rows import generation_of
 from storage.encoding import decode, decode_readable, encode
 from storage.names import check_name
-from storage.people_records import (
+from storage.people import (
     BEFORE_ALL,
     MapPeople,
     PeopleCount,
@@ -21,7 +21,7 @@ AT_ONCE = 64
 _KEY = "map = ? AND user = ? AND generation = ?"
 
 Key = tuple[str, str, int]
-"""Map, user, the user's generation (``storage.cassandra.connection.schema``)."""
+"""Map, user, the user's generation (``storage.cassandra.connection.cluster``)."""
 
 
 class CassandraPeople:
@@ -115,7 +115,6 @@ class CassandraPeople:
         ]
 
     def _sweep_people(self, user: str, generation: int) -> None:
-        """Remove the rows of an old generation of a user."""
         for map_id in self.people_maps():
             if self._people_record((map_id, user, generation)) is not None:
                 self._drop_people((map_id, user, generation))

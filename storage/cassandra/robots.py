@@ -7,14 +7,48 @@ from typing import Any
 
 from ppaas.errors import Conflict, NotFound
 from storage.cassandra.connection.session import CassandraSession
-from storage.cassandra.entry_ranges import entry_runs, joined
-from storage.cassandra.generations import generation_of
-from storage.cassandra.sorted_rows import SortedRows, remove_marked
+from storage.cassandra.sorted_rows import SortedRows, generation_of, remove_marked
 from storage.encoding import decode, decode_readable, encode
 from storage.names import check_name, check_robot_map
 from storage.records import CloneCheckpoint, CloneLogChange, RobotRecord
 from storage.robot_shares import RobotShares
 from storage.sharing_records import check_grantee
+
+# Ranges of the numbers of log entries, as they are removed together.
+
+Range = tuple[int, int]
+"""Two numbers: the ends of a run, or the bounds of a gap."""
+
+
+def entry_runs(numbers: Iterable[int]) -> list[Range]:
+    """Return the runs of successive numbers as first and last number, in ascending order."""
+    runs: list[Range] = []
+    for number in sorted(set(numbers)):
+        if runs and number == runs[-1][1] + 1:
+            runs[-1] = runs[-1][0], number
+        else:
+            runs.append((number, number))
+    return runs
+
+
+def joined(runs: Sequence[Range], beside: Sequence[Range]) -> list[Range]:
+    """Return the gaps that runs leave, as exclusive bounds; runs with no other entry between them leave one gap.
+
+    Parameters
+    ----------
+    runs : sequence of Range
+        Runs of numbers that are removed (``entry_runs``).
+    beside : sequence of Range
+        The next stored number below and above each run, which may be removed too.
+    """
+    gaps: list[Range] = []
+    for at, (low, high) in enumerate(beside):
+        if at and low == runs[at - 1][1]:  # nothing is left between this run and the one before
+            gaps[-1] = gaps[-1][0], high
+        else:
+            gaps.append((low, high))
+    return gaps
+
 
 _KEY = "user = ? AND generation = ? AND id = ?"
 _PART = "user = ? AND generation = ? AND robot = ?"
@@ -24,7 +58,7 @@ _CLONES = SortedRows("clones", _OWN, "robot", "robot DESC")
 _LOG = f"{_PART} AND log = ?"
 
 Key = tuple[str, int, str]
-"""User, the user's generation (``storage.cassandra.connection.schema``), robot."""
+"""User, the user's generation (``storage.cassandra.connection.cluster``), robot."""
 
 
 class CassandraRobots(RobotShares):
@@ -182,7 +216,6 @@ class CassandraRobots(RobotShares):
         self._session.write_each(remove, [(*log, *bounds) for bounds in joined(runs, beside)])
 
     def _sweep_robots(self, user: str, generation: int) -> None:
-        """Remove the rows of an old generation of a user."""
         query = "SELECT id, urdf, record FROM robots WHERE user = ? AND generation = ?"
         for row in self._session.rows(query, user, generation):
             self._unlist_shares(user, row.id, row.record)
@@ -193,7 +226,6 @@ class CassandraRobots(RobotShares):
             self._session.write(f"DELETE FROM {table} WHERE user = ? AND generation = ?", user, generation)
 
     def _list_shares(self, user: str, robot_id: str, grantees: Iterable[str]) -> None:
-        """List a robot for those with whom it is shared."""
         insert = "INSERT INTO robots_by_grantee (grantee, user, robot) VALUES (?, ?, ?)"
         self._session.write_each(insert, [(grantee, user, robot_id) for grantee in grantees])
 
@@ -254,7 +286,6 @@ def _place(key: Key) -> str:
 
 
 def _number(rows: Sequence[Any], otherwise: int) -> int:
-    """Return the number in the only row, if there is one."""
     return next((int(row.number) for row in rows), otherwise)
 
 

@@ -87,3 +87,9 @@ def remove_marked(session: CassandraSession, rows: SortedRows, group: Sequence[A
 
 def _flat(write: Write) -> tuple[Any, ...]:
     return write[0], *write[1]
+
+
+def generation_of(session: CassandraSession, user: str) -> int:
+    """Return the generation under which the rows of a user are valid; 0 for a user who never existed."""
+    row = session.row("SELECT generation FROM users WHERE shard = 0 AND id = ?", user)
+    return 0 if row is None else row.generation or 0

@@ -10,13 +10,41 @@ from storage.cassandra.accounts import CassandraAccounts
 from storage.cassandra.connection.address import parse_address
 from storage.cassandra.connection.session import CassandraSession
 from storage.cassandra.history import CassandraHistory
-from storage.cassandra.leases import CassandraLeases
 from storage.cassandra.people import CassandraPeople
 from storage.cassandra.plans.sweep import CassandraSweep
 from storage.cassandra.robots import CassandraRobots
 from storage.cassandra.tasks import CassandraTasks
-from storage.people_records import MapPeople
-from storage.records import CloneCheckpoint, MapTask, PlanStatistics, RobotRecord, Token, User
+from storage.names import check_name
+from storage.people import MapPeople
+from storage.records import CloneCheckpoint, Lease, MapTask, PlanStatistics, RobotRecord, Token, User, check_lease
+
+# Leases are read and written by lightweight transactions over all data centres.
+
+_FIRST = "INSERT INTO leases (name, holder, epoch, beat) VALUES (?, ?, ?, ?) IF NOT EXISTS"
+
+_CHANGE = "UPDATE leases SET holder = ?, epoch = ?, beat = ? WHERE name = ? IF holder = ? AND epoch = ? AND beat = ?"
+
+
+class CassandraLeases:
+    """A ``LeaseStore`` in Cassandra."""
+
+    _session: CassandraSession
+
+    def lease(self, name: str) -> Lease:
+        """Return a lease; one of epoch 0 without a holder if it was never taken."""
+        query = "SELECT holder, epoch, beat FROM leases WHERE name = ?"
+        row = self._session.serial_row(query, check_name("lease", name))
+        return Lease(name) if row is None else Lease(name, row.holder, row.epoch, row.beat)
+
+    def change_lease(self, lease: Lease, *, instead_of: Lease) -> bool:
+        """Store a lease if the stored one is ``instead_of``; return whether it was."""
+        check_lease(lease, instead_of)
+        values = lease.holder, lease.epoch, lease.beat
+        if instead_of == Lease(lease.name) and self._session.serial_write_if(_FIRST, lease.name, *values):
+            return True
+        old = instead_of.holder, instead_of.epoch, instead_of.beat
+        return self._session.serial_write_if(_CHANGE, *values, lease.name, *old)
+
 
 _RECORDS: dict[str, tuple[type[msgspec.Struct], tuple[str, ...]]] = {
     "users": (User, ("id",)),

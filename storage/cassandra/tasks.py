@@ -3,8 +3,7 @@
 from ppaas.errors import NotFound
 from ppaas.tasks.records import check_task
 from storage.cassandra.connection.session import CassandraSession
-from storage.cassandra.generations import generation_of
-from storage.cassandra.sorted_rows import SortedRows, remove_marked
+from storage.cassandra.sorted_rows import SortedRows, generation_of, remove_marked
 from storage.encoding import decode, decode_readable, encode
 from storage.names import Group, check_group, check_name, check_task_key
 from storage.records import MapTask
@@ -14,7 +13,7 @@ _ROWS = SortedRows("tasks", _GROUP, "id", "user DESC, generation DESC, id DESC",
 _PUT = f"UPDATE tasks SET record = ? WHERE {_GROUP} AND id = ? IF record = ?"
 
 Key = tuple[str, str, int, str]
-"""Map, user, the user's generation (``storage.cassandra.connection.schema``), task."""
+"""Map, user, the user's generation (``storage.cassandra.connection.cluster``), task."""
 
 
 class CassandraTasks:
@@ -79,7 +78,6 @@ class CassandraTasks:
     # -- internals -----------------------------------------------------------------------------------------------------
 
     def _sweep_tasks(self, user: str, generation: int) -> None:
-        """Remove the rows of an old generation of a user."""
         for map_id in self._session.partitions("tasks", "map"):
             if self._session.row(f"SELECT id FROM tasks WHERE {_GROUP} LIMIT 1", map_id, user, generation) is not None:
                 self._session.write(f"DELETE FROM tasks WHERE {_GROUP}", map_id, user, generation)

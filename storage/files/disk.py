@@ -1,11 +1,19 @@
 """Port of a disk: the file operations that ``storage.files.map_log`` needs, local, in memory or in HDFS.
 
-Paths are relative to the root folder of the disk, with slashes between names.
+Paths are relative to the root folder of the disk, with slashes between names. Files of a map are opened after their
+hashes have been verified.
 """
 
-from contextlib import AbstractContextManager
+import hashlib
+from collections.abc import Collection
+from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
 from typing import Protocol
+
+from ppaas.errors import Unavailable
+from storage.map_port import OpenMap
+from storage.records import MapFile, MapRecord
+from storage.staged_uploads import Buffer, mapped
 
 
 class Disk(Protocol):
@@ -46,3 +54,19 @@ class Disk(Protocol):
     def staging_folder(self) -> AbstractContextManager[Path]:
         """Create a local folder for files to ``place``; it is removed at the end of the block, or of the process."""
         ...
+
+
+def open_verified(stack: ExitStack, disk: Disk, folder: str, record: MapRecord, only: Collection[str]) -> OpenMap:
+    """Return a map with its files, open until the stack is closed; ``Unavailable`` if a file is damaged."""
+    opened = OpenMap(record)
+    for part, file in record.present.files.items():
+        if part in only:
+            path = opened.paths[part] = stack.enter_context(disk.opened(f"{folder}/{file.sha256}"))
+            opened.buffers[part] = _verified(mapped(path), record, part, file)
+    return opened
+
+
+def _verified(data: Buffer, record: MapRecord, part: str, file: MapFile) -> Buffer:
+    if len(data) != file.size or hashlib.sha256(data).hexdigest() != file.sha256:
+        raise Unavailable(f"the {part} of map {record.id!r} is damaged (its hash differs): publish it again")
+    return data

@@ -29,7 +29,7 @@ from itertools import islice
 import msgspec
 
 from ppaas.errors import NotFound, Unavailable
-from storage.files.disk import Disk
+from storage.files.disk import Disk, open_verified
 from storage.files.log_entries import (
     LatestEntry,
     LogEntry,
@@ -42,10 +42,9 @@ from storage.files.log_entries import (
     published,
     rolled_back,
 )
-from storage.files.verified import open_verified
 from storage.files.version_sweep import VersionSweep
+from storage.map_port import OpenMap
 from storage.names import check_name, is_name
-from storage.opened_maps import OpenMap
 from storage.records import MapRecord, MapReview, MapVersionRecord, Publication
 from storage.staged_uploads import StagedUpload
 from storage.versions import (

@@ -13,9 +13,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from storage.disk_errors import disk_errors
 from storage.files.reviewed_maps import ReviewedMapStore
-from storage.temporary.folders import locked, remove_unless_locked
+from storage.store_errors import disk_errors
+from storage.temporary import locked, remove_unless_locked
 
 _INCOMING, LOCK = ".incoming", ".lock"
 
@@ -141,7 +141,6 @@ class LocalDisk:
 
 
 def _make_folder(folder: Path) -> None:
-    """Create a folder and its parents, and sync their entries."""
     if folder.is_dir():
         return
     _make_folder(folder.parent)

@@ -5,29 +5,126 @@ file: so no file under its final name is incomplete, and of several writers of t
 and no lock is held. Files that a killed writer left in ``.incoming`` are removed after a day.
 """
 
+import getpass
 import logging
 import posixpath
 import uuid
 from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from threading import Lock
+from urllib.parse import parse_qs, unquote, urlsplit
 
-from hdfs import HdfsError
+from hdfs import HdfsError, InsecureClient
 from requests import RequestException
 
 from ppaas.bounded import BoundedDict
 from ppaas.clock import epoch
-from ppaas.errors import NotFound, Unavailable
-from storage.disk_errors import disk_errors
+from ppaas.errors import InvalidInput, NotFound, Unavailable
 from storage.files.reviewed_maps import ReviewedMapStore
-from storage.hdfs.address import HdfsAddress
-from storage.hdfs.errors import hdfs_errors
 from storage.records import MapRecord
 from storage.staged_uploads import BLOCK, blocks, mapped
-from storage.temporary.folders import temporary_folder
+from storage.store_errors import disk_errors, unusable
+from storage.temporary import temporary_folder
 
 logger = logging.getLogger(__name__)
+
+
+PORT = 9870
+"""Default port of a NameNode's HTTP server (``dfs.namenode.http-address``)."""
+
+_TIMEOUT = (5.0, 30.0)
+"""Time limits to connect, and between two packets of a response [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class HdfsAddress:
+    """A folder in HDFS.
+
+    Parameters
+    ----------
+    host : str
+        Host name or address of the NameNode, with its port.
+    path : str
+        Absolute path of the folder.
+    user : str
+        HDFS user that reads and writes it.
+    """
+
+    host: str
+    path: str
+    user: str
+
+    @classmethod
+    def parse(cls, url: str) -> "HdfsAddress":
+        """Parse a URL; ``InvalidInput`` if it is not valid."""
+        try:
+            parts = urlsplit(url)
+            host, port = parts.hostname, parts.port or PORT
+            query = parse_qs(parts.query, strict_parsing=True, keep_blank_values=True) if parts.query else {}
+        except ValueError as error:
+            raise InvalidInput(f"{url!r} is not a URL: {error}") from error
+        path = unquote(parts.path).rstrip("/")
+        names = path.split("/")[1:]
+        if not host or not names or any(name in ("", ".", "..") or "#" in name for name in names):
+            raise InvalidInput(
+                f"{url!r} has no valid host or folder: write hdfs://host[:port]/path, optionally with ?user=name"
+            )
+        users = query.pop("user", None) or [getpass.getuser()]
+        if query or parts.fragment or parts.username or len(users) > 1 or not users[0]:
+            raise InvalidInput(f"{url!r}: only ?user=name may follow the path, and nothing may precede the host")
+        return cls(f"[{host}]:{port}" if ":" in host else f"{host}:{port}", path, users[0])
+
+    def __str__(self) -> str:
+        return f"hdfs://{self.host}{self.path}"
+
+    def client(self) -> InsecureClient:
+        """Return a WebHDFS client."""
+        return InsecureClient(f"http://{self.host}", user=self.user, timeout=_TIMEOUT)
+
+
+# Errors of HDFS and its client become ``Unavailable`` with advice for the operator.
+
+_STARTING = "the NameNode is starting or in standby: wait, or give the address of the active one"
+_QUOTA = "the quota of the folder is used up: free space, or raise the quota"
+_ADVICE = {
+    "AccessControlException": "permission denied: give user {user!r} read and write access, or set another ?user=name",
+    "SecurityException": "user {user!r} is refused: set another one with ?user=name",
+    "SafeModeException": "HDFS is in safe mode: wait until its DataNodes have reported, or end safe mode",
+    "RetriableException": _STARTING,
+    "StandbyException": _STARTING,
+    "DSQuotaExceededException": _QUOTA,
+    "NSQuotaExceededException": _QUOTA,
+}
+_MISSING = "FileNotFoundException"
+_MAX_TEXT = 200
+
+
+@contextmanager
+def hdfs_errors(address: HdfsAddress) -> Iterator[None]:
+    """Turn errors of the client into ``Unavailable``, and those for a missing file into ``FileNotFoundError``."""
+    try:
+        yield
+    except HdfsError as error:
+        if error.exception == _MISSING:
+            raise FileNotFoundError(str(error)) from error
+        raise unusable(address, _advice(error, address)) from error
+    except RequestException as error:
+        reason = type(error).__name__
+        raise unusable(
+            address, f"cannot reach the NameNode or a DataNode ({reason}): check that both are running"
+        ) from error
+    except (KeyError, TypeError) as error:
+        raise unusable(address, "the server does not speak WebHDFS: give the HTTP port of the NameNode") from error
+
+
+def _advice(error: HdfsError, address: HdfsAddress) -> str:
+    known = _ADVICE.get(error.exception or "")
+    if known is not None:
+        return known.format(user=address.user)
+    return f"HDFS failed ({str(error)[:_MAX_TEXT]}): check that its DataNodes are running and have free space"
+
 
 _INCOMING = ".incoming"
 _STALE = 24 * 3600.0

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
-from storage.disk_errors import disk_errors
 from storage.files.reviewed_maps import ReviewedMapStore
-from storage.temporary.folders import temporary_folder
+from storage.store_errors import disk_errors
+from storage.temporary import temporary_folder
 
 
 class MemoryMapStore(ReviewedMapStore):

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 
 from storage.encoding import decode, encode
 from storage.names import check_name
-from storage.people_records import BEFORE_ALL, MapPeople, PeopleCount, changed_meanwhile, check_count, check_people
+from storage.people import BEFORE_ALL, MapPeople, PeopleCount, changed_meanwhile, check_count, check_people
 
 
 class MemoryPeople:

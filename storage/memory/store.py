@@ -1,18 +1,88 @@
 """Everything but maps in memory, for tests and experiments: it is lost when the process ends."""
 
 import threading
+from collections.abc import Iterable
 
 from ppaas.errors import Conflict, NotFound
+from ppaas.plans.history import LinkHistory, PlannerHistory
 from storage.encoding import decode, encode
-from storage.memory.history import MemoryHistory
-from storage.memory.leases import MemoryLeases
+from storage.history_checks import check_history, check_link
 from storage.memory.people import MemoryPeople
 from storage.memory.plans import MemoryPlans
 from storage.memory.tasks import MemoryTasks
 from storage.names import check_name, check_robot_map
-from storage.records import CloneCheckpoint, CloneLogChange, RobotRecord, Token, User
+from storage.records import CloneCheckpoint, CloneLogChange, Lease, RobotRecord, Token, User, check_lease
 from storage.robot_shares import RobotShares
 from storage.sharing_records import check_grantee
+
+
+class MemoryLeases:
+    """A ``LeaseStore`` of a dictionary."""
+
+    def __init__(self) -> None:
+        self._lease_lock = threading.Lock()
+        self._leases: dict[str, Lease] = {}
+
+    def lease(self, name: str) -> Lease:
+        """Return a lease; one of epoch 0 without a holder if it was never taken."""
+        check_name("lease", name)
+        with self._lease_lock:
+            return self._leases.get(name, Lease(name))
+
+    def change_lease(self, lease: Lease, *, instead_of: Lease) -> bool:
+        """Store a lease if the stored one is ``instead_of``; return whether it was."""
+        check_lease(lease, instead_of)
+        with self._lease_lock:
+            if self._leases.get(lease.name, Lease(lease.name)) != instead_of:
+                return False
+            self._leases[lease.name] = lease
+            return True
+
+
+class MemoryHistory:
+    """A ``HistoryStore`` of dictionaries."""
+
+    def __init__(self) -> None:
+        self._history_lock = threading.Lock()
+        self._history: dict[tuple[str, str, str, int], PlannerHistory] = {}
+        self._links: dict[str, LinkHistory] = {}
+
+    def add_history(self, rows: Iterable[PlannerHistory]) -> None:
+        """Add each row to the sums of its key, all or none."""
+        checked = [check_history(row) for row in rows]
+        with self._history_lock:
+            for row in checked:
+                kept = self._history.get(row.key)
+                self._history[row.key] = row if kept is None else kept.plus(row)
+
+    def history(self, map_id: str, version: str | None = None) -> list[PlannerHistory]:
+        """Return the rows of a map, or of one of its versions, sorted by key."""
+        check_name("map", map_id)
+        with self._history_lock:
+            rows = sorted(self._history.items())
+        return [row for _, row in rows if row.map == map_id and version in (None, row.version)]
+
+    def history_maps(self) -> list[str]:
+        """Return the ids of the maps that have rows, sorted."""
+        with self._history_lock:
+            return sorted({row.map for row in self._history.values()})
+
+    def remove_history(self, map_id: str) -> None:
+        """Remove the rows of a map, if it has any."""
+        check_name("map", map_id)
+        with self._history_lock:
+            self._history = {key: row for key, row in self._history.items() if row.map != map_id}
+
+    def put_link(self, row: LinkHistory) -> None:
+        """Store the measurements of a link in place of the previous ones."""
+        checked = check_link(row)
+        with self._history_lock:
+            self._links[checked.link] = checked
+
+    def links(self) -> list[LinkHistory]:
+        """Return the measurements of all links, sorted by name."""
+        with self._history_lock:
+            return [self._links[name] for name in sorted(self._links)]
 
 
 class MemoryStore(MemoryPlans, MemoryHistory, MemoryPeople, MemoryTasks, MemoryLeases, RobotShares):

@@ -60,7 +60,6 @@ def _add(source: MapStore, target: MapStore, logs: Sequence[MapLog]) -> None:
 
 
 def _publish(source: MapStore, target: MapStore, log: MapLog, publication: MapVersionRecord) -> MapRecord:
-    """Repeat a publication in the target, with the same author and time."""
     repeated = Publication(
         map=log.id,
         author=publication.author,

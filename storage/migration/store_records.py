@@ -15,7 +15,7 @@ from ppaas.people.names import coordinator_checkpoint
 from ppaas.traffic.taking_part import takes_part, traffic_checkpoint
 from storage.migration.copying import PAGE, Key, RecordKind, by_pages, each
 from storage.names import Group
-from storage.people_records import BEFORE_ALL, MapPeople, PeopleCount
+from storage.people import BEFORE_ALL, MapPeople, PeopleCount
 from storage.ports import Store
 from storage.records import CloneCheckpoint, CloneLogChange, MapTask, PlanRecord, RobotRecord, Token
 
@@ -158,8 +158,6 @@ def _task_keys(store: Store) -> Iterator[list[Key]]:
 
 
 def _each(keep: Callable[[Store, Any], object]) -> Callable[[Store, Store, Sequence[Any]], None]:
-    """Return a function that stores records in a target one by one."""
-
     def keep_each(_source: Store, target: Store, records: Sequence[Any]) -> None:
         for record in records:
             keep(target, record)

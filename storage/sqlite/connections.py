@@ -14,10 +14,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ppaas.errors import Unavailable
-from storage.disk_errors import disk_errors
 from storage.sqlite.plan_schema import BEFORE_PLAN_TABLES, PLAN_TABLES, add_plan_checksums, move_plans, renew_plans
 from storage.sqlite.wal_checkpoints import WalCheckpointer
-from storage.store_errors import NO_STORE, unusable
+from storage.store_errors import NO_STORE, disk_errors, unusable
 
 APPLICATION_ID = 0x50506153  # "PPaS": identifies our files
 

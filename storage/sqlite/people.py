@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 from storage.encoding import decode, decode_readable, encode
 from storage.names import check_name
-from storage.people_records import (
+from storage.people import (
     BEFORE_ALL,
     MapPeople,
     PeopleCount,

@@ -17,16 +17,58 @@ from ppaas.plans.encoding.granularity import GRANULARITY
 from ppaas.plans.history import LinkHistory
 from storage.encoding import R, decode, decode_readable, encode
 from storage.names import check_name, check_robot_map
-from storage.people_records import MapPeople
-from storage.records import CloneCheckpoint, CloneLogChange, MapTask, RobotRecord, Token, User
+from storage.people import MapPeople
+from storage.records import CloneCheckpoint, CloneLogChange, Lease, MapTask, RobotRecord, Token, User, check_lease
 from storage.robot_shares import RobotShares
 from storage.sharing_records import check_grantee
 from storage.sqlite.connections import SqliteConnections
 from storage.sqlite.history import SqliteHistory
-from storage.sqlite.leases import SqliteLeases
 from storage.sqlite.people import SqlitePeople
 from storage.sqlite.plans import SqlitePlans
 from storage.sqlite.tasks import SqliteTasks
+
+# Leases, for candidates on one host.
+
+_FIRST = "INSERT INTO leases (name, holder, epoch, beat) VALUES (?, ?, ?, ?) ON CONFLICT DO NOTHING"
+
+_CHANGE = """UPDATE leases SET holder = ?, epoch = ?, beat = ?
+             WHERE name = ? AND holder = ? AND epoch = ? AND beat = ?"""
+
+
+class SqliteLeases:
+    """A ``LeaseStore`` in an SQLite file.
+
+    Parameters
+    ----------
+    connections : SqliteConnections
+        Connections to the file.
+    """
+
+    def __init__(self, connections: SqliteConnections) -> None:
+        self._lease_connections = connections
+
+    def lease(self, name: str) -> Lease:
+        """Return a lease; one of epoch 0 without a holder if it was never taken."""
+        query = "SELECT holder, epoch, beat FROM leases WHERE name = ?"
+        with self._lease_connections.reading() as connection:
+            row = connection.execute(query, (check_name("lease", name),)).fetchone()
+        return Lease(name) if row is None else Lease(name, *row)
+
+    def change_lease(self, lease: Lease, *, instead_of: Lease) -> bool:
+        """Store a lease if the stored one is ``instead_of``; return whether it was.
+
+        A beat is not synced: all candidates are on this host, and end with it when its power fails.
+        """
+        check_lease(lease, instead_of)
+        new, old = _values(lease), _values(instead_of)
+        with self._lease_connections.writing(synced=lease.epoch != instead_of.epoch) as connection:
+            first = instead_of == Lease(lease.name) and connection.execute(_FIRST, (lease.name, *new)).rowcount
+            return bool(first or connection.execute(_CHANGE, (*new, lease.name, *old)).rowcount)
+
+
+def _values(lease: Lease) -> tuple[str, int, int]:
+    return lease.holder, lease.epoch, lease.beat
+
 
 _OF_USER = ("robots", "robot_shares", "urdfs", "clones", "clone_logs", "people", "people_counts", "tasks")
 """Tables of what belongs to a user, beside the tokens."""

@@ -10,11 +10,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from storage.disk_errors import disk_errors
 from storage.encoding import decode, decode_readable, encode, is_as_written
 from storage.records import PlanRecord
 from storage.sqlite.connections import Schema, SqliteConnections
-from storage.store_errors import unusable
+from storage.store_errors import disk_errors, unusable
 
 MAX_BYTES = 256 << 20
 """Largest size on the disk [bytes]: some fifteen thousand plans of 300 waypoints."""

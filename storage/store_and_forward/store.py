@@ -126,7 +126,6 @@ class StoreAndForward:
                 self._closing.wait(self._retry)
 
     def _send_some(self) -> bool:
-        """Send the oldest queued plans; return whether there were any."""
         with self._outbox.sending():
             oldest = self._outbox.oldest(AT_ONCE)
             if oldest:

@@ -12,8 +12,7 @@ from typing import TypeVar, cast
 
 from ppaas.distribution import check_versions, install_hint
 from ppaas.errors import InvalidInput, NotFound
-from storage.disk_space.guarded import GuardedStore
-from storage.disk_space.reserve import DiskReserve
+from storage.disk_space import DiskReserve, GuardedStore
 from storage.ports import MapStore, Store
 from storage.urls.base import Backend
 from storage.urls.passwords import with_password
@@ -96,14 +95,12 @@ def _backend_of_any(url: str) -> Backend[Store] | Backend[MapStore] | None:
 
 
 def _guarded(store: S, url: str, reserve: Path | None) -> S:
-    """Return the store, guarded if its URL is on the disk of the reserve."""
     if reserve is None or not _on_same_disk(url, reserve):
         return store
     return cast(S, GuardedStore(store, DiskReserve(reserve)))
 
 
 def _on_same_disk(url: str, reserve: Path) -> bool:
-    """Return whether the folder of a local store is on the disk of a reserve."""
     path = local_path(url)
     try:
         return path is not None and path.parent.stat().st_dev == reserve.stat().st_dev

@@ -28,7 +28,7 @@ from starlette.requests import Request
 from endpoints.rest.maps.multipart import FormReader
 from endpoints.rest.paging import Paging
 from endpoints.rest.strict_json import parse
-from endpoints.rosbridge.connect_request import parse_connect_request
+from endpoints.rosbridge import parse_connect_request
 from engine.remote.joining import read_ticket
 from ppaas.errors import PPaaSError
 from ppaas.mapping.serialization.mapping_file import pack_mapping, unpack_mapping

@@ -7,7 +7,7 @@ import pytest
 
 from ppaas.errors import Conflict, InvalidInput
 from ppaas.people.settings import PeopleSettings, Zone
-from storage.people_records import HOUR, MapPeople, PeopleCount
+from storage.people import HOUR, MapPeople, PeopleCount
 from storage.ports import Store
 from tests.support.storage.records import NOT_NAMES, user
 

@@ -9,14 +9,14 @@ from argon2 import PasswordHasher, profiles
 
 from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.passwords import Passwords
-from endpoints.removal import users as removal
+from endpoints.services import removal
 from endpoints.services.services import Services
 from endpoints.sharing.shared_robots import is_author
 from ppaas.clock import ManualClock
 from ppaas.errors import Conflict, NotAuthenticated, NotFound
 from ppaas.tasks.records import Task
 from storage.ports import MapStore, Store
-from storage.recordings.folder import RecordingsFolder
+from storage.recordings import RecordingsFolder
 from storage.records import Limits, MapTask
 from storage.sharing_records import Share, TokenScope
 from tests.servers.jars import OTHER_HADOOPS
@@ -107,7 +107,7 @@ def others_keep_theirs(services: Services) -> None:
 
 
 async def create_again(services: Services) -> None:
-    await removal.make_free(services, "ann")
+    await removal.make_user_free(services, "ann")
     services.accounts._clock.advance(60.0)  # type: ignore[attr-defined]
     await services.accounts.register("ann", "another password")
 
@@ -177,7 +177,7 @@ async def test_what_requests_on_their_way_stored_for_a_user_who_was_gone_is_not_
     await removal.remove_user(services, "ann")
     services.store.put_task(MapTask("ann", "house", Task(id="t1", kind="go_to", places=((1.0, 2.0, 0.0),))))
     services.store.put_robot(robot("tb1", user="ann"))
-    await removal.make_free(services, "ann")
+    await removal.make_user_free(services, "ann")
     await services.accounts.register("ann", PASSWORD)
     assert services.store.tasks("ann", "house") == [] == services.store.robots("ann")
 
@@ -185,5 +185,5 @@ async def test_what_requests_on_their_way_stored_for_a_user_who_was_gone_is_not_
 async def test_a_user_who_exists_loses_nothing_when_the_id_is_asked_for_again(services: Services) -> None:
     await give_all(services)
     before = left(services)
-    await removal.make_free(services, "ann")
+    await removal.make_user_free(services, "ann")
     assert left(services) == before

@@ -6,10 +6,8 @@ import msgspec
 import pytest
 
 from endpoints.accounts.fair_queue import Origin
-from endpoints.accounts.login_throttle import USER_AT_ADDRESS
-from endpoints.accounts.shared_logins import LocalLogins, SharedLogins
+from endpoints.accounts.shared_logins import MAX_UNSAVED, USER_AT_ADDRESS, LocalLogins, SharedLogins
 from endpoints.accounts.socket_tickets import LIFETIME
-from endpoints.accounts.unsaved_tokens import MAX_UNSAVED
 from ppaas.clock import ManualClock
 from ppaas.errors import NotAuthenticated, TooManyAttempts
 from storage.records import Token

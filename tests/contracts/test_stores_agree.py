@@ -16,7 +16,7 @@ from ppaas.tasks.records import Task
 from storage.files.store import FileMapStore
 from storage.memory.maps import MemoryMapStore
 from storage.memory.store import MemoryStore
-from storage.people_records import HOUR, MapPeople, PeopleCount
+from storage.people import HOUR, MapPeople, PeopleCount
 from storage.ports import MapStore
 from storage.records import MapRecord, MapTask, MapVersionRecord, Publication
 from storage.sharing_records import Share

@@ -4,28 +4,21 @@ import pytest
 import uvicorn
 from python_multipart.multipart import DEFAULT_MAX_HEADER_COUNT, DEFAULT_MAX_HEADER_SIZE
 
-from endpoints.foxglove import viewers
+from endpoints.foxglove import app
 from endpoints.foxglove.app import Foxglove
-from endpoints.foxglove.reach import MAX_ROBOTS
-from endpoints.foxglove.requests import MAX_WORK
-from endpoints.http import (
-    connection_table,
-    frame_pacing,
-    http_protocol,
-    request_head,
-    tls_handshake,
-    websocket_protocol,
-)
+from endpoints.foxglove.robot_view import MAX_ROBOTS
+from endpoints.foxglove.viewer import MAX_WORK
+from endpoints.http import connection_table, frame_pacing, http_protocol, tls, websocket_protocol
 from endpoints.merging.coordinator import TRANSFER_TIMEOUT, TURN_TIMEOUT
 from endpoints.protocols import MAX_FRAME
-from endpoints.rapyuta import clone, endpoints, executor, interfaces
-from endpoints.rest import nesting, paging, schemas, strict_json
+from endpoints.rapyuta import clone, executor, interfaces
+from endpoints.rest import paging, schemas, strict_json
 from endpoints.rest.maps import map_programs, multipart
 from endpoints.rest.maps.upload_form import MAX_FIELDS, MAX_ZONES
 from endpoints.rest.plans.schemas import MAX_MATRIX, MAX_WAYPOINTS
 from endpoints.services import heavy_work, plan_writer
 from endpoints.services.joint_maps import MOST_ROBOTS
-from endpoints.services.request_limits import RequestLimits
+from endpoints.services.services import RequestLimits
 from engine.endpoint import link_listener
 from engine.protocols import handshakes, sockets
 from engine.recorder import robot_recorder
@@ -67,12 +60,12 @@ def size(count: float) -> str:
 
 ROWS = {
     ("connections", "number"): [connection_table.MAX_CONNECTIONS, connection_table.RESERVED_FILES],
-    ("connections", "time without a request, in the beginning"): [f"{request_head.HEAD_SECONDS:g} s"],
+    ("connections", "time without a request, in the beginning"): [f"{http_protocol.HEAD_SECONDS:g} s"],
     ("connections", "time between two requests"): [f"{KEEP_ALIVE:g} s"],
     ("connections", "time for the client to read a block of an answer"): [f"{http_protocol.UNREAD_SECONDS:g} s"],
-    ("HTTP head", "size"): [size(request_head.MAX_HEAD)],
-    ("HTTP head", "lines"): [request_head.MAX_LINES],
-    ("HTTP head", "time from its first byte"): [f"{request_head.HEAD_SECONDS:g} s"],
+    ("HTTP head", "size"): [size(http_protocol.MAX_HEAD)],
+    ("HTTP head", "lines"): [http_protocol.MAX_LINES],
+    ("HTTP head", "time from its first byte"): [f"{http_protocol.HEAD_SECONDS:g} s"],
     ("HTTP head", "requests that wait for the answer to one before"): [http_protocol.MAX_PIPELINED],
     ("HTTP body", "size"): [
         size(SETTINGS.max_body),
@@ -80,7 +73,7 @@ ROWS = {
         f"{size(SETTINGS.max_upload)} of a form",
     ],
     ("HTTP body", "time"): [f"{SETTINGS.max_body_seconds:g} s", f"{SETTINGS.max_upload_seconds:g} s of a form"],
-    ("HTTP body", "chunk extensions and trailers without content between"): [size(request_head.MAX_HEAD)],
+    ("HTTP body", "chunk extensions and trailers without content between"): [size(http_protocol.MAX_HEAD)],
     ("HTTP body", "what still arrives after the answer and is dropped"): [
         f"{http_protocol.REST_SECONDS:g} s",
         size(http_protocol.REST_OF_BODY),
@@ -88,7 +81,7 @@ ROWS = {
     ],
     ("JSON body", "objects and lists"): [strict_json.MAX_CONTAINERS],
     ("JSON body", "keys of an object"): [strict_json.MAX_KEYS],
-    ("JSON body", "objects and lists within each other"): [strict_json.MAX_DEPTH, f"{nesting.MAX_NESTING} in free"],
+    ("JSON body", "objects and lists within each other"): [strict_json.MAX_DEPTH, f"{strict_json.MAX_NESTING} in free"],
     ("JSON body", "size of a free-form value"): [schemas.MAX_PARAMETERS],
     ("JSON body", "poses"): [MAX_WAYPOINTS, f"{MAX_MATRIX} starts and {MAX_MATRIX} goals"],
     ("settings of [people](people.md)", "zones, corners of a zone, targets, names"): [
@@ -188,10 +181,10 @@ ROWS = {
     (
         "robot of Rapyuta",
         "containers; nodes of a container; interfaces of an endpoint, and their connections",
-    ): [executor.MAX_CONTAINERS, f"{clone.MAX_NODES}; {endpoints.MAX_INTERFACES}, {interfaces.MAX_PEERS} each"],
+    ): [executor.MAX_CONTAINERS, f"{clone.MAX_NODES}; {interfaces.MAX_INTERFACES}, {interfaces.MAX_PEERS} each"],
     ("robot of Rapyuta", "message of a forwarder without compression"): [size(message_codec.MAX_SERIALIZED)],
     ("viewer of [Foxglove](foxglove.md)", "viewers of one user, and in all; robots of one viewer"): [
-        f"{viewers.MAX_OF_USER}, {viewers.MAX_VIEWERS}; {MAX_ROBOTS}"
+        f"{app.MAX_OF_USER}, {app.MAX_VIEWERS}; {MAX_ROBOTS}"
     ],
     ("viewer of Foxglove", "size of a message; subscriptions; channels it publishes; requests without an answer"): [
         f"{size(Foxglove.max_frame)}; {session.MAX_SUBSCRIPTIONS}; {session.MAX_CLIENT_CHANNELS}; {MAX_WORK}"
@@ -220,7 +213,7 @@ ROWS = {
     ("subscriber in ROS 1 that does not read", "messages that wait for it"): [f"at most {move_base.MAX_GOALS}"],
     ("graph of a robot with ROS 2", "entities; token of one"): [node.MAX_ENTITIES, rmw_zenoh.MAX_TOKEN],
     ("TLS", "time of the handshake"): [
-        f"{tls_handshake.HANDSHAKE_SECONDS:g} s",
+        f"{tls.HANDSHAKE_SECONDS:g} s",
         f"{sockets.HANDSHAKE_TIMEOUT:g} s on the port",
     ],
     ("port of machines", "clients that join with a ticket"): [

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from endpoints.services.request_limits import MIB, RequestLimits
+from endpoints.services.services import MIB, RequestLimits
 from ppaas.maps.formats.pictures import MAX_PIXELS
 from ppaas.maps.octomap import binary_octomap
 from ppaas.maps.octree import octree_of
@@ -18,7 +18,7 @@ from tests.support.cloud.cloud import RunningCloud
 from tests.support.documents import run_shell, script, table, text_of
 from tests.support.endpoints.fuzzed_rest import description
 from tests.support.sources import ROOT
-from tests.unit.storage.files.test_store_large_maps import MEMORY_LIMIT, SIDE
+from tests.unit.storage.files.test_store import MEMORY_LIMIT, SIDE
 
 MAPS = "docs/maps.md"
 OFFICE = ROOT / "docs" / "examples"

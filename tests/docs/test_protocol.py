@@ -10,14 +10,11 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
 from endpoints.cli import up
-from endpoints.http.closing import CLOSED_BY_CLOUD
 from endpoints.http.frame_pacing import BURST, BUSY, BYTES, FRAMES, OVERLOAD, STALL
 from endpoints.http.problems import STATUS, TYPE, problem_response
-from endpoints.http.websocket_protocol import MESSAGE_TIMEOUT
-from endpoints.rosbridge.attachment import PROBE_TIMEOUT
-from endpoints.rosbridge.robot_socket import TAKEN_OVER
-from endpoints.rosbridge.session_registry import READY_TIMEOUT
-from endpoints.services.request_limits import RequestLimits
+from endpoints.http.websocket_protocol import CLOSED_BY_CLOUD, MESSAGE_TIMEOUT
+from endpoints.rosbridge import PROBE_TIMEOUT, READY_TIMEOUT, TAKEN_OVER
+from endpoints.services.services import RequestLimits
 from endpoints.web import MAX_FRAME
 from engine.agent import fleet_topics
 from engine.container.fleet_bridge import SHARE_PERIOD

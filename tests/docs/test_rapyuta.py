@@ -4,7 +4,7 @@ import json
 import re
 
 from endpoints.rapyuta import executor, registry
-from endpoints.rapyuta.known_nodes import NODES, ON_REQUEST
+from endpoints.rapyuta.clone import NODES, ON_REQUEST
 from ppaas.wire.rapyuta.interface_types import InterfaceForm, InterfaceRole, check_joinable, interface_type
 from ppaas.wire.rapyuta.tags import split_address
 from tests.support.documents import table, text_of

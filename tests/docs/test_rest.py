@@ -9,7 +9,7 @@ import httpx
 import pytest
 
 from endpoints.rest.paging import DEFAULT_LIMIT, MAX_LIMIT, Page
-from endpoints.services.request_limits import MIB, RequestLimits
+from endpoints.services.services import MIB, RequestLimits
 from ppaas.geometry import Pose2D
 from ppaas.maps.formats.map_files import load_map
 from ppaas.maps.grid import GridMap

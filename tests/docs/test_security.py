@@ -19,8 +19,8 @@ from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.passwords import Passwords
 from endpoints.accounts.tokens import token_id
 from endpoints.app import create_app
+from endpoints.audit.file_log import PER_KEY
 from endpoints.audit.files import FILES, MAX_SIZE
-from endpoints.audit.flood_guard import PER_KEY
 from endpoints.services.services import Services
 from engine.rights.roles import Role, check_may_publish
 from engine.service import robot_navigation

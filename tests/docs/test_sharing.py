@@ -15,7 +15,7 @@ from endpoints.app import create_app
 from endpoints.rest.robots.robot_shares import MAX_SHARES
 from endpoints.rest.users.schemas import MAX_GROUPS, MAX_LIFETIME
 from endpoints.services.services import Services
-from endpoints.sharing.told_topics import DESCRIPTION, GOALS, LOCALIZATION, PARAMETERS, TOLD
+from endpoints.sharing.access import DESCRIPTION, GOALS, LOCALIZATION, PARAMETERS, TOLD
 from engine.rights.access import CONFIGURING, READING
 from engine.rights.globs import MAX_GLOBS
 from engine.service import robot_navigation

@@ -3,9 +3,9 @@
 import re
 from pathlib import Path
 
-from endpoints.accounts.token_cache import TokenCache
+from endpoints.accounts.tokens import TokenCache
 from endpoints.cli import store as command
-from endpoints.services.map_cache import MapHeadCache
+from endpoints.services.services import MapHeadCache
 from robots.cli.command_parser import CommandParser
 from storage.cassandra.connection.address import CONSISTENCIES, PORT, SETTINGS, parse_address
 from storage.cassandra.plans.entries import GRACE

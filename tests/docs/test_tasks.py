@@ -7,8 +7,8 @@ from typing import get_args
 
 import pytest
 
-from endpoints.rest.tasks import tasks
-from endpoints.rest.tasks.schemas import TaskFile
+from endpoints.rest import tasks
+from endpoints.rest.tasks import TaskFile
 from engine.service.tasks import group, runner
 from ppaas.geometry import Pose2D
 from ppaas.maps.formats.map_files import load_map

@@ -11,7 +11,7 @@ import pytest
 from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.shared_logins import LocalLogins
 from ppaas.errors import NotAuthenticated, Unavailable
-from storage.disk_space.refused_tokens import RefusedTokenFile
+from storage.disk_space import RefusedTokenFile
 from storage.files.store import FileMapStore
 from storage.sqlite.store import SqliteStore
 from storage.store_and_forward.plan_outbox import PlanOutbox
@@ -127,7 +127,7 @@ from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.shared_logins import LocalLogins
 from endpoints.accounts.tokens import token_id
 from ppaas.errors import Unavailable
-from storage.disk_space.refused_tokens import SLOT, SLOTS, RefusedTokenFile
+from storage.disk_space import SLOT, SLOTS, RefusedTokenFile
 from storage.sqlite.store import SqliteStore
 from tests.support.storage.records import robot
 

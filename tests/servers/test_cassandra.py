@@ -15,7 +15,7 @@ from hypothesis import settings
 from ppaas.errors import Conflict, InvalidInput, NotFound, Unavailable
 from ppaas.geometry import poses_along
 from robots import cli
-from storage.cassandra.connection.schema import VERSION
+from storage.cassandra.connection.cluster import VERSION
 from storage.cassandra.plans.endpoint_cells import ends_of
 from storage.cassandra.store import CassandraStore
 from storage.memory.store import MemoryStore

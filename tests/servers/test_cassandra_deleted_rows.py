@@ -7,9 +7,9 @@ from cassandra.query import SimpleStatement
 
 from ppaas.errors import Unavailable
 from ppaas.tasks.records import Task
-from storage.cassandra.connection.schema import LIST_GRACE, LISTS
+from storage.cassandra.connection.cluster import LIST_GRACE, LISTS
 from storage.cassandra.store import CassandraStore
-from storage.people_records import MapPeople
+from storage.people import MapPeople
 from storage.records import CloneLogChange, MapTask
 from tests.servers.cassandra_server import SMALL, CassandraServer, NodeSize
 from tests.servers.jars import Missing

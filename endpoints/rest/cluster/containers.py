@@ -91,7 +91,6 @@ async def _found(services: Services, user: User, container_id: str, role: ShareR
 
 
 async def _visible(services: Services, user: User) -> list[ContainerView]:
-    """Return the containers that a caller may see."""
     if user.role == "admin":
         return await services.cloud.containers.views(None)
     found = list(await services.cloud.containers.views(user.id))

@@ -7,7 +7,7 @@ from pydantic import BaseModel, Field, StrictBool
 from endpoints.rest.names import Name
 from endpoints.rest.schemas import Number, RequestBody, ResponseBody
 from engine.specs.machine_settings import MAX_CONTAINERS, MOST_CONTAINERS, MOST_LABELS, MOST_OVERSUBSCRIPTION
-from storage.disk_space.reserve import SpaceState
+from storage.disk_space import SpaceState
 
 MAX_MEMORY = 1 << 53
 """Largest memory limit [bytes]: the largest integer that JavaScript represents exactly."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from fastapi import APIRouter, Request
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.audit.notes import note_details, note_object
+from endpoints.audit.requests import note_details, note_object
 from endpoints.rest.dependencies import Caller, Provided
 from endpoints.rest.maps.map_programs import MAKE_SECONDS, run_program
 from endpoints.rest.maps.maps import IfMatch, check_may_publish, invalidated, opened_map, publish_upload
@@ -17,15 +17,15 @@ from endpoints.rest.maps.upload_form import MapForm
 from endpoints.rest.names import MapId
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.strict_json import StrictRoute
+from endpoints.services.heavy_work import callable_in_thread
 from endpoints.services.services import Services
-from endpoints.services.thread_calls import callable_in_thread
 from endpoints.services.version_removal import follow_publication
 from ppaas.errors import Conflict
 from ppaas.maps.formats.map_files import read_info
-from storage.opened_maps import OpenMap
+from storage.map_port import OpenMap
 from storage.records import MapRecord, User
 from storage.staged_uploads import StagedUpload, blocks, mapped
-from storage.temporary.folders import temporary_folder
+from storage.temporary import temporary_folder
 from storage.versions import IMAGE, POSEGRAPH, YAML
 
 if TYPE_CHECKING:
@@ -113,7 +113,6 @@ def _merge(
 
 
 def _copy_graph(opened: OpenMap, to: Path) -> None:
-    """Write the pose graph of a map to a file; ``Conflict`` if the map has none."""
     if POSEGRAPH not in opened.record.present.files:
         raise Conflict(
             f"map {opened.record.id!r} has no pose graph, and cannot be merged: publish one that a robot or "

@@ -5,10 +5,9 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Request
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.audit.notes import note_details
+from endpoints.audit.requests import note_details
 from endpoints.rest.dependencies import Caller, Paged, Provided, owned_head, readable_head
-from endpoints.rest.maps.review_schemas import Approval, MapReviewAnswer, RefusalOfVersion
-from endpoints.rest.maps.schemas import MapSummary
+from endpoints.rest.maps.schemas import Approval, MapReviewAnswer, MapSummary, RefusalOfVersion
 from endpoints.rest.names import MapId
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.paging import Page

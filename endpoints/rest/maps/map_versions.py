@@ -18,7 +18,7 @@ from endpoints.services.version_removal import remove_version
 from ppaas.maps.formats.difference import difference
 from ppaas.maps.formats.image import FORMATS, media_type
 from ppaas.maps.formats.map_files import open_grid
-from storage.opened_maps import OpenMap
+from storage.map_port import OpenMap
 from storage.records import MapVersionRecord, User
 from storage.staged_uploads import blocks
 from storage.versions import IMAGE, OCTOMAP, POSEGRAPH, YAML, ZONES

@@ -7,14 +7,14 @@ from fastapi import APIRouter, HTTPException, Query, Request
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response
 
-from endpoints.audit.notes import note_details
+from endpoints.audit.requests import note_details
 from endpoints.rest.dependencies import AnyCaller, Caller, Provided, owned_head
 from endpoints.rest.maps.maps import IfMatch, invalidated, matched_version, opened_map
 from endpoints.rest.maps.schemas import CheckedZonesAnswer, PublishedZones
-from endpoints.rest.media_types import is_format, media_type_of
 from endpoints.rest.names import MapId, VersionId
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
 from endpoints.rest.schemas import Description
+from endpoints.rest.strict_json import is_format, media_type_of
 from endpoints.services.services import Services
 from endpoints.services.version_removal import follow_publication
 from ppaas.clock import epoch
@@ -23,7 +23,7 @@ from ppaas.maps.formats.map_files import read_info
 from ppaas.zones.gate import CheckedZones, checked_zones
 from ppaas.zones.reading import geojson_of, with_time_zones, zones_of
 from ppaas.zones.zone import NO_ZONES, ZoneSet
-from storage.opened_maps import OpenMap
+from storage.map_port import OpenMap
 from storage.records import MapRecord, Publication, User
 from storage.versions import ALL_BUT_ZONES, IMAGE, YAML, ZONES
 

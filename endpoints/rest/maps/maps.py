@@ -8,11 +8,10 @@ from fastapi import APIRouter, Body, Header, Request
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response
 
-from endpoints.audit.notes import note_details, note_object
+from endpoints.audit.requests import note_details, note_object
 from endpoints.rest.dependencies import AnyCaller, Caller, Paged, Provided, is_in_use, owned_head
 from endpoints.rest.maps.content_check import check_contents, grid_of
-from endpoints.rest.maps.review_schemas import MapReviewAnswer
-from endpoints.rest.maps.schemas import MapAnswer, MapChange, MapSummary, PublishedMap, RollBack
+from endpoints.rest.maps.schemas import MapAnswer, MapChange, MapReviewAnswer, MapSummary, PublishedMap, RollBack
 from endpoints.rest.maps.upload_form import OPENAPI, MapForm, read_form
 from endpoints.rest.maps.version_proposals import propose
 from endpoints.rest.names import MapId
@@ -27,7 +26,7 @@ from ppaas.clock import epoch
 from ppaas.errors import Conflict, NotFound
 from ppaas.people.names import coordinator_checkpoint
 from ppaas.traffic.taking_part import traffic_checkpoint
-from storage.opened_maps import OpenMap
+from storage.map_port import OpenMap
 from storage.ports import Store
 from storage.records import MapRecord, Publication, User
 from storage.staged_uploads import StagedUpload

@@ -11,10 +11,9 @@ import msgspec
 from fastapi import HTTPException, Request
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.rest.maps.body_stream import consume
-from endpoints.rest.maps.multipart import FormReader, Writer
-from endpoints.rest.media_types import media_type_of
+from endpoints.rest.maps.multipart import FormReader, Writer, consume
 from endpoints.rest.schemas import MAX_DESCRIPTION, MAX_READERS
+from endpoints.rest.strict_json import media_type_of
 from ppaas.errors import InvalidMap, InvalidParameter, InvalidZones, PPaaSError
 from ppaas.maps.formats.map_yaml import MAX_YAML, Rules, with_rules
 from ppaas.zones.gate import checked_zones

@@ -10,7 +10,6 @@ from starlette.concurrency import run_in_threadpool
 
 from endpoints.people.settings import change_settings, follow
 from endpoints.rest.dependencies import Caller, Provided, readable_head
-from endpoints.rest.merge_patch import merge
 from endpoints.rest.names import MapId
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.people.schemas import (
@@ -20,7 +19,7 @@ from endpoints.rest.people.schemas import (
     PeopleSettingsChange,
     PeopleSettingsFile,
 )
-from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
+from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute, merge
 from endpoints.services.services import Services
 from engine.service.views import PeopleGroupView
 from ppaas.errors import InvalidParameter, NotFound, Unavailable

@@ -19,7 +19,7 @@ from endpoints.rest.people.schemas import CountAnswer
 from endpoints.services.services import Services
 from ppaas.clock import epoch
 from ppaas.errors import Unavailable
-from storage.people_records import BEFORE_ALL, HOUR, LAST_HOUR, PeopleCount
+from storage.people import BEFORE_ALL, HOUR, LAST_HOUR, PeopleCount
 from storage.ports import Store
 
 router = APIRouter(prefix="/maps/{map_id}/people/history", tags=["people"])

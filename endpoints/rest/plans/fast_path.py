@@ -9,7 +9,7 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from endpoints.accounts.authentication import bearer_of
-from endpoints.accounts.scoped_user import ScopedUser
+from endpoints.accounts.tokens import ScopedUser
 from endpoints.http.problems import problem_response, unexpected
 from endpoints.rest.names import is_plugin_name
 from endpoints.rest.plans.planning import plan_and_store

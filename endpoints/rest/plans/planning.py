@@ -21,8 +21,7 @@ from endpoints.rest.plans.representations import Representation, asked, describe
 from endpoints.rest.plans.schemas import CostFile, CostMatrixAnswer, NewPlanAnswer, PlanFile
 from endpoints.rest.schemas import triple
 from endpoints.rest.strict_json import StrictRoute
-from endpoints.services.request_limits import RequestLimits
-from endpoints.services.services import Services
+from endpoints.services.services import RequestLimits, Services
 from engine.service.planning.requests import CostRequest
 from engine.specs.containers import MapVersion
 from ppaas.clock import epoch

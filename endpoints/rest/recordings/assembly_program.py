@@ -12,7 +12,7 @@ from endpoints.rest.maps.map_programs import be_program
 from engine.rights.globs import matches
 from ppaas.errors import Unavailable
 from ppaas.recording.writer import McapCopy
-from storage.disk_errors import disk_errors
+from storage.store_errors import disk_errors
 
 
 def assemble(sources: list[Path], target: int, readable: list[list[str]]) -> dict[str, Any]:

@@ -1,9 +1,12 @@
 """Routes of the recordings of a robot, and of the ring of its last minutes."""
 
 import asyncio
-from contextlib import AsyncExitStack
+import json
+import tempfile
+from collections.abc import AsyncIterator, Sequence
+from contextlib import AsyncExitStack, asynccontextmanager
 from pathlib import Path as FilePath
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, BinaryIO
 
 from fastapi import APIRouter, Path, Query
 from pydantic import ConfigDict, Field
@@ -11,11 +14,11 @@ from starlette.concurrency import run_in_threadpool
 from starlette.responses import FileResponse
 
 from endpoints.rest.dependencies import Administered, AnyCaller, Driven, Looked, Paged, Provided
+from endpoints.rest.maps.map_programs import run_program
 from endpoints.rest.names import Name
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.paging import Page
 from endpoints.rest.recordings.file_response import OpenFileResponse
-from endpoints.rest.recordings.files import RING, assembled, folder_of, last_segments
 from endpoints.rest.schemas import RequestBody, ResponseBody, TopicGlobs
 from endpoints.rest.strict_json import StrictRoute
 from endpoints.services.services import Services
@@ -25,8 +28,86 @@ from ppaas.messages.base.message import Empty
 from ppaas.messages.health.watching import RecorderState, StartRecordingRequest
 from ppaas.nodes.recorder.node import MOST_SECONDS
 from ppaas.recording.parameters import MOST_MINUTES
-from storage.disk_errors import disk_errors
-from storage.recordings.folder import RecordingsFolder, StoredRecording
+from storage.recordings import RecordingsFolder, Segment, StoredRecording
+from storage.store_errors import disk_errors
+
+if TYPE_CHECKING:
+    from endpoints.rest.recordings import assembly_program  # noqa: F401 - the program named below
+
+
+# Files of recordings for callers: as they are, or put together in a separate process.
+
+RING = "ring"
+"""Name of the ring in place of the id of a recording."""
+
+SECONDS = 120.0
+"""Time limit of putting a file together [s]."""
+
+_ASSEMBLY = "endpoints.rest.recordings.assembly_program"
+
+
+def folder_of(services: Services) -> RecordingsFolder:
+    """Return the folder of recordings.
+
+    Raises
+    ------
+    Unavailable
+        This cloud keeps none, or this endpoint does not reach them.
+    """
+    if services.far_folder is not None:
+        raise Unavailable("recordings are on the host of the cloud: send this request to an endpoint there")
+    if services.recordings is None:
+        raise Unavailable("this cloud keeps no recordings: it has no data folder")
+    return services.recordings
+
+
+def last_segments(segments: Sequence[Segment], minutes: float | None) -> list[FilePath]:
+    """Return the files of a ring that have the last minutes before its end; all of them for None."""
+    if minutes is None or not segments:
+        return [segment.path for segment in segments]
+    since = segments[-1].path.stat().st_mtime - 60.0 * minutes
+    ends = [segment.begin / 1e9 for segment in segments[1:]] + [float("inf")]
+    return [segment.path for segment, end in zip(segments, ends, strict=True) if end > since]
+
+
+@asynccontextmanager
+async def assembled(
+    services: Services, caller: str, robot: ReachedRobot, sources: list[FilePath]
+) -> AsyncIterator[BinaryIO]:
+    """Put files together, with the topics that the caller may subscribe to.
+
+    A caller has a few of these copies at once, because each may have a gigabyte.
+
+    Yields
+    ------
+    BinaryIO
+        A temporary file without a name: no copy is left, whatever becomes of this process.
+
+    Raises
+    ------
+    NotFound
+        There are no files.
+    Unavailable
+        They are too large, or the disk is full.
+    """
+    if not sources:
+        raise NotFound("recording", RING)
+    readable = [list(globs) for globs in robot.access.readable]
+    async with services.copies.turn_of_user(caller):
+        with disk_errors(FilePath(tempfile.gettempdir())):
+            whole = tempfile.TemporaryFile()  # noqa: SIM115 - closed below
+        with whole:
+            async with services.heavy_work.turn(caller):
+                await run_in_threadpool(_put_together, sources, readable, whole.fileno())
+            yield whole
+
+
+def _put_together(sources: list[FilePath], readable: list[list[str]], target: int) -> None:
+    arguments = {"sources": [str(source) for source in sources], "target": target, "readable": readable}
+    failure = "the recording could not be put together"
+    # A separate process has a limit of memory, and what was cut off is put together there (ADR 0049).
+    run_program(_ASSEMBLY, [json.dumps(arguments)], failure, SECONDS, inherited=(target,))
+
 
 router = APIRouter(prefix="/robots/{robot_id}", tags=["robots"], route_class=StrictRoute)
 

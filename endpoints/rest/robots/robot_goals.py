@@ -11,7 +11,7 @@ from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.paging import Page
 from endpoints.rest.schemas import Pose, RequestBody, ResponseBody, Triple, triple
 from endpoints.rest.strict_json import StrictRoute
-from endpoints.sharing.told_topics import GOALS, LOCALIZATION, in_words, may_hear
+from endpoints.sharing.access import GOALS, LOCALIZATION, in_words, may_hear
 from engine.service.views import GoalState, GoalView
 from ppaas.geometry import Pose2D
 

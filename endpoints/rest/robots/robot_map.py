@@ -12,7 +12,7 @@ from fastapi import APIRouter, Request, Response
 from pydantic import ConfigDict, Field
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.audit.notes import note_details
+from endpoints.audit.requests import note_details
 from endpoints.rest.dependencies import Administered, Caller, Looked, Provided
 from endpoints.rest.maps.map_programs import MAKE_SECONDS, run_program
 from endpoints.rest.maps.maps import check_may_publish, invalidated, publish_upload
@@ -22,20 +22,20 @@ from endpoints.rest.names import Name
 from endpoints.rest.openapi import BODY, KNOWN, problems
 from endpoints.rest.schemas import MAX_DESCRIPTION, RequestBody, ResponseBody
 from endpoints.rest.strict_json import StrictRoute
+from endpoints.services.heavy_work import callable_in_thread
+from endpoints.services.news import RobotFacts
 from endpoints.services.publications import ProgressFile, Publication, Stage
-from endpoints.services.robot_facts import RobotFacts
 from endpoints.services.robot_files import whole_file
 from endpoints.services.services import Services
-from endpoints.services.thread_calls import callable_in_thread
 from endpoints.services.version_removal import follow_publication
 from endpoints.sharing.shared_robots import ReachedRobot
 from ppaas.errors import Conflict, Unavailable
 from ppaas.messages.octomap_msgs import GetOctomapFileRequest, GetOctomapFileResponse
 from ppaas.messages.slam_toolbox import GetPoseGraphResponse
-from storage.disk_errors import disk_errors
 from storage.records import MapRecord, User
 from storage.staged_uploads import StagedUpload, blocks, mapped
-from storage.temporary.folders import temporary_folder
+from storage.store_errors import disk_errors
+from storage.temporary import temporary_folder
 from storage.versions import IMAGE, OCTOMAP, POSEGRAPH, YAML
 
 if TYPE_CHECKING:

@@ -1,23 +1,21 @@
-"""Routes of robots: the caller's own, and those that are shared with the caller."""
+"""Routes of robots, the caller's own and those that are shared with the caller, and of their nodes."""
 
 from collections.abc import Sequence
 from contextlib import suppress
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 import msgspec
-from fastapi import APIRouter, Body, Depends, Query, Response
+from fastapi import APIRouter, Body, Depends, Path, Query, Response
 from fastapi.exceptions import RequestValidationError
 from msgspec.structs import replace
-from pydantic import ValidationError
+from pydantic import Field, ValidationError
 from starlette.concurrency import run_in_threadpool
 
-from endpoints.removal import robots as removal
-from endpoints.rest.dependencies import Administered, AnyCaller, Looked, Provided, Removable
-from endpoints.rest.merge_patch import merge
-from endpoints.rest.names import RobotAddress
+from endpoints.rest.dependencies import Administered, AnyCaller, Looked, Paged, Provided, Removable
+from endpoints.rest.names import Name, RobotAddress
 from endpoints.rest.openapi import BODY, KNOWN, Responses, problems
 from endpoints.rest.paging import Page, Paging
-from endpoints.rest.robots.clone_faults import check_clone
+from endpoints.rest.robots.robot_urdf import check_clone
 from endpoints.rest.robots.schemas import (
     STORED_FIELDS,
     RobotAnswer,
@@ -27,12 +25,12 @@ from endpoints.rest.robots.schemas import (
     RobotListed,
     UrdfAnswer,
 )
-from endpoints.rest.schemas import triple
-from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute
+from endpoints.rest.schemas import RequestBody, ResponseBody, triple
+from endpoints.rest.strict_json import MERGE_PATCH, StrictRoute, merge
+from endpoints.services import removal
 from endpoints.services.services import Services
-from endpoints.sharing.access import access_of
+from endpoints.sharing.access import DESCRIPTION, PARAMETERS, access_of, may_hear
 from endpoints.sharing.shared_robots import ReachedRobot, own_robots, reach, robots_shared_with
-from endpoints.sharing.told_topics import DESCRIPTION, PARAMETERS, may_hear
 from engine.rights.globs import split_address
 from engine.specs.clone_to_check import DEFAULTS
 from engine.specs.robot_maps import mask_heads, no_mask
@@ -40,6 +38,7 @@ from engine.specs.robot_places import urdf_of
 from ppaas.clock import epoch
 from ppaas.errors import Conflict, InvalidParameter, NotFound
 from ppaas.maps.new_map import new_map_id
+from ppaas.messages.ppaas_msgs import NodeHome
 from ppaas.nodes.map_server.costmap_filters import filter_masks
 from ppaas.robot_model.describe import describe
 from ppaas.traffic.taking_part import TRAFFIC
@@ -72,7 +71,7 @@ async def put_robot(
     await check_clone(services, record, await run_in_threadpool(urdf_of, services.store, owner, name))
     await _check_masks(services, user, owner, file, {} if before is None else before.parameters)
     if before is None:
-        await removal.make_free(services, owner, name)
+        await removal.make_robot_free(services, owner, name)
     if await services.usage.in_turn(owner, _put, services, record):
         response.status_code = 201
     services.shares.forget_robot(owner, name)
@@ -143,7 +142,6 @@ async def remove_robot(robot: Removable, services: Provided) -> None:
 
 
 async def _listed(services: Services, robots: Sequence[ReachedRobot]) -> list[RobotListed]:
-    """Return robots for a list, as far as the caller may read them."""
     connected = await services.cloud.connected([(robot.user, robot.id) for robot in robots])
     return [
         RobotListed(**msgspec.structs.asdict(robot.record) | {"connected": here} | _shown(robot))
@@ -235,3 +233,39 @@ def _merge(record: RobotRecord, change: dict[str, Any]) -> RobotFile:
         return RobotFile.model_validate(merged)
     except ValidationError as error:
         raise RequestValidationError([{**fault, "loc": ("body", *fault["loc"])} for fault in error.errors()]) from error
+
+
+# Nodes: whether each runs in the cloud or on the robot, and why.
+
+Home = Literal["cloud", "robot"]
+NodeName = Annotated[Name, Path(examples=["move_base"])]
+
+
+class NodeAnswer(ResponseBody):
+    """Node of a robot."""
+
+    node: str
+    home: Home = Field(description="Home of the node: where it runs")
+    wanted: Home = Field(description="Home that was decided; a connected robot takes the node over within a second")
+    score: float = Field(description="Score from -1, entirely for the robot, to 1, entirely for the cloud")
+    reasons: list[str] = Field(description="Reasons of the decision, most important first")
+
+
+class NodeRequest(RequestBody):
+    """Home to run a node in."""
+
+    home: Home | None = Field(default=None, description="Home of the node; null: the node monitor decides")
+
+
+@router.get("/{robot_id}/nodes", response_model=Page[NodeAnswer], responses=KNOWN | problems(403, 404, 503))
+async def list_nodes(robot: Looked, services: Provided, paging: Paged) -> dict[str, object]:
+    """List the nodes of a connected robot by name, with their homes and the reasons."""
+    homes = sorted(await services.cloud.nodes.homes(robot.user, robot.id), key=lambda home: home.node)
+    after = paging.key(str, "")
+    return paging.page([home for home in homes if home.node > after], lambda home: home.node)
+
+
+@router.post("/{robot_id}/nodes/{node}", response_model=NodeAnswer, responses=KNOWN | BODY | problems(403, 404, 503))
+async def run_node(robot: Administered, node: NodeName, request: NodeRequest, services: Provided) -> NodeHome:
+    """Move a node of a robot to a home, or let the node monitor choose its home."""
+    return await services.cloud.nodes.run(robot.user, robot.id, node, request.home or "")

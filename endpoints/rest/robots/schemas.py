@@ -5,7 +5,6 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field, StrictBool, model_validator
 
 from endpoints.rest.names import Name, PluginName, RobotMap
-from endpoints.rest.nesting import showable
 from endpoints.rest.schemas import (
     Cores,
     Description,
@@ -17,7 +16,8 @@ from endpoints.rest.schemas import (
     Triple,
     plain_json,
 )
-from endpoints.sharing.told_topics import DESCRIPTION, PARAMETERS, in_words
+from endpoints.rest.strict_json import showable
+from endpoints.sharing.access import DESCRIPTION, PARAMETERS, in_words
 from engine.specs.machine_settings import MOST_LABELS
 from ppaas.traffic.taking_part import with_traffic
 from storage.sharing_records import ShareRole

@@ -103,7 +103,6 @@ async def _leave(services: Services, group: str, members: set[str]) -> None:
 
 
 def _groups(services: Services) -> dict[str, list[str]]:
-    """Return the members of each group, sorted."""
     found: defaultdict[str, list[str]] = defaultdict(list)
     for user in services.store.users():
         for group in () if user.leaving else user.groups:

@@ -8,8 +8,7 @@ from starlette.concurrency import run_in_threadpool
 from endpoints.accounts.accounts import ME, Regroup
 from endpoints.accounts.authentication import address_of
 from endpoints.accounts.usage import owned_maps, robot_count
-from endpoints.audit.notes import note_object
-from endpoints.removal import users as removal
+from endpoints.audit.requests import note_object
 from endpoints.rest.dependencies import Admin, Caller, Paged, Provided, used_token
 from endpoints.rest.names import UserId
 from endpoints.rest.openapi import ADMIN, BODY, KNOWN, problems
@@ -24,6 +23,7 @@ from endpoints.rest.users.schemas import (
     UserDetail,
     distinct,
 )
+from endpoints.services import removal
 from endpoints.services.services import Services
 from engine.master.quotas import QUOTAS
 from engine.service.views import UserUsage
@@ -37,7 +37,7 @@ router = APIRouter(prefix="/users", tags=["users"], route_class=StrictRoute)
 async def create_user(new: NewUser, request: Request, services: Provided, _admin: Admin) -> User:
     """Create a user."""
     note_object(request.scope, f"users/{new.id}")
-    await removal.make_free(services, new.id)
+    await removal.make_user_free(services, new.id)
     return await services.accounts.register(new.id, new.password, new.role, groups=distinct(new.groups))
 
 

@@ -14,8 +14,7 @@ from cassandra.query import BatchStatement, BatchType, PreparedStatement
 from ppaas.errors import Unavailable
 from storage.cassandra.connection.address import CassandraAddress
 from storage.cassandra.connection.cluster import is_applied
-from storage.cassandra.connection.errors import driver_errors, is_silence
-from storage.cassandra.connection.link import ClusterLink
+from storage.cassandra.connection.link import ClusterLink, driver_errors, is_silence
 
 AT_ONCE = 128
 """Largest number of concurrent queries."""
@@ -210,7 +209,6 @@ class CassandraSession:
 
 
 def _small_groups(rows: Iterable[Write]) -> Iterator[list[Write]]:
-    """Yield rows in groups that Cassandra accepts without a warning."""
     group: list[Write] = []
     size = 0
     for row in rows:

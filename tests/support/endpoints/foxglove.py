@@ -5,8 +5,7 @@ import json
 import struct
 from typing import Any
 
-from endpoints.foxglove.requests import ViewerRequests
-from endpoints.foxglove.viewer import Login, Viewer
+from endpoints.foxglove.viewer import Login, Viewer, ViewerRequests
 from endpoints.services.services import Services
 from tests.support.endpoints.rapyuta import StillSessions
 from tests.support.network.still_socket import BINARY, sent

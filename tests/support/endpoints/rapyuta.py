@@ -7,11 +7,10 @@ from typing import Any
 
 import msgspec
 
-from endpoints.rapyuta.endpoints import EndpointTable
 from endpoints.rapyuta.executor import Executor
+from endpoints.rapyuta.interfaces import EndpointTable
 from endpoints.rapyuta.robot import Identity, Robot
-from endpoints.rosbridge.attachment import Attachment, Caller
-from endpoints.rosbridge.connect_request import ConnectRequest
+from endpoints.rosbridge import Attachment, Caller, ConnectRequest
 from endpoints.services.services import Services
 from engine.protocols import robot_link
 from engine.protocols.refusals import Refusal

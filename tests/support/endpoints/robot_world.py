@@ -14,8 +14,7 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from endpoints.app import create_app
-from endpoints.rosbridge.robot_socket import serve_robot_socket
-from endpoints.rosbridge.session_registry import SessionRegistry
+from endpoints.rosbridge import SessionRegistry, serve_robot_socket
 from endpoints.services.services import Services
 from engine.master.balancers.first_fit import FirstFit
 from engine.master.master import Master

@@ -5,7 +5,7 @@ from functools import cache
 from pathlib import Path
 
 from ppaas.messages.health.watching import RecorderState
-from storage.recordings.folder import RecordingsFolder
+from storage.recordings import RecordingsFolder
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.recordings.entries import entry, mcap, scan
 

@@ -8,7 +8,7 @@ from ppaas.people.settings import PeopleSettings, Zone
 from ppaas.plans.history import LinkHistory, PlannerHistory
 from ppaas.tasks.records import Task
 from ppaas.traffic.taking_part import traffic_checkpoint
-from storage.people_records import HOUR, MapPeople, PeopleCount
+from storage.people import HOUR, MapPeople, PeopleCount
 from storage.ports import MapStore, Store
 from storage.records import MapTask, PlanRecord, Publication
 from tests.support.storage.records import clone, house, pgm, plan, put_map, robot, token, user

@@ -9,10 +9,9 @@ import pytest
 
 from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.passwords import Passwords
-from endpoints.accounts.token_cache import TokenCache
+from endpoints.accounts.tokens import TokenCache
 from endpoints.app import PREFIX, create_app
-from endpoints.services.request_limits import RequestLimits
-from endpoints.services.services import Services
+from endpoints.services.services import RequestLimits, Services
 from ppaas.errors import Unavailable
 from storage import staged_uploads
 from storage.ports import Store

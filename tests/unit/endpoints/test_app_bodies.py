@@ -12,10 +12,10 @@ import httpx
 import pytest
 from fastapi.routing import APIRoute
 
-from endpoints.app import PREFIX, RESOURCES
+from endpoints.app import PREFIX, RESOURCES, description
 from endpoints.rest.dependencies import any_user
 from endpoints.rest.strict_json import StrictRoute, _depends_on
-from endpoints.services.request_limits import RequestLimits
+from endpoints.services.services import RequestLimits
 from tests.support.endpoints.problems import problem_of
 from tests.unit.endpoints.conftest import LogIn, Publish
 
@@ -77,3 +77,10 @@ async def test_a_list_with_many_faults_is_refused_for_its_first_item(
         "/v1/maps/house/cost_matrix", headers=header, json={"starts": [["x", 0]] * 900, "goals": [["x", 0]] * 900}
     )
     assert len(problem_of(answer, 422, "invalid-request")["errors"]) == 2
+
+
+# The description of the REST service can be had without a cloud.
+
+
+async def test_it_is_the_one_that_a_cloud_serves(client: httpx.AsyncClient) -> None:
+    assert (await client.get("/openapi.json")).json() == description()

@@ -11,12 +11,22 @@ from pathlib import Path
 
 import pytest
 
+from endpoints.cli import machine_join, up
 from endpoints.processes import serving
-from endpoints.processes.server import admin_password
+from endpoints.processes.config import front_config
+from endpoints.processes.keeper import COMMAND
+from endpoints.processes.leading import take_the_lead
+from endpoints.processes.server import admin_password, cloud_config
 from engine.agent import main as agent_main
 from engine.fabric import router
-from ppaas.errors import InvalidInput
+from engine.local.kept_process import SpareProcesses
+from engine.remote.authority import STANDBY, Authority
+from engine.remote.joining import Ticket
+from engine.remote.machines import ADDRESS
+from engine.remote.replica import MACHINES
+from ppaas.errors import InvalidInput, Unavailable
 from ppaas.maps.generate import office
+from robots.cli.command_parser import CommandParser
 from robots.client.rest import RestClient
 from storage.urls.opening import open_store
 from tests.support.cloud.cloud import publish_map
@@ -149,3 +159,67 @@ def test_an_unwritable_ready_file_ends_the_cloud_with_a_reason(tmp_path: Path) -
     assert up.wait() == 1
     assert "cannot write the ready file" in up.log.read_text()
     assert "Traceback" not in up.log.read_text()
+
+
+LISTEN = ("--listen-machines", "127.0.0.1:8600")
+NOBODY = Ticket("127.0.0.1", 1, "0" * 64, "secret", f"b{STANDBY}")
+
+
+async def start(data: Path, *arguments: str) -> None:
+    """Take the lead as ``ppaas up`` does, and give it up."""
+    parser = CommandParser()
+    up.configure(parser)
+    parsed = parser.parse_args(["--data", str(data), "--port", "0", *arguments])
+    async with contextlib.AsyncExitStack() as stack:
+        spares = SpareProcesses(COMMAND)
+        stack.push_async_callback(spares.close)
+        leadership = await take_the_lead(parsed, cloud_config(parsed), spares, stack)
+        assert leadership.leads()
+
+
+# A standby with options that cannot work ends at once with one line.
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "why"),
+    [
+        (("--standby", "--listen-machines", "127.0.0.1:0"), InvalidInput, "a port other than 0"),
+        (("--standby", *LISTEN), InvalidInput, "needs a ticket of the leader once"),
+        (("--standby", str(NOBODY)), InvalidInput, "give --listen-machines as well"),
+        (("--standby", "nonsense", *LISTEN), InvalidInput, "not a ticket"),
+        (("--standby", str(NOBODY), *LISTEN), Unavailable, "no answer at tls://127.0.0.1:1"),
+    ],
+)
+async def test_a_standby_that_cannot_take_over_says_why(
+    tmp_path: Path, arguments: tuple[str, ...], error: type[Exception], why: str
+) -> None:
+    with pytest.raises(error, match=why):
+        await asyncio.wait_for(start(tmp_path, *arguments), 60.0)
+
+
+async def test_the_first_process_leads_at_once_and_the_next_one_after_it(tmp_path: Path) -> None:
+    for _ in range(2):
+        await asyncio.wait_for(start(tmp_path), 60.0)
+        await asyncio.wait_for(start(tmp_path, "--standby"), 60.0)
+
+
+async def test_a_cloud_that_nobody_has_stood_by_for_leads_with_the_option_too(tmp_path: Path) -> None:
+    Authority(tmp_path / MACHINES)
+    (tmp_path / MACHINES / ADDRESS).write_text("tls://127.0.0.1:8600")
+    await asyncio.wait_for(start(tmp_path, "--standby", *LISTEN), 60.0)
+    assert not (tmp_path / MACHINES / ADDRESS).exists(), "a standby makes no tickets"
+
+
+# Settings of endpoints are those of the options.
+
+
+@pytest.mark.parametrize(("command", "words"), [(up, []), (machine_join, ["ticket"])])
+def test_the_folder_of_the_documentation_site_holds_in_any_working_folder(
+    command: object, words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    parser = CommandParser()
+    command.configure(parser)  # type: ignore[attr-defined]
+    monkeypatch.chdir(tmp_path)
+    given = parser.parse_args([*words, "--docs-site", "site"])
+    assert front_config(given, port=8500).docs_site == str(tmp_path / "site")
+    assert front_config(parser.parse_args(words), port=8500).docs_site == ""

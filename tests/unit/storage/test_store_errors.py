@@ -16,10 +16,9 @@ import pytest
 from engine.protocols.refusals import refusal_of
 from engine.specs.layer_files import open_layers, write_index
 from ppaas.errors import NotFound, Unavailable, rebuild
-from storage.disk_errors import _ADVICE, disk_errors
 from storage.sqlite.connections import _Errors
 from storage.sqlite.store import SqliteStore
-from storage.store_errors import NO_STORE, unusable
+from storage.store_errors import _ADVICE, NO_STORE, disk_errors, unusable
 
 
 def told(error: Unavailable, secret: object) -> str:

@@ -7,8 +7,7 @@ from argon2 import PasswordHasher
 
 from endpoints.accounts.accounts import MAX_PASSWORD, Accounts
 from endpoints.accounts.passwords import Passwords
-from endpoints.accounts.token_cache import TokenCache
-from endpoints.accounts.tokens import TOKEN_LIFETIME
+from endpoints.accounts.tokens import TOKEN_LIFETIME, TokenCache
 from ppaas.clock import ManualClock
 from ppaas.errors import Conflict, InvalidInput, NotAuthenticated, NotFound, Unavailable
 from storage.memory.store import MemoryStore

@@ -16,8 +16,7 @@ import pytest
 from endpoints.accounts.accounts import Accounts
 from endpoints.accounts.passwords import Passwords
 from endpoints.accounts.shared_logins import LocalLogins, SharedLogins
-from endpoints.accounts.token_cache import TokenCache
-from endpoints.accounts.tokens import token_id
+from endpoints.accounts.tokens import TokenCache, token_id
 from endpoints.accounts.user_turns import LocalTurns
 from ppaas.clock import ManualClock
 from ppaas.errors import NotAuthenticated, TooManyAttempts, Unavailable

@@ -1,9 +1,12 @@
 """Files of the dashboard: their headers, and what they must not contain."""
 
 import re
+import subprocess
+from pathlib import Path
 
 import httpx
 import pytest
+from playwright._impl._driver import compute_driver_executable
 
 from endpoints.dashboard.pages import FOLDER, HEADERS, POLICY
 
@@ -84,3 +87,19 @@ def test_no_link_or_request_leaves_the_path_of_a_proxy() -> None:
 def test_no_script_puts_a_token_into_an_address() -> None:
     texts = [file.read_text(encoding="utf-8") for file in SCRIPTS]
     assert not any(re.search(r"URLSearchParams\([^)]*token", text) for text in texts)
+
+
+HERE = Path(__file__).parent
+TESTS = sorted(HERE.glob("*.test.js"))
+
+
+# Pure JavaScript modules of the dashboard, tested by node, which comes with Playwright.
+
+
+@pytest.mark.parametrize("file", TESTS, ids=lambda file: file.name.removesuffix(".test.js"))
+def test_javascript_module_passes_its_tests(file: Path) -> None:
+    node, _ = compute_driver_executable()
+    command = [node, "--no-warnings", "--test-reporter=spec", str(file)]
+    result = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert result.returncode == 0, result.stdout + result.stderr
+    assert "tests 0" not in result.stdout

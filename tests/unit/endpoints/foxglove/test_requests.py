@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from endpoints.foxglove.requests import MAX_WORK
+from endpoints.foxglove.viewer import MAX_WORK
 from endpoints.services.services import Services
 from engine.protocols import robot_link
 from ppaas.errors import PPaaSError
@@ -300,7 +300,7 @@ async def _waiting_calls(viewer: StillViewer, place: ClonePlace) -> None:
 async def test_calls_without_an_answer_fail_in_time_and_free_their_slots(
     viewer: StillViewer, parameters: ClonePlace, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("endpoints.clients.place_client.PATIENCE", 0.05)
+    monkeypatch.setattr("endpoints.place_client.PATIENCE", 0.05)
     await _waiting_calls(viewer, parameters)
 
     def have_failed() -> bool:

@@ -1,16 +1,21 @@
 """A viewer sees robots with clones, their topics, and nothing that it has not subscribed to."""
 
 import struct
+from typing import Any
 
 import pytest
 from foxglove import messages as sdk
 
+from endpoints.foxglove.robot_view import body_scene
 from endpoints.services.services import Services
 from engine.protocols import robot_link
 from engine.sessions.outbox import MAX_KEEP
 from engine.specs.containers import MapVersion
+from ppaas.clone.robot_body import robot_body
 from ppaas.errors import NotAuthenticated, NotPermitted, Unavailable
+from ppaas.wire.foxglove.conversion.scenes import SCENE
 from storage.sharing_records import Share
+from tests.support.clients.foxglove_viewer import read_protobuf
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.foxglove import StillViewer
 from tests.support.endpoints.rapyuta import ClonePlace, StillSessions
@@ -180,3 +185,31 @@ async def test_a_viewer_that_does_not_read_what_it_must_disconnects(viewer: Stil
         viewer.requests.take(struct.pack("<BIII", 2, 1, 1, 0) + bytes(1000))
     assert isinstance(viewer.viewer.over.result(), Unavailable)
     assert len(viewer.viewer.outbox) <= 10 * MAX_KEEP
+
+
+BOX = [[0.3, 0.2], [0.3, -0.2], [-0.1, -0.2], [-0.1, 0.2]]
+
+
+# Bodies of robots as viewers see them.
+
+
+@pytest.mark.parametrize("given", [{}, {"footprint": BOX}, {"robot_radius": 0.5}])
+async def test_a_body_has_the_outline_that_the_clone_plans_with(services: Services, given: dict[str, Any]) -> None:
+    record = records.robot(parameters={"global_costmap": given})
+    services.store.put_robot(record)
+    data = body_scene(services.store, record, "tb1/base_link", "tb1")
+    [entity] = read_protobuf({"schema": SCENE.data, "schemaName": SCENE.name}, data).entities
+    drawn = [(point.x, point.y) for point in entity.lines[0].points]
+    body = robot_body(record.model, None, record.parameters)
+    if body.footprint:
+        assert drawn == list(body.footprint)
+    else:
+        assert max(x for x, _ in drawn) == pytest.approx(body.robot_radius)
+
+
+async def test_a_urdf_that_cannot_be_read_leaves_the_body_of_the_model(services: Services) -> None:
+    record = records.robot()
+    services.store.put_robot(record)
+    plain = body_scene(services.store, record, "tb1/base_link", "tb1")
+    services.store.put_urdf(record.user, record.id, b"<robot")
+    assert body_scene(services.store, record, "tb1/base_link", "tb1") == plain

@@ -1,12 +1,21 @@
 """Connections are limited in all and per address, those that wait make room, and reaching a limit is logged once."""
 
 import logging
+import resource
+from collections.abc import Iterator
 
 import pytest
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
-from endpoints.http.connection_table import ConnectionTable, address_key, default_limit
+from endpoints.http.connection_table import (
+    MAX_FILES,
+    ConnectionTable,
+    address_key,
+    connection_table,
+    default_limit,
+    raise_file_limit,
+)
 
 
 class Connection:
@@ -142,3 +151,63 @@ class Connections(RuleBasedStateMachine):
 
 
 TestConnections = Connections.TestCase
+
+
+class IdleConnection:
+    """IdleConnection that serves a request."""
+
+    def make_room(self) -> None:
+        raise AssertionError("it serves a request")
+
+
+@pytest.fixture
+def soft_limit() -> Iterator[int]:
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (512, hard))
+    yield hard
+    resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+# The limit of open files is raised to its hard limit, and bounds the connections.
+
+
+def test_the_limit_of_open_files_is_raised_to_its_hard_limit(soft_limit: int) -> None:
+    highest = MAX_FILES if soft_limit == resource.RLIM_INFINITY else min(soft_limit, MAX_FILES)
+    assert raise_file_limit() == highest == resource.getrlimit(resource.RLIMIT_NOFILE)[0]
+    assert raise_file_limit() == highest
+
+
+def test_a_limit_that_cannot_be_raised_is_kept_and_logged(
+    soft_limit: int, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def refuse(*_arguments: object) -> None:
+        raise ValueError("not allowed")
+
+    monkeypatch.setattr(resource, "setrlimit", refuse)
+    assert raise_file_limit() == 512
+    assert "not allowed" in caplog.text
+    monkeypatch.undo()
+    assert soft_limit > 512
+
+
+def admitted_by(files: int, most: int | None, host: str | None = None) -> int:
+    """Return the number of connections that a table admits, all from this host or each from its own."""
+    table = connection_table(files, most, None)
+    count = 0
+    for number in range(1000):
+        connection = IdleConnection()
+        if not table.admit(connection, host or f"10.0.{number // 250}.{number % 250}"):
+            break
+        table.serve(connection)
+        count += 1
+    return count
+
+
+def test_connections_are_limited_by_open_files_and_by_the_administrator(caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.INFO):
+        assert admitted_by(256, None) == 96
+        assert "up to 96 connections" in caplog.text
+        assert admitted_by(1 << 20, 7) == 7
+        assert admitted_by(256, 500) == 96
+        assert "raise ulimit -n" in caplog.text
+    assert admitted_by(256, None, "10.1.1.1") == 48

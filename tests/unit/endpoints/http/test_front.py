@@ -5,25 +5,31 @@ below a prefix, WebSockets at wrong paths, pages of other hosts (CORS, and ``Ori
 and bodies that something compressed on the way.
 """
 
+import asyncio
 import gzip
 import json
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from typing import Any
 from urllib.parse import urljoin
 
 import httpx
 import pytest
+from starlette.responses import Response, StreamingResponse
+from starlette.types import Receive, Scope, Send
 from websockets.asyncio.client import connect
 from websockets.exceptions import InvalidStatus
 
 from endpoints.app import create_app
+from endpoints.http.front import PREFIX, HeadRequests, PathPrefix, TrustedProxies, prefix_of
 from endpoints.http.front_settings import FrontSettings
+from endpoints.http.http_protocol import DirectHttp
 from endpoints.services.services import Services
 from tests.support.endpoints.problems import problem_of
 from tests.support.endpoints.robot_world import World
 from tests.support.endpoints.serving import serve
 from tests.support.waiting import PATIENCE
-from tests.unit.endpoints.conftest import PASSWORD, LogIn
+from tests.unit.endpoints.conftest import PASSWORD, LogIn, Publish
 
 BROWSER = {"Accept": "text/html"}
 PAGE = "https://pages.example"
@@ -211,3 +217,176 @@ async def test_an_uncompressed_body_may_say_so(client: httpx.AsyncClient, log_in
     headers = {"Content-Encoding": "identity"}
     body = {"user": "ann", "password": PASSWORD}
     assert (await client.post("/v1/tokens", json=body, headers=headers)).status_code == 201
+
+
+PROXY = "10.0.0.7"
+
+
+def scope_of(path: str, client: str | None = PROXY, **headers: str) -> Scope:
+    lines = [(name.replace("_", "-").encode(), value.encode()) for name, value in headers.items()]
+    peer = None if client is None else (client, 4711)
+    return {"type": "http", "path": path, "client": peer, "scheme": "http", "headers": lines}
+
+
+async def passed(make: Any, scope: Scope) -> Scope:
+    """Return the scope that the application receives."""
+    seen: list[Scope] = []
+
+    async def app(scope: Scope, *_: object) -> None:
+        seen.append(scope)
+
+    await make(app)(scope, None, None)
+    return seen[0]
+
+
+# Path prefixes and headers of proxies.
+#
+# The kind: a proxy that changes what the cloud sees. It may remove the prefix of a path or keep it, name it in a
+# header or not, and add the address of the client behind those that the client claims. Everybody else may send such
+# headers.
+
+
+@pytest.mark.parametrize(
+    ("path", "inner"),
+    [
+        ("/ppaas", "/"),
+        ("/ppaas/", "/"),
+        ("/ppaas/v1/maps", "/v1/maps"),
+        ("/v1/maps", "/v1/maps"),
+        ("/", "/"),
+        ("/ppaasx/v1", "/ppaasx/v1"),
+        ("/ppaas/ppaas/v1", "/ppaas/v1"),
+    ],
+)
+async def test_a_prefix_is_removed_and_a_removed_one_is_no_fault(path: str, inner: str) -> None:
+    found = await passed(lambda app: PathPrefix(app, "/ppaas"), scope_of(path))
+    assert (found["path"], prefix_of(found)) == (inner, "/ppaas")
+
+
+async def test_the_scope_of_the_server_is_not_changed() -> None:
+    scope = scope_of("/ppaas/v1", x_forwarded_prefix="/ppaas")
+    await passed(lambda app: TrustedProxies(app, "", [PROXY]), scope)
+    assert scope["path"] == "/ppaas/v1" and PREFIX not in scope
+
+
+async def test_a_trusted_proxy_names_client_scheme_host_and_prefix() -> None:
+    scope = scope_of(
+        "/ppaas/v1/maps", x_forwarded_for="192.0.2.9", x_forwarded_proto="https", x_forwarded_prefix="/ppaas/",
+        x_forwarded_host="robots.example, inner", host="127.0.0.1:8500",
+    )  # fmt: skip
+    found = await passed(lambda app: TrustedProxies(app, "", ["10.0.0.0/8"]), scope)
+    assert (found["path"], prefix_of(found), found["scheme"]) == ("/v1/maps", "/ppaas", "https")
+    assert found["client"][0] == "192.0.2.9"
+    assert [value for name, value in found["headers"] if name == b"host"] == [b"robots.example"]
+
+
+@pytest.mark.parametrize(
+    ("claimed", "client"),
+    [
+        ("1.1.1.1, 192.0.2.9", "192.0.2.9"),
+        ("1.1.1.1, 192.0.2.9, 10.0.0.8", "192.0.2.9"),
+        ("[2001:db8::9]:80", "2001:db8::9"),
+        ("", PROXY),
+    ],
+)
+async def test_the_client_is_the_last_that_is_no_trusted_proxy(claimed: str, client: str) -> None:
+    found = await passed(
+        lambda app: TrustedProxies(app, "", ["10.0.0.0/8"]), scope_of("/v1/maps", x_forwarded_for=claimed)
+    )
+    assert found["client"][0] == client
+
+
+@pytest.mark.parametrize("peer", ["192.0.2.1", None])
+async def test_headers_of_others_are_ignored(peer: str | None) -> None:
+    scope = scope_of(
+        "/v1/maps", peer, x_forwarded_for="1.1.1.1", x_forwarded_prefix="/x", x_forwarded_host="evil", host="cloud"
+    )
+    found = await passed(lambda app: TrustedProxies(app, "", [PROXY]), scope)
+    assert (found["path"], prefix_of(found), found["client"]) == ("/v1/maps", "", scope["client"])
+    assert (b"host", b"cloud") in found["headers"]
+
+
+@pytest.mark.parametrize("given", ["//evil.example", "/v1", "x", "/a b", "/../x", ""])
+async def test_a_prefix_that_is_none_is_ignored(given: str) -> None:
+    found = await passed(
+        lambda app: TrustedProxies(app, "/ppaas", [PROXY]), scope_of("/v1/maps", x_forwarded_prefix=given)
+    )
+    assert (found["path"], prefix_of(found)) == ("/v1/maps", "/ppaas")
+
+
+HTML = {"Accept": "text/html"}
+
+
+# HEAD is answered wherever GET is, with the same head and no body.
+#
+# Its members: operations of REST, pages, redirects, files of the dashboard, problems, and answers that are sent in
+# parts, which are not read to their end.
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/v1/health",
+        "/v1/maps",
+        "/v1/maps/house",
+        "/v1/maps/house/image",
+        "/v1/maps/house/cells",
+        "/v1/maps/none",
+        "/v1/nothing",
+        "/v1/robots",
+        "/docs",
+        "/openapi.json",
+        "/",
+        "/dashboard",
+        "/dashboard/",
+        "/dashboard/nothing",
+    ],
+)
+async def test_head_is_answered_like_get(client: httpx.AsyncClient, log_in: LogIn, publish: Publish, path: str) -> None:
+    header = await log_in("ann")
+    await publish(header)
+    got = await client.get(path, headers=header | HTML)
+    head = await client.head(path, headers=header | HTML)
+    assert head.status_code == got.status_code
+    changing = {"content-length"} if path == "/v1/health" else set()  # it has figures of this moment
+    assert {name: head.headers[name] for name in head.headers.keys() - changing} == {
+        name: got.headers[name] for name in got.headers.keys() - changing
+    }
+    assert head.content == b""
+
+
+async def test_head_needs_a_token_where_get_does_and_is_no_way_around_methods(client: httpx.AsyncClient) -> None:
+    assert (await client.head("/v1/robots")).status_code == 401
+    answer = await client.head("/v1/users/me/nothing")
+    assert answer.status_code == 404
+    answer = await client.head("/v1/maps/house/cost_matrix")
+    assert (answer.status_code, answer.headers["allow"]) == (405, "POST")
+    problem_of(await client.delete("/v1/health"), 405, "method-not-allowed")
+    assert (await client.delete("/v1/health")).headers["allow"] == "GET, HEAD"
+
+
+async def test_a_long_answer_is_not_read_to_its_end() -> None:
+    read = []
+
+    async def parts() -> AsyncIterator[bytes]:
+        for number in range(1000):
+            read.append(number)
+            yield b"x" * 1000
+            await asyncio.sleep(0.001)
+
+    async def app(scope: Scope, receive: Receive, send: Send) -> None:
+        assert scope["method"] in ("GET", "POST")
+        response = StreamingResponse(parts()) if scope["path"] == "/parts" else Response("whole")
+        await response(scope, receive, send)
+
+    async with (
+        serve(HeadRequests(app), http=DirectHttp) as port,
+        httpx.AsyncClient(base_url=f"http://127.0.0.1:{port}", timeout=PATIENCE) as client,
+    ):
+        for _ in range(3):
+            head = await client.head("/parts")
+            assert (head.status_code, head.content) == (200, b"")
+        assert len(read) < 1000
+        assert (await client.head("/")).headers["content-length"] == "5"
+        assert (await client.get("/")).text == "whole"
+        assert (await client.post("/")).text == "whole"

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from starlette.types import Receive, Scope, Send
 
-from endpoints.http.http_protocol import DirectHttp
+from endpoints.http.http_protocol import BadHead, DirectHttp, check_head
 from tests.support.endpoints.serving import serve
 
 HEAD = b"POST /%d HTTP/1.1\r\nHost: here\r\nContent-Length: %d\r\n\r\n"
@@ -67,3 +67,45 @@ async def test_the_first_body_block_is_not_copied() -> None:
     assert bytes(protocol.cycle.body) is block
     protocol.on_body(b" and more")
     assert bytes(protocol.cycle.body) == block + b" and more"
+
+
+HOST = (b"host", b"cloud:8500")
+
+
+# Rules of the head of a request: its version, and its Host.
+
+
+@pytest.mark.parametrize(
+    ("version", "headers", "websocket", "status"),
+    [
+        ("1.1", [HOST], False, None),
+        ("1.1", [(b"host", b"")], False, None),
+        ("1.1", [(b"host", b"[::1]:8500 ")], False, None),
+        ("1.1", [(b"host", b"my_robot.lab")], False, None),
+        ("1.0", [], False, None),
+        ("1.0", [HOST], False, None),
+        ("1.1", [HOST], True, None),
+        ("1.1", [], False, 400),
+        ("1.1", [HOST, HOST], False, 400),
+        ("1.0", [HOST, (b"host", b"other")], False, 400),
+        ("1.1", [(b"host", b"a b")], False, 400),
+        ("1.1", [(b"host", b"a/b")], False, 400),
+        ("1.1", [(b"host", b"a@b")], False, 400),
+        ("1.1", [(b"host", b"a\xff")], False, 400),
+        ("1.0", [HOST], True, 400),
+        ("0.9", [HOST], False, 505),
+        ("2.0", [HOST], False, 505),
+        ("1.1", [HOST, (b"content-length", b"5")], True, 400),
+        ("1.1", [HOST, (b"transfer-encoding", b"chunked")], True, 400),
+        ("1.1", [HOST, (b"content-length", b"0")], True, None),
+    ],
+)
+def test_a_head_is_accepted_or_refused_with_a_status(
+    version: str, headers: list[tuple[bytes, bytes]], websocket: bool, status: int | None
+) -> None:
+    if status is None:
+        check_head(version, headers, websocket=websocket)
+    else:
+        with pytest.raises(BadHead) as refused:
+            check_head(version, headers, websocket=websocket)
+        assert refused.value.status == status

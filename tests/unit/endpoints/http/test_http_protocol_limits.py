@@ -19,8 +19,7 @@ from uvicorn.server import ServerState
 
 from endpoints.http import http_protocol as module
 from endpoints.http.connection_table import ConnectionTable
-from endpoints.http.http_protocol import MAX_PIPELINED, REST_OF_HEAD, DirectHttp, http_protocol
-from endpoints.http.request_head import MAX_HEAD, MAX_LINES
+from endpoints.http.http_protocol import MAX_HEAD, MAX_LINES, MAX_PIPELINED, REST_OF_HEAD, DirectHttp, http_protocol
 from endpoints.http.websocket_protocol import DirectWebSocket
 from tests.support.endpoints.serving import serve
 

@@ -13,10 +13,9 @@ from typing import cast
 
 import pytest
 
-from endpoints.http import tls_handshake
+from endpoints.http import tls
 from endpoints.http.connection_table import ConnectionTable
-from endpoints.http.tls import ServerTls
-from endpoints.http.tls_handshake import TlsListener
+from endpoints.http.tls import ServerTls, TlsListener
 from tests.support.network.certificates import TestAuthority
 from tests.support.waiting import patience, until
 
@@ -77,7 +76,7 @@ async def test_a_client_is_served_after_its_handshake(
 async def test_a_client_without_a_handshake_is_closed(
     port: int, table: ConnectionTable, monkeypatch: pytest.MonkeyPatch, sent: bytes
 ) -> None:
-    monkeypatch.setattr(tls_handshake, "HANDSHAKE_SECONDS", 0.2)
+    monkeypatch.setattr(tls, "HANDSHAKE_SECONDS", 0.2)
     reader, writer = await asyncio.open_connection("127.0.0.1", port)
     writer.write(sent)
     assert await is_closed(reader)

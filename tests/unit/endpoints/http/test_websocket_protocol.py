@@ -14,7 +14,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.frames import CloseCode, Frame, Opcode
 
 from endpoints.http import frame_pacing, websocket_protocol
-from endpoints.http.refusal_log import RefusalLog
+from endpoints.http.problems import RefusalLog
 from endpoints.http.websocket_protocol import DirectWebSocket, connection_of
 from ppaas.wire.binary.binary_frame import BinaryFrame
 from tests.support.endpoints.serving import serve

@@ -9,7 +9,7 @@ from endpoints.services.services import Services
 from engine.service.views import PeopleGroupView
 from ppaas.messages.people_coordination import ZoneCount
 from ppaas.people.settings import PeopleSettings, Zone
-from storage.people_records import HOUR, MapPeople
+from storage.people import HOUR, MapPeople
 from tests.support.endpoints.fake_cloud import FakeCloud
 
 DOOR = Zone("door", [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)])

@@ -11,7 +11,7 @@ from endpoints.services.services import Services
 from ppaas.errors import NotFound, Unavailable
 from ppaas.messages.people_coordination import ZoneCount
 from ppaas.people.settings import PeopleSettings
-from storage.people_records import HOUR, MapPeople, PeopleCount
+from storage.people import HOUR, MapPeople, PeopleCount
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.people import add_group
 

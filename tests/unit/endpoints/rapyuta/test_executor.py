@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from endpoints.rapyuta.clone import MAX_NODES
-from endpoints.rapyuta.endpoints import MAX_INTERFACES
 from endpoints.rapyuta.executor import MAX_CONTAINERS
+from endpoints.rapyuta.interfaces import MAX_INTERFACES
 from endpoints.services.services import Services
 from engine.protocols import robot_link
 from ppaas.errors import Idle, InvalidParameter, NotFound, QuotaExceeded, Unavailable

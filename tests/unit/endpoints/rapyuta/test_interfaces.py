@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from endpoints.clients.place_client import MAX_WAITING
+from endpoints.place_client import MAX_WAITING
 from engine.protocols import robot_link
 from engine.protocols.refusals import Refusal
 from ppaas.errors import NotFound, QuotaExceeded

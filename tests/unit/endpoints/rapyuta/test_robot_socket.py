@@ -18,9 +18,8 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from endpoints.audit.event import AuditQuery
 from endpoints.http.front_settings import FrontSettings
 from endpoints.rapyuta import registry as registry_module
-from endpoints.rapyuta.app import rapyuta_app
+from endpoints.rapyuta.app import rapyuta_app, refusal
 from endpoints.rapyuta.registry import RobotRegistry
-from endpoints.rapyuta.robot_socket import refusal
 from endpoints.services.services import Services
 from ppaas.errors import NotPermitted
 from storage.sharing_records import TokenScope

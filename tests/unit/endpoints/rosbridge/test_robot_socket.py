@@ -6,15 +6,17 @@ import logging
 from typing import Any
 
 import pytest
+from starlette.datastructures import QueryParams
 from starlette.websockets import WebSocket
-from websockets.asyncio.client import connect
+from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import InvalidStatus
 from websockets.typing import Origin
 
-from endpoints.http.closing import MAX_REASON
-from endpoints.rosbridge import session_registry
-from endpoints.rosbridge.only_robot import MAX_LISTED
+from endpoints import rosbridge
+from endpoints.http.websocket_protocol import MAX_REASON
+from endpoints.rosbridge import MAX_LISTED, content_of, parse_connect_request, reads_png
 from engine.protocols import control_link, robot_link
+from engine.protocols.control_link import StopContainer
 from engine.protocols.refusals import Refusal
 from engine.sessions import session
 from engine.sessions.calls import MAX_CALLS
@@ -22,6 +24,7 @@ from engine.sessions.outbox import FrameOutbox
 from engine.sessions.session import MAX_LOGGED
 from ppaas.errors import NotFound, Unavailable
 from ppaas.wire.rosbridge import RosbridgeSession
+from storage.records import Limits, User
 from tests.support.endpoints.robot_world import KEY, PASSWORD, World, closed, hear, next_of, refusal, say
 from tests.support.storage import records
 from tests.support.waiting import until
@@ -110,7 +113,7 @@ async def test_a_second_robot_is_refused_and_the_first_stays_connected(world: Wo
 
 
 async def test_a_container_not_ready_in_time_is_a_problem(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(session_registry, "READY_TIMEOUT", 0.05)
+    monkeypatch.setattr(rosbridge, "READY_TIMEOUT", 0.05)
     status, problem = await refusal(world.url())
     assert status == 503
     assert "no container was ready" in problem["detail"]
@@ -313,3 +316,104 @@ async def test_a_robot_reconnects_at_once_after_an_aborted_connection(world: Wor
         async with world.connected() as again:
             await say(again, op="publish", topic="/goal", msg={"data": "x"})
             assert (await next_of(container, robot_link.Deliver)).topic == "goal"
+
+
+# Frames that a client is sent by what its handshake says of it, and content of the messages it sends.
+
+
+@pytest.mark.parametrize("agent", ["AutobahnPython/24.4.2", "Python/3.11 websockets/15.0.1"])
+def test_libraries_of_roslibpy_are_not_sent_png(agent: str) -> None:
+    assert not reads_png(agent)
+
+
+@pytest.mark.parametrize("agent", ["", "Mozilla/5.0 (X11; Linux x86_64)", "my robot, as AutobahnPython/1"])
+def test_web_pages_and_other_clients_are_sent_png(agent: str) -> None:
+    assert reads_png(agent)
+
+
+@pytest.mark.parametrize(("query", "compact"), [("robot=a", False), ("robot=a&compact=1", True), ("compact=0", False)])
+def test_compact_frames_are_asked_for_in_the_address(query: str, compact: bool) -> None:
+    assert parse_connect_request(QueryParams(query)).compact is compact
+
+
+def test_a_message_received_during_the_handshake_is_text_or_bytes() -> None:
+    assert content_of({"type": "websocket.receive", "text": ""}) == (b"", False)
+    assert content_of({"type": "websocket.receive", "text": "ö"}) == ("ö".encode(), False)
+    assert content_of({"type": "websocket.receive", "bytes": b"\xff"}) == (b"\xff", True)
+
+
+@pytest.fixture
+def crowded(world: World) -> World:
+    """Return a cloud in which ann has three robots and may have one container."""
+    for name in ("tb2", "tb3"):
+        world.services.store.put_robot(records.robot(name, user="ann", map="house"))
+    limit(world, 1)
+    return world
+
+
+def limit(world: World, containers: int) -> None:
+    user: User = world.services.store.user("ann")
+    changed = User(user.id, user.password_hash, user.role, Limits(containers=containers))
+    world.services.store.change_user(changed)
+    world.services.accounts.forget_user("ann")
+    world.service.set_limits("ann", changed.limits)
+
+
+async def told(client: ClientConnection) -> dict[str, Any]:
+    frame: dict[str, Any] = json.loads(await asyncio.wait_for(client.recv(), 10))
+    return frame
+
+
+# Robots that wait in the queue for a container.
+
+
+async def test_queued_robots_get_their_positions_and_are_served_in_order(crowded: World) -> None:
+    async with (
+        crowded.robot() as (first, _),
+        connect(crowded.url(robot="tb2", queue="1")) as second,
+        connect(crowded.url(robot="tb3", queue="1")) as third,
+    ):
+        frame = await told(second)
+        assert (frame["op"], frame["level"]) == ("status", "info")
+        assert frame["msg"] == "queued: position 1 in the queue"
+        assert (await told(third))["msg"] == "queued: position 2 in the queue"
+        await first.close()
+        assert (await told(second))["msg"] == "queued: the robot left the queue: its container starts"
+        assert (await told(third))["msg"] == "queued: position 1 in the queue"
+        assert isinstance(await crowded.machine.order(), StopContainer)
+        container = await crowded.machine.boot(await crowded.machine.started())
+        assert crowded.service.place("robot:ann/tb2") is not None
+        limit(crowded, 2)
+        assert "left the queue" in (await told(third))["msg"]
+        other = await crowded.machine.boot(await crowded.machine.started())
+        for booted in (container, other):
+            await booted.stream.close()
+
+
+async def test_a_client_that_disconnects_leaves_the_queue(crowded: World) -> None:
+    crowded.linger(30.0)
+    async with crowded.robot():
+        async with connect(crowded.url(robot="tb2", queue="1")) as second:
+            await told(second)
+        await until(lambda: crowded.service.position("robot:ann/tb2") is None)
+        assert crowded.service.place("robot:ann/tb2") is None
+
+
+async def test_a_client_that_does_not_request_the_queue_is_refused(crowded: World) -> None:
+    async with crowded.robot():
+        with pytest.raises(InvalidStatus) as refused:
+            await connect(crowded.url(robot="tb2"))
+        assert refused.value.response.status_code == 429
+        async with connect(crowded.url(robot="tb2", queue="1")) as second:
+            await told(second)
+            with pytest.raises(InvalidStatus) as refused:
+                await connect(crowded.url("operator", robot="tb2"))
+            assert refused.value.response.status_code == 503
+            assert crowded.service.position("robot:ann/tb2") == 1, "an operator who is refused costs nobody the place"
+
+
+async def test_a_queued_robot_is_not_idle(crowded: World) -> None:
+    async with crowded.robot(), connect(crowded.url(robot="tb2", queue="1")) as second:
+        await told(second)
+        place = crowded.service.place("robot:ann/tb2")
+        assert place is not None and place.busy

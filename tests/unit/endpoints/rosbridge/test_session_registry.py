@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 from websockets.asyncio.client import ClientConnection, connect
 
-from endpoints.rosbridge import attachment
-from endpoints.rosbridge.robot_socket import TAKEN_OVER
+from endpoints import rosbridge
+from endpoints.rosbridge import TAKEN_OVER
 from engine.protocols import robot_link
 from engine.sessions import host
 from ppaas.errors import Unavailable
@@ -134,7 +134,7 @@ async def test_a_responsive_robot_is_not_replaced_by_another_session(world: Worl
 async def test_a_robot_without_a_session_replaces_an_unresponsive_one(
     world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(attachment, "PROBE_TIMEOUT", 0.2)
+    monkeypatch.setattr(rosbridge, "PROBE_TIMEOUT", 0.2)
     async with robot(world) as (first, container):
         first.transport.pause_reading()  # the connection stays open, and nothing reads from it
         async with world.connected() as second:

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from websockets.asyncio.client import ClientConnection
 
-from endpoints.rosbridge.rights_watch import RightsWatch
+from endpoints.rosbridge import RightsWatch
 from engine.protocols import robot_link
 from storage.sharing_records import ALL, Share, TokenScope
 from tests.support.endpoints.robot_world import PASSWORD, World, closed, hear, next_of, refusal, say, session_headers

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from endpoints.accounts.scoped_user import ScopedUser
+from endpoints.accounts.tokens import ScopedUser
 from endpoints.sharing.access import access_of
 from engine.rights.access import CONFIGURING, READING, Access
 from ppaas.errors import NotFound, NotPermitted, PPaaSError

@@ -11,8 +11,8 @@ from engine.recorder.main import PAUSE, Recorder
 from engine.recorder.robot_recorder import FLUSH_PERIOD, SEGMENT, OpenFile
 from ppaas.recording.batches import Batch, Entry, batch_bytes
 from ppaas.recording.writer import Encoded, encoded
-from storage.disk_space.reserve import DiskReserve, DiskSpace
-from storage.recordings.folder import RecordingsFolder
+from storage.disk_space import DiskReserve, DiskSpace
+from storage.recordings import RecordingsFolder
 from tests.support.recordings.entries import ABOUT, entry, read, scan, text
 
 ALL = ("*",)

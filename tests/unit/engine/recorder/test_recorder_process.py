@@ -11,7 +11,7 @@ from engine.recorder import recorder_process
 from engine.recorder.recorder_process import MISSING, NO_RECORDER, NOT_HERE, RecorderProcess
 from engine.specs.containers import ContainerSpec, MapVersion, RobotConfig
 from ppaas.recording.batches import Batch, batch_bytes
-from storage.recordings.folder import RecordingsFolder
+from storage.recordings import RecordingsFolder
 from tests.support.recordings.entries import ABOUT, entry, read, scan
 from tests.support.waiting import until
 

@@ -25,7 +25,7 @@ from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.people_coordination import GetPeopleCountsResponse, PeopleState, ZoneCount
 from ppaas.people.settings import PeopleSettings
 from storage.memory.store import MemoryStore
-from storage.people_records import MapPeople
+from storage.people import MapPeople
 from storage.records import Limits
 from tests.support.engine.at_once import at_once
 from tests.support.engine.fake_machine import FakeMachine, FarContainer

@@ -9,7 +9,7 @@ from ppaas.clock import ManualClock
 from ppaas.errors import NotFound
 from ppaas.people.settings import PeopleSettings
 from storage.memory.store import MemoryStore
-from storage.people_records import MapPeople
+from storage.people import MapPeople
 from storage.records import CloneCheckpoint
 from tests.support.engine.specs import coordinator_spec, planning_spec, robot_config, robot_spec, traffic_spec
 

@@ -19,7 +19,7 @@ from storage.memory.store import MemoryStore
 from storage.migration.copying import Compared, Copied, RecordKind, compare, copy
 from storage.migration.map_records import MAP_KINDS
 from storage.migration.store_records import KINDS
-from storage.people_records import PeopleCount
+from storage.people import PeopleCount
 from storage.records import CloneLogChange, Publication
 from storage.sqlite.store import SqliteStore
 from storage.urls.opening import open_map_store, open_store

@@ -16,7 +16,7 @@ from engine.specs.start_state import READY, KernelProgress, StartState
 from ppaas import __version__
 from ppaas.clock import ManualClock, epoch
 from ppaas.errors import Unavailable
-from storage.disk_space.reserve import DiskReserve
+from storage.disk_space import DiskReserve
 from storage.memory.store import MemoryStore
 from storage.urls.opening import open_map_store
 from tests.support.endpoints.fake_cloud import FakeCloud

@@ -6,7 +6,7 @@ import pytest
 from endpoints.services.services import Services
 from ppaas.messages.people_coordination import ZoneCount
 from ppaas.people.settings import PeopleSettings, Zone
-from storage.people_records import HOUR, MapPeople, PeopleCount
+from storage.people import HOUR, MapPeople, PeopleCount
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.people import add_group
 from tests.unit.endpoints.conftest import LogIn, Publish

@@ -13,7 +13,7 @@ import pytest
 from endpoints.services.services import Services
 from ppaas.errors import Conflict
 from ppaas.messages.health.watching import RecorderState, StartRecordingRequest
-from storage.recordings.folder import RecordingsFolder
+from storage.recordings import RecordingsFolder
 from tests.support.endpoints.fake_cloud import FakeCloud
 from tests.support.endpoints.problems import problem_of
 from tests.support.recordings.entries import entry, mcap, read, scan, text, twist

@@ -1,4 +1,4 @@
-"""Robots over REST."""
+"""Robots over REST, their changes, models and nodes."""
 
 import json
 from typing import Any
@@ -8,9 +8,12 @@ import pytest
 
 from endpoints.services.services import Services
 from engine.master.places import robot_key
+from ppaas.errors import Conflict, NotFound, PPaaSError, Unavailable
+from ppaas.robot_model.known_models import model_names, robot_model
+from storage.records import RobotRecord
 from tests.support.endpoints.fake_cloud import FakeCloud, container
 from tests.support.endpoints.problems import problem_of
-from tests.support.storage.records import clone
+from tests.support.storage.records import clone, robot
 from tests.unit.endpoints.conftest import LogIn, Publish
 
 FILE: dict[str, Any] = {
@@ -240,3 +243,187 @@ async def test_a_connected_robot_cannot_be_removed(
     assert (await client.delete("/v1/robots/tb1", headers=ann)).status_code == 204
     assert [one.id for one in cloud.running] == ["c2", "c3"]  # the container that waited for it has ended
     problem_of(await client.delete("/v1/robots/tb1", headers=ann), 404, "not-found")
+
+
+# Robot models over REST.
+
+
+async def test_every_model_is_listed_with_its_radius(client: httpx.AsyncClient, log_in: LogIn) -> None:
+    answer = await client.get("/v1/models?limit=500", headers=await log_in("ann"))
+    listed = answer.json()
+    assert listed["next"] is None
+    assert {model["name"]: model["robot_radius"] for model in listed["items"]} == {
+        name: robot_model(name).robot_radius for name in model_names()
+    }
+
+
+async def test_listing_models_requires_a_login(client: httpx.AsyncClient) -> None:
+    assert (await client.get("/v1/models")).status_code == 401
+
+
+NODES = "/v1/robots/tb1/nodes"
+
+
+async def put_robot(client: httpx.AsyncClient, ann: dict[str, str], publish: Publish) -> None:
+    await publish(ann)
+    await client.put("/v1/robots/tb1", headers=ann, json={"map": "house"})
+
+
+# Homes of a robot's nodes over REST.
+
+
+async def test_each_node_is_listed_with_its_home_and_reasons(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
+    ann = await log_in("ann")
+    await put_robot(client, ann, publish)
+    page = (await client.get(NODES, headers=ann, params={"limit": 1})).json()
+    assert [node["node"] for node in page["items"]] == ["amcl"]
+    rest = (await client.get(NODES, headers=ann, params={"cursor": page["next"]})).json()
+    assert rest == {
+        "items": [
+            {"node": "move_base", "home": "robot", "wanted": "robot", "score": -0.5, "reasons": ["it is near"]}
+        ],
+        "next": None,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(("asked", "wanted"), [({}, "cloud"), ({"home": None}, "cloud"), ({"home": "robot"}, "robot")])
+async def test_requesting_a_home_returns_where_the_node_will_run(
+    asked: dict[str, str], wanted: str, client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
+    ann = await log_in("ann")
+    await put_robot(client, ann, publish)
+    answer = await client.post(f"{NODES}/move_base", headers=ann, json=asked)
+    assert (answer.status_code, answer.json()["wanted"]) == (200, wanted)
+
+
+async def test_an_invalid_home_is_refused(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
+    ann = await log_in("ann")
+    await put_robot(client, ann, publish)
+    for body in ({"home": "moon"}, {"home": 1}, {"house": "cloud"}, []):
+        problem_of(await client.post(f"{NODES}/move_base", headers=ann, json=body), 422, "invalid-request")
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "slug"),
+    [(Unavailable("no container now"), 503, "unavailable"), (NotFound("node", "move_base"), 404, "not-found")],
+)
+async def test_an_unreachable_robot_or_unknown_node_is_reported(
+    error: PPaaSError, status: int, slug: str,
+    client: httpx.AsyncClient, cloud: FakeCloud, log_in: LogIn, publish: Publish,
+) -> None:  # fmt: skip
+    ann = await log_in("ann")
+    await put_robot(client, ann, publish)
+    cloud.error = error
+    problem_of(await client.get(NODES, headers=ann), status, slug)
+    problem_of(await client.post(f"{NODES}/move_base", headers=ann, json={}), status, slug)
+
+
+async def test_nodes_of_other_users_robots_are_not_found(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
+    ann, bob = await log_in("ann"), await log_in("bob")
+    await put_robot(client, ann, publish)
+    problem_of(await client.get(NODES, headers=bob), 404, "not-found")
+    problem_of(await client.post(f"{NODES}/move_base", headers=bob, json={}), 404, "not-found")
+
+
+MERGE = {"Content-Type": "application/merge-patch+json"}
+
+
+TUNED = {"map": "house", "cores": 0.25, "parameters": {"amcl": {"max_particles": 800, "min_particles": 100}}}
+
+
+# Changes of robots, by JSON merge patch.
+
+
+async def test_a_patch_changes_only_the_given_fields_of_a_robot(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    made = (await client.put("/v1/robots/tb1", headers=ann, json=TUNED)).json()
+    assert (await client.put("/v1/robots/tb1", headers=ann, json=TUNED)).status_code == 200
+    patch = '{"cores": 2, "initial_pose": [1, 2], "parameters": {"amcl": {"min_particles": null}, "move_base": {}}}'
+    changed = await client.patch("/v1/robots/tb1", headers=ann | MERGE, content=patch)
+    parameters = {"amcl": {"max_particles": 800}, "move_base": {}}
+    assert changed.json() == made | {"cores": 2.0, "initial_pose": [1.0, 2.0, 0.0], "parameters": parameters}
+    reset = await client.patch("/v1/robots/tb1", headers=ann, json={"cores": None, "parameters": None})
+    assert (reset.json()["cores"], reset.json()["parameters"]) == (1.0, {})
+
+
+@pytest.mark.parametrize(
+    ("change", "where"),
+    [
+        ({"map": None}, "map"),
+        ({"cores": 0}, "cores"),
+        ({"colour": "red"}, "colour"),
+        ({"initial_pose": [1]}, "initial_pose"),
+        ({"parameters": 1}, "parameters"),
+        ({"model": "../x"}, "model"),
+    ],
+)
+async def test_an_invalid_patch_is_refused_and_the_robot_stays(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, change: dict[str, Any], where: str
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    made = (await client.put("/v1/robots/tb1", headers=ann, json=TUNED)).json()
+    answer = await client.patch("/v1/robots/tb1", headers=ann, json=change)
+    assert problem_of(answer, 422, "invalid-request")["errors"][0]["where"][:2] == ["body", where]
+    assert (await client.get("/v1/robots/tb1", headers=ann)).json() == made | {"urdf": None}
+
+
+async def test_traffic_is_read_into_the_parameters(client: httpx.AsyncClient, log_in: LogIn, publish: Publish) -> None:
+    ann, amcl = await log_in("ann"), {"amcl": {"max_particles": 800, "min_particles": 100}}
+    await publish(ann)
+
+    async def put(traffic: object) -> object:
+        answer = await client.put("/v1/robots/tb1", headers=ann, json=TUNED | {"traffic": traffic})
+        return answer.json()["parameters"]
+
+    async def patch(change: dict[str, Any]) -> object:
+        return (await client.patch("/v1/robots/tb1", headers=ann, json=change)).json()["parameters"]
+
+    assert await put(True) == amcl | {"traffic": {}}
+    assert await put({"spacing": 0.6}) == amcl | {"traffic": {"spacing": 0.6}}
+    assert await put(False) == await put(None) == amcl
+    assert await patch({"traffic": {"spacing": 0.6}}) == amcl | {"traffic": {"spacing": 0.6}}
+    assert await patch({"cores": 0.5}) == amcl | {"traffic": {"spacing": 0.6}}
+    assert await patch({"traffic": True}) == amcl | {"traffic": {"spacing": 0.6}}, "its parameters stay"
+    assert await patch({"traffic": None}) == amcl
+    assert await patch({"parameters": None, "traffic": True}) == {"traffic": {}}
+    assert await patch({"traffic": False}) == {}
+    for wrong in (1, "yes", []):
+        answer = await client.put("/v1/robots/tb1", headers=ann, json=TUNED | {"traffic": wrong})
+        assert problem_of(answer, 422, "invalid-request")["errors"][0]["where"][:2] == ["body", "traffic"]
+
+
+async def test_a_robot_is_not_moved_to_a_map_without_read_access(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish
+) -> None:
+    ann, bob = await log_in("ann"), await log_in("bob")
+    await publish(ann)
+    await publish(bob, "secret")
+    await client.put("/v1/robots/tb1", headers=ann, json=TUNED)
+    problem_of(await client.patch("/v1/robots/tb1", headers=ann, json={"map": "secret"}), 404, "not-found")
+    problem_of(await client.patch("/v1/robots/tb9", headers=ann, json={"cores": 1}), 404, "not-found")
+
+
+async def test_a_concurrent_change_of_a_robot_is_a_conflict(
+    client: httpx.AsyncClient, log_in: LogIn, publish: Publish, services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ann = await log_in("ann")
+    await publish(ann)
+    await client.put("/v1/robots/tb1", headers=ann, json=TUNED)
+    put = services.store.put_robot
+
+    def late(record: RobotRecord, *, instead_of: RobotRecord | None = None) -> bool:
+        put(robot("tb1", cores=3.0))
+        return put(record, instead_of=instead_of)
+
+    monkeypatch.setattr(services.store, "put_robot", late)
+    answer = await client.patch("/v1/robots/tb1", headers=ann, json={"cores": 2})
+    problem_of(answer, 409, Conflict.slug)
+    assert services.store.robot("ann", "tb1").cores == 3.0

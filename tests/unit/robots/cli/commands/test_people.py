@@ -11,7 +11,7 @@ from rich.console import Console
 from ppaas.people.settings import PeopleSettings, Zone
 from robots.cli.verbs.people_view import render
 from robots.client.rest import RestClient
-from storage.people_records import HOUR, MapPeople, PeopleCount
+from storage.people import HOUR, MapPeople, PeopleCount
 from tests.support.cloud.command_line import CommandLine
 from tests.support.endpoints.people import add_group, person
 from tests.support.storage.records import house, put_map

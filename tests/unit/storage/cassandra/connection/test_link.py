@@ -4,11 +4,13 @@ import threading
 from typing import Any
 
 import pytest
+from cassandra import InvalidRequest, OperationTimedOut, ReadFailure
+from cassandra.cluster import NoHostAvailable
 
 from ppaas.errors import Unavailable
 from storage.cassandra.connection import link as link_module
 from storage.cassandra.connection.address import parse_address
-from storage.cassandra.connection.link import SILENCE, ClusterLink, Silence
+from storage.cassandra.connection.link import SILENCE, ClusterLink, Silence, driver_errors, is_silence
 from storage.store_errors import unusable
 from tests.support.waiting import wait_until
 
@@ -136,3 +138,28 @@ def test_nothing_is_connected_before_the_first_session(clusters: Clusters) -> No
     link.unanswered()
     link.close()
     assert clusters.creations == []
+
+
+def advice(error: Exception) -> str:
+    with pytest.raises(Unavailable) as caught, driver_errors("db"):
+        raise error
+    return str(caught.value)
+
+
+# Errors of the driver, with advice.
+
+
+def test_too_many_deleted_rows_come_with_what_to_do() -> None:
+    told = advice(ReadFailure("failed", error_code_map={"127.0.0.1": 1}))
+    assert "deleted rows" in told
+    assert "nodetool compact" in told
+    for code in ({"127.0.0.1": 0}, None):
+        assert "compact" not in advice(ReadFailure("failed", error_code_map=code))
+
+
+def test_only_errors_without_a_response_are_silence() -> None:
+    assert is_silence(NoHostAvailable("none", {}))
+    assert is_silence(OperationTimedOut())
+    assert not is_silence(InvalidRequest("no such table"))
+    assert not is_silence(ReadFailure("failed"))
+    assert not is_silence(None)

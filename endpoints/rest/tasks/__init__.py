@@ -1,1 +1,0 @@
-"""Routes of the tasks of the caller's robots on a map."""

@@ -1,1 +1,0 @@
-"""Routes of the traffic of the caller's robots on a map."""

@@ -1,1 +1,0 @@
-"""Robot WebSocket, which speaks rosbridge: sessions of clients, their calls and goals, and what is sent to them."""

@@ -1,1 +1,0 @@
-"""Recordings of robots on a local disk: files of MCAP, and the segments of rings."""
