@@ -14,9 +14,8 @@ from rich.progress import Progress
 from benchmarks.engine import baselines
 from benchmarks.engine.driving_robot import MAP, grid_to_drive_on
 from benchmarks.engine.options import EngineOptions
-from benchmarks.engine.samples import median_and_worst
 from benchmarks.harness.cloud_under_test import Target, logged_in
-from benchmarks.harness.figures import Figure
+from benchmarks.harness.figures import Figure, median_and_worst
 from benchmarks.harness.free_ports import free_ports
 from benchmarks.harness.joining import JoinedMachine, ticket_of
 from engine.remote.replica import LAST

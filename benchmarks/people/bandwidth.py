@@ -13,8 +13,7 @@ from urllib.parse import urlsplit
 import numpy as np
 
 from benchmarks.harness.cloud_under_test import Target, own_cloud
-from benchmarks.harness.figures import Figure
-from benchmarks.harness.parts import PartResult
+from benchmarks.harness.figures import Figure, PartResult
 from benchmarks.people.options import PeopleOptions
 from ppaas.errors import Unavailable
 from ppaas.geometry import Pose2D

@@ -1,6 +1,6 @@
 """Goals must end once, or be reported lost."""
 
-from benchmarks.chaos.goal_results import GoalResults
+from benchmarks.chaos.goal_sender import GoalResults
 
 
 def test_missing_repeated_and_unknown_results_are_reported() -> None:

@@ -1,6 +1,6 @@
 """The trace of a goal has the distance of its robot and the numbers of its messages in each period."""
 
-from benchmarks.chaos.goal_trace import PERIOD, GoalTrace, Standing
+from benchmarks.chaos.goal_sender import PERIOD, GoalTrace, Standing
 
 
 def test_an_entry_is_added_once_a_period_with_what_has_happened_in_it() -> None:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.chaos.silences import Gap, Silences
+from benchmarks.chaos.message_checks import Gap, Silences
 
 
 def test_silences_before_between_and_after_control_cycles_are_measured() -> None:

@@ -1,7 +1,6 @@
 """Times in which a robot is far from its believed pose."""
 
-from benchmarks.chaos.silences import Gap
-from benchmarks.chaos.strays import FAR, Strays
+from benchmarks.chaos.message_checks import FAR, Gap, Strays
 
 
 def test_a_robot_is_astray_from_its_first_far_pose_until_the_next_near_one() -> None:

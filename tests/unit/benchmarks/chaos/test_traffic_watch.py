@@ -3,8 +3,8 @@
 import asyncio
 from typing import Any
 
-from benchmarks.chaos import traffic_watch
-from benchmarks.chaos.traffic_watch import TrafficWatch
+from benchmarks.chaos import run
+from benchmarks.chaos.run import TrafficWatch
 from ppaas.errors import Unavailable
 from tests.support.waiting import until
 
@@ -28,7 +28,7 @@ class Rest:
 
 
 async def test_errors_have_the_traffic_as_it_was_last_seen(monkeypatch: Any) -> None:
-    monkeypatch.setattr(traffic_watch, "PERIOD", 0.0)
+    monkeypatch.setattr(run, "PERIOD", 0.0)
     rest, errors = Rest(), list[str]()
     watch = TrafficWatch(rest, "hall", errors.append)  # type: ignore[arg-type]  # it asks by GET alone
     watch.tell("a did not end")

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.planners import growth
+from benchmarks.planners import scaling
 from robots.cli.main import main
 from tests.unit.benchmarks.commands.conftest import RunBench
 
@@ -42,5 +42,5 @@ def test_planners_are_measured_beside_dijkstra(run_bench: RunBench) -> None:
 
 
 def test_the_exponent_is_the_slope_of_the_logarithms() -> None:
-    assert growth._exponent([512, 1024, 2048, 4096], [9.0, 1.0, 4.0, 16.0]) == pytest.approx(2.0)
-    assert growth._exponent([1024, 2048], [1.0, None]) is None
+    assert scaling._exponent([512, 1024, 2048, 4096], [9.0, 1.0, 4.0, 16.0]) == pytest.approx(2.0)
+    assert scaling._exponent([1024, 2048], [1.0, None]) is None

@@ -1,6 +1,6 @@
 """Two nodes of one graph answer each other."""
 
-from benchmarks.engine.ping_pong import in_one_container
+from benchmarks.engine.messages import in_one_container
 
 
 def test_each_round_is_timed() -> None:

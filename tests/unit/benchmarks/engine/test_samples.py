@@ -1,6 +1,6 @@
 """Median, 99th percentile and maximum of samples."""
 
-from benchmarks.engine.samples import median_and_p99, median_and_worst, served_after
+from benchmarks.harness.figures import median_and_p99, median_and_worst, served_after
 
 
 def test_the_limit_applies_to_median_and_p99() -> None:

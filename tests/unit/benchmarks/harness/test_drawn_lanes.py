@@ -5,7 +5,7 @@ import pytest
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from benchmarks.harness.drawn_lanes import ASIDE, right_hand_lanes
+from benchmarks.harness.halls import ASIDE, right_hand_lanes
 from ppaas.clone.traffic import roadmaps_of
 from ppaas.costmap.build_layers import build_layers
 from ppaas.maps.generate import warehouse

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.fleet.stand_ins.simulation import SPACING, roadmap_of
-from benchmarks.harness.goal_places import goal_in
+from benchmarks.harness.halls import goal_in
 
 HALL = roadmap_of("..#.\n....\n#..#")
 BLOCKED = [(0, 2), (2, 0), (2, 3), *((row, column) for row in range(-1, 4) for column in (-1, 4))]

@@ -5,10 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.localization.drift import drifting
-from benchmarks.localization.log_map import map_of
-from benchmarks.localization.picture import ERROR, draw
-from benchmarks.localization.replay import Replay, play, summary
+from benchmarks.localization.replay import ERROR, Replay, draw, drifting, map_of, play, summary
 from benchmarks.localization.run import LOST
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D

@@ -2,8 +2,8 @@ import itertools
 
 import numpy as np
 
-from benchmarks.mapping.corridors import HALF, OPEN, RECESS, corridor_route, corridors
-from benchmarks.mapping.ray_casting import cast
+from benchmarks.mapping.simulated_drive import cast
+from benchmarks.mapping.worlds import HALF, OPEN, RECESS, corridor_route, corridors
 
 
 def test_the_route_of_two_kilometres_stays_inside_the_corridors():

@@ -1,6 +1,6 @@
 import numpy as np
 
-from benchmarks.mapping.false_closures import Closures, by_poses, by_relations
+from benchmarks.mapping.map_errors import Closures, by_poses, by_relations
 from ppaas.mapping.relations import Relations
 from ppaas.planar_poses import relative
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.mapping.laboratory import CORRIDOR, laboratory
-from benchmarks.mapping.ray_casting import cast
-from benchmarks.mapping.simulated_drive import drive
+from benchmarks.mapping.simulated_drive import cast, drive
 
 
 @pytest.mark.parametrize("seed", [0, 1])

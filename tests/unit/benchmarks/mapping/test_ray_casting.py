@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 
-from benchmarks.mapping.ray_casting import cast
+from benchmarks.mapping.simulated_drive import cast
 
 
 def distance_by_steps(walls, origin, angle):

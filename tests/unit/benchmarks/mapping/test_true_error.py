@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from benchmarks.mapping.true_error import absolute_errors, random_relations
+from benchmarks.mapping.map_errors import absolute_errors, random_relations
 from ppaas.mapping.relations import score
 from ppaas.planar_poses import compose
 

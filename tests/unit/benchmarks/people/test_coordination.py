@@ -6,9 +6,9 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from benchmarks.people import coordination, faults
+from benchmarks.people import coordination
 from benchmarks.people.options import PeopleOptions
-from benchmarks.people.runs import results_file
+from benchmarks.people.runs.job import append_result
 from tests.unit.benchmarks.people.runs.results import JOB, RESULT
 
 NEAREST = msgspec.structs.replace(RESULT, policy="nearest", flaps=4)
@@ -18,7 +18,7 @@ def test_the_rule_of_the_paper_has_bars_and_the_others_are_baselines(tmp_path: P
     keep = tmp_path / "runs.jsonl"
     jobs = (JOB, replace(JOB, policy="nearest"))
     for job, result in zip(jobs, (RESULT, NEAREST), strict=True):
-        results_file.append(keep, job, result)
+        append_result(keep, job, result)
     done: list[None] = []
     part = coordination.measure(PeopleOptions(jobs, keep=keep), lambda: done.append(None))
     kept = {figure.name: (figure.kept, figure.yardstick) for figure in part.figures}
@@ -37,10 +37,10 @@ def test_switches_are_per_person_and_ten_minutes() -> None:
 
 def test_each_fault_has_a_run_beside_one_without(tmp_path: Path) -> None:
     options = PeopleOptions((JOB,), keep=tmp_path / "runs.jsonl", quick=True)
-    jobs = faults.jobs_of(options)
+    jobs = coordination.faulty_jobs(options)
     assert jobs[0].fault == ""
     for job in jobs:
-        results_file.append(tmp_path / "runs.jsonl", job, msgspec.structs.replace(RESULT, fault=job.fault))
-    part = faults.measure(options, lambda: None)
+        append_result(tmp_path / "runs.jsonl", job, msgspec.structs.replace(RESULT, fault=job.fault))
+    part = coordination.measure_faults(options, lambda: None)
     assert {row["fault"] for row in part.rows} == {"-", "crowd", *(job.fault for job in jobs if job.fault)}
     assert [figure.yardstick for figure in part.figures[:4]] == [True, True, False, False]

@@ -6,8 +6,7 @@ from numpy.typing import NDArray
 from rich.progress import Progress
 
 from benchmarks.planners import compare, field, grids
-from benchmarks.planners.graph import edges_of
-from benchmarks.planners.peers import FIELDS, NAVFN, PATHS, Peer, PeerProblem
+from benchmarks.planners.peers import FIELDS, NAVFN, PATHS, Peer, PeerProblem, edges_of
 from ppaas.errors import NotFound
 
 GRID = grids.random(24, 20.0)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.planners import machine, report
+from benchmarks.planners import report, suite
 
 
 def test_speed_ups_are_shown_with_their_targets() -> None:
@@ -19,6 +19,6 @@ def test_speed_ups_are_shown_with_their_targets() -> None:
 
 @pytest.mark.parametrize(("load", "warned"), [(0.2, False), (1.5, True)])
 def test_measurements_on_a_busy_machine_are_marked(load: float, warned: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(machine.os, "getloadavg", lambda: (load, 0.0, 0.0))
-    text = report.render({"machine": [machine.describe() | {"quick": False}]})
+    monkeypatch.setattr(suite.os, "getloadavg", lambda: (load, 0.0, 0.0))
+    text = report.render({"machine": [suite.describe() | {"quick": False}]})
     assert text.startswith("Measured on ") and ("not suitable for comparison" in text) == warned

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from rich.progress import Progress
 
-from benchmarks.commands import suite as bench_suite
+from benchmarks.commands.planners import Suite
 from benchmarks.planners import report, suite
 from ppaas.errors import InvalidInput
 
@@ -16,7 +16,7 @@ SCENARIO = {
 
 
 def test_every_known_part_is_measured() -> None:
-    assert set(bench_suite.PARTS) == set(suite.PARTS)
+    assert set(Suite.PARTS) == set(suite.PARTS)
 
 
 def test_real_maps_are_measured_and_every_part_can_be_rendered(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,7 +6,7 @@ import pkgutil
 import ppaas.mapping.closures.kernels
 import ppaas.mapping.graph.kernels
 import ppaas.mapping.kernels
-from benchmarks.mapping.ring import ring_drive
+from benchmarks.mapping.small_worlds import ring_drive
 from ppaas.mapping.pipeline.offline import map_log
 
 PACKAGES = (ppaas.mapping.kernels, ppaas.mapping.graph.kernels, ppaas.mapping.closures.kernels)

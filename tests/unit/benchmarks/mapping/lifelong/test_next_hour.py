@@ -1,6 +1,6 @@
 """Memory of lifelong mapping over hours, shortened to a minute."""
 
-from benchmarks.mapping.lifelong.next_hour import mapped, rows
+from benchmarks.mapping.parts.lifelong import mapped, rows
 from tests.support.world.ring_drive import ring_drive
 
 

@@ -1,4 +1,4 @@
-from benchmarks.mapping.parts.hours import figure_of
+from benchmarks.mapping.parts.lifelong import figure_of
 
 HOUR = {"memory_mb": 200.0, "key_frames": 900}
 

@@ -1,4 +1,4 @@
-from benchmarks.mapping.parts.stage_chart import _points, write_stages
+from benchmarks.mapping.parts.suite import _points, write_stages
 
 SECONDS = {"points": 1.0, "tracking": 2.0, "closures": 1.5, "solver": 0.5, "refinement": 3.0, "polish": 1.0}
 ERRORS = {"tracking": 0.1, "closures": 0.03, "refinement": 0.02, "polish": 0.01}

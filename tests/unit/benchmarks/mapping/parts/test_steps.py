@@ -1,5 +1,5 @@
 from benchmarks.mapping.parts import steps
-from benchmarks.mapping.ring import ring_drive
+from benchmarks.mapping.small_worlds import ring_drive
 from ppaas.maps.generate import office
 
 

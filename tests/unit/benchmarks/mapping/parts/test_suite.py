@@ -2,8 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.harness.figures import Figure
-from benchmarks.harness.parts import PartResult
+from benchmarks.harness.figures import Figure, PartResult
 from benchmarks.mapping.parts import suite
 from benchmarks.mapping.parts.part import SlamOptions
 from ppaas.errors import InvalidInput, PPaaSError, Unavailable

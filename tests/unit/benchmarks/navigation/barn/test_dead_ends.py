@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.navigation.barn.dead_ends import DeadEnds
+from benchmarks.navigation.barn.navigator import DeadEnds
 from ppaas.geometry import Pose2D, poses_along
 from tests.support.world import grids
 

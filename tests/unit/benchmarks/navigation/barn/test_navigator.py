@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from benchmarks.navigation.barn.controller_setups import make_navigator
 from benchmarks.navigation.barn.environment import Environment
 from benchmarks.navigation.barn.jackal import NOISE
 from benchmarks.navigation.barn.navigator import PERIOD, Navigator
+from benchmarks.navigation.barn.run import make_navigator
 from benchmarks.navigation.barn.worlds import START, BarnWorld
 from ppaas.costmap.costmap import LETHAL_OBSTACLE
 from ppaas.geometry import Pose2D

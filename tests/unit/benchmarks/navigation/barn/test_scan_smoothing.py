@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks.navigation.barn.scan_smoothing import ARC, DEPTH, MOST, smoothed
+from benchmarks.navigation.barn.scan_matching import ARC, DEPTH, MOST, smoothed
 from ppaas.costmap.obstacle_layer import LaserReading
 from ppaas.geometry import Pose2D
 

@@ -6,9 +6,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.navigation.goals import run
-from benchmarks.navigation.goals.results_file import append, key, read
-from benchmarks.navigation.goals.run import GoalsJob, GoalsResult, Trip, drive
-from benchmarks.navigation.goals.suite import measure, summary
+from benchmarks.navigation.goals.run import GoalsJob, GoalsResult, Trip, append, drive, key, measure, read, summary
 from ppaas.errors import InvalidInput, NotFound
 from ppaas.maps.generate import office
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.people.runs.mirrors import GAP, hang_mirrors
+from benchmarks.people.runs.scene import GAP, hang_mirrors
 from ppaas.geometry import Pose2D
 from robots.sim.shortest_paths import ShortestPaths
 from robots.sim.world import World

@@ -3,7 +3,7 @@
 import msgspec
 import pytest
 
-from benchmarks.people.runs.nearest_robot import NearestRobot
+from benchmarks.people.runs.group import NearestRobot
 from ppaas.costmap.build_layers import build_layers
 from ppaas.geometry import Pose2D
 from ppaas.messages.base.std_msgs import Header

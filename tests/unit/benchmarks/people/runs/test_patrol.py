@@ -5,7 +5,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from benchmarks.people.runs.patrol import IDLE, Patrol
+from benchmarks.people.runs.robot import IDLE, Patrol
 from ppaas.geometry import Pose2D
 from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.people_coordination import FollowOrder, PeopleState

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.people.runs.tracking_metrics import TrackRecord
+from benchmarks.people.runs.run import TrackRecord
 from robots.demo.people_score import Frame
 
 AT = np.array([[0.0, 0.0], [5.0, 0.0]])

@@ -1,6 +1,6 @@
 import numpy as np
 
-from benchmarks.people.torso.boosting import BoostingParameters, boost
+from benchmarks.people.torso.fitting import BoostingParameters, boost
 
 SMALL = BoostingParameters(trees=30, rate=0.5, drawn=0.8)
 

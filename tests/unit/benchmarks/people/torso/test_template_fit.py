@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from benchmarks.people.torso.source import template_source, tree_source
-from benchmarks.people.torso.template_fit import Fitted, Samples, fit
+from benchmarks.people.torso.fitting import Fitted, Samples, fit
+from benchmarks.people.torso.training import template_source, tree_source
 from ppaas.perception.torso.patches import COLUMNS, LOWEST, ROW_HEIGHT, ROWS
 from ppaas.perception.torso.template import SHAPE
 from ppaas.perception.torso.trees import LEAVES, NODES, Trees

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.mapping.ring import LAP, walls
+from benchmarks.mapping.map_errors import absolute_errors, random_relations
 from benchmarks.mapping.simulated_drive import simulate
-from benchmarks.mapping.true_error import absolute_errors, random_relations
+from benchmarks.mapping.small_worlds import LAP, walls
 from ppaas.mapping.pipeline.offline import LogMap, map_log
 from ppaas.mapping.relations import score
 from ppaas.maps.grid import FREE, OCCUPIED
