@@ -16,7 +16,7 @@ from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.messages.move_base_msgs import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal
 from ppaas.nodes.granted_move_base.node import GIVING_WAY
-from robots.client.goal_tracker import TrackedGoal
+from robots.client.move_base import TrackedGoal
 from robots.client.robot_client import RobotClient
 
 Ending = Literal["result", "status", "lost"]

@@ -19,8 +19,8 @@ from benchmarks.chaos.scene import Scene, in_office, in_traffic
 from benchmarks.chaos.site import ChaosSite
 from ppaas.clock import monotonic
 from ppaas.errors import PPaaSError, Unavailable
+from robots.client.cloud_url import path_of
 from robots.client.rest import RestClient
-from robots.client.rest_paths import path_of
 
 logger = logging.getLogger(__name__)
 

@@ -13,7 +13,7 @@ from benchmarks.harness.cloud_under_test import LINGER, Target, logged_in
 from benchmarks.harness.joining import JoinedMachine, joined_machines, ticket_of
 from ppaas.clock import monotonic
 from ppaas.errors import NotFound, Unavailable
-from robots.client.rest_paths import path_of
+from robots.client.cloud_url import path_of
 from robots.demo.cloud_process import CloudProcess
 
 SPARE = 16

@@ -13,7 +13,7 @@ from ppaas.mapping.pipeline.offline import LogMap
 from ppaas.mapping.relations import Relations
 from ppaas.maps.grid import FREE, OCCUPIED, GridInfo, GridMap
 from ppaas.planar_poses import PoseArray, compose, inverse, relative, rotated
-from robots.demo.map_score import wrong_cells
+from robots.demo.scorer import wrong_cells
 
 NEAR, APART = 3.0, 100
 """Largest distance of the two poses of a relation [m], and smallest number of scans between them."""

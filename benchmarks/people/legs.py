@@ -23,8 +23,7 @@ from ppaas.messages.geometry_msgs import Twist, Vector3
 from ppaas.messages.people_coordination import SensorView
 from ppaas.perception.legs.detector import LegDetection, LegDetector, MapInFrame
 from ppaas.perception.legs.parameters import LegDetectorParameters
-from robots.demo.people_visibility import visible_shares
-from robots.demo.people_world import PeopleWorld, build_world, present
+from robots.demo.people_world import PeopleWorld, build_world, present, visible_shares
 from robots.sim.robot import SimulatedRobot
 
 Floats = NDArray[np.float64]

@@ -23,7 +23,7 @@ from benchmarks.harness.figures import Figure, median_of
 from ppaas.clock import monotonic
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import FREE, OCCUPIED, GridInfo, GridMap
-from robots.client.rest_paths import path_of
+from robots.client.cloud_url import path_of
 
 MAPS = "maps"
 SIDE, QUICK_SIDE = 8192, 1024

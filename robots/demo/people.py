@@ -24,8 +24,7 @@ from robots.demo.demonstration import on_interrupt
 from robots.demo.exploration import background
 from robots.demo.options import CORES, CloudAccess, DemoOptions, Write
 from robots.demo.people_patrol import Patrol
-from robots.demo.people_report import PeopleDemoReport
-from robots.demo.people_score import PeopleScore
+from robots.demo.people_score import PeopleDemoReport, PeopleScore
 from robots.demo.people_truth import TruthRecorder
 from robots.demo.people_world import PeopleWorld, build_world
 from robots.onboard.computer import this_computer

@@ -6,7 +6,7 @@ import sys
 from ppaas.maps.octomap import binary_octomap, parse_octomap
 from ppaas.maps.octree import octree_of
 from ppaas.maps.voxels import MAX_VOXELS
-from ppaas.planners.volume import create, planner_names
+from ppaas.planners.volume import create as create_in_space, planner_names as names_in_space
 from ppaas.planners.weights import RELATIVE_ERROR
 from tests.support.documents import blocks, text_of
 from tests.support.sources import ROOT
@@ -15,8 +15,8 @@ PAGE = "docs/planning.md"
 
 
 def test_the_3d_planners_are_those_installed():
-    for name in planner_names():
-        assert f"- **`{name}`**: {create(name).purpose}\n" in text_of(PAGE)
+    for name in names_in_space():
+        assert f"- **`{name}`**: {create_in_space(name).purpose}\n" in text_of(PAGE)
 
 
 def test_the_numbers_are_those_of_the_code():

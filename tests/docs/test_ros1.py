@@ -4,7 +4,7 @@ import pytest
 
 from ppaas.wire.ros import ros_types
 from robots.bridges.core.tables import UpTopic
-from robots.bridges.ros1.tables import MOVE_BASE, ROS_1
+from robots.bridges.ros1.move_base import MOVE_BASE, ROS_1
 from tests.support.documents import text_of
 
 PAGE = text_of("docs/ros1.md")

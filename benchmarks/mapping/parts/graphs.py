@@ -124,7 +124,7 @@ def warm_kernels() -> None:
 
 
 def row_of(result: dict[str, Any]) -> dict[str, str]:
-    """Return the row_of of the table for a result."""
+    """Return the row of the table for a result."""
     return {
         "graph": result["graph"],
         "nodes": str(result["nodes"]),

@@ -18,8 +18,7 @@ from ppaas.messages.people_coordination import PeopleReport, PeopleState, Sensor
 from ppaas.messages.people_msgs import PositionMeasurement, PositionMeasurementArray
 from ppaas.robot_model.known_models import robot_model
 from robots.demo.people_score import HALF, Truth
-from robots.demo.people_visibility import visible_shares
-from robots.demo.people_world import build_world, present
+from robots.demo.people_world import build_world, present, visible_shares
 from robots.sim.bodies.furniture import mirror
 from robots.sim.depth.camera import DepthCameraModel
 from robots.sim.driver import Schedule

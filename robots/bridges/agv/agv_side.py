@@ -15,7 +15,7 @@ from ppaas.wire.vda5050.orders import InstantActions, Order
 from ppaas.wire.vda5050.topics import Address
 from ppaas.wire.vda5050.versions import Version, version_of
 from ppaas.wire.vda5050.zones import ZoneSet
-from robots.bridges.vda5050.outbox import Outbox, Outgoing
+from robots.bridges.vda5050.mqtt_link import Outbox, Outgoing
 
 logger = logging.getLogger(__name__)
 

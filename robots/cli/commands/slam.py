@@ -208,7 +208,7 @@ def _write(arguments: argparse.Namespace, log: "ScanLog", made: "LogMap", resolu
     if arguments.map is None and arguments.plot is None:
         return
     from ppaas.maps.formats.map_files import save_map  # noqa: PLC0415
-    from robots.pictures.trajectory import write_trajectory  # noqa: PLC0415
+    from robots.pictures.map_pictures import write_trajectory  # noqa: PLC0415
 
     grid = made.grid(resolution)
     if arguments.map is not None:

@@ -19,8 +19,7 @@ from ppaas.mapping.graph.g2o import GraphFile, parse_g2o
 from ppaas.mapping.graph.pose_graph import EdgeKind
 from ppaas.mapping.graph.robust_weights import TRUSTED
 from ppaas.mapping.graph.solver import GraphSolver, Robust, SolverOptions
-from robots.recordings.bags.files import has_bag_name
-from robots.recordings.bags.uncompressed import SUFFIXES, UncompressedFile
+from robots.recordings.files import SUFFIXES, UncompressedFile, has_bag_name
 
 ENDING = ".g2o"
 """Ending of the names of pose graphs."""

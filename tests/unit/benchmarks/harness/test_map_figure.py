@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.harness.map_figure import FLOOR, UNKNOWN, WALL, map_figure, show_cells
+from benchmarks.harness.map_figure import FLOOR, UNKNOWN as UNKNOWN_COLOUR, WALL, map_figure, show_cells
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo, GridMap
 
@@ -14,7 +14,7 @@ def test_a_map_is_drawn_cell_by_cell() -> None:
     _, axes = map_figure(GridMap(np.array([[0, 100, -1]], np.int8), GridInfo(0.5, 3, 1, Pose2D(2.0, 1.0, 0.0))))
     assert axes.get_xlim() + axes.get_ylim() == pytest.approx((2.0, 3.5, 1.0, 1.5))
     [image] = axes.images
-    assert np.asarray(image.get_array()).tolist() == [[list(FLOOR), list(WALL), list(UNKNOWN)]]
+    assert np.asarray(image.get_array()).tolist() == [[list(FLOOR), list(WALL), list(UNKNOWN_COLOUR)]]
 
 
 def test_a_rotated_grid_is_drawn_rotated_in_its_frame() -> None:

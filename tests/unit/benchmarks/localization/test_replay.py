@@ -10,8 +10,8 @@ from benchmarks.localization.run import LOST
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import FREE, OCCUPIED, UNKNOWN
-from robots.recordings.carmen_logs import read_log
 from robots.recordings.recording import Recording
+from robots.recordings.text_logs import read_log
 from tests.support.world.drive_log import ROOM, graph_log
 
 

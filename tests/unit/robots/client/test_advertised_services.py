@@ -13,7 +13,7 @@ from ppaas.messages.base.message import Empty
 from ppaas.messages.base.std_msgs import String
 from ppaas.messages.std_srvs import SetBool, SetBoolRequest, SetBoolResponse, Trigger, TriggerResponse
 from ppaas.wire.resumption import ID_HEADER, STATE_HEADER, TAKEN_HEADER
-from robots.client import advertised_services
+from robots.client import services
 from robots.client.robot_client import RobotClient
 from tests.support.endpoints.rosbridge_server import RosbridgeServer, rosbridge_server
 
@@ -121,7 +121,7 @@ async def test_calls_run_concurrently_and_do_not_block_subscriptions(
     ],
 )
 async def test_a_failed_call_returns_a_reason(
-    handler: advertised_services.Handler, args: Any, reason: str, server: RosbridgeServer, client: RobotClient
+    handler: services.Handler, args: Any, reason: str, server: RosbridgeServer, client: RobotClient
 ) -> None:
     await client.advertise_service("lights", SetBool, handler)
     await server.heard("advertise_service")
@@ -140,7 +140,7 @@ def _raise(error: Exception) -> Message:
 async def test_calls_beyond_the_limit_are_refused(
     server: RosbridgeServer, client: RobotClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(advertised_services, "MAX_CALLS", 1)
+    monkeypatch.setattr(services, "MAX_CALLS", 1)
     released = asyncio.Event()
 
     async def wait(_: Empty) -> TriggerResponse:

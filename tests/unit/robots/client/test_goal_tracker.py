@@ -6,7 +6,7 @@ from ppaas.messages.actionlib_msgs import GoalID, GoalStatus, GoalStatusArray, S
 from ppaas.messages.base.std_msgs import Header
 from ppaas.messages.move_base_msgs import MoveBaseActionResult
 from ppaas.navigation.goal_watch import MIN_LISTS, SETTLED
-from robots.client.goal_tracker import TrackedGoal
+from robots.client.move_base import TrackedGoal
 
 
 def status(goal: str, number: Status) -> GoalStatus:

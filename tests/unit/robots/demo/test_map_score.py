@@ -4,7 +4,7 @@ import numpy as np
 
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import UNKNOWN, GridInfo, GridMap
-from robots.demo.map_score import wrong_cells
+from robots.demo.scorer import wrong_cells
 
 TRUTH = np.zeros((20, 30), np.int8)
 TRUTH[:, 15:18] = 100

@@ -7,8 +7,8 @@ import pytest
 
 from ppaas.errors import Unavailable
 from robots.client.rest import RestClient
-from robots.demo import own_cloud
-from robots.demo.own_cloud import start_text, tell_start
+from robots.demo import cloud_process
+from robots.demo.cloud_process import start_text, tell_start
 from tests.support.waiting import until
 
 KERNELS = {"done": 12, "total": 107, "compiling": ["lattice/driving"]}
@@ -45,7 +45,7 @@ async def test_each_change_is_told_once_also_if_the_cloud_does_not_serve_yet(mon
         return answer
 
     monkeypatch.setattr(RestClient, "get", get)
-    monkeypatch.setattr(own_cloud, "PERIOD", 0.0)
+    monkeypatch.setattr(cloud_process, "PERIOD", 0.0)
     told: list[str] = []
     telling = asyncio.create_task(tell_start("http://127.0.0.1:1", told.append))
     await until(lambda: next(answers, None) is None)

@@ -2,8 +2,7 @@ import json
 
 import pytest
 
-from robots.demo.people_report import PeopleDemoReport
-from robots.demo.people_score import PeopleFigures
+from robots.demo.people_score import PeopleDemoReport, PeopleFigures
 
 GOOD = PeopleFigures(0.02, 0.98, 1, 0.97, 2, 0, 0, 1.5, 60.0)
 

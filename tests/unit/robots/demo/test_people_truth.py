@@ -4,8 +4,7 @@ import pytest
 from ppaas.geometry import Pose2D
 from ppaas.messages.people_coordination import SensorView
 from robots.demo.people_truth import TruthRecorder
-from robots.demo.people_visibility import Surroundings
-from robots.demo.people_world import PeopleWorld
+from robots.demo.people_world import PeopleWorld, Surroundings
 from robots.sim.shortest_paths import ShortestPaths
 from robots.sim.world import World
 from tests.support.world.rooms import room

@@ -8,7 +8,7 @@ import pytest
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo
 from ppaas.messages.people_coordination import SensorView
-from robots.demo.people_visibility import PERHAPS, Surroundings, visible_shares
+from robots.demo.people_world import PERHAPS, Surroundings, visible_shares
 
 VIEW = SensorView(0.0, 0.0, 0.0, math.radians(57.0), 0.5, 5.0)
 INFO = GridInfo(0.05, 200, 200, Pose2D(-5.0, -5.0))

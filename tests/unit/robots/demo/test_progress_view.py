@@ -3,8 +3,8 @@ import io
 from rich.console import Console
 
 from ppaas.geometry import Pose2D
+from robots.demo.demonstration import progress_table
 from robots.demo.mission import Mission
-from robots.demo.progress_view import progress_table
 from robots.sim.courses import Course
 from robots.sim.world import World
 from tests.support.world.rooms import room

@@ -7,9 +7,9 @@ from ppaas.errors import Conflict, Unavailable
 from ppaas.messages import ServiceType
 from ppaas.messages.base.message import Empty
 from ppaas.messages.std_srvs import Trigger, TriggerResponse
-from robots.client.advertised_services import Handler
+from robots.client.services import Handler
 from robots.onboard.executor import protocol
-from robots.onboard.node_services import NodeServices
+from robots.onboard.node_bridge import NodeServices
 
 ADDED = protocol.Added(
     "move_base",

@@ -17,8 +17,8 @@ from ppaas.messages.tf2_msgs import TFMessage
 from ppaas.nodes.message_fingerprint import fingerprint
 from ppaas.nodes.topics import TOPICS
 from robots.onboard.executor import protocol
+from robots.onboard.node_bridge import TopicBridge
 from robots.onboard.node_manager import SENSORS
-from robots.onboard.topic_bridge import TopicBridge
 
 FAST = Twist(Vector3(x=0.5))
 TF = protocol.TopicName("tf", "tf2_msgs/TFMessage")

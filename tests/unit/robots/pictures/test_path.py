@@ -8,8 +8,7 @@ from PIL import Image
 
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D, poses_along
-from robots.pictures.path import GOAL, PATH, START, _round_length, draw, write_picture
-from robots.pictures.view import HIGHEST, WIDEST
+from robots.pictures.path import GOAL, HIGHEST, PATH, START, WIDEST, _round_length, draw, write_picture
 from robots.plans.offline import PlannedRobot, costmap_for, plan
 from tests.support.sources import ROOT
 from tests.support.world import grids

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from ppaas.geometry import Pose2D
-from robots.pictures import view as module
-from robots.pictures.view import OBSTACLE, OVERSAMPLING, UNKNOWN, View, palette
+from robots.pictures import path
+from robots.pictures.path import OBSTACLE, OVERSAMPLING, UNKNOWN, View, palette
 from tests.support.world import grids
 
 
@@ -35,8 +35,8 @@ def test_any_map_fits_the_picture(shape):
     map_ = grids.of(np.zeros(shape, np.uint8))
     view = View.of(map_, map_.info.to_world([[0, 0]]))
     width, height = view.size
-    assert 1 <= width <= module.WIDEST * OVERSAMPLING
-    assert 1 <= height <= module.HIGHEST * OVERSAMPLING
+    assert 1 <= width <= path.WIDEST * OVERSAMPLING
+    assert 1 <= height <= path.HIGHEST * OVERSAMPLING
     if max(shape) < 1000:
         assert view.scale % OVERSAMPLING == 0
 

@@ -7,8 +7,7 @@ import pytest
 
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
-from robots.recordings.carmen_logs import read_log
-from robots.recordings.log_lines import NO_READING
+from robots.recordings.text_logs import NO_READING, read_log
 from tests.support.world.drive_log import START, graph_log
 
 FLASER = "FLASER 5 1.0 2.0 3.0 4.0 81.91 1.1 2.0 0.5 1.0 2.0 0.5 100.0 host 0.1\n"

@@ -5,7 +5,7 @@ import ast
 from tests.support.sources import sources
 
 READERS_OF_THE_TRUTH = {
-    "robots/sim/turtlebot.py", "robots/sim/robot.py", "robots/sim/world.py", "robots/sim/contacts.py",
+    "robots/sim/robot.py", "robots/sim/world.py", "robots/sim/contacts.py",
     "robots/sim/pedestrian.py", "robots/sim/actors.py", "robots/demo/scorer.py",
     "benchmarks/localization/run.py",  # scores localization, and drives by the true pose
     "benchmarks/localization/crowd.py",  # places people around the true position of the robot

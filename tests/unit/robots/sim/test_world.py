@@ -14,9 +14,8 @@ from ppaas.messages.geometry_msgs import Twist, Vector3
 from robots.demo.scorer import Scorer
 from robots.sim.bodies.furniture import column
 from robots.sim.depth.camera import DepthCameraModel
-from robots.sim.robot import SimulatedRobot, SimulatedRobotModel
+from robots.sim.robot import SimulatedRobot, SimulatedRobotModel, TurtlebotModel
 from robots.sim.shortest_paths import ShortestPaths
-from robots.sim.turtlebot import TurtlebotModel
 from robots.sim.world import World
 from tests.support.world.rooms import room
 

@@ -1,11 +1,11 @@
 """Memory of lifelong mapping over hours, shortened to a minute."""
 
-from benchmarks.mapping.parts.lifelong import mapped, rows
+from benchmarks.mapping.parts.lifelong import mapped as mapped_hours, rows
 from tests.support.world.ring_drive import ring_drive
 
 
 def test_each_hour_is_measured() -> None:
-    first, second = mapped(ring_drive(), 50.0)
+    first, second = mapped_hours(ring_drive(), 50.0)
     assert (first["hour"], second["hour"]) == (1, 2)
     assert 0 < first["key_frames"] < second["key_frames"]
     assert 0.0 < first["log_mb"] < second["log_mb"]

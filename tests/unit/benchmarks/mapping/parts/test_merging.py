@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from benchmarks.mapping.parts import pairs
-from benchmarks.mapping.parts.merging import Drive, figures_of, halves, row
+from benchmarks.mapping.parts.merging import Drive, figures_of, halves, row as merged_row
 from ppaas.mapping.serialization.mapping_file import pack_mapping
 from tests.support.world.merge_drives import first_drive, first_mapping, second_mapping
 
@@ -23,13 +23,13 @@ def test_halves_of_a_drive_are_merged_and_compared(result):
     assert result["against_truth"]["mean_m"] < 0.02
     found = {figure.name: figure for figure in figures_of(result)}
     assert found["halves of ring: time"].limit == 5.0
-    assert row(result)["against truth m"].startswith("0.0")
+    assert merged_row(result)["against truth m"].startswith("0.0")
 
 
 def test_a_refused_merge_misses_its_bar_with_the_reason():
     (figure,) = figures_of(REFUSED)
     assert figure.kept is False and figure.note == "too few places"
-    assert row(REFUSED)["refused"] == "too few places"
+    assert merged_row(REFUSED)["refused"] == "too few places"
 
 
 def test_maps_of_one_place_would_count_as_falsely_merged():

@@ -1,9 +1,9 @@
 """The page of commands has each command, verb and option, with its default."""
 
-from docs.site.reference.commands import page
+from docs.site.reference.commands import page as commands_page
 from tests.support.sources import pyproject
 
-TEXT = page()
+TEXT = commands_page()
 
 
 def section(command: str) -> str:

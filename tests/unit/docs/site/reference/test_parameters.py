@@ -6,7 +6,7 @@ import msgspec
 import pytest
 
 from docs.site.reference import clones
-from docs.site.reference.parameters import COSTMAPS, NODES, descriptions, fields_table, page, prose
+from docs.site.reference.parameters import COSTMAPS, NODES, descriptions, fields_table, page as parameters_page, prose
 from ppaas.controllers.registry import CONTROLLERS
 from ppaas.messages import rosapi
 from ppaas.messages.base.message import Empty
@@ -48,7 +48,7 @@ def test_the_page_has_each_parameter_that_a_clone_uses(kind: str) -> None:
 
 
 def test_plugins_are_on_the_page() -> None:
-    text = page()
+    text = parameters_page()
     for registry in (PLANNERS, CONTROLLERS, RECOVERIES):
         assert [name for name in registry.names() if f"### `{name}`" not in text] == []
     assert [name for name in (*NODES, *COSTMAPS) if f"### `{name}`" not in text] == []

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from robots.bridges.core.restarts import SILENCE, TOGETHER, RestartWatch
+from robots.bridges.core.localization import SILENCE, TOGETHER, RestartWatch
 
 
 def odometry(x: float, *, stamp: float = 100.0, yaw: float = 0.0) -> dict[str, object]:

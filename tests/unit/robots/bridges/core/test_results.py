@@ -10,7 +10,7 @@ from ppaas.messages.codec import encode
 from ppaas.messages.geometry_msgs import Pose, PoseStamped
 from ppaas.wire.ros import ros_types
 from ppaas.wire.ros.graph import ROS_2_RELEASES
-from robots.bridges.core.results import NAVIGATE, WAYPOINTS, in_release, result_of
+from robots.bridges.core.actions import NAVIGATE, WAYPOINTS, in_release, result_of
 
 POSE = {"header": {"frame_id": "map"}}
 MISSED = [{"waypoint_status": 2, "waypoint_index": 3, "waypoint_pose": POSE, "error_code": 600, "error_msg": "blocked"}]

@@ -1,7 +1,7 @@
 """The robot's clock."""
 
 from ppaas.clock import ManualClock
-from robots.bridges.core.robot_time import RobotTime
+from robots.bridges.core.parts import RobotTime
 
 
 def test_stamps_count_on_from_those_of_the_robot() -> None:

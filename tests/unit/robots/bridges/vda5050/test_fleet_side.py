@@ -21,8 +21,7 @@ from ppaas.wire.vda5050.versions import Version
 from robots.bridges.vda5050.agv_options import AgvOptions
 from robots.bridges.vda5050.factsheet import factsheet_of
 from robots.bridges.vda5050.fleet_side import FleetSide
-from robots.bridges.vda5050.mqtt_link import Exchange
-from robots.bridges.vda5050.outbox import Outbox, Outgoing
+from robots.bridges.vda5050.mqtt_link import Exchange, Outbox, Outgoing
 from tests.support.vda5050.damaged import damaged
 from tests.support.vda5050.orders import MAP, action, order
 from tests.support.vda5050.schemas import problems

@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from ppaas.errors import Unavailable
-from robots.bridges.vda5050.outbox import Outbox, Outgoing
+from robots.bridges.vda5050.mqtt_link import Outbox, Outgoing
 
 
 def of(topic: str, payload: bytes = b"") -> Outgoing:

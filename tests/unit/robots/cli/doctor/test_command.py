@@ -8,8 +8,8 @@ import pytest
 
 from engine.master.places import robot_key
 from ppaas import distribution
-from robots.cli.doctor import packages
-from robots.cli.doctor.examination import Examination
+from robots.cli import examination
+from robots.cli.examination import Examination
 from tests.support.cloud.command_line import CommandLine
 from tests.support.storage.records import house, put_map, robot
 from tests.support.world.diagnosed_robot import LINK, healthy
@@ -93,7 +93,7 @@ async def test_packages_of_this_computer_that_do_not_fit_come_first(
     fleet.cloud.observations = healthy()
     version = distribution.version
     monkeypatch.setattr(distribution, "version", lambda name: "0.1" if name == package else version(name))
-    monkeypatch.setattr(packages, "find_spec", lambda _name: object() if of_a_cloud else None)
+    monkeypatch.setattr(examination, "find_spec", lambda _name: object() if of_a_cloud else None)
     ended = await fleet(*words)
     assert ended.status == 1
     out = " ".join(ended.out.split())  # lines are wrapped
@@ -107,7 +107,7 @@ async def test_packages_of_a_cloud_are_nothing_to_a_robot(fleet: CommandLine, mo
     fleet.cloud.observations = healthy()
     version = distribution.version
     monkeypatch.setattr(distribution, "version", lambda name: "0.1" if name == "uvicorn" else version(name))
-    monkeypatch.setattr(packages, "find_spec", lambda _name: None)
+    monkeypatch.setattr(examination, "find_spec", lambda _name: None)
     assert (await fleet("doctor", "tb1")).status == 0
 
 

@@ -1,6 +1,6 @@
 """A diagnosis as text."""
 
-from robots.cli.doctor.view import WIDTH, as_text
+from robots.cli.examination import WIDTH, as_text
 
 TOPIC = {
     "name": "scan", "type": "sensor_msgs/LaserScan", "count": 9, "rate": 10.04, "bandwidth": 2.1e4, "size": 2.1e3,

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from ppaas.errors import InvalidInput
 from ppaas.recording.reader import Message
-from robots.recordings.bags.bag import Bag, is_bag_file
+from robots.recordings.bag import Bag, is_bag_file
 from robots.recordings.reader import is_bag, read_recording
 from tests.support.fuzzing import EXAMPLES
 from tests.support.recordings.bags import KINDS, foreign_channels, make_bag

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from ppaas.errors import InvalidInput
-from robots.recordings.bags.files import files_of
+from robots.recordings.files import files_of
 
 
 def folder(tmp_path: Path, *names: str, listed: tuple[str, ...] = (), more: str = "") -> Path:

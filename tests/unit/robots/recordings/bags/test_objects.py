@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from ppaas.recording.reader import Channel, Message
-from robots.recordings.bags.bag import Bag
-from robots.recordings.bags.objects import BagObjects, full_type
+from robots.recordings.bag import Bag
+from robots.recordings.bag_objects import BagObjects, full_type
 from tests.support.recordings.bags import SCAN, make_bag, room
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from ppaas.geometry import Pose2D
 from robots.sim.bodies.body import BodyModel, leg_discs
-from robots.sim.bodies.gait import Gait
+from robots.sim.bodies.figure import Gait
 
 
 def test_a_foot_on_the_floor_hardly_slides() -> None:

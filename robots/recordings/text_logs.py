@@ -1,15 +1,16 @@
-"""Lines of text logs: scans and poses of CARMEN, vertices and edges of pose graphs.
+"""Text logs: logs of CARMEN, and pose graphs with scans.
 
 ``FLASER`` and ``ROBOTLASER1`` are scans with the poses of the laser and the robot (http://carmen.sourceforge.net,
 ``logger_message.html``); in a corrected log, the poses are the corrected ones. ``VERTEX2`` is a corrected pose.
-``EDGE2`` is the relative pose of two vertices; edges between consecutive vertices are the odometry. All other lines are
-ignored.
+``EDGE2`` is the relative pose of two vertices; edges between consecutive vertices are the odometry. All other lines
+are ignored.
 """
 
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from io import BufferedReader, TextIOWrapper
+from itertools import pairwise, repeat
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,7 +19,10 @@ from numpy.typing import NDArray
 
 from ppaas.errors import InvalidInput
 from ppaas.geometry import Pose2D
-from robots.recordings.bags.uncompressed import UncompressedFile
+from ppaas.messages.base.std_msgs import Header
+from ppaas.messages.sensor_msgs import LaserScan
+from robots.recordings.files import UncompressedFile
+from robots.recordings.recording import Look, Recording
 
 MOST_BYTES = 1 << 30
 """Largest size of a log, after decompression [bytes]."""
@@ -186,3 +190,44 @@ def _number(text: str) -> float:
     if not math.isfinite(number):
         raise ValueError(f"{text} is not finite")
     return number
+
+
+LEAST_RANGE = 0.02
+"""Minimum range of the laser [m]."""
+
+
+def read_log(path: Path) -> Recording:
+    """Read a log.
+
+    Raises
+    ------
+    InvalidInput
+        The file cannot be read, a line is malformed, or there is no scan.
+    """
+    return _recording(read_lines(path), path)
+
+
+def _recording(lines: LogLines, path: Path) -> Recording:
+    poses = [scan.robot for scan in lines.scans]
+    true = lines.vertices or poses
+    if len(true) != len(poses):
+        raise InvalidInput(
+            f"{path} has {len(poses)} scans and {len(true)} poses (VERTEX2); their numbers must be equal"
+        )
+    odom = lines.odometry(path)
+    stamps = [scan.stamp for scan in lines.scans]
+    if any(after <= before for before, after in pairwise(stamps)):
+        stamps = [float(number) for number in range(1, len(poses) + 1)]  # the log has too few digits
+    scans = [_message(scan) for scan in lines.scans]
+    laser = lines.scans[0].robot.inverse() @ lines.scans[0].laser
+    return Recording(tuple(map(Look, stamps, odom, scans, true, repeat(laser))))
+
+
+def _message(scan: LogScan) -> LaserScan:
+    # The float32 nearest to the logged decimal prints as that decimal.
+    ranges: list[float | None] = [float(str(value)) for value in scan.ranges]
+    last = scan.angle_min + scan.angle_increment * (len(ranges) - 1)
+    return LaserScan(
+        Header(), angle_min=scan.angle_min, angle_max=last, angle_increment=scan.angle_increment,
+        range_min=LEAST_RANGE, range_max=scan.range_max, ranges=ranges,
+    )  # fmt: skip

@@ -1,18 +1,63 @@
-"""Requests whose answer is read although it comes before the request was sent as a whole.
+"""Uploads: multipart forms, streamed in blocks, and answers that come before the request was sent as a whole.
 
-A server that refuses a large body answers at once and then closes the connection. A client that only sends would see a
-broken pipe, and never the reason. So it looks for an answer after each block.
+Forms are of RFC 7578; a file is never loaded whole. A server that refuses a large body answers at once and then closes
+the connection. A client that only sends would see a broken pipe, and never the reason. So it looks for an answer after
+each block.
 """
 
 import contextlib
 import http.client
 import io
+import secrets
 import socket
 import ssl
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
-from robots.client.multipart_form import BLOCK
+Content = bytes | Path
+"""Content of a file, or its path."""
+
+BLOCK = 1 << 17
+"""Size of the blocks that are read and sent [bytes]."""
+
+
+class Form:
+    """A form of fields and files.
+
+    Parameters
+    ----------
+    fields : sequence of (name, value)
+    files : sequence of (name, file name, content)
+
+    Raises
+    ------
+    OSError
+        A file cannot be read.
+    """
+
+    def __init__(self, fields: Sequence[tuple[str, str]], files: Sequence[tuple[str, str, Content]]) -> None:
+        boundary = secrets.token_hex(16)
+        self.content_type = f"multipart/form-data; boundary={boundary}"
+        self._pieces: list[Content] = []
+        parts: list[tuple[str, Content]] = [(f'name="{name}"', value.encode()) for name, value in fields]
+        parts += [(f'name="{name}"; filename="{file_name}"', content) for name, file_name, content in files]
+        for parameters, content in parts:
+            head = f"--{boundary}\r\nContent-Disposition: form-data; {parameters}\r\n\r\n"
+            self._pieces += [head.encode(), content, b"\r\n"]
+        self._pieces.append(f"--{boundary}--\r\n".encode())
+        self.length = sum(len(piece) if isinstance(piece, bytes) else piece.stat().st_size for piece in self._pieces)
+
+    def __iter__(self) -> Iterator[bytes]:
+        """Yield the encoded form, block by block."""
+        for piece in self._pieces:
+            if isinstance(piece, bytes):
+                yield piece
+            else:
+                with piece.open("rb") as file:
+                    while block := file.read(BLOCK):
+                        yield block
+
 
 NOTHING_YET = (BlockingIOError, ssl.SSLWantReadError, ssl.SSLWantWriteError)
 

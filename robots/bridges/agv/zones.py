@@ -1,17 +1,83 @@
-"""Zones of the cloud's map for one AGV: those that it can respect, as a set of VDA 5050."""
+"""Zones of the cloud's maps for AGVs: read now and then, and sent as the sets of VDA 5050 that one respects."""
 
 import logging
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
+from ppaas.errors import PPaaSError
 from ppaas.wire.vda5050.factsheets import Factsheet
 from ppaas.wire.vda5050.map_zones import expressed_zones
 from ppaas.wire.vda5050.master.zone_control import ZoneControl, zone_set_of
 from ppaas.wire.vda5050.versions import Version
 from ppaas.wire.vda5050.zones import Zone as AgvZone
-from ppaas.zones.zone import Zone
-from robots.bridges.agv.limits import top_speed_of
+from ppaas.zones.in_force import ZonesInForce
+from ppaas.zones.reading import zones_of
+from ppaas.zones.zone import Zone, ZoneSet
+from robots.bridges.agv.options import top_speed_of
+from robots.client.cloud_url import path_of
+from robots.client.rest import RestClient
 
 logger = logging.getLogger(__name__)
+
+PERIOD = 10.0
+"""Time between two looks at the zones of a map [s]."""
+
+
+@dataclass(slots=True)
+class _MapZones:
+    zones: ZoneSet | None = None
+    read_at: float = -math.inf
+    in_force: ZonesInForce | None = None
+    problem: str = ""
+
+
+class ZoneReader:
+    """Zones of maps.
+
+    Parameters
+    ----------
+    rest : RestClient
+    """
+
+    def __init__(self, rest: RestClient) -> None:
+        self._rest = rest
+        self._maps: dict[str, _MapZones] = {}
+
+    async def look(self, maps: Iterable[str], now: float) -> None:
+        """Read the zones of the maps whose last look is `PERIOD` ago [s]; if that fails, the ones before stay."""
+        wanted = set(maps)
+        self._maps = {map_id: self._maps.get(map_id) or _MapZones() for map_id in wanted}
+        for map_id, known in self._maps.items():
+            if now - known.read_at >= PERIOD:
+                known.read_at = now
+                await self._read(map_id, known)
+
+    async def _read(self, map_id: str, known: _MapZones) -> None:
+        problem = ""
+        try:
+            zones = zones_of(await self._rest.fetch(path_of("maps", map_id, "zones")))
+        except PPaaSError as error:
+            problem = str(error)
+        else:
+            if zones != known.zones:
+                known.zones, known.in_force = zones, ZonesInForce(zones)
+        if problem and problem != known.problem:
+            logger.warning("the zones of map %s cannot be read: %s", map_id, problem)
+        known.problem = problem
+
+    def in_force(self, map_id: str, now: float) -> Sequence[Zone] | None:
+        """Return the zones of a map that are in force, the same object until others are; None if they are not known.
+
+        Parameters
+        ----------
+        map_id : str
+        now : float
+            Time [s since the epoch].
+        """
+        known = self._maps.get(map_id)
+        return None if known is None or known.in_force is None else known.in_force.at(now)
+
 
 SENT = ("BLOCKED", "SPEED_LIMIT", "DIRECTED")
 """Types of zones that are sent. An AGV would wait for access to a RELEASE zone, which the bridge does not grant."""

@@ -43,8 +43,7 @@ async def _run(arguments: argparse.Namespace) -> int:
 
 async def _examine(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return the diagnosis of the robot; the cloud's if there is no robot, or the cloud is the trouble."""
-    from robots.cli.doctor.examination import Examination  # noqa: PLC0415 - as above
-    from robots.cli.doctor.packages import with_packages  # noqa: PLC0415 - as above
+    from robots.cli.examination import Examination, with_packages  # noqa: PLC0415 - as above
 
     examination = Examination(arguments.url, arguments.token, arguments.seconds)
     if arguments.robot is None:
@@ -53,7 +52,7 @@ async def _examine(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def _print(report: dict[str, Any], arguments: argparse.Namespace) -> None:
-    from robots.cli.doctor.view import as_text  # noqa: PLC0415 - as above
+    from robots.cli.examination import as_text  # noqa: PLC0415 - as above
 
     if arguments.json:
         sys.stdout.write(json.dumps(report) + "\n")

@@ -1,16 +1,17 @@
-"""Topics of local nodes: messages between the nodes, the robot's client, and the cloud."""
+"""Topics and services of local nodes: between the nodes, the robot's client, and the cloud."""
 
 import asyncio
 import logging
 from collections import deque
 from collections.abc import Collection, Sequence
 
-from ppaas.messages import decode, encode, message_type
-from ppaas.messages.base.message import Message
+from ppaas.errors import Conflict
+from ppaas.messages import Message, ServiceType, decode, encode, message_type, service_type
 from ppaas.messages.ppaas_msgs import TopicMessage
 from ppaas.nodes.message_fingerprint import fingerprint
 from ppaas.nodes.topics import policy_of
 from robots.client.robot_client import RobotClient
+from robots.client.services import Handler
 from robots.client.subscription import TopicSubscription
 from robots.onboard.executor import protocol
 from robots.onboard.node_process import NodeProcess
@@ -154,3 +155,56 @@ class TopicBridge:
             while self._waiting:
                 topic, message = self._waiting.popleft()
                 await self._client.publish(topic, message, newest_only=policy_of(topic).stream)
+
+
+class NodeServices:
+    """Advertises the services of local nodes and forwards the calls to the executor process.
+
+    In the cloud, a service of the clone takes precedence over one of a client. A node that continues there therefore
+    serves at once, even before the robot has withdrawn the service.
+
+    Parameters
+    ----------
+    client : RobotClient
+        Client of the robot.
+    """
+
+    def __init__(self, client: RobotClient) -> None:
+        self._client = client
+        self._advertised: dict[str, list[str]] = {}
+
+    async def open(self, added: protocol.Added, process: NodeProcess) -> None:
+        """Advertise the services of a node.
+
+        Raises
+        ------
+        PPaaSError
+            The client has failed.
+        """
+        self._advertised[added.node] = []
+        for service in added.services:
+            kind = service_type(service.type)
+            try:
+                await self._client.advertise_service(service.name, kind, _forwarding(process, service.name, kind))
+            except Conflict as error:  # the robot advertises a service of this name itself
+                logger.warning("a service of %s is not available on the robot: %s", added.node, error)
+            else:
+                self._advertised[added.node].append(service.name)
+
+    async def close(self, node: str) -> None:
+        """Withdraw the services of a node.
+
+        Raises
+        ------
+        PPaaSError
+            The client has failed.
+        """
+        for service in self._advertised.pop(node, ()):
+            await self._client.unadvertise_service(service)
+
+
+def _forwarding(process: NodeProcess, service: str, kind: ServiceType) -> Handler:
+    async def answer(request: Message) -> Message:
+        return decode(kind.response, await process.call(service, encode(request)))
+
+    return answer
