@@ -60,7 +60,6 @@ async def measure(progress: "Progress", *, quick: bool) -> list[Figure]:
 
 
 async def _drive(target: Target, stack: AsyncExitStack) -> None:
-    """Let a robot drive from goal to goal until the stack ends."""
     grid = office(seed=1, width=12.0, height=10.0)
     await target.publish(MAP, grid)
     course = CoursePlanner(grid, 1).choose(1, 3)[0]
@@ -74,8 +73,6 @@ async def _drive(target: Target, stack: AsyncExitStack) -> None:
 
 
 class _Bench:
-    """Turns of one drive."""
-
     def __init__(self, target: Target, seconds: float) -> None:
         self._target, self._seconds = target, seconds
         self.without: list[_Used] = []

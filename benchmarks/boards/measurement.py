@@ -82,6 +82,8 @@ async def board_cloud() -> AsyncIterator[BoardCloud]:
         yield cloud
 
 
+# -- a robot in MicroPython, in a heap of 32 kB, whose scans, velocities and pauses are measured -----------------------
+
 HERE = Path(__file__).parent
 CLIENT = Path(robots.__file__).parent / "micropython" / "ppaas_robot.py"
 HEAP = "32k"
@@ -149,6 +151,8 @@ def _micropython_figures(board: dict[str, Any], by_json: dict[str, Any], scans: 
         Figure(MICRO, "heap in use after a collection", round(board["heap"] / 1e3, 1), "kB", limit=32.0),
     ]  # fmt: skip
 
+
+# -- the client for Arduino, compiled for this computer ----------------------------------------------------------------
 
 PROGRAM = Path(__file__).with_name("arduino_program.cpp")
 HEADER = Path(robots.__file__).parent / "arduino"

@@ -19,6 +19,8 @@ from robots.sim.courses import Course
 
 logger = logging.getLogger(__name__)
 
+# -- client of a robot that subscribes to its topics with throttle rates, as dashboards and bridges do -----------------
+
 RETRY = 1.0
 """Delay before a client that gave up is replaced [s]."""
 
@@ -133,6 +135,8 @@ def clients_of(
         [ThrottledClient(address, robot, number, tell) for robot in robots for number in range(count)]
     )
 
+
+# -- client that requests paths by REST, so that containers without a robot run too ------------------------------------
 
 PERIOD = 1.0
 """Period of the requests [s]."""

@@ -104,6 +104,8 @@ def _kind_of(command: str) -> str:
     return next((kind for words, kind in _BY_COMMAND.items() if words in command), "other")
 
 
+# -- leftovers of processes --------------------------------------------------------------------------------------------
+
 SHARED_MEMORY = Path("/dev/shm")
 CGROUPS = Path("/sys/fs/cgroup")
 

@@ -124,6 +124,8 @@ def deck(random: Random, cloud: CloudSize) -> Iterator[FaultKind]:
 
 logger = logging.getLogger(__name__)
 
+# -- injects faults one after the other and continues processes that stay stopped --------------------------------------
+
 HELPERS = frozenset((FORKED, "compiler"))
 """Kinds of helper processes: containers that only plan, builders of map layers, compilers of kernels."""
 

@@ -86,6 +86,8 @@ class GoalResults:
         self._tell(f"{self._robot}: {goal} did not end within {seconds:.0f} s: {trace}")
 
 
+# -- trace of a goal ---------------------------------------------------------------------------------------------------
+
 PERIOD = 40.0
 """Time between two entries [s]."""
 

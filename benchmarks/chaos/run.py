@@ -24,6 +24,8 @@ from robots.client.rest import RestClient
 
 logger = logging.getLogger(__name__)
 
+# -- watch of the traffic of a map -------------------------------------------------------------------------------------
+
 PERIOD = 2.0
 """Period at which the cloud is asked [s]."""
 
@@ -186,7 +188,6 @@ def _scene(options: ChaosOptions, number: int) -> Scene:
 
 
 async def _count_contacts(scene: Scene, robots: Sequence[RobotUnderTest], tell: Callable[[str], None]) -> None:
-    """Report contacts of robots in traffic, as long as the run lasts."""
     known: Counter[int] = Counter()
     while True:
         contacts = scene.world.contacts.robot_contacts

@@ -65,7 +65,6 @@ def _draw(path: Path, job: Any) -> None:
 
 
 def _rows(results: "list[BarnResult]") -> list[dict[str, str]]:
-    """Return a row for all runs, and one for each of the worst worlds."""
     from benchmarks.navigation.barn.run import summary  # noqa: PLC0415
 
     of: dict[int, list[BarnResult]] = {}

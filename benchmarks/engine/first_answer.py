@@ -95,6 +95,8 @@ async def prepared(target: Target) -> FirstPathQuestion:
     return FirstPathQuestion(start, compute_path_call(start, goal))
 
 
+# -- start of a container ----------------------------------------------------------------------------------------------
+
 PART = "ready"
 OPENS, OPENS_WITH_PAUSES, QUICK = 100, 20, 3
 

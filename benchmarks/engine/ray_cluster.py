@@ -186,6 +186,9 @@ class LocalRayCluster(Generic[Node]):
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
+# -- machines on the nodes of a Ray cluster on this host ---------------------------------------------------------------
+
+
 class RayHosts:
     """Provides additional machines as Ray nodes; use ``ray_hosts``.
 

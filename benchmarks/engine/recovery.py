@@ -67,6 +67,8 @@ async def served_by_another(site: EngineSite, robot: str, than: dict[str, Any]) 
     raise Unavailable(f"robot {robot!r} got no other container within {PATIENCE:g} s")
 
 
+# -- recovery from the loss of a machine -------------------------------------------------------------------------------
+
 LOSS = "lost"
 LOSSES, QUICK_LOSSES = 3, 1
 LOSS_LIMIT_MS = 5000.0

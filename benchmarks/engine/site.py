@@ -146,6 +146,9 @@ async def machines_beyond(target: Target, known: Collection[str]) -> list[str]:
     raise Unavailable(f"no machine joined within {JOIN_TIMEOUT:g} s")
 
 
+# -- machines that join a cloud on this host by ``ppaas machine join``, with the link of remote machines ---------------
+
+
 class LocalHosts:
     """Provides additional machines on this host.
 

@@ -127,6 +127,5 @@ async def _fail(target: Target, leader: int, fault: signal.Signals, standby: Clo
 
 
 async def _container(rest: RestClient) -> tuple[str, int] | None:
-    """Return id and process of the robot's container."""
     found = [view for view in await rest.items("/v1/containers") if view["robot"] == ROBOT and view["pid"]]
     return (found[0]["id"], found[0]["pid"]) if found else None

@@ -84,6 +84,8 @@ def _baseline(problem: FleetProblem, name: str) -> Figure:
     )
 
 
+# -- one plan for all robots that take time to turn --------------------------------------------------------------------
+
 TURNING = "turns"
 UNTIL, QUICK_UNTIL = 2.0, 0.2
 """CPU time after which plans are timed [s]."""
@@ -119,6 +121,8 @@ def _seconds(problem: FleetProblem, plan: FleetPlan, name: str) -> Figure:
     note = f"sum {reached.sum():g} s, last {reached.max():g} s; {turns} quarter turns, cost {plan.cost}"
     return Figure(TURNING, f"{name}: mean arrival", round(float(reached.mean()), 2), "s", note=note)
 
+
+# -- robots that get a new goal each time that they have reached one ---------------------------------------------------
 
 LIFELONG = "lifelong"
 STEPS, QUICK_STEPS = 1000, 50

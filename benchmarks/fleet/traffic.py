@@ -247,6 +247,8 @@ class TrafficScene:
         )  # fmt: skip
 
 
+# -- robots with real clones in simulated halls ------------------------------------------------------------------------
+
 PART = "traffic"
 
 HALLS: dict[str, Callable[[int], GridMap]] = {

@@ -98,6 +98,9 @@ def _cells(figure: Figure) -> tuple[str, ...]:
     return figure.part, figure.name, value, spread, limit, met, figure.note
 
 
+# -- figures of samples ------------------------------------------------------------------------------------------------
+
+
 def median_and_p99(
     part: str, name: str, samples: Sequence[float], *, limit: float | None = None, note: str = ""
 ) -> list[Figure]:
@@ -133,6 +136,9 @@ def served_after(commands: Sequence[float], fault: float) -> float:
     """
     ends = [(after - before, after) for before, after in itertools.pairwise(commands) if after > fault]
     return max(ends)[1] - fault
+
+
+# -- options of a bench that has several parts, and their results ------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,6 +30,8 @@ def largest_part(roadmap: Roadmap) -> list[int]:
     return sorted(best)
 
 
+# -- places of goals ---------------------------------------------------------------------------------------------------
+
 BESIDE = 0.45
 """Largest distance of goals from the centres of cells along x and along y, in distances of neighbouring cells."""
 
@@ -71,6 +73,8 @@ def _is_clear(hall: LatticeRoadmap, x: float, y: float, radius: float) -> bool:
     dx = np.abs(hall.x0 + spacing * (column - 1 + columns) - x) - spacing / 2.0
     return bool((np.hypot(np.maximum(dx, 0.0), np.maximum(dy, 0.0)) >= radius).all())
 
+
+# -- lanes of a hall with aisles, as a person would draw them ----------------------------------------------------------
 
 LANES = "lanes"
 """Name of the halls of benches that have lanes; they are warehouses."""

@@ -94,6 +94,8 @@ class RestAsker:
         self._socket.close()
 
 
+# -- HTTP clients that send requests at once, each as soon as its last one is answered ---------------------------------
+
 _LENGTH, _END = b"content-length:", b"\r\n\r\n"
 
 

@@ -165,6 +165,8 @@ def drifting(recording: Recording, drift: float, seed: int) -> Recording:
     return replace(recording, looks=tuple(looks))
 
 
+# -- map from scans with known poses -----------------------------------------------------------------------------------
+
 RESOLUTION = 0.05
 FARTHEST = 20.0
 """Maximum range of scans [m]."""
@@ -233,6 +235,8 @@ def _cells(points: NDArray[np.float64], info: GridInfo) -> NDArray[np.int64]:
     inside = (column >= 0) & (column < info.width) & (row >= 0) & (row < info.height)
     return np.unique(row[inside] * info.width + column[inside])
 
+
+# -- picture of a replayed recording -----------------------------------------------------------------------------------
 
 TRUE, ESTIMATED, ERROR = "#148c55", "#175fd6", "#cd264a"
 

@@ -244,6 +244,8 @@ def _judge(job: LocalizationJob, rows: NDArray[np.float64], begin: float, second
     )  # fmt: skip
 
 
+# -- all runs of the localization bench, in parallel processes, and their summary --------------------------------------
+
 WITHIN = 10.0
 """Distance within which a robot should be found [m]."""
 

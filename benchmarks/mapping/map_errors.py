@@ -50,6 +50,9 @@ def absolute_errors(true: NDArray[np.float64], estimated: NDArray[np.float64]) -
     return errors
 
 
+# -- cells of a map that are wrong, by the walls of the simulated world ------------------------------------------------
+
+
 def wrong_share(made: LogMap, walls: Segments, true: PoseArray) -> float:
     """Return the part of the known cells that are wrong; the edge of a wall may be off by one cell.
 
@@ -80,6 +83,8 @@ def _drawn(walls: Segments, info: GridInfo) -> NDArray[np.int8]:
         cells[at[:, 0], at[:, 1]] = OCCUPIED
     return cells
 
+
+# -- false closures ----------------------------------------------------------------------------------------------------
 
 OFF = 0.5
 """Error above which a closure is false [m]."""

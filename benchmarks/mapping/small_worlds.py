@@ -31,6 +31,8 @@ def _rectangle(x0: float, y0: float, x1: float, y1: float) -> list[tuple[float, 
     return [(x0, y0, x1, y0), (x1, y0, x1, y1), (x1, y1, x0, y1), (x0, y1, x0, y0)]
 
 
+# -- a small room that a robot drives round again and again, and in which a box is moved -------------------------------
+
 ROOM = (0.0, 0.0, 6.0, 5.0)
 """Rectangle of the walls: x0, y0, x1, y1 [m]."""
 

@@ -138,6 +138,8 @@ def _row(results: Results) -> dict[str, str]:
     }  # fmt: skip
 
 
+# -- bad input of one robot or of the place, and its effect on the group -----------------------------------------------
+
 FAULTS = "faults"
 
 FAULTY_ROBOTS, FAULTY_PEOPLE, CROWD = 4, 8, 40

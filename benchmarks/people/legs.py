@@ -123,7 +123,6 @@ def _count(sample: Sample, counts: Counter[str]) -> list[float]:
 
 
 def _samples(stage: PeopleWorld, rng: np.random.Generator) -> Iterator[Sample]:
-    """Yield the scans of a robot that wanders."""
     world, detector = stage.world, LegDetector(LegDetectorParameters())
     robot, layers, turn = world.robots[0], build_layers(world.grid, robot_radius=0.18), 0.0
     every = round(PERIOD / world.dt)

@@ -49,7 +49,6 @@ def measure(options: PeopleOptions, only: Sequence[str], progress: Progress) -> 
 
 
 def _number(name: str, options: PeopleOptions) -> int:
-    """Return the number of runs of a part."""
     if name == "faults":
         from benchmarks.people import coordination  # noqa: PLC0415 - see below
 

@@ -89,6 +89,8 @@ def adopt(file: Path) -> Iterator[TimedMaster]:
     yield timed
 
 
+# -- rare events of a cloud --------------------------------------------------------------------------------------------
+
 NEIGHBOURS = 8
 """Number of machines that each machine measures its distance to."""
 

@@ -105,6 +105,8 @@ def random_queries(grid: Grid, count: int) -> ScenarioScene:
     return ScenarioScene(grid.name, Scenario(starts.astype(int), goals.astype(int), lengths.ravel()), grid.costmap)
 
 
+# -- bench of an indexed planner while a robot sees obstacles ----------------------------------------------------------
+
 PLANS = 20
 """Number of plans."""
 

@@ -88,6 +88,8 @@ def corners(info: GridInfo) -> tuple[tuple[int, int], tuple[int, int]]:
     return (MARGIN, MARGIN), (info.height - 1 - MARGIN, info.width - 1 - MARGIN)
 
 
+# -- bench of costmap preparation --------------------------------------------------------------------------------------
+
 PREPARING = "preparing"
 SIZE = 4096
 RADIUS = 0.55

@@ -151,6 +151,8 @@ def chart(told: dict[str, Any]) -> tuple[str, list[Line], Axis, Axis]:
     )
 
 
+# -- bench of the growth of planning time ------------------------------------------------------------------------------
+
 GROWTH_FROM = 1024
 """Edge from which the growth is fitted [cells]; smaller grids fit the processor's caches."""
 

@@ -98,6 +98,8 @@ def _copy(source: Path, target: Path, *, sync: bool) -> float:
     return monotonic() - began
 
 
+# -- time to push a changed map to the robots that drive on it, and how much of the map is sent ------------------------
+
 PUSH = "push"
 PUSHED_MAP = "bench-push"
 ROBOTS, QUICK_ROBOTS = 20, 3

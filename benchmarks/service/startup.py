@@ -59,13 +59,14 @@ async def _up(environment: Mapping[str, str] | None = None) -> float:
 
 
 async def _first_up(progress: Progress) -> Figure:
-    """Start a cloud with an empty cache of kernels."""
     task = progress.add_task("ppaas up, kernels to be compiled", total=None)
     with tempfile.TemporaryDirectory() as cache:
         seconds = await _up({"NUMBA_CACHE_DIR": cache})
     progress.remove_task(task)
     return Figure(PART, "ppaas up, the first on a computer", round(seconds, 1), "s", note="compiles the kernels")
 
+
+# -- start of a container ----------------------------------------------------------------------------------------------
 
 CONTAINERS = "containers"
 CONTAINER_MAP = "bench-containers"

@@ -96,7 +96,6 @@ async def _order_all(names: list[str], port: int) -> None:
 
 @asynccontextmanager
 async def _states(port: int) -> AsyncIterator["Counter[str]"]:
-    """Count the states that arrive, by topic."""
     arrived: Counter[str] = Counter()
 
     async def listen(client: Client) -> None:
@@ -112,6 +111,8 @@ async def _states(port: int) -> AsyncIterator["Counter[str]"]:
             listening.cancel()
             await asyncio.gather(listening, return_exceptions=True)
 
+
+# -- measurement of a bridge that takes AGVs as robots -----------------------------------------------------------------
 
 VERSION = Version.V2_1
 

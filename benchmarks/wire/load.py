@@ -98,6 +98,8 @@ async def copier() -> AsyncIterator[tuple[str, int]]:
                 await process.wait()
 
 
+# -- CPU time of an endpoint for a laser scan --------------------------------------------------------------------------
+
 CPU = "cpu"
 ROBOTS = 20
 ROUNDS, SECONDS, QUICK_SECONDS = 5, 4.0, 1.0
@@ -132,6 +134,8 @@ def cpu_figures(taken: list[tuple[float, float]], endpoints: int) -> list[Figure
         median_of(CPU, "beside it", ratios, "x", limit=RATIO_LIMIT),
     ]
 
+
+# -- memory of an endpoint for a robot that is connected and sends nothing ---------------------------------------------
 
 MEMORY = "memory"
 WARM = 50

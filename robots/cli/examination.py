@@ -163,6 +163,8 @@ def with_packages(report: dict[str, Any]) -> dict[str, Any]:
     return report | {"level": "error", "findings": [finding, *report["findings"]]}
 
 
+# -- view of a diagnosis as text ---------------------------------------------------------------------------------------
+
 WIDTH = 100
 """Width of a line [characters]."""
 

@@ -85,6 +85,8 @@ class ServiceCalls:
 
 logger = logging.getLogger(__name__)
 
+# -- services that a client advertises ---------------------------------------------------------------------------------
+
 Handler = Callable[[Any], Message | Awaitable[Message]]
 """Takes a request and returns the response or an awaitable of it; may raise a ``PPaaSError``."""
 

@@ -59,6 +59,8 @@ class Form:
                         yield block
 
 
+# -- requests whose answer is read although it comes before the request was sent as a whole ----------------------------
+
 NOTHING_YET = (BlockingIOError, ssl.SSLWantReadError, ssl.SSLWantWriteError)
 
 INFORMAL = b"HTTP/1.1 1"
@@ -157,8 +159,6 @@ class _Reread:
 
 
 class _Joined(io.RawIOBase):
-    """Bytes, and then a file."""
-
     def __init__(self, first: bytes, then: io.RawIOBase) -> None:
         self._first = memoryview(first)
         self._then = then

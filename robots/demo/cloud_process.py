@@ -213,6 +213,8 @@ class CloudProcess:
                 process.kill()
 
 
+# -- the cloud that a demo starts, and the progress of its start -------------------------------------------------------
+
 PERIOD = 1.0
 """Period at which the cloud is asked [s]."""
 

@@ -131,7 +131,6 @@ async def register(rest: RestClient, stage: Stage, options: DemoOptions) -> None
 
 @contextlib.asynccontextmanager
 async def _simulated(stage: Stage, options: DemoOptions) -> AsyncIterator[None]:
-    """Run the simulation and the progress display during the block."""
     tasks = [asyncio.create_task(Simulator(stage.world).run())]
     if options.console is not None:
         tasks.append(asyncio.create_task(show(stage.missions, options.console)))

@@ -175,7 +175,6 @@ async def _published(rest: RestClient, map_id: str) -> GridMap:
 
 
 async def _drive(rest: RestClient, access: CloudAccess, stage: ExplorationStage, options: DemoOptions) -> Mission:
-    """Let the second robot drive to its goals on the published map."""
     world = World(stage.grid, options.seed + 1)
     world.add_robot(stage.course.start, SimulatedRobotModel())
     mission = Mission(world, 0, FOLLOWER, stage.course, options.write)

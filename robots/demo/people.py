@@ -213,7 +213,6 @@ async def wait_for_robots(stage: PeopleStage) -> None:
 
 
 async def _next(stage: PeopleStage) -> PeopleState:
-    """Return the next state of the coordinator."""
     stage.changed.clear()
     await stage.changed.wait()
     assert stage.state is not None

@@ -255,6 +255,8 @@ def _mean(values: list[int] | list[bool], empty: float = 0.0) -> float:
     return round(float(np.mean(values)), 4) if values else empty
 
 
+# -- report of the demo of people --------------------------------------------------------------------------------------
+
 KEYS = (
     "count_error_mean", "count_exact", "identity_switches", "followed_fraction", "handovers", "flaps", "contacts",
 )  # fmt: skip

@@ -35,6 +35,8 @@ from robots.sim.world import World
 
 Floats = NDArray[np.float64]
 
+# -- true visibility of people -----------------------------------------------------------------------------------------
+
 TORSO, THIN = 0.2, 0.12
 """Radius of a torso as seen from above, and half of its depth: a person who turns aside hides no more [m]."""
 
@@ -247,7 +249,6 @@ def _surroundings(world: World) -> Surroundings:
 def _populate(
     world: World, paths: ShortestPaths, habits: Sequence[str], robots: Sequence[Pose2D], rng: np.random.Generator
 ) -> None:
-    """Add people with habits, away from the robots."""
     free = iter([piece.pose for piece in world.furniture if piece.kind == CHAIR])
     partner: Pose2D | None = None
     for habit in habits:

@@ -33,6 +33,8 @@ class Scorer:
         return self._world.contacts.total(robot)
 
 
+# -- score of a map ----------------------------------------------------------------------------------------------------
+
 _Mask = NDArray[np.bool_]
 
 

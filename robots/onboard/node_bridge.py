@@ -18,6 +18,8 @@ from robots.onboard.node_process import NodeProcess
 
 logger = logging.getLogger(__name__)
 
+# -- topics of local nodes ---------------------------------------------------------------------------------------------
+
 MAX_WAITING = 1000
 """Messages of local nodes that are kept while the link is down."""
 
@@ -155,6 +157,9 @@ class TopicBridge:
             while self._waiting:
                 topic, message = self._waiting.popleft()
                 await self._client.publish(topic, message, newest_only=policy_of(topic).stream)
+
+
+# -- services of local nodes, advertised by the robot's client while the nodes run on the robot ------------------------
 
 
 class NodeServices:

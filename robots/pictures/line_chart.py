@@ -120,6 +120,9 @@ def _set_ticks(drawn: "MatplotlibAxis", axis: Axis) -> None:
     drawn.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,g}"))
 
 
+# -- chart of an evaluation of planners --------------------------------------------------------------------------------
+
+
 def write_evaluation(path: Path, evaluation: Mapping[str, Any]) -> None:
     """Draw an evaluation, in the JSON of the REST service, and write the chart to a PNG file.
 

@@ -89,6 +89,8 @@ def _colours(cells: NDArray[np.int8]) -> NDArray[np.uint8]:
     return colours
 
 
+# -- picture of the lanes of a map, and of the cells that robots have along them ---------------------------------------
+
 MOST_LANE_PIXELS, LEAST_OF_LANES = 4000, 1000
 """Longest side of a picture [pixels]."""
 
@@ -137,6 +139,8 @@ def _head(begin: Point, end: Point, size: float) -> list[Point]:
     ]
 
 
+# -- picture of a map and the trajectory on which it was made ----------------------------------------------------------
+
 MOST_TRAJECTORY_PIXELS = 4000
 """Longest side of a picture [pixels]; larger maps are reduced by whole factors."""
 
@@ -177,6 +181,8 @@ def draw_trajectory(grid: GridMap, poses: NDArray[np.float64]) -> GridImage:
 
 MOST_OF_ZONES, LEAST_OF_ZONES = 4000, 1000
 """Longest side of a picture [pixels]."""
+
+# -- picture of zones on a map, also of those that are not valid -------------------------------------------------------
 
 _COLOURS: dict[str, Colour] = {
     "keep_out": (205, 38, 74), "speed_limit": (226, 142, 20), "one_way": (23, 95, 214), "lane": (23, 95, 214),

@@ -209,7 +209,6 @@ def _draw_robot(pen: ImageDraw.ImageDraw, place: Point, heading: float, footprin
 
 
 def _draw_foot(pen: ImageDraw.ImageDraw, view: View, box: Box) -> None:
-    """Draw the frame of the map, the scale bar and the legend."""
     left, _, right, bottom = box
     pen.rectangle(box, outline=FAINT, width=OVERSAMPLING)
     left, right = min(left, _PAD * OVERSAMPLING), max(right, (_PAD + _NARROWEST) * OVERSAMPLING)

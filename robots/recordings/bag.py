@@ -21,6 +21,8 @@ from robots.recordings.files import UncompressedFile, files_of
 
 SQLITE_MAGIC: Final = b"SQLite format 3\x00"
 
+# -- reads bags of ROS 2 in SQLite (``.db3``), also those that are cut off ---------------------------------------------
+
 _HEADER = struct.Struct(">16xH10xI")
 """Size of a page, and number of pages, in the header of a database."""
 
@@ -133,6 +135,8 @@ def _channels(database: sqlite3.Connection) -> dict[int, Channel]:
 def _channel(topic: str, kind: str, form: str, encoding: str, text: str) -> Channel:
     return Channel(str(topic), str(form), str(kind), str(encoding), str(text).encode(), {})
 
+
+# -- a bag of ROS, of any format ---------------------------------------------------------------------------------------
 
 ROS_ENCODINGS = ("cdr", "ros1")
 """Encodings of the messages of ROS 2 and ROS 1."""

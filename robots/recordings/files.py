@@ -113,6 +113,8 @@ _OPENERS: dict[bytes, Callable[[IO[bytes]], Any]] = {
 """First bytes of compressed files, and what decompresses them."""
 
 
+# -- files of a bag ----------------------------------------------------------------------------------------------------
+
 METADATA = "metadata.yaml"
 
 _NAME = re.compile(rf"(?P<stem>.+)\.(?P<kind>bag|mcap|db3)(?:\.active)?(?:\.(?:{'|'.join(SUFFIXES)}))?", re.IGNORECASE)

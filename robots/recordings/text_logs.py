@@ -192,6 +192,8 @@ def _number(text: str) -> float:
     return number
 
 
+# -- recordings of text logs -------------------------------------------------------------------------------------------
+
 LEAST_RANGE = 0.02
 """Minimum range of the laser [m]."""
 

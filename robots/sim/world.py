@@ -221,7 +221,6 @@ class World:
             robot.after_step(self.dt)
 
     def _walk(self) -> None:
-        """Update the velocities of the pedestrians."""
         if not self.pedestrians:
             return
         robots = [(*robot.base.body.position, robot.model.base.radius) for robot in self.robots]

@@ -161,6 +161,8 @@ def _safety(case: StandInCase, simulation: Simulation, run: str) -> Iterator[Fig
     )  # fmt: skip
 
 
+# -- faults of stand-ins and of the traffic node, and how long it takes until things go on -----------------------------
+
 PUSH = 0.45
 """Distance by which a robot is pushed off its way, as a part of the distance between two cells."""
 

@@ -64,6 +64,9 @@ def _gaps(before: Places, after: Places, radii: NDArray[np.float64]) -> NDArray[
     return gaps
 
 
+# -- network between robots and traffic node ---------------------------------------------------------------------------
+
+
 class Network:
     """Messages that arrive late or not at all; a later one may arrive before an earlier one.
 

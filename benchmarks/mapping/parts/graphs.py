@@ -53,6 +53,8 @@ def figures_of(result: dict[str, Any], false: int) -> list[Figure]:
     return figures
 
 
+# -- solves of a pose graph --------------------------------------------------------------------------------------------
+
 NODES, CLOSURES = 11_456, 23_845
 """Size of the synthetic graph: that for which gtsam and Cartographer were measured."""
 

@@ -166,7 +166,6 @@ def _wrong_cells(job: SlamJob, made: LogMap, truth: _Truth) -> float | None:
 
 
 def _errors(made: LogMap, log: ScanLog, truth: _Truth) -> dict[str, dict[str, Any]]:
-    """Return the errors after each stage of the pipeline."""
     return {name: _stage_errors(poses, log, truth) for name, poses in made.stages.items()}
 
 

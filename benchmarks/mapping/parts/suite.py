@@ -75,6 +75,8 @@ def measure(options: SlamOptions, only: Sequence[str], progress: Progress) -> di
     return results
 
 
+# -- chart of the error and the time of mapping after each stage -------------------------------------------------------
+
 STAGES = {
     "tracking": ("points", "tracking"),
     "closures": ("closures", "solver"),

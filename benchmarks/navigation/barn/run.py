@@ -140,6 +140,9 @@ def _judge(environment: Environment, clearance: float) -> Outcome | None:
     return "timeout" if environment.time >= TIME_LIMIT else None
 
 
+# -- all runs of the BARN bench, in parallel processes, and their summary ----------------------------------------------
+
+
 @dataclass(frozen=True, slots=True)
 class BarnOptions:
     """Settings of the BARN bench.

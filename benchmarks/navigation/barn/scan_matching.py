@@ -138,6 +138,8 @@ def _aligned(surfaces: Floats, predicted: Pose2D, seen: Floats) -> Pose2D:
     return pose
 
 
+# -- scan smoothing ----------------------------------------------------------------------------------------------------
+
 ARC = 0.04
 """Maximum lateral distance between the endpoints of averaged beams [m]."""
 DEPTH = 0.08

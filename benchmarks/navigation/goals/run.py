@@ -202,6 +202,9 @@ def _outcome(trip: Trip, goal: Pose2D) -> str:
     return "reached" if there else f"elsewhere: {away:.2f} m and {math.degrees(turn):.0f}° off"
 
 
+# -- results of drives in a file, so that an interrupted bench continues where it stopped ------------------------------
+
+
 def read(path: Path) -> Mapping[str, list[GoalsResult]]:
     """Return the stored results by `key`; empty if the file does not exist.
 
@@ -229,6 +232,9 @@ def key(job: GoalsJob) -> str:
     """Return the key of a drive: all of its settings except the cells of the map."""
     told = (job.name, job.people, job.goals, job.controller, job.parameters, job.seed, job.drive, job.told)
     return json.dumps(told, sort_keys=True)
+
+
+# -- all drives of the goals bench, in parallel processes, and their summary -------------------------------------------
 
 
 def measure(

@@ -99,6 +99,9 @@ class PeopleResult(msgspec.Struct, frozen=True):
     fault: str = ""
 
 
+# -- results of runs in a file, so that an interrupted bench continues where it stopped --------------------------------
+
+
 class Row(msgspec.Struct, frozen=True):
     """Line of the file: the key of a run and its result."""
 

@@ -93,6 +93,8 @@ class PeopleRobot(ClonedRobot):
             self._report(message)
 
 
+# -- patrol ------------------------------------------------------------------------------------------------------------
+
 IDLE = 5.0
 """Time without people and orders after which a robot is sent to another place [s]."""
 AWAY = 5.0

@@ -13,6 +13,8 @@ from robots.demo.people_score import Frame, PeopleScore
 
 Floats = NDArray[np.float64]
 
+# -- HOTA and MOTA of the identities of people, by TrackEval -----------------------------------------------------------
+
 NO_OVERLAP = 2.0
 """Distance at which a person and an identity have nothing in common any more [m], as TrackEval has it in 3D."""
 

@@ -171,6 +171,8 @@ class PeopleScene:
             patrol.take(self.state, self.world.time())
 
 
+# -- detections from the truth, with noise, in place of a detector -----------------------------------------------------
+
 NAME = "truth"
 """Name of the detector in its measurements."""
 

@@ -18,6 +18,9 @@ from ppaas.perception.torso.trees import LEAVES, NODES, Trees
 Floats = NDArray[np.float64]
 
 
+# -- fit of boosted trees to features of few levels, by histograms of gradients ----------------------------------------
+
+
 class BoostingParameters(NamedTuple):
     """Parameters of a fit.
 
@@ -86,7 +89,6 @@ def _joined(trees: list[_Tree], bias: float) -> Trees:
 def _grow(
     values: NDArray[np.uint8], slope: Floats, weight: Floats, columns: NDArray[np.int64], own: BoostingParameters
 ) -> _Tree:
-    """Return a tree grown level by level."""
     features, limits = np.zeros(NODES, np.uint16), np.full(NODES, LEVELS - 1, np.uint8)
     node = np.zeros(len(values), np.int64)
     for decision in range(NODES):
@@ -121,6 +123,8 @@ def _best_split(
         return None
     return best // LEVELS, best % LEVELS
 
+
+# -- fit of the torso detector's templates -----------------------------------------------------------------------------
 
 STEPS = SHAPE[2]
 

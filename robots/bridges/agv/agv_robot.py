@@ -222,7 +222,6 @@ class AgvRobot:
                     self._cloud, self._told = None, ()
 
     def _compare(self) -> None:
-        """Report how the robot's file differs from the AGV's factsheet."""
         self._differences = () if self._file is None else differences(self._file, self._sheet)
         for text in self._differences:
             self._notices.tell(f"AGV {self._agv.name}: {text}")

@@ -151,6 +151,8 @@ def _now() -> Time:
     return Time.of(epoch())
 
 
+# -- messages of ROS for the states of an AGV --------------------------------------------------------------------------
+
 DEVIATION = 0.05
 """Standard deviation of the position of an AGV that reports none [m]."""
 

@@ -20,6 +20,8 @@ from robots.client.rest import RestClient
 
 logger = logging.getLogger(__name__)
 
+# -- zones of the maps of a fleet, read from the cloud from time to time -----------------------------------------------
+
 PERIOD = 10.0
 """Time between two looks at the zones of a map [s]."""
 
@@ -78,6 +80,8 @@ class ZoneReader:
         known = self._maps.get(map_id)
         return None if known is None or known.in_force is None else known.in_force.at(now)
 
+
+# -- zones of the cloud's map for one AGV ------------------------------------------------------------------------------
 
 SENT = ("BLOCKED", "SPEED_LIMIT", "DIRECTED")
 """Types of zones that are sent. An AGV would wait for access to a RELEASE zone, which the bridge does not grant."""

@@ -158,7 +158,6 @@ class Bridge:
             self._serve(graph)
 
     async def _findings(self) -> list[Finding]:
-        """Return the faults of the robot's graph."""
         entities = self._transport.entities()
         faults = [Finding(subject, text, ERROR) for subject, text in self._transport.faults().items()]
         if self._namespace is not None:

@@ -50,8 +50,6 @@ Json = Callable[[bytes], None]
 
 
 class _Frame(msgspec.Struct):
-    """Any frame of the cloud."""
-
     op: str
     id: str | int | None = None
     topic: str = ""

@@ -143,6 +143,8 @@ def patched(grid: dict[str, Any], update: dict[str, Any]) -> np.ndarray[Any, np.
     return cells.ravel()
 
 
+# -- velocities for the base -------------------------------------------------------------------------------------------
+
 SILENCE = 0.5
 """Age at which a velocity counts no more [s], as docs/protocol.md demands of a base."""
 

@@ -157,6 +157,8 @@ def _lacks(offered: Qos, requested: Qos) -> str:
     return " and ".join(lacks)
 
 
+# -- examination of the robot's graph once a second --------------------------------------------------------------------
+
 MISSING_AFTER = 5.0
 """Time that a robot has to show its topics before it is examined [s]."""
 

@@ -79,6 +79,9 @@ def _is_remote(peer: str) -> bool:
         return peer != "localhost"
 
 
+# -- types of messages as Cyclone DDS has them -------------------------------------------------------------------------
+
+
 class IdlTypes:
     """Classes of IDL for the messages of a release.
 
@@ -122,6 +125,8 @@ class IdlTypes:
             return idl.array[single, field.length]
         return idl.sequence[single, field.bound] if field.bound else idl.sequence[single]
 
+
+# -- qualities of service and endpoints of DDS as ROS has them ---------------------------------------------------------
 
 BLOCKING = 0.1
 """Longest time that a write waits for slow readers [s]."""

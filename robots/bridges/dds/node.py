@@ -58,8 +58,6 @@ class DdsOptions:
 
 
 class _Endpoint:
-    """Reader or writer of the bridge."""
-
     def __init__(self, transport: "DdsTransport", entity: Any, topic: Any) -> None:
         self.entity, self._transport, self._topic = entity, transport, topic
 

@@ -180,6 +180,8 @@ class Peer(asyncio.Protocol):
             self.lost.set_result(None)
 
 
+# -- topic that the bridge publishes in ROS 1 --------------------------------------------------------------------------
+
 MAX_SUBSCRIBERS = 64
 """Largest number of subscribers of a topic."""
 
@@ -267,6 +269,8 @@ class Publication:
         self.peers.remove(peer)
         self._changed()
 
+
+# -- topic that the bridge subscribes to in ROS 1 ----------------------------------------------------------------------
 
 FIRST_RETRY, LAST_RETRY = 0.25, 8.0
 """Shortest and longest time before a lost publisher is asked again [s]."""
@@ -421,6 +425,8 @@ def _tcpros(value: Any) -> tuple[str, int]:
         raise MalformedMessage(f"the node publishes at a port that cannot be: {value[2]}")
     return value[1], value[2]
 
+
+# -- service that the bridge serves in ROS 1 ---------------------------------------------------------------------------
 
 MAX_REQUEST = 1 << 20
 """Largest request [bytes]."""

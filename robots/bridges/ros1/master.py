@@ -85,6 +85,8 @@ def read_uris(value: Any) -> list[str]:
     return value
 
 
+# -- registrations of a node at a master -------------------------------------------------------------------------------
+
 Key = tuple[Kind, str]
 Named = Publication | Subscription | Service
 
@@ -176,6 +178,8 @@ class Registry:
             if isinstance(result, BaseException):
                 raise result
 
+
+# -- slave API ---------------------------------------------------------------------------------------------------------
 
 Response = tuple[int, str, Any]
 

@@ -203,6 +203,8 @@ def _stamp(values: dict[str, int]) -> Stamp:
     return values["sec"], values["nanosec"]
 
 
+# -- names in ROS 1 of what the bridge carries -------------------------------------------------------------------------
+
 MOVE_BASE: Final = "move_base"
 
 _ROS_2_ONLY = {"goal_pose", "speed_limit", "detections"}

@@ -135,7 +135,6 @@ class Ros1Transport(Transport, Slave):
     # -- master --------------------------------------------------------------------------------------------------------
 
     async def _watch(self) -> None:
-        """Look at the master for ever."""
         began = True
         while True:
             self._dirty.clear()

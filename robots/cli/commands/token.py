@@ -35,6 +35,8 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
+# -- a token for some robots only, such as for a robot or a display ----------------------------------------------------
+
 ROLES = ("look", "drive", "administer", "robot")
 UNITS = {"m": 60.0, "h": 3600.0, "d": 86400.0}
 

@@ -33,6 +33,8 @@ async def set_rapyuta_password(arguments: argparse.Namespace) -> None:
     show(changed, ("id", "role", "rapyuta"), as_json=arguments.json)
 
 
+# -- quotas of users in ``ppaas user`` ---------------------------------------------------------------------------------
+
 DEFAULT = "default"
 COLUMNS = ("quota", "used", "limit", "own")
 LIMITS = {
@@ -181,6 +183,8 @@ async def _passwords(client: "RestClient", arguments: argparse.Namespace) -> dic
     old = read_password(f"{me} (current)", arguments.old_password_file)
     return {"old_password": old, "password": read_password(f"{me} (new)", arguments.password_file)}
 
+
+# -- groups of users, with which robots are shared ---------------------------------------------------------------------
 
 GROUP_COLUMNS = ("id", "members")
 NONE = "no groups; create one: ppaas user group NAME --add USER"

@@ -94,7 +94,6 @@ def _summary(merged: "Merged") -> dict[str, Any]:
 
 
 def _graph(path: Path) -> bytes:
-    """Return the pose graph of a map in a file."""
     file = path.with_suffix(POSEGRAPH)
     try:
         return file.read_bytes()

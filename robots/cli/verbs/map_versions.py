@@ -98,6 +98,8 @@ async def draw(client: "RestClient", map_id: str, found: dict[str, Any], picture
         write_change(picture, *sides)
 
 
+# -- verbs of ``ppaas map`` for versions that wait for a review: ``reviews``, ``approve`` and ``refuse`` ---------------
+
 COLUMNS = ("number", "version", "state", "outdated", "author", "message", "occupied", "free", "known", "unknown")
 ALL_COLUMNS = (*COLUMNS, "base", "created", "parts", "rectangles", "closed", "closed_by", "reason")
 

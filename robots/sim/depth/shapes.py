@@ -98,6 +98,9 @@ def _solid(kind: float, centre: Vector, half: Vector, yaw: float, pitch: float) 
     return (kind, *centre, *matrix.ravel().tolist())
 
 
+# -- mirrors and panes in front of a simulated depth camera ------------------------------------------------------------
+
+
 @dataclass(frozen=True, slots=True)
 class Mirror:
     """Vertical rectangle that reflects, or that gives no reading.
