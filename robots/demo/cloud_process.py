@@ -147,7 +147,7 @@ class CloudProcess:
         await self.is_up()
 
     async def _start(self) -> None:
-        (self.folder / "ready.json").unlink(missing_ok=True)
+        (self.folder / "ready.json").unlink(missing_ok=True)  # that of an earlier start names a process that is gone
         command = [sys.executable, "-m", cli.__name__, "up", "--host", "127.0.0.1", "--port", "0"]
         command += ["--data", str(self.folder / "data"), "--ready-file", str(self.folder / "ready.json")]
         command += ["--admin-password-file", str(self.folder / "password"), "--log-level", "warning"]

@@ -137,7 +137,7 @@ class Ros1Transport(Transport, Slave):
     async def _watch(self) -> None:
         began = True
         while True:
-            self._dirty.clear()
+            self._dirty.clear()  # before the look: a change during it causes another one
             try:
                 await self._look()
             except PPaaSError as error:
