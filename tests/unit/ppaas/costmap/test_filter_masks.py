@@ -11,7 +11,7 @@ from ppaas.costmap import filter_masks
 from ppaas.costmap.filter_masks import barred, raise_costs, sampled, spread
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo, GridMap
-from tests.reference.maps import masks as twin
+from tests.reference.maps import costmaps
 
 
 @st.composite
@@ -31,8 +31,8 @@ def test_masks_are_resampled_like_by_their_twins(drawn, block):
     mask, info = drawn
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(filter_masks, "_BLOCK", block)
-        assert np.array_equal(sampled(mask, info).data, twin.sampled(mask, info))
-        assert np.array_equal(spread(mask, info).data, twin.spread(mask, info))
+        assert np.array_equal(sampled(mask, info).data, costmaps.sampled(mask, info))
+        assert np.array_equal(spread(mask, info).data, costmaps.spread(mask, info))
 
 
 def test_line_thinner_than_a_cell_is_kept():
@@ -60,7 +60,7 @@ def test_costs_are_raised_like_in_nav2_and_never_lowered(cost):
         if value <= 0:
             assert raised == cost
         else:
-            assert raised == (twin.cost(value) if cost == 255 else max(cost, twin.cost(value)))
+            assert raised == (costmaps.cost(value) if cost == 255 else max(cost, costmaps.cost(value)))
 
 
 def test_cells_with_full_keepout_value_are_occupied():

@@ -14,7 +14,7 @@ from ppaas.maps.grid import GridInfo, GridMap
 from ppaas.maps.octomap import parse_octomap
 from ppaas.maps.octree import OcTree, octree_of
 from ppaas.maps.voxels import Point3D, VoxelGrid, VoxelInfo
-from tests.reference.maps import masks as twin
+from tests.reference.maps import costmaps
 from tests.support.sources import ROOT
 
 TABLE = parse_octomap((ROOT / "docs" / "examples" / "table.bt").read_bytes())
@@ -46,7 +46,7 @@ def test_height_mask_agrees_with_the_twin(drawn, resolution, origin, heights):
     lowest = heights[0] * edge / 2
     highest = lowest + heights[1] * edge / 2
     found = height_mask(tree, info, lowest=lowest, highest=highest)
-    assert np.array_equal(found.data, twin.height_mask(voxels, found.info, lowest, highest))
+    assert np.array_equal(found.data, costmaps.height_mask(voxels, found.info, lowest, highest))
     corners = info.origin @ Pose2D(12 * resolution, 0.0), info.origin @ Pose2D(0.0, 9 * resolution)
     assert all(found.info.cell_of(x, y) for x, y in (0.999 * np.array(corners)[:, :2] + 0.001 * np.array(origin[:2])))
     assert found.info.resolution == edge or edge < found.info.resolution <= resolution * (1.0 + 1e-6)

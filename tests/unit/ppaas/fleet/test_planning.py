@@ -16,7 +16,7 @@ from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.problem import FleetProblem, distances_from
 from ppaas.fleet.roadmap import Roadmap
 from ppaas.fleet.timing import turns_of
-from tests.reference.fleet.joint_search import shortest
+from tests.reference.fleet.searches import shortest
 from tests.support.budget import examples
 from tests.support.fleet.halls import Hall, hall_of, halls, ruled_halls
 

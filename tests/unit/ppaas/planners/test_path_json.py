@@ -14,7 +14,7 @@ from ppaas.messages.base.std_msgs import Header, Time
 from ppaas.messages.nav_msgs import Path
 from ppaas.planners.kernels.pose_text import BLOCK, MAX_MAGNITUDE, WIDEST, write_rows
 from ppaas.planners.path_json import path_message, rows_text
-from tests.reference.planners import pose_text as twin
+from tests.reference.planners import path
 
 numbers = (
     st.floats(-1e9, 1e9)
@@ -45,7 +45,7 @@ def written(rows: list[list[float]], pieces: list[str]) -> str:
 @given(tables, st.lists(st.text("[]{},:x", max_size=20), min_size=5, max_size=5))
 def test_kernel_writes_like_its_twin(rows: list[list[float]], pieces: list[str]) -> None:
     used = pieces[: len(rows[0]) + 1]
-    assert written(rows, used) == twin.rows_text(rows, used)
+    assert written(rows, used) == path.rows_text(rows, used)
 
 
 @given(st.lists(st.lists(st.floats(-1e6, 1e6), min_size=7, max_size=7)))

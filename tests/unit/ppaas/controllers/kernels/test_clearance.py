@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 from ppaas.controllers.footprints import body_of
 from ppaas.controllers.kernels.clearance import REACH, clearance, clearance_along, warm
 from ppaas.maps.kernels.distance import distance_serial
-from tests.reference.driving import outline as twin
-from tests.reference.driving import pursuit
+from tests.reference.driving import controllers
 
 EDGE = 0.05
 BOX = ((0.25, 0.2), (-0.25, 0.2), (-0.25, -0.2), (0.25, -0.2))
@@ -29,8 +28,8 @@ def test_clearance_of_an_outline_agrees_with_the_twin(seed, pose):
     body = body_of(BOX, 0.0)
     x, y, theta = pose
     got = clearance(distance, EDGE, body, x, y, math.cos(theta), math.sin(theta))
-    measured = twin.outline_distance(lethal, EDGE, np.array(BOX), pose)
-    centre = twin.bilinear(distance, x, y, EDGE)
+    measured = controllers.outline_distance(lethal, EDGE, np.array(BOX), pose)
+    centre = controllers.bilinear(distance, x, y, EDGE)
     if centre <= body.inscribed:
         assert got <= 0.0
     elif centre > body.circumscribed + REACH:
@@ -39,7 +38,7 @@ def test_clearance_of_an_outline_agrees_with_the_twin(seed, pose):
         # Distances are interpolated between the centres of cells, and steps along an edge skip small differences.
         assert got < 1.16 * measured + 0.04
         # For an obstacle between circle and outline, the clearance is the distance to the circle if that is less.
-        assert got > measured - 0.04 or twin.outline_holds(lethal, EDGE, np.array(BOX), pose)
+        assert got > measured - 0.04 or controllers.outline_holds(lethal, EDGE, np.array(BOX), pose)
 
 
 @given(
@@ -54,7 +53,7 @@ def test_clearance_along_an_arc_is_the_minimum_over_its_poses(seed, pose, motion
     body = body_of(corners, 0.18)
     got = clearance_along(distance, EDGE, body, pose, motion)
     # Samples are a twentieth of a cell apart, so values between them differ by no more than that.
-    poses = pursuit.arc(pose, *motion, 600)
+    poses = controllers.arc(pose, *motion, 600)
     clearances = [clearance(distance, EDGE, body, x, y, math.cos(a), math.sin(a)) for x, y, a in poses]
     # The nearest sampled pose is within half a cell of any pose, and the nearest sampled point of an edge within a
     # quarter; between the middles of cells a distance changes by up to √2 m a metre.

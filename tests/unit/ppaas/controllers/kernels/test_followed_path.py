@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ppaas.controllers.kernels import followed_path as kernels
 from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo
-from tests.reference.driving import followed_path as twin
+from tests.reference.driving import controllers
 
 coordinates = st.floats(-3.0, 3.0).map(lambda value: round(value, 2))
 places = st.tuples(coordinates, coordinates)
@@ -38,7 +38,7 @@ def plans(draw: st.DrawFn) -> Plan:
 def test_robots_are_located_as_by_the_twin(plan: Plan, robot: list[tuple[float, float]]) -> None:
     reached = 0
     for x, y in robot:
-        expected = twin.locate(*plan, reached, x, y)
+        expected = controllers.locate(*plan, reached, x, y)
         reached = kernels.locate(*plan, reached, x, y)
         assert reached == expected
 
@@ -46,7 +46,7 @@ def test_robots_are_located_as_by_the_twin(plan: Plan, robot: list[tuple[float, 
 @given(plan=plans(), s=st.floats(-1.0, 30.0))
 def test_points_of_a_plan_are_those_of_the_twin(plan: Plan, s: float) -> None:
     for at in (s, *plan[1][:3].tolist(), float(plan[1][-1])):
-        assert kernels.point_at(*plan, at) == twin.point_at(*plan, at)
+        assert kernels.point_at(*plan, at) == controllers.point_at(*plan, at)
 
 
 @given(plan=plans(), reached=st.integers(0, 1 << 16), distance=st.floats(0.0, 6.0), info=grids)
@@ -55,6 +55,6 @@ def test_the_plan_ahead_is_that_of_the_twin(plan: Plan, reached: int, distance: 
     points, remaining = kernels.points_ahead(
         *plan, reached, distance, tuple(map(float, info.origin)), info.resolution, info.shape
     )
-    expected, left = twin.points_ahead(*plan, reached, distance, info)
+    expected, left = controllers.points_ahead(*plan, reached, distance, info)
     np.testing.assert_array_equal(points, expected)
     np.testing.assert_array_equal(remaining, left)

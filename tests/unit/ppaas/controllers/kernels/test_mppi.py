@@ -10,7 +10,7 @@ from ppaas.controllers.kernels import mppi
 from ppaas.controllers.kernels.clearance import RobotOutline
 from ppaas.controllers.kernels.mppi import Base, Critics, Terrain, fill_blocked
 from ppaas.maps.kernels.distance import distance_serial
-from tests.reference.driving import mppi as twin
+from tests.reference.driving import controllers
 
 EDGE = 0.05
 NOBODY = np.zeros((0, 5))
@@ -48,7 +48,7 @@ def test_rollout_of_a_disc_agrees_with_the_twin(seed, density, pose, moving, mov
     ground = ground._replace(movers=movers)
     commands = np.random.default_rng(seed).normal(0.3, 0.6, (1, 12, 2))
     start = np.array((*pose, *moving, *moving))
-    expected = twin.cost_of_disc(commands[0], start, ground, BASE, 0.18, CRITICS)
+    expected = controllers.cost_of_disc(commands[0], start, ground, BASE, 0.18, CRITICS)
     got = mppi.roll_out_serial(commands.copy(), start, ground, BASE, DISC, CRITICS)
     assert got[0] == pytest.approx(expected, rel=1e-4, abs=1e-4)
 

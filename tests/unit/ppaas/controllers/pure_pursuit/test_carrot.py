@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from ppaas.controllers.pure_pursuit.carrot import carrot_at, curvature_to, legs_of
 from ppaas.geometry import Pose2D, poses_along
-from tests.reference.driving import pursuit as twin
+from tests.reference.driving import controllers
 
 poses = st.builds(Pose2D, st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-3.1, 3.1))
 
@@ -15,7 +15,7 @@ poses = st.builds(Pose2D, st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(
 @given(seed=st.integers(0, 10_000), pose=poses, distance=st.floats(0.1, 2.0))
 def test_carrot_agrees_with_the_twin(seed, pose, distance):
     points = np.random.default_rng(seed).normal(0.15, 0.3, (12, 2)).cumsum(axis=0)
-    x, y = twin.carrot(points, (pose.x, pose.y), distance)
+    x, y = controllers.carrot(points, (pose.x, pose.y), distance)
     there = pose @ carrot_at(points, pose, distance)
     assert (there.x, there.y) == pytest.approx((x, y), abs=0.005)
 

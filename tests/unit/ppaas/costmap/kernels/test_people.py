@@ -4,7 +4,7 @@ from hypothesis import strategies as st
 
 from ppaas.costmap.kernels import people
 from ppaas.costmap.social_layer import Proxemics
-from tests.reference.maps import people as twin
+from tests.reference.maps import costmaps
 
 walking = st.tuples(st.floats(-1.0, 3.0), st.floats(-1.0, 3.0), st.floats(-1.5, 1.5), st.floats(-1.5, 1.5))
 proxemics = st.builds(
@@ -16,7 +16,7 @@ proxemics = st.builds(
 def test_raised_costs_agree_with_the_twin(seed, walkers, how):
     random = np.random.default_rng(seed)
     costs = random.choice(np.array([0, 0, 0, 30, 252, 254, 255], np.uint8), (24, 30))
-    expected, got = twin.raised(costs, walkers, 0.08, how), costs.copy()
+    expected, got = costmaps.raised(costs, walkers, 0.08, how), costs.copy()
     count = people.raise_around(
         got, np.array(walkers, dtype=float).reshape(-1, 4), 0.08, how.amplitude, how.covariance, how.cutoff, how.factor
     )

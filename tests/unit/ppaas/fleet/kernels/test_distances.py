@@ -6,7 +6,7 @@ from hypothesis import given
 from ppaas.fleet.kernels import distances as module
 from ppaas.fleet.kernels.board import UNREACHABLE
 from ppaas.fleet.problem import distances_from
-from tests.reference.fleet.distances import distances
+from tests.reference.fleet.searches import distances
 from tests.support.fleet.halls import Hall, halls, ruled_halls
 
 

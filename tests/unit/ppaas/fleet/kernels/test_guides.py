@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ppaas.fleet.kernels.board import UNREACHABLE
 from ppaas.fleet.kernels.guides import guide_some, traffic_of
 from ppaas.fleet.problem import FleetProblem, distances_from
-from tests.reference.fleet.guided_ways import GuidedWays
+from tests.reference.fleet.searches import GuidedWays
 from tests.support.fleet.halls import Hall, halls, ruled_halls
 
 

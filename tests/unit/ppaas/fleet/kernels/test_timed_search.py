@@ -11,7 +11,7 @@ from ppaas.fleet.kernels.timed_search import Schedule, mark, search
 from ppaas.fleet.kernels.turning_search import Prices
 from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.problem import distances_from
-from tests.reference.fleet.timed_search import earliest
+from tests.reference.fleet.searches import earliest
 from tests.support.fleet.halls import Hall, halls
 from tests.support.fleet.walks import walks
 

@@ -11,8 +11,8 @@ from ppaas.fleet.kernels.timed_search import Schedule, mark
 from ppaas.fleet.kernels.turning_search import Prices, search_turning
 from ppaas.fleet.plan import FleetPlan
 from ppaas.fleet.problem import distances_from
-from tests.reference.fleet import turns
-from tests.reference.fleet.turning_search import cheapest
+from tests.reference.fleet import searches
+from tests.reference.fleet.searches import cheapest
 from tests.support.fleet.halls import Hall, halls
 from tests.support.fleet.walks import walks
 
@@ -40,4 +40,4 @@ def test_the_cheapest_path_agrees_with_its_twin(hall: Hall, step: int, quarter: 
     if cost >= 0:
         plan, ends = FleetPlan(schedule.paths.T, 0), [goal, *others[:, -1].tolist()]
         assert faults_of(roadmap, plan, hall.starts, ends) == []
-        assert cost == step * plan.arrivals[0] + quarter * turns.count(roadmap, schedule.paths[0].tolist())
+        assert cost == step * plan.arrivals[0] + quarter * searches.count(roadmap, schedule.paths[0].tolist())

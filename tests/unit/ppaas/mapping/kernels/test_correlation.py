@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ppaas.mapping.kernels import correlation as kernels
-from tests.reference.mapping import correlation as twin
+from tests.reference.mapping import scans
 
 seeds = st.integers(0, 2**32 - 1)
 BLUR = np.array([(90, 150, 90), (150, 255, 150), (90, 150, 90)], np.uint8)
@@ -20,7 +20,7 @@ def test_grid_agrees_with_the_twin(seed):
     grid = np.full((50, 60), 7, np.uint8)
     no_normals = np.zeros_like(points)
     kernels.draw(grid, -2.5, -2.0, 0.1, BLUR, np.array([2, 0]), poses[:2], points, no_normals, valid)
-    expected = twin.draw(grid.shape, -2.5, -2.0, 0.1, BLUR, poses[:2], points[[2, 0]], valid[[2, 0]])
+    expected = scans.draw(grid.shape, -2.5, -2.0, 0.1, BLUR, poses[:2], points[[2, 0]], valid[[2, 0]])
     assert (grid != expected).mean() < 0.01  # points on the edge of a cell may be rounded to either side
 
 
@@ -48,7 +48,7 @@ def test_search_returns_the_best_pose_of_the_window(seed):
 
     def rated(u, v, a):
         at = start + np.array((u * 0.1, v * 0.1, a * 0.05))
-        found = twin.score(grid, -2.5, -2.0, 0.1, used, at) if len(used) else 0.0
+        found = scans.score(grid, -2.5, -2.0, 0.1, used, at) if len(used) else 0.0
         return found * (1.0 - 0.05 * ((u * u + v * v) / 5.0 + a * a / 10.0)), found
 
     steps = [(u, v, a) for a in range(-3, 4) for v in range(-2, 3) for u in range(-2, 3)]

@@ -3,7 +3,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ppaas.mapping.kernels import occupancy as kernels
-from tests.reference.mapping import occupancy as twin
+from tests.reference.mapping import scans
 from tests.support.budget import examples
 
 
@@ -15,7 +15,7 @@ def test_counts_agree_with_the_twin(seed):
     points, valid = rng.uniform(-1.4, 1.4, (2, 12, 2)).astype(np.float32), rng.random((2, 12)) < 0.8
     ended, passed = np.zeros((80, 90), np.uint16), np.zeros((80, 90), np.uint16)
     kernels.count_beams(ended, passed, -4.0, -3.9, 0.1, poses, points, valid)
-    ends, passes = twin.count_beams(ended.shape, -4.0, -3.9, 0.1, poses, points, valid)
+    ends, passes = scans.count_beams(ended.shape, -4.0, -3.9, 0.1, poses, points, valid)
     assert (ended != ends).sum() <= 2  # an end on the edge of a cell
     # Samples of the twin may miss corners of cells.
     assert (passed != passes).sum() <= 0.03 * passes.sum() + 3

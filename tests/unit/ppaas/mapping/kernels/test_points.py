@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from ppaas.mapping.laser_geometry import LaserGeometry
 from ppaas.mapping.scan_points import prepare
-from tests.reference.mapping import scan_points as twin
+from tests.reference.mapping import scans
 from tests.support.budget import examples
 from tests.support.world.room_scans import ALL_ROUND, CORRIDOR, LASER, PARAMETERS, ranges_at
 
@@ -22,7 +22,7 @@ def test_points_and_normals_agree_with_the_twin(laser, seed):
     ranges[rng.random(laser.beams) < 0.05] = np.nan
     velocity = rng.uniform(-1.0, 1.0, 3)
     scan = prepare(ranges, laser, PARAMETERS, velocity)
-    points, normals, valid = twin.prepare(ranges, laser, PARAMETERS, velocity)
+    points, normals, valid = scans.prepare(ranges, laser, PARAMETERS, velocity)
     np.testing.assert_array_equal(scan.valid, valid)
     np.testing.assert_allclose(scan.points, points, atol=1e-5)
     # At the limits of the neighbourhood, rounding may decide whether a point belongs to it.

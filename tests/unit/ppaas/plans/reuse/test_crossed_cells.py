@@ -9,7 +9,7 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.grid import GridInfo
 from ppaas.planners.weights import passable
 from ppaas.plans.reuse.crossed_cells import crossed_by, first_blocked
-from tests.reference.plans.crossing import cells_on
+from tests.reference.plans.plan_bytes import cells_on
 from tests.support.world.grids import costmap
 
 INFO = GridInfo(0.5, 20, 20, Pose2D(-1.0, 2.0, 0.3))

@@ -11,7 +11,7 @@ from robots.sim.bodies.furniture import mirror
 from robots.sim.depth.camera import ERROR, RESOLUTION, DepthCamera, DepthCameraModel, DepthImage, Scene
 from robots.sim.depth.kernels import render
 from robots.sim.depth.shapes import Shapes, box, capsule, ellipsoid, shapes_of
-from tests.reference.driving import depth as slow
+from tests.reference.driving import sensors
 from tests.support.budget import examples
 from tests.support.world.rooms import room
 
@@ -155,13 +155,13 @@ def test_depths_equal_those_of_the_slow_camera(seed: int, heading: float, pitch:
     model = DepthCameraModel(width=20, height=15, x=0.1, y=-0.05, z=0.9, pitch=pitch, range_max=4.0)
     shapes = random_shapes(rng, pose)
     eye = pose @ Pose2D(model.x, model.y)
-    if slow.inside(shapes, np.array([[eye.x, eye.y, model.z]]))[0]:
+    if sensors.inside(shapes, np.array([[eye.x, eye.y, model.z]]))[0]:
         return
     camera = DepthCamera(RENDERED_GRID.data >= 65, RENDERED_GRID.info, model, rng)
     inverse = camera.inverse_depths(pose, Scene(shapes, wall_height=1.6))
     with np.errstate(divide="ignore"):
         depths = np.where(1.0 / inverse <= model.range_max, 1.0 / inverse, np.inf)
-    expected = slow.depths(RENDERED_GRID, pose, model, shapes, 1.6)
+    expected = sensors.depths(RENDERED_GRID, pose, model, shapes, 1.6)
     # A ray that only grazes something is seen by one and missed between two steps of the other.
     # With pitch, the directions of walls are rounded to an eighth of a pixel, which is coarse in this image.
     within = 0.01 if pitch == 0.0 else 0.04
@@ -176,7 +176,7 @@ def test_shadows_equal_those_found_by_pairs(seed: int, slack: float) -> None:
     steps = np.ones(2000, np.uint16)
     image = np.empty(inverse.shape, np.uint16)
     render.measure(inverse, 4.0, slack, np.zeros(36, np.float32), np.zeros(3, np.int64), 350.0, steps, image)
-    assert ((image > 0) == (slow.lit(inverse, 4.0, slack) & (inverse > 0.0))).all()
+    assert ((image > 0) == (sensors.lit(inverse, 4.0, slack) & (inverse > 0.0))).all()
 
 
 def test_a_shape_behind_the_camera_or_beside_the_image_is_not_drawn() -> None:

@@ -1,4 +1,6 @@
-"""Twin of the depth camera: follows each ray in small steps into the floor, a wall or a shape, and shadows by pairs."""
+"""Twins of the laser and the depth camera: each ray is followed in small steps to what it hits."""
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,6 +9,31 @@ from ppaas.geometry import Pose2D
 from ppaas.maps.grid import OCCUPIED_THRESHOLD, GridMap
 from robots.sim.depth.camera import DepthCameraModel
 from robots.sim.depth.shapes import BOX, Shapes
+
+
+def measure(
+    grid: GridMap,
+    pose: Pose2D,
+    angles: NDArray[np.float64],
+    discs: list[tuple[float, float, float]],
+    range_max: float,
+    step: float = 0.002,
+) -> NDArray[np.float64]:
+    """Return the ranges to walls and to discs (x, y, radius), to within a step; infinite without a hit."""
+    ranges = np.full(len(angles), np.inf)
+    for beam, angle in enumerate(angles):
+        distance = 0.0
+        while distance <= range_max:
+            x = pose.x + distance * math.cos(pose.theta + angle)
+            y = pose.y + distance * math.sin(pose.theta + angle)
+            cell = grid.info.cell_of(x, y)
+            in_wall = cell is not None and grid.data[cell] >= OCCUPIED_THRESHOLD
+            if in_wall or any(math.hypot(x - cx, y - cy) <= radius for cx, cy, radius in discs):
+                ranges[beam] = distance
+                break
+            distance += step
+    return ranges
+
 
 Floats = NDArray[np.float64]
 

@@ -1,11 +1,90 @@
-"""Slow, obvious twins of the costmap in space: each position against each voxel, and intersections of shapes."""
+"""Slow, obvious twins of costmaps: static layer, masks, people, and costs in space."""
 
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ppaas.cost_values import FREE_SPACE, LETHAL_OBSTACLE, NO_INFORMATION
+from ppaas.costmap.costmap import Costmap
+from ppaas.costmap.social_layer import Proxemics
 from ppaas.costmap.volume import Volume
+from ppaas.maps.grid import OCCUPIED_THRESHOLD, UNKNOWN, GridInfo, GridMap
+from ppaas.maps.voxels import VoxelGrid
+
+
+def sampled(mask: GridMap, info: GridInfo) -> NDArray[np.int8]:
+    """Return the value of a mask at the centre of each cell, −1 outside the mask."""
+    found = np.full(info.shape, -1, np.int8)
+    for cell in np.ndindex(info.shape):
+        there = mask.info.cell_of(*info.to_world(cell).tolist())
+        if there is not None:
+            found[cell] = mask.data[there]
+    return found
+
+
+def spread(mask: GridMap, info: GridInfo) -> NDArray[np.int8]:
+    """Return the highest value at the centre of each cell and of the mask cells whose centres are in it."""
+    found = np.maximum(sampled(mask, info), 0)
+    for cell in np.ndindex(mask.info.shape):
+        there = info.cell_of(*mask.info.to_world(cell).tolist())
+        if there is not None:
+            found[there] = max(found[there], mask.data[cell])
+    return found
+
+
+def cost(value: int) -> int:
+    """Return the cost of a mask's value from 0 to 100: scaled to 254, with halves rounded up."""
+    return int(254 * value / 100 + 0.5)
+
+
+def height_mask(voxels: VoxelGrid, info: GridInfo, lowest: float, highest: float) -> NDArray[np.int8]:
+    """Return 100 in cells that an occupied voxel overlaps within a range of heights; both grids are axis-aligned."""
+    found = np.zeros(info.shape, np.int8)
+    edge = voxels.info.resolution
+    corners = info.to_world(np.moveaxis(np.indices(info.shape), 0, -1)) - info.resolution / 2
+    left, bottom = corners[..., 0], corners[..., 1]
+    for layer, row, column in np.argwhere(voxels.data == 100).tolist():
+        x, y, z = voxels.info.to_world((layer, row, column)) - edge / 2
+        if z + edge <= lowest + 1e-9 or z >= highest - 1e-9:
+            continue
+        beside = np.minimum(x + edge, left + info.resolution) - np.maximum(x, left)
+        behind = np.minimum(y + edge, bottom + info.resolution) - np.maximum(y, bottom)
+        found[np.minimum(beside, behind) > 1e-9] = 100
+    return found
+
+
+def static_costmap(grid: GridMap) -> Costmap:
+    """Return the costmap of a map before inflation: lethal, unknown and free cells.
+
+    Cells of 65 or more are lethal, as those that map_server makes 100 are in costmap_2d with its default
+    ``lethal_cost_threshold`` and ``trinary_costmap``; graded cells below are free.
+    """
+    costs = np.full(grid.info.shape, FREE_SPACE, np.uint8)
+    costs[grid.data >= OCCUPIED_THRESHOLD] = LETHAL_OBSTACLE
+    costs[grid.data == UNKNOWN] = NO_INFORMATION
+    return Costmap(costs, grid.info)
+
+
+def raised(
+    costs: NDArray[np.uint8], people: list[tuple[float, float, float, float]], resolution: float, how: Proxemics
+) -> NDArray[np.uint8]:
+    """Return the costs with people: x, y [m] from the corner of cell (0, 0), and velocities [m/s]."""
+    result = costs.copy()
+    for row, column in np.ndindex(costs.shape):
+        if costs[row, column] == 255:
+            continue
+        for x, y, vx, vy in people:
+            dx, dy = (column + 0.5) * resolution - x, (row + 0.5) * resolution - y
+            off = math.remainder(math.atan2(dy, dx) - math.atan2(vy, vx), 2.0 * math.pi)
+            in_front = abs(off) < math.pi / 2
+            stretched = how.covariance * (1.0 + how.factor * math.hypot(vx, vy)) if in_front else how.covariance
+            along, aside = math.cos(off) * math.hypot(dx, dy), math.sin(off) * math.hypot(dx, dy)
+            cost = how.amplitude * math.exp(-(along**2 / (2 * stretched) + aside**2 / (2 * how.covariance)))
+            if cost >= how.cutoff:
+                result[row, column] = max(result[row, column], math.floor(cost))
+    return result
+
 
 Point = tuple[float, float]
 
